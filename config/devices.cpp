@@ -161,13 +161,13 @@ Recheck DefaultRecheck(const Protocol& protocol, const SerialSettings& serial) {
   return protocol.weak_check && serial.parity == Parity::none ? Recheck::jump : Recheck::off;
 }
 
-const Protocol* ReadProtocol(const YamlNode& node, LoadContext& context) {
+const Protocol* ReadProtocol(const YamlNode& node, const std::string& port, LoadContext& context) {
   const auto name = ReadText(node, "protocol", context.problems);
   if (!name) return nullptr;
-  const auto protocol = context.catalog.NeedProtocol(*name);
+  const auto protocol = context.catalog.NeedProtocol(*name, port);
   if (protocol) return *protocol;
   context.problems.Error(node.mark(), "protocol: " + protocol.error());
-  return nullptr;
+  return context.catalog.MeantProtocol(*name, port);
 }
 
 Device ReadDevice(const YamlNode& node, const LineContext& of, LoadContext& context) {
@@ -180,7 +180,7 @@ Device ReadDevice(const YamlNode& node, const LineContext& of, LoadContext& cont
     context.uniques.Device(device.name, map.MarkOf("name"));
   }
   const Protocol* protocol = of.protocol;
-  if (const auto own = map.Get("protocol")) protocol = ReadProtocol(*own, context);
+  if (const auto own = map.Get("protocol")) protocol = ReadProtocol(*own, of.line.port, context);
   if (!protocol) map.AllowAll();
   if (protocol) device.protocol = std::string(protocol->name);
   ReadAddress(map, of.addresses, protocol, device);

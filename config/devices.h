@@ -11,8 +11,9 @@ namespace baudgate::config {
 /// Of devices that speak unasked: their silence is normal, and ages nothing.
 inline constexpr Duration kNeverOld = std::chrono::hours(24 * 365 * 50);
 
-/// The protocol that a `protocol:` names; null and a problem when it is not installed.
-const Protocol* ReadProtocol(const YamlNode& node, LoadContext& context);
+/// The protocol that a `protocol:` names. Where it is not installed, a problem and the one that is
+/// meant, so that the rest is checked as well; null: none is near. `port`: of the line.
+const Protocol* ReadProtocol(const YamlNode& node, const std::string& port, LoadContext& context);
 
 /// What a device inherits from its line.
 struct LineContext {

@@ -137,27 +137,6 @@ void Choose(std::vector<Pattern>& patterns, const Config& config, Duration max_g
 
 }  // namespace
 
-bool MatchesPattern(std::string_view pattern, std::string_view text) {
-  std::size_t p = 0;
-  std::size_t star = std::string_view::npos;  // the last one, and where it was tried
-  std::size_t tried = 0;
-  for (std::size_t t = 0; t < text.size();) {
-    if (p < pattern.size() && pattern[p] == '*') {
-      star = p++;
-      tried = t;
-    } else if (p < pattern.size() && (pattern[p] == '?' || pattern[p] == text[t])) {
-      ++p;
-      ++t;
-    } else if (star != std::string_view::npos) {
-      p = star + 1;
-      t = ++tried;
-    } else {
-      return false;
-    }
-  }
-  return pattern.find_first_not_of('*', p) == std::string_view::npos;
-}
-
 History ReadHistory(const YamlNode& node, const Config& config, Problems& problems) {
   History history;
   MapReader map(node, "history", problems);

@@ -22,7 +22,4 @@ namespace baudgate::config {
 /// After the lines, whose points it names.
 History ReadHistory(const YamlNode& node, const Config& config, Problems& problems);
 
-/// "*" is any text, "?" any character.
-bool MatchesPattern(std::string_view pattern, std::string_view text);
-
 }  // namespace baudgate::config

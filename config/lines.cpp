@@ -81,7 +81,9 @@ Line ReadLine(const YamlNode& node, LoadContext& context) {
   }
   const Protocol* protocol = nullptr;
   if (const auto name = map.Need("protocol", "spabus")) {
-    protocol = ReadProtocol(*name, context);
+    const auto port = map.Get("port");
+    const bool named = port && port->kind() == YamlNode::Kind::scalar;
+    protocol = ReadProtocol(*name, named ? port->text() : std::string(), context);
     if (protocol) line.protocol = std::string(protocol->name);
     if (!protocol) map.AllowAll();
   }

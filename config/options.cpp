@@ -30,6 +30,15 @@ std::optional<OptionValue> ReadOption(const YamlNode& node, const OptionSpec& sp
   return std::nullopt;
 }
 
+/// Lists as `--set` takes them.
+std::string WrittenText(const YamlNode& node, const OptionValue& value) {
+  const auto* texts = std::get_if<std::vector<std::string>>(&value);
+  if (texts == nullptr) return std::string(node.text());
+  std::string joined;
+  for (const std::string& text : *texts) joined += (joined.empty() ? "" : ",") + text;
+  return joined;
+}
+
 }  // namespace
 
 Options ReadOptions(MapReader& map, const Protocol& protocol, OptionSpec::Scope scope) {
@@ -44,6 +53,7 @@ Options ReadOptions(MapReader& map, const Protocol& protocol, OptionSpec::Scope 
     const auto node = map.Get(spec.name);
     if (!node) continue;
     if (auto value = ReadOption(*node, spec, map.problems())) {
+      if (!spec.secret) options.SetWritten(std::string(spec.name), WrittenText(*node, *value));
       options.Set(std::string(spec.name), std::move(*value));
     }
   }

@@ -126,6 +126,10 @@ struct PduCarrier {
 struct Protocol {
   std::string_view name{};   ///< "spabus": in configurations, and the name of the module's file
   std::string_view title{};  ///< "ABB SPA Bus, master"
+  /// What people call it instead, in lower case, separated by blanks: "spa abb". Only for "did you
+  /// mean"; of two that share a word, the one spoken over TCP is meant where the port is a
+  /// server's.
+  std::string_view also_called{};
   std::span<const OptionSpec> options{};
   std::span<const DecoderSpec> decoders{};
 

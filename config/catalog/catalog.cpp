@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "gateway/base/spelling.h"
+#include "gateway/base/text.h"
 
 namespace baudgate::config {
 
@@ -18,11 +19,26 @@ const Protocol* Catalog::FindProtocol(const std::string& name) const {
   return found == protocols.end() ? nullptr : found->second;
 }
 
-Result<const Protocol*> Catalog::NeedProtocol(const std::string& name) const {
+Result<const Protocol*> Catalog::NeedProtocol(const std::string& name,
+                                              const std::string& port) const {
   if (const Protocol* protocol = FindProtocol(name)) return protocol;
   const std::vector<std::string_view> installed = ProtocolNames();
-  return Error{Quoted(name) + " is not installed;" + DidYouMean(name, installed) +
+  const Protocol* meant = MeantProtocol(name, port);
+  return Error{Quoted(name) + " is not installed;" +
+               (meant == nullptr ? "" : " did you mean " + Quoted(meant->name) + "?") +
                " installed: " + (installed.empty() ? "none" : Join(installed))};
+}
+
+const Protocol* Catalog::MeantProtocol(const std::string& name, const std::string& port) const {
+  const bool server = port.starts_with("tcp://") && port.ends_with(":502");
+  const Protocol* meant = nullptr;
+  for (const auto& [its_name, protocol] : protocols) {
+    const auto names = Split(protocol->also_called, ' ');
+    if (name.empty() || std::ranges::find(names, Lower(name)) == names.end()) continue;
+    if (meant == nullptr || protocol->tcp == server) meant = protocol;
+  }
+  if (meant != nullptr) return meant;
+  return FindProtocol(std::string(Nearest(name, ProtocolNames())));
 }
 
 const Protocol* Catalog::RtuProtocol() const {

@@ -129,6 +129,7 @@ Options DefaultOptions(const Protocol& protocol) {
 
 void Override(Options& target, const Options& given) {
   for (const auto& [name, value] : given.all()) target.Set(name, value);
+  for (const auto& [name, text] : given.written()) target.SetWritten(name, text);
 }
 
 }  // namespace baudgate::config

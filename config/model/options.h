@@ -38,10 +38,17 @@ class Options {
   }
   Duration Time(const std::string& name) const { return Duration(Integer(name)); }
   const std::map<std::string, OptionValue>& all() const { return values_; }
-  bool operator==(const Options&) const = default;
+  bool operator==(const Options& other) const { return values_ == other.values_; }
+
+  /// As it was written, of an option that was given and is no secret: for whoever repeats it.
+  void SetWritten(std::string name, std::string text) {
+    written_[std::move(name)] = std::move(text);
+  }
+  const std::map<std::string, std::string>& written() const { return written_; }
 
  private:
   std::map<std::string, OptionValue> values_;
+  std::map<std::string, std::string> written_;
 };
 
 }  // namespace baudgate::config

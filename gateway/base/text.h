@@ -51,6 +51,9 @@ std::size_t FirstNotUtf8(std::string_view text, std::size_t begin = 0);
 /// "10.0.0.9:502", "[::1]:502".
 std::string HostAndPort(const std::string& host, std::uint16_t port);
 
+/// Where a pattern has * for any text and ? for any character.
+bool MatchesPattern(std::string_view pattern, std::string_view text);
+
 std::string_view Trim(std::string_view text);
 std::vector<std::string_view> Split(std::string_view text, char separator);
 /// Its parts would outlive the text.

@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/cli/client_commands.h"
 
+#include <unistd.h>
+
 #include <iostream>
 #include <memory>
 #include <optional>
 
+#include "gateway/base/exit_code.h"
 #include "gateway/base/since.h"
+#include "gateway/cli/bundle/support_bundle.h"
 #include "gateway/cli/client/alarms.h"
 #include "gateway/cli/client/billing.h"
 #include "gateway/cli/client/events.h"
@@ -15,11 +19,13 @@
 #include "gateway/cli/client/release.h"
 #include "gateway/cli/client/reload.h"
 #include "gateway/cli/client/status.h"
-#include "gateway/cli/client/trace.h"
+#include "gateway/cli/client/status_watch.h"
 #include "gateway/cli/client/writes.h"
 #include "gateway/cli/ports/ports.h"
 #include "gateway/cli/settings/settings.h"
+#include "gateway/cli/terminal/live_screen.h"
 #include "gateway/cli/terminal/words.h"
+#include "gateway/cli/trace/trace.h"
 
 namespace baudgate {
 namespace {
@@ -49,12 +55,23 @@ void AddStatus(CLI::App& app, Action& action) {
       app.add_subcommand("status", "What the running gateway says of lines and devices");
   auto options = std::make_shared<StatusOptions>();
   command->add_option("TARGET", options->target, "LINE or LINE.DEVICE; everything if not given");
-  command->add_flag("--json", options->json, "Print one JSON object");
+  auto* json = command->add_flag("--json", options->json, "Print one JSON object");
+  auto* watch = command
+                    ->add_flag("--watch", options->watch,
+                               "Draw it again each second, the worst first, until Ctrl-C")
+                    ->excludes(json);
+  AddSeconds(*command, options->seconds)->needs(watch);
   AddSocket(*command, options->socket);
   command->callback([options, &action] {
     action = [=](const auto&) {
-      options->terminal = TerminalView(1);
-      return RunStatus(*options, std::cout, std::cerr);
+      options->terminal = TerminalView(STDOUT_FILENO);
+      if (!options->watch) return RunStatus(*options, std::cout, std::cerr);
+      if (const Status possible = LiveScreen::Possible(STDOUT_FILENO); !possible) {
+        std::cerr << "baudgate: status --watch: " << possible.error()
+                  << "; ask with 'baudgate status' or 'baudgate status --json' again and again\n";
+        return kExitUsage;
+      }
+      return RunStatusWatch(*options, std::cout, std::cerr);
     };
   });
 }
@@ -72,16 +89,18 @@ void AddRelease(CLI::App& app, Action& action) {
 }
 
 void AddTrace(CLI::App& app, Action& action) {
-  auto* command = app.add_subcommand("trace", "Show the bytes of a line as they come and go");
+  auto* command = app.add_subcommand("trace", "Show the frames of a line as they come and go");
   auto options = std::make_shared<TraceOptions>();
   command->add_option("LINE", options->line, "Line")->required();
   command->add_option("--device", options->device, "Only this device");
   auto* last =
       command->add_flag("--last", options->last, "What has been, from the flight recorder");
+  command->add_flag("--bytes", options->bytes,
+                    "Bytes as they arrive, in place of whole frames and what they mean");
   AddSeconds(*command, options->seconds)->excludes(last);
   AddSocket(*command, options->socket);
   command->callback([options, &action] {
-    action = [=](const auto&) { return RunTrace(*options, std::cout, std::cerr); };
+    action = [=](const auto& catalog) { return RunTrace(*options, catalog, std::cout, std::cerr); };
   });
 }
 
@@ -93,7 +112,10 @@ void AddWrites(CLI::App& app, Action& action) {
   command->add_flag("--json", options->json, "Print one JSON object a line");
   AddSocket(*command, options->socket);
   command->callback([options, &action] {
-    action = [=](const auto&) { return RunWrites(*options, std::cout, std::cerr); };
+    action = [=](const auto&) {
+      options->width = TerminalWidth(STDOUT_FILENO);
+      return RunWrites(*options, std::cout, std::cerr);
+    };
   });
 }
 
@@ -110,7 +132,10 @@ void AddEvents(CLI::App& app, Action& action) {
   command->add_flag("--csv", options->csv, "Print a table for spreadsheets")->excludes(json);
   AddSocket(*command, options->socket);
   command->callback([options, &action] {
-    action = [=](const auto&) { return RunEvents(*options, std::cout, std::cerr); };
+    action = [=](const auto&) {
+      options->width = TerminalWidth(STDOUT_FILENO);
+      return RunEvents(*options, std::cout, std::cerr);
+    };
   });
 }
 
@@ -120,7 +145,10 @@ void AddAlarms(CLI::App& app, Action& action) {
   command->add_flag("--json", options->json, "Print one JSON object a line");
   AddSocket(*command, options->socket);
   command->callback([options, &action] {
-    action = [=](const auto&) { return RunAlarms(*options, std::cout, std::cerr); };
+    action = [=](const auto&) {
+      options->width = TerminalWidth(STDOUT_FILENO);
+      return RunAlarms(*options, std::cout, std::cerr);
+    };
   });
 }
 
@@ -142,8 +170,8 @@ void AddHistory(CLI::App& app, Action& action) {
   auto options = std::make_shared<HistoryOptions>();
   command
       ->add_option("POINT", options->points,
-                   "LINE.DEVICE.POINT, or LINE.DEVICE.load_1.active_import and the like; with "
-                   "--billing LINE.DEVICE")
+                   "LINE.DEVICE.POINT, each with * for any text, or "
+                   "LINE.DEVICE.load_1.active_import and the like; with --billing LINE.DEVICE")
       ->required();
   AddSince(*command, options->since);
   AddTime(*command, "--until", options->until);
@@ -170,6 +198,7 @@ void AddHistory(CLI::App& app, Action& action) {
       throw CLI::ValidationError("--until", "it has to be later than --since");
     }
     action = [=](const auto&) {
+      options->width = TerminalWidth(STDOUT_FILENO);
       return options->billing ? RunBilling(*options, std::cout, std::cerr)
                               : RunHistory(*options, std::cout, std::cerr);
     };
@@ -276,6 +305,21 @@ void AddConfirm(CLI::App& app, Action& action) {
   });
 }
 
+void AddSupportBundle(CLI::App& app, Action& action) {
+  auto* command = app.add_subcommand(
+      "support-bundle", "Put what a bug report needs into one archive, without secrets");
+  auto options = std::make_shared<BundleOptions>();
+  command->add_option("FILE", options->file, "A new file, for example bundle.tar.gz")->required();
+  command->add_option("-c,--config", options->config,
+                      "Configuration file, if it is not that of the running gateway");
+  AddSocket(*command, options->socket);
+  command->callback([options, &action] {
+    action = [=](const auto& catalog) {
+      return RunSupportBundle(*options, catalog, ReadClocks().wall, std::cout, std::cerr);
+    };
+  });
+}
+
 }  // namespace
 
 void AddClientCommands(CLI::App& app, Action& action) {
@@ -295,6 +339,7 @@ void AddClientCommands(CLI::App& app, Action& action) {
   AddPorts(app, action);
   AddInUse(app, action, "enable", "Ask a device again", true);
   AddInUse(app, action, "disable", "Ask a device no more, until the gateway restarts", false);
+  AddSupportBundle(app, action);
 }
 
 }  // namespace baudgate

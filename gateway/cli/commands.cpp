@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/cli/commands.h"
 
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <fstream>
@@ -19,6 +21,7 @@
 #include "gateway/cli/offline/profiles.h"
 #include "gateway/cli/offline/protocols.h"
 #include "gateway/cli/offline/simulate.h"
+#include "gateway/cli/terminal/live_table.h"
 #include "gateway/cli/terminal/output.h"
 #include "gateway/cli/terminal/words.h"
 #include "gateway/simulate/fault_text.h"
@@ -30,8 +33,6 @@
 
 namespace baudgate {
 namespace {
-
-constexpr auto kInstalledConfig = "/etc/baudgate/baudgate.yaml";
 
 void AddConfig(CLI::App& command, std::string& file) {
   file = kInstalledConfig;
@@ -102,7 +103,9 @@ void AddWatch([[maybe_unused]] CLI::App& app, [[maybe_unused]] Action& action) {
   command->set_help_flag();
   command->prefix_command();
   command->callback([command, &action] {
-    action = [words = command->remaining()](const auto&) { return RunWatch(words, std::cerr); };
+    action = [words = command->remaining()](const auto& catalog) {
+      return RunWatch(words, catalog, std::cerr);
+    };
   });
 #endif
 }
@@ -162,14 +165,23 @@ void AddDecode(CLI::App& app, Action& action) {
   auto* command = app.add_subcommand("decode", "Say what captured exchanges mean");
   auto options = std::make_shared<DecodeOptions>();
   auto file = std::make_shared<std::string>();
-  command->add_option("--protocol", options->protocol, "Protocol")->required();
+  command->add_option("--protocol", options->protocol,
+                      "Protocol, where no head of a trace says it");
   command->add_option("--profile", options->profile, "Device profile, for names and units");
   command->add_option("--set", options->set, "Device option, key=value")->take_all();
   command->add_option("--device", options->device, "Of a trace, only this device");
-  command->add_option("FILE", *file, "Lines \"> hex\" and \"< hex\"; - for standard input")
+  auto json = std::make_shared<bool>(false);
+  command->add_flag("--json", *json, "Print one JSON object a line, in a terminal as elsewhere");
+  command
+      ->add_option("FILE", *file,
+                   "What 'trace' printed, or lines \"> hex\" and \"< hex\"; - for standard input")
       ->required();
-  command->callback([options, file, &action] {
+  command->callback([options, file, json, &action] {
     action = [=](const auto& catalog) {
+      if (const auto terminal = TerminalView(STDOUT_FILENO); terminal && !*json) {
+        options->prose = true;
+        options->width = terminal->width;
+      }
       if (*file == "-") return RunDecode(*options, catalog, std::cin, std::cout, std::cerr);
       std::ifstream stream(*file);
       if (!stream) {
@@ -217,7 +229,8 @@ void AddListings(CLI::App& app, Action& action) {
       ->excludes(json);
   profiles->callback([=, &action] {
     action = [=](const auto& catalog) {
-      return RunProfiles(*profile, *format, catalog, std::cout, std::cerr);
+      return RunProfiles(*profile, *format, catalog, std::cout, std::cerr,
+                         TerminalWidth(STDOUT_FILENO));
     };
   });
 }

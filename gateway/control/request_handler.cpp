@@ -8,22 +8,17 @@
 #include "gateway/audit/audit_source.h"
 #include "gateway/base/spelling.h"
 #include "gateway/control/alarm_requests.h"
-#include "gateway/control/past_requests.h"
+#include "gateway/control/history_requests.h"
 #include "gateway/control/request_shape.h"
 #include "gateway/control/request_text.h"
 #include "gateway/events/event_source.h"
-#include "gateway/history/history_source.h"
 #include "gateway/status/audit_json.h"
 #include "gateway/status/events_json.h"
-#include "gateway/status/history_json.h"
 #include "gateway/status/settings_json.h"
+#include "gateway/trace/trace_head.h"
 
 namespace baudgate::control {
 namespace {
-
-constexpr std::string_view kUsage = "usage";
-constexpr std::string_view kUnknown = "unknown";
-constexpr std::string_view kUnavailable = "unavailable";
 
 /// Bytes of a device may stand in a reason; what is no UTF-8 must not end in an exception.
 std::string Dump(const Json& json) {
@@ -34,42 +29,16 @@ Reply Refused(std::string_view kind, std::string_view message) {
   return {ErrorLine(kind, message)};
 }
 
-constexpr std::string_view kNoEvents =
-    "no device of this gateway is asked for events: write 'events: {}' into its configuration, for "
-    "all whose profiles say what their events mean, or 'events: on' at one device";
-
-/// Nothing where it is absent, or no whole number.
-std::optional<std::int64_t> NumberOf(const Json& request, const char* key) {
-  const auto found = request.find(key);
-  if (found == request.end() || !found->is_number_integer()) return std::nullopt;
-  return found->get<std::int64_t>();
-}
-
-std::optional<WallTime> TimeOf(const Json& request, const char* key) {
-  const auto time = NumberOf(request, key);
-  if (!time) return std::nullopt;
-  constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max() / 1'000'000;
-  return WallTime(std::chrono::milliseconds(std::clamp(*time, -kMost, kMost)));
-}
 std::optional<WallTime> SinceOf(const Json& request) { return TimeOf(request, "since_ms"); }
 
 constexpr Duration kMostConfirm = 24h;
-constexpr std::int64_t kMostEvery = 31 * history::kDay;
-
-/// Nothing: the first page.
-std::optional<history::Cursor> CursorOf(const Json& request) {
-  const auto found = request.find("after");
-  if (found == request.end() || !found->is_array() || found->size() != 2) return std::nullopt;
-  if (!(*found)[0].is_number_integer() || !(*found)[1].is_number_integer()) return std::nullopt;
-  return history::Cursor{(*found)[0].get<std::int64_t>(), (*found)[1].get<std::int64_t>()};
-}
 
 Json Done(const config::Line& line) { return {{"ok", true}, {"line", line.name}}; }
 
 }  // namespace
 
 std::string ErrorLine(std::string_view kind, std::string_view message) {
-  return Dump({{"error", kind}, {"message", message}});
+  return Dump(ErrorJson(kind, message));
 }
 
 std::string RecordLine(const TraceRecord& record) { return Dump({{"record", ToText(record)}}); }
@@ -126,7 +95,8 @@ Reply RequestHandler::Dispatch(const Json& request, const Writer& client, Now no
   if (command == "writes") return Writes(request);
   if (command == "events") return Events(request);
   if (command == "alarms") return Alarms(request);
-  if (command == "history") return History(request);
+  if (command == "history") return {Dump(HistoryPage(request, Kept()))};
+  if (command == "kept_points") return {Dump(KeptPoints(request, Kept()))};
   const auto answered = [later](const Json& answer) { later(Dump(answer)); };
   if (command == "ack") return Acknowledge(request, client, answered);
   if (command == "reload") return Reload(request, client, false, answered);
@@ -218,6 +188,7 @@ Reply RequestHandler::Trace(const Json& request, bool recorded) {
     if (!device) return Refused(kUnknown, device.error());
   }
   Json done = Done(config_->lines[target->line]);
+  done["head"] = TraceHead(config_->lines[target->line]);
   if (!recorded) return {Dump(done), wish};
   Json& records = done["records"] = Json::array();
   for (const TraceRecord& record : control_.Recorded(target->line)) {
@@ -259,7 +230,7 @@ Reply RequestHandler::Events(const Json& request) {
   const auto page = info_.events->Read(query);
   if (!page) return Refused(kUnavailable, "the events can not be read: " + page.error());
   if (page->records.empty() && !target.empty()) {
-    if (const Status known = KnowsDevice(query.line, query.device); !known) {
+    if (const Status known = KnowsDevice(*config_, query.line, query.device); !known) {
       return Refused(kUnknown, known.error());
     }
   }
@@ -316,104 +287,6 @@ Reply RequestHandler::Reload(const Json& request, const Writer& client, bool con
   ask.by = client.name;
   reload_->Reload(ask, answer);
   return {};
-}
-
-/// One page. A point that is not configured any more still has its values; of one that has none it
-/// is said why.
-Reply RequestHandler::History(const Json& request) {
-  if (auto past = PastQueryOf(TextOf(request, "point"))) return Past(request, std::move(*past));
-  if (info_.history == nullptr) {
-    return Refused(kUnavailable,
-                   "this gateway keeps no values: write 'history: { points: [ \"*.*.*\" ] }' into "
-                   "its configuration, or the points that are wanted");
-  }
-  const std::string point = TextOf(request, "point");
-  const std::int64_t every = NumberOf(request, "every_ms").value_or(0);
-  if (every < 0 || every % history::kMinute != 0 || every > kMostEvery) {
-    return Refused(kUsage, "'every' is a whole number of minutes, 31d at most");
-  }
-  const auto since = SinceOf(request);
-  Json json;
-  bool known = false;
-  if (every > 0) {
-    history::TrendQuery query{.point = point, .every = every};
-    if (since) query.since = history::ToMillis(*since);
-    query.until = NumberOf(request, "until_ms").value_or(query.until);
-    if (const auto next = CursorOf(request)) query.since = std::max(query.since, next->time);
-    const auto page = info_.history->ReadTrends(query);
-    if (!page) return Refused(kUnavailable, "the history can not be read: " + page.error());
-    known = page->known;
-    json = PageJson(*page, point);
-  } else {
-    history::PageQuery query{.point = point};
-    if (since) query.since = history::ToMillis(*since);
-    query.until = NumberOf(request, "until_ms").value_or(query.until);
-    if (const auto next = CursorOf(request)) query.after = *next;
-    const auto page = info_.history->Read(query);
-    if (!page) return Refused(kUnavailable, "the history can not be read: " + page.error());
-    known = page->known;
-    json = PageJson(*page, point);
-  }
-  if (!known) {
-    if (const Status kept = KeepsPoint(point); !kept) return Refused(kUnknown, kept.error());
-  }
-  json["history"] = HistoryJson(info_.history->state());
-  return {Dump(json)};
-}
-
-/// The same of what a meter has kept itself.
-Reply RequestHandler::Past(const Json& request, events::PastQuery query) {
-  if (info_.events == nullptr) return Refused(kUnavailable, kNoEvents);
-  const std::string point = TextOf(request, "point");
-  if (NumberOf(request, "every_ms").value_or(0) != 0) {
-    return Refused(kUsage, config::Quoted(point) +
-                               " is kept by the spans of the meter: --every "
-                               "can not make others of them");
-  }
-  query.since = TimeOf(request, "since_ms");
-  query.until = TimeOf(request, "until_ms");
-  if (const auto after = CursorOf(request)) query.after = {after->run, after->time};
-  const events::EventsState state = info_.events->state();  // before the page, as above
-  const auto page = info_.events->ReadPast(query);
-  if (!page) return Refused(kUnavailable, "the history can not be read: " + page.error());
-  if (!page->known && state.disk != Disk::opening) {
-    if (const Status known = KnowsDevice(query.line, query.device); !known) {
-      return Refused(kUnknown, known.error());
-    }
-    return Refused(kUnknown, "nothing is kept of " + config::Quoted(point) +
-                                 ": load profiles of a meter are, where it says load_profile: [1] "
-                                 "(load_1.active_import), and billing readings, where it says "
-                                 "billing: [month] (month.active_import)");
-  }
-  Json json = PageJson(*page, point);
-  json["history"] = EventsJson(state);
-  return {Dump(json)};
-}
-
-Status RequestHandler::KeepsPoint(const std::string& text) const {
-  const auto target = FindPoint(*config_, text);
-  if (!target) return Error{target.error()};
-  const auto& points = config_->history.points;
-  const bool kept = std::ranges::any_of(points, [&](const config::HistoryPoint& point) {
-    return point.device == target->device && point.point == target->point;
-  });
-  if (kept) return {};
-  return Error{"the values of " + config::Quoted(text) +
-               " are not kept: it is not among history.points of the configuration"};
-}
-
-/// `line` empty: any.
-Status RequestHandler::KnowsDevice(const std::string& line, const std::string& device) const {
-  std::vector<std::string_view> names;
-  for (const config::Line& one : config_->lines) {
-    for (const config::Device& its : one.devices) {
-      if (its.name == device && (line.empty() || one.name == line)) return {};
-      if (!its.name.empty()) names.push_back(its.name);
-    }
-  }
-  return Error{"there is no device " + config::Quoted(device) +
-               (line.empty() ? "" : " on line " + config::Quoted(line)) + ";" +
-               config::DidYouMean(device, names) + " there are: " + config::Join(names)};
 }
 
 }  // namespace baudgate::control

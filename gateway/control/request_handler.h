@@ -8,9 +8,9 @@
 #include <string>
 #include <string_view>
 
+#include "gateway/control/history_requests.h"
 #include "gateway/control/point_requests.h"
 #include "gateway/control/reload_requests.h"
-#include "gateway/events/past_page.h"
 #include "gateway/requests/line_control.h"
 #include "gateway/status/status_json.h"
 
@@ -69,12 +69,9 @@ class RequestHandler {
   Reply Alarms(const Json& request);
   Reply Acknowledge(const Json& request, const Writer& client,
                     const std::function<void(const Json&)>& answered);
-  Reply History(const Json& request);
-  Reply Past(const Json& request, events::PastQuery query);
   Reply Reload(const Json& request, const Writer& client, bool confirm,
                const std::function<void(const Json&)>& answered);
-  Status KeepsPoint(const std::string& text) const;
-  Status KnowsDevice(const std::string& line, const std::string& device) const;
+  KeptValues Kept() const { return {*config_, info_.history, info_.events}; }
   Result<Target> TargetOf(const Json& request) const;
   /// A line as a whole.
   Result<Target> LineOf(const Json& request) const;

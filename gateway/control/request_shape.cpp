@@ -50,6 +50,7 @@ constexpr Member kMembers[] = {
     {"history", "since_ms", Type::whole},
     {"history", "until_ms", Type::whole},
     {"history", "every_ms", Type::whole},
+    {"kept_points", "pattern"},
     {"ack", "target"},
     {"reload", "dry_run", Type::flag},
     {"reload", "confirm_ms", Type::whole},

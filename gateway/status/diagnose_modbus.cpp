@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "gateway/base/shown.h"
 
 namespace baudgate::control {
@@ -10,6 +12,9 @@ namespace {
 
 using Sentences = std::vector<std::string>;
 
+/// Older trouble of a route is over.
+constexpr Duration kRecentTrouble = 10min;
+constexpr std::size_t kMostUnits = 8;
 constexpr const char* kCheckWire = "check bit rate, parity and wiring";
 
 /// What an open port hears, or does not.
@@ -25,6 +30,41 @@ std::string Silence(const modbus::MasterStatus& master, WallTime now) {
   }
   return fmt::format("bytes, but no whole request for {}: {} ({})", FormatAge(silent), kCheckWire,
                      master.text);
+}
+
+std::uint64_t Answered(const modbus::RouteCounters& unit) { return unit.ok + unit.refused; }
+
+/// Units that have never answered their clients, beside those that have.
+Sentences DeadUnits(const modbus::RouteStatus& route) {
+  const auto good = std::ranges::find_if(
+      route.by_unit, [](const auto& unit) { return Answered(unit.second) > 0; });
+  Sentences found;
+  for (const auto& [number, unit] : route.by_unit) {
+    if (Answered(unit) > 0 || unit.no_reply == 0 || found.size() == kMostUnits) continue;
+    const std::string right =
+        good == route.by_unit.end()
+            ? "check what they share as well: port, wiring, bit rate and parity of " + route.target
+            : fmt::format("{} is right, unit {} answers", route.target, good->first);
+    found.push_back(
+        fmt::format("unit {} has never answered its clients ({}: {}): check its power, its address "
+                    "and its wire; {}",
+                    number, Plural(unit.requests, "request"), route.last_trouble, right));
+  }
+  return found;
+}
+
+std::string Failures(const modbus::RouteStatus& route, WallTime now) {
+  const std::uint64_t failed = route.no_reply + route.expired + route.busy;
+  std::string text =
+      fmt::format("{} of {} requests had no good reply, the last {} ago: {}", failed,
+                  route.requests, FormatAge(now - route.last_trouble_at), route.last_trouble);
+  if (2 * route.busy > failed)
+    return text + "; clients ask faster than the line can: let them ask less";
+  if (2 * route.expired > failed) {
+    return text +
+           "; the line has no time for it: let clients ask less, or raise the route's deadline";
+  }
+  return text + "; look at the power and the wire of its units";
 }
 
 }  // namespace
@@ -54,11 +94,9 @@ Sentences DiagnoseMaster(const modbus::MasterStatus& master, WallTime now) {
 
 Sentences DiagnoseRoute(const modbus::RouteStatus& route, WallTime now) {
   Sentences found;
-  const std::uint64_t failed = route.no_reply + route.expired + route.busy;
-  if (failed > 0) {
-    found.push_back(fmt::format("{} of {} requests had no good reply, the last {} ago: {}", failed,
-                                route.requests, FormatAge(now - route.last_trouble_at),
-                                route.last_trouble));
+  if (now - route.last_trouble_at <= kRecentTrouble) {
+    found = DeadUnits(route);
+    if (found.empty()) found.push_back(Failures(route, now));
   }
   if (route.late > 0) {
     found.push_back(fmt::format(

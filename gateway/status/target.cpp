@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "gateway/base/spelling.h"
+#include "gateway/base/text.h"
 
 namespace baudgate::control {
 namespace {
@@ -95,6 +96,37 @@ Result<PointsTarget> FindPoints(const config::Config& config, std::string_view t
     if (device.points[i].access != config::Access::write) found.points.push_back(i);
   }
   return found;
+}
+
+std::vector<std::string> PointsLike(const config::Config& config, std::string_view pattern) {
+  std::vector<std::string> points;
+  const auto parts = Split(pattern, '.');
+  if (parts.size() != 3) return points;
+  for (const config::Line& line : config.lines) {
+    if (!MatchesPattern(parts[0], line.name)) continue;
+    for (const config::Device& device : line.devices) {
+      if (!MatchesPattern(parts[1], device.name)) continue;
+      for (const config::Point& point : device.points) {
+        if (!MatchesPattern(parts[2], point.name)) continue;
+        points.push_back(line.name + "." + device.name + "." + point.name);
+      }
+    }
+  }
+  return points;
+}
+
+Status KnowsDevice(const config::Config& config, const std::string& line,
+                   const std::string& device) {
+  std::vector<std::string_view> names;
+  for (const config::Line& one : config.lines) {
+    for (const config::Device& its : one.devices) {
+      if (its.name == device && (line.empty() || one.name == line)) return {};
+      if (!its.name.empty()) names.push_back(its.name);
+    }
+  }
+  return Error{"there is no device " + config::Quoted(device) +
+               (line.empty() ? "" : " on line " + config::Quoted(line)) + ";" +
+               config::DidYouMean(device, names) + " there are: " + config::Join(names)};
 }
 
 }  // namespace baudgate::control

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -38,5 +39,12 @@ struct PointTarget {
   std::uint32_t point = 0;
 };
 Result<PointTarget> FindPoint(const config::Config& config, std::string_view text);
+
+/// LINE.DEVICE.POINT of all that a pattern of that form means, each part with * and ?.
+std::vector<std::string> PointsLike(const config::Config& config, std::string_view pattern);
+
+/// The error names what there is. `line` empty: any.
+Status KnowsDevice(const config::Config& config, const std::string& line,
+                   const std::string& device);
 
 }  // namespace baudgate::control

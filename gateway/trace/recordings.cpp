@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "config/model/config.h"
+#include "gateway/trace/trace_head.h"
 
 namespace baudgate {
 namespace {
@@ -54,27 +55,16 @@ std::string FileName(const Recording& recording) {
          "-" + recording.reason + std::string(kEnding);
 }
 
-std::string ReplayText(const Recording& recording, const std::string& protocol,
-                       const std::string& file) {
-  std::string text = "baudgate decode --protocol " + protocol;
-  const config::Device* device = recording.device;
-  if (device != nullptr && !device->profile.empty()) text += " --profile " + device->profile;
-  return text + " --device " + recording.name + " " + file;
-}
-
 std::string Contents(const Recording& recording, const std::string& version,
                      const std::string& file) {
-  const std::string& protocol =
-      recording.device != nullptr ? recording.device->protocol : recording.line->protocol;
   std::string text = fmt::format(
       "# baudgate {}: the last exchanges of a line, saved at {}\n"
-      "# line {}, port {} {}, protocol {}\n"
       "# reason: device {}, {}\n"
-      "# replay, with --set for each option of the device: {}\n"
+      "# what they mean: baudgate decode --device {} {}\n"
       "# time (UTC), device, > sent, < received, = outcome and round trip, # note; ** is secret\n",
-      version, FormatWallTime(recording.at), recording.line->name, recording.line->port,
-      recording.line->serial.ToString(), protocol, recording.name, recording.reason,
-      ReplayText(recording, protocol, file));
+      version, FormatWallTime(recording.at), recording.name, recording.reason, recording.name,
+      file);
+  for (const std::string& line : TraceHead(*recording.line)) text += line + "\n";
   for (const TraceRecord& record : recording.records) text += ToText(record) + "\n";
   return text;
 }

@@ -147,6 +147,7 @@ const Protocol& DconProtocol() {
   static const Protocol kProtocol = {
       .name = "dcon",
       .title = "DCON (ICP DAS, Advantech ADAM ASCII, OWEN), master",
+      .also_called = "owen adam icpdas icp-das advantech",
       .options = OptionTable(),
       .decoders = DecoderTable(),
       .canonical_address = CanonicalAddress,

@@ -112,6 +112,7 @@ Protocol Describe(std::string_view name, std::string_view title,
   return {
       .name = name,
       .title = title,
+      .also_called = kFraming == Framing::ascii ? "" : "modbus",
       .options = OptionTable(),
       .decoders = DecoderTable(),
       .canonical_address = CanonicalAddress<kFraming>,

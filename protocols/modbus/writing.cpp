@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "gateway/base/decimal.h"
 #include "gateway/base/text.h"
 #include "protocols/modbus/pdu.h"
 #include "protocols/modbus/values.h"
@@ -31,6 +32,16 @@ std::uint16_t MaskOf(const Place& place) {
 bool IsNext(const Place& last, const Place& next) {
   return last.table == next.table && !IsBitsOfRegister(last) && !IsBitsOfRegister(next) &&
          next.address == last.end();
+}
+
+/// `why` the raw value has no place in the registers; where the scale is to blame, in the number
+/// and unit that the user knows.
+std::string WhyNoFit(const Value& raw, const config::Point& point, const std::string& why) {
+  const auto number = Decimal::Of(raw);
+  if (!number || point.scale == Decimal(1) || number->IsMultipleOf(1)) return why;
+  const std::string unit = point.unit.empty() ? "" : " " + point.unit;
+  return (*number * point.scale + point.offset).ToText() + ": steps of " +
+         Abs(point.scale).ToText() + unit;
 }
 
 }  // namespace
@@ -156,7 +167,10 @@ Result<Bytes> Writing::RegistersPdu(const std::vector<Part>& parts) const {
   Registers all;
   for (const Part& part : parts) {
     const auto registers = Encode(part.place, part.value, settings_);
-    if (!registers) return Error{"point " + part.point->name + ": " + registers.error()};
+    if (!registers) {
+      return Error{"point " + part.point->name + ": " +
+                   WhyNoFit(part.value, *part.point, registers.error())};
+    }
     all.insert(all.end(), registers->begin(), registers->end());
   }
   const std::uint16_t address = parts.front().place.address;

@@ -17,6 +17,7 @@ const Protocol& ReaderProtocol() {
   static const Protocol kProtocol = {
       .name = "reader",
       .title = "Readers of tags and bar codes, weighing indicators: they speak unasked",
+      .also_called = "rfid barcode scale",
       .options = OptionTable(),
       .decoders = DecoderTable(),
       .canonical_address = [](std::string_view address) -> Result<std::string> {

@@ -179,6 +179,7 @@ const Protocol& Set4tmProtocol() {
   static const Protocol kProtocol = {
       .name = "set4tm",
       .title = "SET-4TM, PSCH-3/4TM, SEB-1TM electricity meters, master",
+      .also_called = "mercury mercury230 merkury nzif psch seb",
       .options = OptionTable(),
       .decoders = DecoderSpecs(),
       .canonical_address = CanonicalAddress,

@@ -54,6 +54,7 @@ const Protocol& SpabusProtocol() {
   static const Protocol kProtocol = {
       .name = "spabus",
       .title = "ABB SPA Bus, master",
+      .also_called = "spa abb spa-bus",
       .options = OptionTable(),
       .decoders = DecoderTable(),
       .canonical_address = CanonicalAddress,

@@ -39,7 +39,7 @@ TEST(DeviceErrors, ADecimalCommaBetweenBraces) {
   EXPECT_EQ(problems.find("unknown key"), std::string::npos) << problems;
 }
 
-TEST(LineErrors, OfAProtocolThatIsMisspeltNothingElseIsSaid) {
+TEST(LineErrors, ALineWhoseProtocolIsMisspeltIsCheckedAsTheOneThatIsMeant) {
   const std::string rest =
       ", port: /dev/l, serial: 9600 8N1,\n"
       "    devices: [{ name: d, address: 7x, profile: relay, write: [setting], identity: ignore,\n"
@@ -49,9 +49,15 @@ TEST(LineErrors, OfAProtocolThatIsMisspeltNothingElseIsSaid) {
       "                         { name: b, read: A2, type: int16, write: A2, access: rw }] }] }\n"
       "history: { points: [\"l.d.current_*\"] }\n"
       "modbus: { routes: [{ units: 20, line: l }] }\n";
+  const std::string misspelt =
+      "t.yaml:2:24: error: protocol: 'FAKE' is not installed; did you mean 'fake'? "
+      "installed: fake, other\n";
   EXPECT_EQ(Shown(Load("lines:\n- { name: l, protocol: FAKE" + rest).problems),
-            "t.yaml:2:24: error: protocol: 'FAKE' is not installed; did you mean 'fake'? "
-            "installed: fake, other\n");
+            misspelt + Shown(Load("lines:\n- { name: l, protocol: fake" + rest).problems));
+  EXPECT_NE(Shown(Load("lines:\n- { name: l, protocol: fake" + rest).problems), "");
+  EXPECT_EQ(Shown(Load("lines:\n- { name: l, protocol: telex" + rest).problems),
+            "t.yaml:2:24: error: protocol: 'telex' is not installed; installed: fake, other\n")
+      << "nobody knows what the rest would mean";
 }
 
 TEST(LineErrors, MergeKeysAreNotSupported) {

@@ -34,13 +34,13 @@ std::vector<std::string> Names(const config::Loaded& loaded) {
 }
 
 TEST(HistoryPattern, HasStarsAndQuestionMarks) {
-  EXPECT_TRUE(config::MatchesPattern("*", ""));
-  EXPECT_TRUE(config::MatchesPattern("current_*", "current_l1"));
-  EXPECT_TRUE(config::MatchesPattern("c*l?", "current_l1"));
-  EXPECT_TRUE(config::MatchesPattern("*a*b", "aabab"));
-  EXPECT_FALSE(config::MatchesPattern("*a*b", "aaba"));
-  EXPECT_FALSE(config::MatchesPattern("current", "current_l1"));
-  EXPECT_FALSE(config::MatchesPattern("?", ""));
+  EXPECT_TRUE(MatchesPattern("*", ""));
+  EXPECT_TRUE(MatchesPattern("current_*", "current_l1"));
+  EXPECT_TRUE(MatchesPattern("c*l?", "current_l1"));
+  EXPECT_TRUE(MatchesPattern("*a*b", "aabab"));
+  EXPECT_FALSE(MatchesPattern("*a*b", "aaba"));
+  EXPECT_FALSE(MatchesPattern("current", "current_l1"));
+  EXPECT_FALSE(MatchesPattern("?", ""));
 }
 
 TEST(HistoryKey, IsOffUntilItIsGiven) {

@@ -78,5 +78,17 @@ TEST(Secrets, UnquotedSignsOfYamlGetAHint) {
             "t.yaml:6:38: error: password: a value that begins with '!' needs quotes\n");
 }
 
+TEST(Secrets, AreNotAmongTheOptionsThatAreRepeatedElsewhere) {
+  const config::Loaded loaded = Load(
+      "lines:\n- { name: l, port: /dev/l, protocol: fake, devices: [{ name: d, address: 1,\n"
+      "    profile: relay, password: hush, pin: 4711, width: 9, tags: [a, b] }] }\n");
+  ASSERT_TRUE(loaded.ok()) << Shown(loaded.problems);
+  const auto& written = loaded.config.lines.at(0).devices.at(0).options.written();
+  EXPECT_EQ(written.at("width"), "9");
+  EXPECT_EQ(written.at("tags"), "a,b");
+  EXPECT_FALSE(written.contains("password"));
+  EXPECT_FALSE(written.contains("pin"));
+}
+
 }  // namespace
 }  // namespace baudgate::testing

@@ -1,17 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/cli/client/alarms.h"
 
-#include <fmt/format.h>
+#include <vector>
 
 #include "gateway/base/shown.h"
 #include "gateway/cli/client/record_pages.h"
+#include "gateway/cli/terminal/stream_table.h"
 
 namespace baudgate {
 namespace {
 
 using Json = ControlClient::Json;
-
-constexpr const char* kAlarmRow = "{:>8}  {:<24}  {:<12}  {:<8}  {:<32}  {}\n";
 
 /// Of "3:5", channel and code of a device's event, ", channel 3".
 std::string ChannelOf(const Json& alarm) {
@@ -21,30 +20,36 @@ std::string ChannelOf(const Json& alarm) {
   return channel.empty() || channel == "0" ? "" : ", channel " + channel;
 }
 
-std::string AlarmRow(const Json& alarm) {
+StreamTable::Row AlarmRow(const Json& alarm) {
   std::string where = FieldText(alarm, "line") + "." + FieldText(alarm, "device");
   if (!FieldText(alarm, "point").empty()) where += "." + FieldText(alarm, "point");
   const std::string by = FieldText(alarm, "acknowledged_by");
-  return fmt::format(
-      kAlarmRow, FieldText(alarm, "seq"), FieldText(alarm, "raised"), FieldText(alarm, "state"),
-      FieldText(alarm, "priority"), where,
-      FieldText(alarm, "text") + ChannelOf(alarm) + (by.empty() ? "" : " (" + by + ")"));
+  return {FieldText(alarm, "seq"),
+          FieldText(alarm, "raised"),
+          FieldText(alarm, "state"),
+          FieldText(alarm, "priority"),
+          where,
+          FieldText(alarm, "text") + ChannelOf(alarm) + (by.empty() ? "" : " (" + by + ")")};
 }
 
 }  // namespace
 
 int RunAlarms(const AlarmsOptions& options, std::ostream& out, std::ostream& err) {
   bool any = false;
+  StreamTable table(
+      {{"seq", 8, true}, {"raised", 24}, {"state", 12}, {"priority", 8}, {"of", 32}, {"text"}},
+      options.width);
   const auto print = [&](const Json& alarms) {
+    std::vector<StreamTable::Row> rows;
     for (const Json& alarm : alarms) {
       if (options.json) {
         out << alarm.dump(-1, ' ', false, Json::error_handler_t::replace) << '\n';
       } else {
-        if (!any) out << fmt::format(kAlarmRow, "seq", "raised", "state", "priority", "of", "text");
-        out << AlarmRow(alarm);
+        rows.push_back(AlarmRow(alarm));
       }
       any = true;
     }
+    table.Print(rows, out);
   };
   const int code = ReadPages({.request = {{"command", "alarms"}},
                               .state = "events",

@@ -9,7 +9,8 @@ namespace baudgate {
 
 struct AlarmsOptions {
   bool json = false;
-  std::string socket{};  ///< empty: the gateway in the default places
+  std::string socket{};   ///< empty: the gateway in the default places
+  std::size_t width = 0;  ///< of the table, characters a line; 0: no limit
 };
 /// Exit code 0, also where there is none, which is said; 4 when no gateway answers, or it keeps no
 /// events.

@@ -137,7 +137,7 @@ void PrintTable(const BillingRows& rows, const HistoryOptions& options, std::ost
                TariffText(key.tariff), CellText(row.values[0]), CellText(row.values[1]),
                CellText(row.values[2]), CellText(row.values[3]), row.quality});
   }
-  table.PrintAligned(out);
+  table.PrintAligned(out, "", options.width);
 }
 
 /// Dates and numbers as spreadsheets know them.

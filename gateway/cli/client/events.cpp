@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/cli/client/events.h"
 
-#include <fmt/format.h>
-
+#include <algorithm>
 #include <array>
 #include <string>
 #include <utility>
@@ -10,14 +9,14 @@
 
 #include "gateway/cli/client/csv.h"
 #include "gateway/cli/client/record_pages.h"
+#include "gateway/cli/terminal/stream_table.h"
+#include "gateway/cli/terminal/wrap.h"
 
 namespace baudgate {
 namespace {
 
 using Json = ControlClient::Json;
 
-constexpr const char* kEventRow =
-    "{:>8}  {:<24}  {:<24}  {:<14}  {:<24}  {:>4}  {:>5}  {:<7}  {}\n";
 /// As the numbers of clock_quality (docs/events.md).
 constexpr std::array<std::string_view, 5> kClocks = {"none", "gateway", "device", "minute guessed",
                                                      "out of step"};
@@ -25,20 +24,26 @@ constexpr std::array<const char*, 10> kFields = {
     "seq",    "receive_time", "device_time", "clock_quality", "line",
     "device", "channel",      "code",        "state",         "text"};
 constexpr std::size_t kLongestLine = 110;
-constexpr const char* kIndent = "          ";
+constexpr std::string_view kIndent = "          ";
 
-std::string EventRow(const Json& record) {
+std::vector<StreamTable::Column> EventColumns() {
+  return {{"seq", 8, true},  {"received", 24}, {"time of the device", 24},
+          {"its clock", 14}, {"device", 24},   {"chan", 4, true},
+          {"code", 5, true}, {"state", 7},     {"text"}};
+}
+
+StreamTable::Row EventRow(const Json& record) {
   const std::string device = FieldText(record, "device");
   const auto clock = record.value("clock_quality", std::size_t{0});
-  std::string row =
-      fmt::format(kEventRow, FieldText(record, "seq"), FieldText(record, "receive_time"),
-                  FieldText(record, "device_time"),
-                  clock < kClocks.size() ? std::string(kClocks[clock]) : std::to_string(clock),
-                  FieldText(record, "line") + (device.empty() ? "" : "." + device),
-                  FieldText(record, "channel"), FieldText(record, "code"),
-                  FieldText(record, "state"), FieldText(record, "text"));
-  row.erase(row.find_last_not_of(" \n") + 1);
-  return row + "\n";
+  return {FieldText(record, "seq"),
+          FieldText(record, "receive_time"),
+          FieldText(record, "device_time"),
+          clock < kClocks.size() ? std::string(kClocks[clock]) : std::to_string(clock),
+          FieldText(record, "line") + (device.empty() ? "" : "." + device),
+          FieldText(record, "channel"),
+          FieldText(record, "code"),
+          FieldText(record, "state"),
+          FieldText(record, "text")};
 }
 
 /// "record1_current_l1 5.2 xIn", "record1_current_l2 none (bad: not connected)".
@@ -72,21 +77,24 @@ Kept KeptOf(const Json& event) {
 }
 
 /// Indented, below its event.
-std::string KeptRows(const Kept& kept) {
+std::string KeptRows(const Kept& kept, std::size_t width) {
   if (kept.title.empty()) return {};
-  std::string rows = kIndent + kept.title;
-  std::size_t width = kLongestLine;
-  for (const std::string& value : kept.values) {
-    if (width + value.size() > kLongestLine) {
-      rows += std::string("\n") + kIndent + "  ";
-      width = 0;
-    } else {
-      rows += "; ";
-    }
-    rows += value;
-    width += value.size() + 2;
+  const std::size_t longest = width == 0 ? kLongestLine : width - std::min(width, kIndent.size());
+  std::string rows;
+  for (const std::string& line : WrapLines(kept.title, longest)) {
+    rows.append(kIndent).append(line).append("\n");
   }
-  return rows + "\n";
+  std::string line;
+  const auto end_line = [&] {
+    if (!line.empty()) rows.append(kIndent).append("  ").append(line).append("\n");
+    line.clear();
+  };
+  for (const std::string& value : kept.values) {
+    if (line.size() + value.size() + 4 > longest) end_line();
+    line += (line.empty() ? "" : "; ") + value;
+  }
+  end_line();
+  return rows;
 }
 
 /// In one cell.
@@ -99,7 +107,7 @@ std::string KeptCell(const Kept& kept) {
 class EventPrinter {
  public:
   EventPrinter(const EventsOptions& options, std::ostream& out, std::ostream& err)
-      : options_(options), out_(out), err_(err) {}
+      : options_(options), out_(out), err_(err), table_(EventColumns(), options.width) {}
 
   void Print(const Json& records) {
     if (options_.csv && !std::exchange(headed_, true)) {
@@ -113,14 +121,11 @@ class EventPrinter {
         for (const char* field : kFields) out_ << CsvCell(FieldText(record, field)) << ",";
         out_ << KeptCell(KeptOf(record)) << "\r\n";
       } else {
-        if (!any_) {
-          out_ << fmt::format(kEventRow, "seq", "received", "time of the device", "its clock",
-                              "device", "chan", "code", "state", "text");
-        }
-        out_ << EventRow(record) << KeptRows(KeptOf(record));
+        PrintRow(EventRow(record), KeptOf(record));
       }
       any_ = true;
     }
+    Flush();
   }
 
   void End() {
@@ -131,9 +136,20 @@ class EventPrinter {
   }
 
  private:
+  /// Rows are aligned together up to the next that has something below it.
+  void PrintRow(StreamTable::Row row, const Kept& kept) {
+    rows_.push_back(std::move(row));
+    if (kept.title.empty()) return;
+    Flush();
+    out_ << KeptRows(kept, options_.width);
+  }
+  void Flush() { table_.Print(std::exchange(rows_, {}), out_); }
+
   const EventsOptions& options_;
   std::ostream& out_;
   std::ostream& err_;
+  StreamTable table_;
+  std::vector<StreamTable::Row> rows_;
   bool headed_ = false;
   bool any_ = false;
 };

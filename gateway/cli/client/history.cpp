@@ -3,13 +3,16 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <utility>
+#include <vector>
 
 #include "gateway/cli/client/control_client.h"
 #include "gateway/cli/client/csv.h"
 #include "gateway/cli/client/history_stream.h"
 #include "gateway/cli/client/record_pages.h"
+#include "gateway/cli/terminal/stream_table.h"
 
 namespace baudgate {
 namespace {
@@ -34,38 +37,36 @@ std::string GapText(const Json& record) {
   return "gap: the gateway was down until " + until;
 }
 
+std::vector<StreamTable::Column> ColumnsOf(const HistoryOptions& options) {
+  if (!options.every) return {{"time", 24}, {"point", 32}, {"value", 16, true}, {"quality"}};
+  return {{"from", 24},       {"point", 32},      {"mean", 12, true},
+          {"min", 12, true},  {"max", 12, true},  {"first", 12, true},
+          {"last", 12, true}, {"count", 7, true}, {"good s", 8, true}};
+}
+
 class HistoryPrinter {
  public:
-  HistoryPrinter(const HistoryOptions& options, std::ostream& out) : options_(options), out_(out) {}
+  HistoryPrinter(const HistoryOptions& options, std::ostream& out)
+      : options_(options), out_(out), table_(ColumnsOf(options), options.width) {}
 
   void Print(const Json& record) {
     if (options_.json) {
       out_ << record.dump(-1, ' ', false, Json::error_handler_t::replace) << '\n';
     } else if (options_.csv) {
-      Head();
       PrintCsv(record);
     } else {
-      Head();
-      PrintRow(record);
+      rows_.push_back(RowOf(record));
+      if (rows_.size() >= kTogether) Flush();
     }
   }
-  void Head() {
-    if (std::exchange(headed_, true) || options_.json) return;
-    if (options_.csv) {
-      out_ << (options_.every ? "time_utc,point,mean,min,max,first,last,count,seconds_good\r\n"
-                              : "time_utc,point,value,quality,quality_text\r\n");
-    } else if (options_.every) {
-      out_ << fmt::format(kSpanRow, "from", "point", "mean", "min", "max", "first", "last", "count",
-                          "good s");
-    } else {
-      out_ << fmt::format(kRow, "time", "point", "value", "quality");
-    }
+  void Flush() { table_.Print(std::exchange(rows_, {}), out_); }
+  void PrintCsvHead() {
+    out_ << (options_.every ? "time_utc,point,mean,min,max,first,last,count,seconds_good\r\n"
+                            : "time_utc,point,value,quality,quality_text\r\n");
   }
 
  private:
-  static constexpr const char* kRow = "{:<24}  {:<32}  {:>16}  {}\n";
-  static constexpr const char* kSpanRow =
-      "{:<24}  {:<32}  {:>12}  {:>12}  {:>12}  {:>12}  {:>12}  {:>7}  {:>8}\n";
+  static constexpr std::size_t kTogether = 1000;  // rows whose columns are aligned at once
 
   static std::string Rounded(const Json& record, const char* key) {
     const auto found = record.find(key);
@@ -73,19 +74,22 @@ class HistoryPrinter {
     return fmt::format("{:.7g}", found->get<double>());
   }
 
-  void PrintRow(const Json& record) {
+  StreamTable::Row RowOf(const Json& record) const {
     const std::string time = FieldText(record, "time");
     const std::string point = FieldText(record, "point");
     if (options_.every) {
-      out_ << fmt::format(kSpanRow, time, point, Rounded(record, "mean"), Rounded(record, "min"),
-                          Rounded(record, "max"), Rounded(record, "first"), Rounded(record, "last"),
-                          Shown(record, "count"), Rounded(record, "seconds_good"));
-    } else if (record.contains("gap")) {
-      out_ << fmt::format(kRow, time, point, "-", GapText(record));
-    } else {
-      out_ << fmt::format(kRow, time, point, Shown(record, "value"),
-                          FieldText(record, "quality_text"));
+      return {time,
+              point,
+              Rounded(record, "mean"),
+              Rounded(record, "min"),
+              Rounded(record, "max"),
+              Rounded(record, "first"),
+              Rounded(record, "last"),
+              Shown(record, "count"),
+              Rounded(record, "seconds_good")};
     }
+    if (record.contains("gap")) return {time, point, "-", GapText(record)};
+    return {time, point, Shown(record, "value"), FieldText(record, "quality_text")};
   }
 
   /// Times as spreadsheets know them; numbers as they are.
@@ -110,20 +114,42 @@ class HistoryPrinter {
 
   const HistoryOptions& options_;
   std::ostream& out_;
-  bool headed_ = false;
+  StreamTable table_;
+  std::vector<StreamTable::Row> rows_;
 };
+
+/// What is named, and what patterns mean; each once. The exit code.
+int PointsOf(const HistoryOptions& options, ControlClient& client, std::ostream& err,
+             std::vector<std::string>& points) {
+  const auto add = [&points](const std::string& point) {
+    if (std::ranges::find(points, point) == points.end()) points.push_back(point);
+  };
+  for (const std::string& text : options.points) {
+    if (text.find_first_of("*?") == std::string::npos) {
+      add(text);
+      continue;
+    }
+    Json answer;
+    const Json request = {{"command", "kept_points"}, {"pattern", text}};
+    if (const int code = ReadAnswer(client, request, answer, err); code != 0) return code;
+    for (const Json& point : answer.value("points", Json::array())) add(point.get<std::string>());
+  }
+  return 0;
+}
 
 }  // namespace
 
 int RunHistory(const HistoryOptions& options, std::ostream& out, std::ostream& err) {
   auto client = ConnectOrTell(options.socket, err);
   if (!client) return kNoDaemon;
+  std::vector<std::string> points;
+  if (const int code = PointsOf(options, *client, err, points); code != 0) return code;
   std::vector<HistoryStream> streams;
-  for (const std::string& point : options.points) {
+  for (const std::string& point : points) {
     streams.emplace_back(*client, options, point, err);
   }
   HistoryPrinter printer(options, out);
-  if (options.csv) printer.Head();
+  if (options.csv) printer.PrintCsvHead();
   // The oldest of the next of each; in each they stay as they are, whatever the clock has done.
   for (bool any = false;; any = true) {
     HistoryStream* oldest = nullptr;
@@ -138,6 +164,7 @@ int RunHistory(const HistoryOptions& options, std::ostream& out, std::ostream& e
       time = its;
     }
     if (oldest == nullptr) {
+      printer.Flush();
       if (!any) (options.json || options.csv ? err : out) << "nothing is kept of that time\n";
       return 0;
     }

@@ -12,14 +12,15 @@
 namespace baudgate {
 
 struct HistoryOptions {
-  std::vector<std::string> points{};  ///< LINE.DEVICE.POINT
+  std::vector<std::string> points{};  ///< LINE.DEVICE.POINT, or patterns with * and ?
   std::optional<WallTime> since{};
   std::optional<WallTime> until{};
   std::optional<Duration> every{};  ///< means, minima and maxima of so long; nothing: the values
   bool json = false;
   bool csv = false;
-  bool billing = false;  ///< see gateway/cli/client/billing.h
-  std::string socket{};  ///< empty: the gateway in the default places
+  bool billing = false;   ///< see gateway/cli/client/billing.h
+  std::string socket{};   ///< empty: the gateway in the default places
+  std::size_t width = 0;  ///< of tables, characters a line; 0: no limit
 };
 
 /// Exit code 0, also where there is nothing, which is said; 4 when no gateway answers, or it keeps

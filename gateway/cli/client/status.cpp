@@ -11,6 +11,12 @@ constexpr int kNotUnderstood = 4;
 
 }  // namespace
 
+std::string OtherVersion(const nlohmann::ordered_json& status) {
+  return "baudgate: the gateway is of another version (" +
+         status.value("version", std::string("unknown")) +
+         "); 'status --json' shows its answer as it is";
+}
+
 int RunStatus(const StatusOptions& options, std::ostream& out, std::ostream& err) {
   ControlClient::Json request = {{"command", "status"}};
   if (!options.target.empty()) request["target"] = options.target;
@@ -25,8 +31,7 @@ int RunStatus(const StatusOptions& options, std::ostream& out, std::ostream& err
   try {
     out << RenderStatus(status, options.target, view);
   } catch (const ControlClient::Json::exception&) {
-    err << "baudgate: the gateway is of another version (" << status.value("version", "unknown")
-        << "); --json shows its answer as it is\n";
+    err << OtherVersion(status) << '\n';
     return kNotUnderstood;
   }
   return 0;

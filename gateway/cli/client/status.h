@@ -3,10 +3,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <ostream>
 #include <string>
 
+#include "gateway/base/time.h"
 #include "gateway/cli/terminal/live_table.h"
 
 namespace baudgate {
@@ -14,9 +16,14 @@ namespace baudgate {
 struct StatusOptions {
   std::string target;  ///< "LINE", "LINE.DEVICE", or empty: everything
   bool json = false;
-  std::string socket;                 ///< empty: the gateway in the default places
-  std::optional<TableView> terminal;  ///< nothing: plain text
+  std::string socket{};                 ///< empty: the gateway in the default places
+  std::optional<TableView> terminal{};  ///< nothing: plain text
+  bool watch = false;                   ///< see gateway/cli/client/status_watch.h
+  std::optional<Duration> seconds{};    ///< of `watch`: end after this time
 };
+
+/// What is said of a gateway whose answer is not understood.
+std::string OtherVersion(const nlohmann::ordered_json& status);
 
 /// Returns the exit code: 0, 2 for an unknown line or device, 4 when no gateway answers.
 int RunStatus(const StatusOptions& options, std::ostream& out, std::ostream& err);

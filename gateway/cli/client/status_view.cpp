@@ -10,7 +10,10 @@
 
 #include "gateway/base/shown.h"
 #include "gateway/cli/client/json_fields.h"
+#include "gateway/cli/client/status_sentences.h"
+#include "gateway/cli/client/status_tables.h"
 #include "gateway/cli/client/traffic_view.h"
+#include "gateway/cli/terminal/wrap.h"
 
 namespace baudgate {
 namespace {
@@ -20,26 +23,6 @@ using Json = nlohmann::ordered_json;
 constexpr double kBarWidth = 40;
 /// Of the finest bucket of a histogram; each row of the chart is twice as long as the one before.
 constexpr double kFirstRowUs = 64;
-
-std::string Milliseconds(const Json& json) {
-  return json.is_null() ? "-" : FormatAge(std::chrono::milliseconds(json.get<std::int64_t>()));
-}
-
-std::string RoundTripText(double us) {
-  if (us < 9'950) return fmt::format("{:.1f} ms", us / 1e3);
-  if (us < 999'500) return fmt::format("{:.0f} ms", us / 1e3);
-  return fmt::format("{:.1f} s", us / 1e6);
-}
-
-/// "-" where nothing was counted.
-std::string ShareText(std::uint64_t part, std::uint64_t whole) {
-  if (whole == 0) return "-";
-  return fmt::format("{:.1f} %", 100.0 * static_cast<double>(part) / static_cast<double>(whole));
-}
-
-std::string UseText(const Json& line) {
-  return fmt::format("{:.0f} %", 100 * line.at("use").get<double>());
-}
 
 /// "12345: ok 12300, no_reply 45".
 std::string ExchangesText(const Json& of) {
@@ -52,10 +35,12 @@ std::string ExchangesText(const Json& of) {
 }
 
 /// Lines "label  text", the labels in one column.
-std::string Facts(const std::vector<std::pair<std::string, std::string>>& facts) {
+std::string Facts(const std::vector<std::pair<std::string, std::string>>& facts,
+                  const TableView& view) {
+  constexpr std::size_t kLabels = 14;
   std::string text;
   for (const auto& [label, fact] : facts) {
-    text += fmt::format("  {:<12}{}\n", label, Harmless(fact));
+    text += WrapSentence(fmt::format("  {:<12}{}", label, Harmless(fact)), view.width, kLabels);
   }
   return text;
 }
@@ -86,169 +71,36 @@ std::string Chart(const Json& trips) {
   return text;
 }
 
-bool IsAlive(const Json& device) {
-  const std::string state = Text(device, "state");
-  return state == "online" || state == "degraded";
-}
-
-std::size_t Alive(const Json& line) {
-  return static_cast<std::size_t>(std::ranges::count_if(line.at("devices"), IsAlive));
-}
-
-Tone ToneOfDevice(const Json& device) {
-  const std::string state = Text(device, "state");
-  if (state == "disabled") return Tone::faint;
-  if (!IsAlive(device)) return Tone::alarm;
-  return device.at("advice").empty() ? Tone::plain : Tone::warning;
-}
-
-std::string LineTable(const Json& lines, const TableView& view) {
-  static const std::vector<TableColumn> kColumns = {{.title = "line"},
-                                                    {.title = "port"},
-                                                    {.title = "use", .right = true},
-                                                    {.title = "exchanges", .right = true},
-                                                    {.title = "no reply", .right = true},
-                                                    {.title = "corrupt", .right = true},
-                                                    {.title = "late", .right = true},
-                                                    {.title = "online", .right = true}};
-  std::vector<TableRow> rows;
-  for (const Json& line : lines) {
-    const bool cut = line.contains("echo_lost_since") && !line.at("echo_lost_since").is_null();
-    const std::string port = Text(line, "port_state") + (cut ? ", no echo" : "");
-    const Tone tone = port == "closed" || cut     ? Tone::alarm
-                      : line.at("advice").empty() ? Tone::plain
-                                                  : Tone::warning;
-    const Json& outcomes = line.at("outcomes");
-    rows.push_back({{Text(line, "name"), port, UseText(line), NumberText(line, "exchanges"),
-                     NumberText(outcomes, "no_reply"), NumberText(outcomes, "corrupt"),
-                     NumberText(line, "late"),
-                     fmt::format("{} of {}", Alive(line), line.at("devices").size())},
-                    tone});
-  }
-  return RenderTable(kColumns, rows, view);
-}
-
-std::string DeviceTable(const Json& lines, const TableView& view) {
-  static const std::vector<TableColumn> kColumns = {{.title = "device"},
-                                                    {.title = "state"},
-                                                    {.title = "last"},
-                                                    {.title = "answered", .right = true},
-                                                    {.title = "ok", .right = true},
-                                                    {.title = "mean", .right = true},
-                                                    {.title = "p99", .right = true},
-                                                    {.title = "retries", .right = true},
-                                                    {.title = "missed", .right = true}};
-  std::vector<TableRow> rows;
-  for (const Json& line : lines) {
-    for (const Json& device : line.at("devices")) {
-      const Json& trips = device.at("round_trips");
-      const bool none = Number(trips, "count") == 0;
-      rows.push_back({{Text(line, "name") + "." + Text(device, "name"), Text(device, "state"),
-                       Text(device, "last_outcome"), Milliseconds(device.at("age_ms")),
-                       ShareText(Number(device.at("outcomes"), "ok"), Number(device, "exchanges")),
-                       none ? "-" : RoundTripText(trips.at("mean_us").get<double>()),
-                       none ? "-" : RoundTripText(trips.at("p99_us").get<double>()),
-                       NumberText(device, "retries"), NumberText(device, "missed")},
-                      ToneOfDevice(device)});
-    }
-  }
-  return RenderTable(kColumns, rows, view);
-}
-
-/// Null: there is none, or the gateway is older than this field.
-const Json& PartOf(const Json& status, const char* name) {
-  static const Json none;
-  const auto found = status.find(name);
-  return found == status.end() ? none : *found;
-}
-const Json& DdsOf(const Json& status) { return PartOf(status, "dds"); }
-
-/// "bay-1: …", "bay-1.feeder-2: …" and "route 20 to line bay-1: …", one a line, after an empty
-/// line.
-std::string Advice(const Json& status) {
-  const Json& lines = status.at("lines");
+/// After an empty line; nothing where there is none.
+std::string Paragraph(const std::vector<std::string>& sentences, const TableView& view) {
   std::string text;
-  const auto add = [&text](const std::string& who, const Json& of) {
-    for (const Json& sentence : of.at("advice")) {
-      text += Harmless(who + ": " + sentence.get<std::string>()) + "\n";
-    }
-  };
-  for (const Json& line : lines) {
-    add(Text(line, "name"), line);
-    for (const Json& device : line.at("devices")) {
-      add(Text(line, "name") + "." + Text(device, "name"), device);
-    }
-  }
-  const Json& modbus = status.at("modbus");
-  for (const Json& master : modbus.at("masters")) add("master on " + Text(master, "port"), master);
-  for (const Json& listener : PartOf(modbus, "closed")) {
-    add("listener " + Text(listener, "listener"), listener);
-  }
-  for (const Json& route : modbus.at("routes")) {
-    add("route " + Text(route, "units") + " to " + Text(route, "target"), route);
-  }
-  if (const Json& dds = DdsOf(status); !dds.is_null()) add("DDS", dds);
-  if (const Json& audit = PartOf(status, "audit"); !audit.is_null()) add("audit", audit);
-  if (const Json& events = PartOf(status, "events"); !events.is_null()) add("events", events);
-  if (const Json& history = PartOf(status, "history"); !history.is_null()) add("history", history);
-  if (const Json& configuration = PartOf(status, "configuration"); !configuration.is_null()) {
-    add("configuration", configuration);
-  }
-  return "\n" + (text.empty() ? "all is well\n" : text);
+  for (const std::string& sentence : sentences) text += WrapSentence(sentence, view.width);
+  return text.empty() ? text : "\n" + text;
+}
+std::string Paragraph(const std::string& sentence, const TableView& view) {
+  return sentence.empty() ? sentence : Paragraph(std::vector{sentence}, view);
 }
 
-/// "DDS domain 0: 3 subscribers, 1234 samples"; nothing while something is wrong, which the advice
-/// tells. Samples that the library did not take go again.
-std::string DdsLine(const Json& status) {
-  const Json& dds = DdsOf(status);
-  if (dds.is_null() || !dds.at("advice").empty()) return {};
-  const std::uint64_t refused = Number(dds, "refused");
-  return fmt::format("\nDDS domain {}: {}, {}{}{}\n", Number(dds, "domain"),
-                     Plural(Number(dds, "subscribers"), "subscriber"),
-                     Plural(Number(dds, "samples"), "sample"),
-                     refused == 0 ? "" : fmt::format(", {} not taken by the library", refused),
-                     Text(dds, "state") == "starting" ? ", the process is starting" : "");
+std::string AdviceText(const Json& status, const TableView& view) {
+  const std::string text = Paragraph(AdviceOf(status), view);
+  return text.empty() ? "\nall is well\n" : text;
 }
 
-/// "DDS took 12 write requests" and "DDS let in 12345 datagrams, refused 40: 38 fragments, 2 broken
-/// parameter lists", each in a line.
-std::string DdsTraffic(const Json& status) {
-  const Json& dds = DdsOf(status);
-  if (dds.is_null()) return {};
-  std::string lines;
-  for (const char* part : {"events", "requests", "datagrams"}) {
-    const auto found = dds.find(part);  // an older gateway has none
-    if (found == dds.end() || found->is_null() || Text(*found, "text").empty()) continue;
-    lines += "DDS " + Harmless(Text(*found, "text")) + "\n";
-  }
-  return (lines.empty() || dds.at("advice").empty() ? "" : "\n") + lines;
-}
-
-/// "2 alarms active, 1 not acknowledged: see 'baudgate alarms'"; nothing where there is none.
-std::string AlarmsLine(const Json& status) {
-  const Json& alarms = PartOf(PartOf(status, "events"), "alarms");
-  if (!alarms.is_object()) return {};
-  const std::uint64_t active = Number(alarms, "active");
-  const std::uint64_t unseen = Number(alarms, "unacknowledged");
-  if (active + unseen == 0) return {};
-  return fmt::format("\n{} active, {} not acknowledged: see 'baudgate alarms'\n",
-                     Plural(active, "alarm"), unseen);
+std::string DdsText(const Json& status, const TableView& view) {
+  std::string text = Paragraph(DdsSentence(status), view);
+  const std::string traffic = Paragraph(DdsTraffic(status), view);
+  const bool joined = !text.empty() && !traffic.empty();
+  return text + (joined ? traffic.substr(1) : traffic);
 }
 
 std::string Overview(const Json& status, const TableView& view) {
   const Json& lines = status.at("lines");
-  std::size_t devices = 0;
-  std::size_t alive = 0;
-  for (const Json& line : lines) {
-    devices += line.at("devices").size();
-    alive += Alive(line);
-  }
-  return fmt::format("{}: baudgate {}, up {}, lines: {}, devices: {}, online: {}\n\n",
-                     Text(status, "gateway"), Text(status, "version"),
-                     Milliseconds(status.at("uptime_ms")), lines.size(), devices, alive) +
-         LineTable(lines, view) + (devices == 0 ? "" : "\n" + DeviceTable(lines, view)) +
-         RenderTraffic(status.at("modbus"), view) + DdsLine(status) + DdsTraffic(status) +
-         AlarmsLine(status) + Advice(status);
+  const std::string devices = DeviceTable(lines, view);
+  const bool none =
+      std::ranges::all_of(lines, [](const Json& line) { return line.at("devices").empty(); });
+  return WrapSentence(HeadSentence(status), view.width) + "\n" + LineTable(lines, view) +
+         (none ? "" : "\n" + devices) + RenderTraffic(status.at("modbus"), view) +
+         DdsText(status, view) + Paragraph(AlarmsSentence(status), view) + AdviceText(status, view);
 }
 
 std::string PortText(const Json& line) {
@@ -264,26 +116,28 @@ std::string OneLine(const Json& status, const TableView& view) {
   const bool is_serial = !line.at("serial").is_null();
   std::string text = fmt::format("{}: {} on {}{}\n", Text(line, "name"), Text(line, "protocol"),
                                  Text(line, "port"), is_serial ? ", " + Text(line, "serial") : "");
-  text += Facts(
-      {{"port", PortText(line)},
-       {"use", fmt::format("{} of the last full minute, busy {} of {}", UseText(line),
-                           Milliseconds(line.at("busy_ms")), Milliseconds(status.at("uptime_ms")))},
-       {"exchanges", ExchangesText(line)},
-       {"bytes", fmt::format("{} in, {} out, {} stray", Number(line, "bytes_in"),
-                             Number(line, "bytes_out"), Number(line, "stray_bytes"))},
-       {"trouble", fmt::format("late {}, echoes {}, collisions {}, parity errors {}, framing "
-                               "errors {}, overruns {}",
-                               Number(line, "late"), Number(line, "echoes"),
-                               Number(line, "collisions"), Number(line, "parity_errors"),
-                               Number(line, "framing_errors"), Number(line, "overruns"))},
-       {"absent", line.at("notice_bound_ms").is_null()
-                      ? "no device"
-                      : fmt::format("probed {}; a return is noticed within {}",
-                                    Plural(line.at("probes").get<std::uint64_t>(), "time"),
-                                    Milliseconds(line.at("notice_bound_ms")))}});
+  text +=
+      Facts({{"port", PortText(line)},
+             {"use", fmt::format("{} of the last full minute, busy {} of {}", UseText(line),
+                                 MillisecondsText(line.at("busy_ms")),
+                                 MillisecondsText(status.at("uptime_ms")))},
+             {"exchanges", ExchangesText(line)},
+             {"bytes", fmt::format("{} in, {} out, {} stray", Number(line, "bytes_in"),
+                                   Number(line, "bytes_out"), Number(line, "stray_bytes"))},
+             {"trouble", fmt::format("late {}, echoes {}, collisions {}, parity errors {}, framing "
+                                     "errors {}, overruns {}",
+                                     Number(line, "late"), Number(line, "echoes"),
+                                     Number(line, "collisions"), Number(line, "parity_errors"),
+                                     Number(line, "framing_errors"), Number(line, "overruns"))},
+             {"absent", line.at("notice_bound_ms").is_null()
+                            ? "no device"
+                            : fmt::format("probed {}; a return is noticed within {}",
+                                          Plural(line.at("probes").get<std::uint64_t>(), "time"),
+                                          MillisecondsText(line.at("notice_bound_ms")))}},
+            view);
   text += "\n" + Chart(line.at("round_trips"));
   if (!line.at("devices").empty()) text += "\n" + DeviceTable(lines, view);
-  return text + RenderTraffic(status.at("modbus"), view) + Advice(status);
+  return text + RenderTraffic(status.at("modbus"), view) + AdviceText(status, view);
 }
 
 std::string JsonValueText(const Json& value) {
@@ -318,7 +172,7 @@ std::string OneDevice(const Json& status, const TableView& view) {
       {{"state", Text(device, "state")},
        {"last", Text(device, "last_outcome") + (reason.empty() ? "" : "; last trouble: " + reason)},
        {"answered",
-        device.at("age_ms").is_null() ? "never" : Milliseconds(device.at("age_ms")) + " ago"},
+        device.at("age_ms").is_null() ? "never" : MillisecondsText(device.at("age_ms")) + " ago"},
        {"exchanges", ExchangesText(device)},
        {"trouble",
         fmt::format("retries {}, missed periods {}, late {}{}", Number(device, "retries"),
@@ -328,10 +182,11 @@ std::string OneDevice(const Json& status, const TableView& view) {
                         : fmt::format(" (by up to {} ms)", Number(device, "lateness_ms")))},
        {"points",
         fmt::format("{}: {} good, {} uncertain, {} bad", Number(points, "count"),
-                    Number(points, "good"), Number(points, "uncertain"), Number(points, "bad"))}});
-  if (!learned.empty()) text += Facts({{"learned", learned}});
+                    Number(points, "good"), Number(points, "uncertain"), Number(points, "bad"))}},
+      view);
+  if (!learned.empty()) text += Facts({{"learned", learned}}, view);
   if (!device.value("times", Json::array()).empty())
-    text += Facts({{"times", TimesText(device.at("times"))}});
+    text += Facts({{"times", TimesText(device.at("times"))}}, view);
   text += "\n" + Chart(device.at("round_trips")) + "\n";
   std::vector<PointRow> rows;
   for (const Json& value : device.at("values")) {
@@ -347,7 +202,7 @@ std::string OneDevice(const Json& status, const TableView& view) {
     }
     rows.push_back(std::move(row));
   }
-  return text + RenderPoints(rows, view) + Advice(status);
+  return text + RenderPoints(rows, view) + AdviceText(status, view);
 }
 
 }  // namespace

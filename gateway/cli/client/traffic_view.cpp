@@ -29,16 +29,17 @@ std::uint64_t Failed(const Json& route) {
 }
 
 std::string RouteTable(const Json& routes, const TableView& view) {
-  static const std::vector<TableColumn> kColumns = {{.title = "units"},
-                                                    {.title = "route to"},
-                                                    {.title = "requests", .right = true},
-                                                    {.title = "ok", .right = true},
-                                                    {.title = "refused", .right = true},
-                                                    {.title = "no reply", .right = true},
-                                                    {.title = "too late", .right = true},
-                                                    {.title = "queue full", .right = true},
-                                                    {.title = "client left", .right = true},
-                                                    {.title = "mean wait", .right = true}};
+  static const std::vector<TableColumn> kColumns = {
+      {.title = "units"},
+      {.title = "route to"},
+      {.title = "requests", .right = true},
+      {.title = "ok", .right = true},
+      {.title = "refused", .right = true},
+      {.title = "no reply", .right = true},
+      {.title = "too late", .right = true, .spare = true},
+      {.title = "queue full", .right = true, .spare = true},
+      {.title = "client left", .right = true, .spare = true},
+      {.title = "mean wait", .right = true}};
   std::vector<TableRow> rows;
   const auto add = [&rows](const std::string& units, const std::string& target, const Json& of) {
     rows.push_back(
@@ -74,15 +75,16 @@ std::string MasterTable(const Json& masters, const TableView& view) {
 }
 
 std::string ClientTable(const Json& clients, const TableView& view) {
-  static const std::vector<TableColumn> kColumns = {{.title = "client"},
-                                                    {.title = "on"},
-                                                    {.title = "priority"},
-                                                    {.title = "requests", .right = true},
-                                                    {.title = "exceptions", .right = true},
-                                                    {.title = "waiting", .right = true},
-                                                    {.title = "bytes in", .right = true},
-                                                    {.title = "bytes out", .right = true},
-                                                    {.title = "last"}};
+  static const std::vector<TableColumn> kColumns = {
+      {.title = "client"},
+      {.title = "on"},
+      {.title = "priority"},
+      {.title = "requests", .right = true},
+      {.title = "exceptions", .right = true},
+      {.title = "waiting", .right = true},
+      {.title = "bytes in", .right = true, .spare = true},
+      {.title = "bytes out", .right = true, .spare = true},
+      {.title = "last"}};
   std::vector<TableRow> rows;
   for (const Json& client : clients) {
     rows.push_back({{Text(client, "peer"), Text(client, "listener"), Text(client, "priority"),

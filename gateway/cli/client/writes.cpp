@@ -49,10 +49,15 @@ StreamTable::Row RowOf(const Json& record) {
           Remark(record)};
 }
 
+std::vector<StreamTable::Column> WriteColumns() {
+  return {{"time", 24},       {"client", 21}, {"point", 36},
+          {"old -> new", 20}, {"outcome", 8}, {"reason"}};
+}
+
 class WritePrinter {
  public:
   WritePrinter(const WritesOptions& options, std::ostream& out, std::ostream& err)
-      : options_(options), out_(out), err_(err) {}
+      : options_(options), out_(out), err_(err), table_(WriteColumns(), options.width) {}
 
   void Print(const Json& records) {
     std::vector<StreamTable::Row> rows;
@@ -77,12 +82,7 @@ class WritePrinter {
   const WritesOptions& options_;
   std::ostream& out_;
   std::ostream& err_;
-  StreamTable table_{{{"time", 24},
-                      {"client", 21},
-                      {"point", 36},
-                      {"old -> new", 20},
-                      {"outcome", 8},
-                      {"reason"}}};
+  StreamTable table_;
   bool any_ = false;
 };
 

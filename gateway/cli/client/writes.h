@@ -16,6 +16,7 @@ struct WritesOptions {
   bool json = false;
   std::string socket{};               ///< empty: the gateway in the default places
   std::optional<Duration> seconds{};  ///< of `follow`, for tests: end after this time
+  std::size_t width = 0;              ///< of the table, characters a line; 0: no limit
 };
 
 /// Exit code 0, also where nothing was written yet, which is said; 4 when no gateway answers, or it

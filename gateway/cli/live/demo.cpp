@@ -12,6 +12,7 @@
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -20,6 +21,7 @@
 #include "gateway/base/log.h"
 #include "gateway/base/shown.h"
 #include "gateway/cli/offline/make_line.h"
+#include "gateway/cli/terminal/live_screen.h"
 #include "gateway/cli/terminal/live_table.h"
 #include "gateway/daemon/daemon.h"
 #include "gateway/simulate/simulator.h"
@@ -174,7 +176,52 @@ class Twins {
   std::thread thread_;
 };
 
-/// Shows the table until the time is over or a signal comes. On a terminal it is live.
+/// Draws the table on a terminal until the time is over or a signal comes.
+class LiveDemo {
+ public:
+  LiveDemo(const Daemon& daemon, std::string head, std::string tail, std::ostream& out)
+      : daemon_(daemon), head_(std::move(head)), tail_(std::move(tail)), out_(out), screen_(out) {}
+
+  void Run(asio::io_context& io) {
+    io_ = &io;
+    OnResize();
+    Draw();
+    io.run();
+  }
+
+ private:
+  void Draw() {
+    if (auto view = TerminalView(STDOUT_FILENO)) {
+      const std::size_t height = view->height;
+      const auto around = std::ranges::count(head_ + tail_, '\n');
+      if (height > 0) view->height -= std::min(height - 1, static_cast<std::size_t>(around));
+      screen_.Draw(head_ + RenderPoints(Rows(daemon_.store()), *view) + tail_, height);
+    }
+    if (!out_) io_->stop();  // its reader has left
+    refresh_.emplace(*io_, kRefresh);
+    refresh_->async_wait([this](const asio::error_code& error) {
+      if (!error) Draw();
+    });
+  }
+  void OnResize() {
+    if (!resized_) resized_.emplace(*io_, SIGWINCH);
+    resized_->async_wait([this](const asio::error_code& error, int) {
+      if (error) return;
+      Draw();
+      OnResize();
+    });
+  }
+
+  const Daemon& daemon_;
+  const std::string head_;
+  const std::string tail_;
+  std::ostream& out_;
+  LiveScreen screen_;
+  asio::io_context* io_ = nullptr;
+  std::optional<asio::steady_timer> refresh_;
+  std::optional<asio::signal_set> resized_;
+};
+
 void Show(const Daemon& daemon, const DemoOptions& options, std::ostream& out) {
   asio::io_context io(1);
   asio::signal_set stop(io, SIGTERM, SIGINT, SIGHUP);
@@ -186,27 +233,13 @@ void Show(const Daemon& daemon, const DemoOptions& options, std::ostream& out) {
   }
   const std::string head = "baudgate demo: " + daemon.Summary() + "\n";
   const std::string tail = Hints(daemon.config(), options);
-  asio::steady_timer refresh(io);
-  std::function<void()> draw = [&] {
-    if (auto view = TerminalView(STDOUT_FILENO)) {
-      const std::size_t around = 6;  // head, tail and the line the cursor is in
-      if (view->height > around) view->height -= around;
-      out << OverwriteScreen(head + RenderPoints(Rows(daemon.store()), *view) + tail) << std::flush;
-    }
-    refresh.expires_after(kRefresh);
-    refresh.async_wait([&](const asio::error_code& error) {
-      if (error) return;
-      draw();
-      if (!out) io.stop();  // its reader has left
-    });
-  };
-  if (TerminalView(STDOUT_FILENO)) {
+  if (LiveScreen::Possible(STDOUT_FILENO)) {
     log::SetLeast(log::Level::error);
+    LiveDemo(daemon, head, tail, out).Run(io);
   } else {
     out << head << tail << std::flush;
+    io.run();
   }
-  draw();
-  io.run();
 }
 
 }  // namespace
@@ -247,7 +280,7 @@ int RunDemo(const DemoOptions& options, const config::Catalog& catalog, std::ost
     const std::size_t devices = daemon.store().device_count();
     const std::vector<PointRow> rows = Rows(daemon.store());
     daemon.Stop();
-    if (!TerminalView(STDOUT_FILENO)) out << RenderPoints(rows, {}) << "\n";
+    if (!LiveScreen::Possible(STDOUT_FILENO)) out << RenderPoints(rows, {}) << "\n";
     out << fmt::format("{} of {} devices were read\n", alive, devices);
     return alive == devices && devices > 0 ? 0 : 4;
   }

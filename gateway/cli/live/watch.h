@@ -7,9 +7,13 @@
 #include <string>
 #include <vector>
 
+#include "config/catalog/catalog.h"
+
 namespace baudgate {
 
 /// Does not return when all is well. `words` are those behind "watch"; 4: there is no baudgate-dds.
-int RunWatch(const std::vector<std::string>& words, std::ostream& err);
+/// The points of installed profiles go with them (gateway/dds/watch/point_order.h).
+int RunWatch(const std::vector<std::string>& words, const config::Catalog& catalog,
+             std::ostream& err);
 
 }  // namespace baudgate

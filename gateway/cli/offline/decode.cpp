@@ -1,43 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/cli/offline/decode.h"
 
-#include <algorithm>
 #include <cmath>
-#include <memory>
+#include <map>
 #include <nlohmann/json.hpp>
-#include <optional>
-#include <string_view>
 #include <type_traits>
 #include <utility>
 
-#include "gateway/base/text.h"
-#include "gateway/cli/offline/make_line.h"
-#include "gateway/line/assembler.h"
-#include "gateway/store/conversion.h"
+#include "gateway/base/exit_code.h"
+#include "gateway/base/shown.h"
+#include "gateway/cli/offline/captures.h"
+#include "gateway/cli/offline/exchange_decoder.h"
+#include "gateway/cli/terminal/wrap.h"
 
 namespace baudgate {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-/// In the place of a masked byte. SPA takes "XX" for any checksum.
-constexpr std::uint8_t kUnknown = 'X';
-
-struct Capture {
-  Bytes request;
-  Bytes reply;
-  bool request_masked = false;
-  bool reply_masked = false;
-  std::string time;  ///< of a trace, and so is all below
-  std::string device;
-  std::optional<Outcome> told;  ///< how it ended when it was recorded
-  std::string why;              ///< and the reason that was recorded with it
-  bool ended = false;           ///< what comes now belongs to no exchange
-  bool last = false;            ///< nothing stands behind it in the recording
-
-  /// More may have come than was recorded.
-  bool is_open() const { return !time.empty() && !told; }
-};
 
 Json ToJson(const Value& value) {
   return std::visit(
@@ -54,259 +33,115 @@ Json ToJson(const Value& value) {
       value);
 }
 
-Json ToJson(const Reading& reading, const config::Device& device) {
-  if (reading.point >= device.points.size()) {
-    return {{"point", reading.label},
-            {"value", ToJson(reading.value)},
-            {"quality", reading.quality.word()}};
-  }
-  const config::Point& point = device.points[reading.point];
-  const Sample sample = ToSample(point, reading);
-  return {{"point", point.name},
-          {"value", ToJson(sample.value)},
-          {"unit", point.unit},
-          {"quality", sample.quality.word()}};
-}
-
-/// The first whole frame of the reply, or how the reply failed.
-struct Cutting {
-  std::optional<Bytes> frame;
-  Outcome outcome = Outcome::no_reply;
-  std::string reason = "no reply";
-};
-
-Cutting CutReply(const Capture& capture, const Protocol& protocol, const config::Options& options) {
-  Expectation expect = protocol.expect(capture.request, options);
-  Cutting cutting;
-  if (expect.reply == Expectation::Reply::none) cutting = {{}, Outcome::ok, {}};
-  Assembler assembler;
-  assembler.Begin(protocol.reply_rule, std::move(expect));
-  assembler.Feed(capture.reply);
-  cutting.frame = assembler.Next(false);
-  if (!cutting.frame) cutting.frame = assembler.Next(true);
-  if (!cutting.frame && assembler.blame() != Outcome::none) {
-    cutting.outcome = assembler.blame();
-    cutting.reason = assembler.why();
-  }
-  return cutting;
-}
-
-Answer EndUnknown(const Capture& capture) {
-  Answer answer;
-  answer.outcome = Outcome::none;
-  answer.reason = capture.last ? "the recording ends before this exchange"
-                               : "the recording does not show how this exchange ended";
-  return answer;
-}
-
-Answer Interpret(const Capture& capture, const Protocol& protocol, const config::Device& device,
-                 Conversation& conversation) {
-  const Cutting cutting = CutReply(capture, protocol, device.options);
-  if (cutting.frame) return conversation.Interpret(capture.request, *cutting.frame);
-  if (capture.is_open() && cutting.outcome != Outcome::ok) return EndUnknown(capture);
-  Answer answer;
-  answer.outcome = cutting.outcome;
-  answer.reason = cutting.reason;
-  return answer;
-}
-
-/// Nothing can be checked over bytes that are unknown: how the exchange ended is what the trace
-/// says, and values are given only where they need none of them.
-Answer InterpretMasked(const Capture& capture, const Protocol& protocol,
-                       const config::Device& device, Conversation& conversation) {
-  Answer answer;
-  answer.outcome = Outcome::none;
-  if (capture.reply.empty()) {
-    if (capture.is_open()) return EndUnknown(capture);
-    answer.outcome = Outcome::no_reply;
-  } else if (!capture.reply_masked) {
-    Answer read = Interpret(capture, protocol, device, conversation);
-    if (ProvesLife(read.outcome)) answer = std::move(read);
-  }
-  if (capture.told && answer.outcome != *capture.told) {
-    answer.outcome = *capture.told;
-    answer.readings.clear();
-  }
-  answer.reason = capture.told ? "secret bytes are masked; the outcome is the recorded one"
-                               : "secret bytes are masked; nothing can be checked over them";
-  return answer;
-}
-
-/// Times, echoes and the exchanges before decide as well, and the recording may have left bytes
-/// out: how the exchange ended is what the trace says, and values are given where the bytes agree.
-Answer InterpretTold(const Capture& capture, const Protocol& protocol, const config::Device& device,
-                     Conversation& conversation) {
-  Answer answer = Interpret(capture, protocol, device, conversation);
-  if (!capture.told) return answer;
-  const bool agreed = answer.outcome == *capture.told;
-  if (agreed && capture.why.empty()) return answer;
-  std::string reason = capture.why.empty() ? "the outcome is the recorded one" : capture.why;
-  if (!agreed) {
-    reason += "; by these bytes and options alone: " + std::string(Name(answer.outcome));
-    if (!answer.reason.empty()) reason += " (" + answer.reason + ")";
-    answer.readings.clear();
-  }
-  answer.outcome = *capture.told;
-  answer.reason = std::move(reason);
-  return answer;
-}
-
-Json Decode(const Capture& capture, const Protocol& protocol, const config::Device& device,
-            Conversation& conversation) {
-  const bool masked = capture.request_masked || capture.reply_masked;
-  const Answer answer = masked ? InterpretMasked(capture, protocol, device, conversation)
-                               : InterpretTold(capture, protocol, device, conversation);
+Json ToJson(const DecodedExchange& decoded, const Capture& capture) {
   Json values = Json::array();
-  for (const Reading& reading : answer.readings) values.push_back(ToJson(reading, device));
-  Json json = {{"outcome", Name(answer.outcome)}, {"reason", answer.reason}, {"values", values}};
+  for (const DecodedValue& value : decoded.values) {
+    Json json = {{"point", value.name}, {"value", ToJson(value.value)}};
+    if (value.is_point) json["unit"] = value.unit;
+    json["quality"] = value.quality.word();
+    values.push_back(std::move(json));
+  }
+  Json json = {{"outcome", Name(decoded.outcome)}, {"reason", decoded.reason}, {"values", values}};
   if (!capture.time.empty()) json.update({{"time", capture.time}, {"device", capture.device}});
   return json;
 }
 
-struct Hex {
-  Bytes bytes;
-  bool masked = false;
-};
-
-/// "3E 31 ** 0D"; nothing when it is none.
-std::optional<Hex> ParseMaskedHex(std::string_view text) {
-  Hex hex;
-  std::string plain(text);
-  for (auto at = plain.find("**"); at != std::string::npos; at = plain.find("**", at)) {
-    plain.replace(at, 2, HexByte(kUnknown));
-    hex.masked = true;
-  }
-  auto bytes = ParseHex(Trim(plain));
-  if (!bytes) return std::nullopt;
-  hex.bytes = std::move(*bytes);
-  return hex;
+/// "04:05:06.123456 ai-1: corrupt: checksum", and a line for each value.
+std::string ToProse(const DecodedExchange& decoded, const Capture& capture, std::size_t width) {
+  std::string head = capture.time.empty() ? "" : capture.time + " " + capture.device + ": ";
+  head += decoded.outcome == Outcome::none ? "not known" : Name(decoded.outcome);
+  if (!decoded.reason.empty()) head += ": " + decoded.reason;
+  std::string text = WrapSentence(Harmless(head), width);
+  for (const DecodedValue& value : decoded.values) text += "  " + ValueText(value) + "\n";
+  return text;
 }
 
-/// One line: a mark and what follows it; of a trace also when and with which device.
-struct Marked {
-  char mark = 0;
-  std::string_view rest;
-  std::string_view time;
-  std::string_view device;
-};
+/// A decoder for each device that the head names; what the words say holds for all.
+class Decoders {
+ public:
+  Decoders(const DecodeOptions& options, const config::Catalog& catalog)
+      : options_(options), catalog_(catalog) {}
 
-std::string_view TakeWord(std::string_view& text) {
-  const std::string_view word = text.substr(0, text.find(' '));
-  text = Trim(text.substr(word.size()));
-  return word;
-}
-
-Marked ReadMarked(std::string_view line) {
-  Marked marked;
-  std::string_view text = Trim(line);
-  constexpr std::string_view kClock = "00:00:00.000000";
-  const std::string_view first = text.substr(0, text.find(' '));
-  const bool timed =
-      std::equal(first.begin(), first.end(), kClock.begin(), kClock.end(),
-                 [](char c, char form) { return form == '0' ? c >= '0' && c <= '9' : c == form; });
-  if (timed) {
-    marked.time = TakeWord(text);
-    marked.device = TakeWord(text);
-    if (!text.starts_with('=')) text = text.substr(0, text.find('|'));
-  }
-  if (text.empty()) return marked;
-  marked.mark = text.front();
-  marked.rest = text.substr(1);
-  return marked;
-}
-
-std::optional<Outcome> OutcomeOf(std::string_view text) {
-  const std::string_view word = Trim(text.substr(0, text.find_first_of(",:")));
-  for (std::size_t i = 0; i < kOutcomeCount; ++i) {
-    if (word == Name(static_cast<Outcome>(i))) return static_cast<Outcome>(i);
-  }
-  return std::nullopt;
-}
-
-/// "= corrupt, 27.3 ms: checksum": what stands behind the colon; empty: nothing does.
-std::string_view ReasonOf(std::string_view text) {
-  const auto colon = text.find(':');
-  return colon == std::string_view::npos ? std::string_view() : Trim(text.substr(colon + 1));
-}
-
-/// An error says what is wrong with this line.
-Status TakeLine(std::string_view line, std::vector<Capture>& captures) {
-  const Marked marked = ReadMarked(line);
-  const bool of_trace = !marked.time.empty();
-  if (of_trace && !captures.empty()) captures.back().last = false;
-  // Of another exchange, where a slow reader has lost records.
-  const bool known =
-      !captures.empty() && !captures.back().ended && captures.back().device == marked.device;
-  if (marked.mark == '=' && of_trace && known) {
-    Capture& capture = captures.back();
-    capture.told = OutcomeOf(marked.rest);
-    capture.why = ReasonOf(marked.rest);
-    capture.ended = true;
-  }
-  if (marked.mark != '>' && marked.mark != '<') return {};
-  const auto hex = ParseMaskedHex(marked.rest);
-  if (!hex) return Error{"these are not hex bytes"};
-  if (marked.mark == '>') {
-    Capture capture;
-    capture.request = hex->bytes;
-    capture.request_masked = hex->masked;
-    capture.time = marked.time;
-    capture.device = marked.device;
-    capture.last = true;
-    captures.push_back(std::move(capture));
-  } else if (!captures.empty() && !captures.back().ended) {
-    captures.back().last = true;
-    Append(captures.back().reply, hex->bytes);
-    captures.back().reply_masked = captures.back().reply_masked || hex->masked;
-  } else if (!of_trace) {  // a trace may begin in the midst of an exchange, and has stray bytes
-    return Error{"a reply before any request (\"> hex\")"};
-  }
-  return {};
-}
-
-Result<std::vector<Capture>> ReadCaptures(std::istream& in) {
-  std::vector<Capture> captures;
-  std::string line;
-  for (int number = 1; std::getline(in, line); ++number) {
-    if (const Status taken = TakeLine(line, captures); !taken) {
-      return Error{"line " + std::to_string(number) + ": " + taken.error()};
+  Status Begin(const std::vector<TracedDevice>& devices) {
+    for (const TracedDevice& device : devices) {
+      if (options_.device.empty() || options_.device == device.name) devices_[device.name] = device;
     }
+    if (!options_.protocol.empty() || !options_.profile.empty()) devices_.clear();
+    if (!devices_.empty()) return {};
+    if (!options_.protocol.empty() || !options_.profile.empty()) return For("").first;
+    return Error{"--protocol is missing, and no head of a trace names one"};
   }
-  if (in.bad()) return Error{"the captures can not be read; is this a file?"};
-  if (captures.empty()) return Error{"no exchange here; write lines \"> hex\" and \"< hex\""};
-  return captures;
-}
+
+  /// Null: it can not be had, and the status says why.
+  std::pair<Status, ExchangeDecoder*> For(const std::string& device) {
+    const auto known = devices_.find(device);
+    const std::string key = known == devices_.end() ? "" : device;
+    auto found = decoders_.find(key);
+    if (found == decoders_.end()) {
+      TracedDevice traced = key.empty() ? TracedDevice{} : known->second;
+      if (key.empty()) traced.protocol = ProtocolOfOthers();
+      if (!options_.profile.empty()) traced.profile = options_.profile;
+      traced.set.insert(traced.set.end(), options_.set.begin(), options_.set.end());
+      auto decoder = ExchangeDecoder::Create(traced, catalog_);
+      if (!decoder) return {Error{decoder.error()}, nullptr};
+      found = decoders_.emplace(key, std::move(*decoder)).first;
+    }
+    return {Status(), &found->second};
+  }
+
+ private:
+  /// Slaves that only routes reach are not in the head: they speak what the others of the line do.
+  std::string ProtocolOfOthers() const {
+    if (!options_.protocol.empty() || devices_.empty()) return options_.protocol;
+    return devices_.begin()->second.protocol;
+  }
+
+  const DecodeOptions& options_;
+  const config::Catalog& catalog_;
+  std::map<std::string, TracedDevice> devices_;
+  std::map<std::string, ExchangeDecoder> decoders_;
+};
 
 }  // namespace
 
+std::string ValueText(const DecodedValue& value) {
+  const auto* number = std::get_if<double>(&value.value);
+  const std::string shown = number != nullptr ? FormatValue(*number) : ToText(value.value);
+  std::string text = value.name + " " + (shown.empty() ? "-" : shown);
+  if (!value.unit.empty()) text += " " + value.unit;
+  if (!IsGood(value.quality)) text += " (" + std::string(Name(value.quality)) + ")";
+  return Harmless(text);
+}
+
 int RunDecode(const DecodeOptions& options, const config::Catalog& catalog, std::istream& in,
               std::ostream& out, std::ostream& err) {
-  // Requests name their device; this address only has to be a valid one.
-  const auto line =
-      MakeLine({.protocol = options.protocol,
-                .devices = {{.profile = options.profile, .address = "1", .set = options.set}}},
-               catalog);
-  if (!line) {
-    err << "baudgate: " << line.error() << "\n";
-    return 3;
+  const auto fail = [&err](int code, const std::string& why) {
+    err << "baudgate: " << why << "\n";
+    return code;
+  };
+  Decoders decoders(options, catalog);
+  if (!options.protocol.empty() || !options.profile.empty()) {
+    if (const Status begun = decoders.Begin({}); !begun) {
+      return fail(kExitBadConfiguration, begun.error());
+    }
   }
-  const config::Device& device = line->devices.front();
-  const Protocol& protocol = *catalog.FindProtocol(device.protocol);
-  const std::unique_ptr<Bus> bus = MakeBus(protocol);
-  const std::unique_ptr<Conversation> conversation = protocol.make_conversation(device, bus.get());
-
   const auto captures = ReadCaptures(in);
-  if (!captures) {
-    err << "baudgate: " << captures.error() << "\n";
-    return 2;
+  if (!captures) return fail(kExitUsage, captures.error());
+  if (const Status begun = decoders.Begin(captures->devices); !begun) {
+    return fail(kExitUsage, begun.error());
   }
-  for (const Capture& capture : *captures) {
+  for (const Capture& capture : captures->exchanges) {
     if (!options.device.empty() && capture.device != options.device) continue;
-    out << Decode(capture, protocol, device, *conversation)
-               .dump(-1, ' ', false, Json::error_handler_t::replace)
-        << "\n";
+    const auto [status, decoder] = decoders.For(capture.device);
+    if (decoder == nullptr) return fail(kExitBadConfiguration, status.error());
+    const DecodedExchange decoded = decoder->Decode(capture);
+    if (options.prose) {
+      out << ToProse(decoded, capture, options.width);
+    } else {
+      out << ToJson(decoded, capture).dump(-1, ' ', false, Json::error_handler_t::replace) << "\n";
+    }
   }
-  return 0;
+  return kExitDone;
 }
 
 }  // namespace baudgate

@@ -10,23 +10,25 @@
 #include <vector>
 
 #include "config/catalog/catalog.h"
+#include "gateway/cli/offline/exchange_decoder.h"
 
 namespace baudgate {
 
 struct DecodeOptions {
-  std::string protocol;
-  std::string profile;           ///< empty: values carry the protocol's own addresses
-  std::vector<std::string> set;  ///< device options, "key=value"
-  std::string device;            ///< of a trace, only exchanges with this one; empty: all
+  std::string protocol{};          ///< empty: as the head of a trace says of each device
+  std::string profile{};           ///< empty: likewise; without any, addresses of the protocol
+  std::vector<std::string> set{};  ///< device options, "key=value", beside those of the head
+  std::string device{};            ///< of a trace, only exchanges with this one; empty: all
+  bool prose = false;              ///< for people; else one JSON object a line
+  std::size_t width = 0;           ///< of prose, characters a line; 0: no limit
 };
 
-/// One JSON object a line for each exchange: outcome, reason, values; of a trace also the time and
-/// the device. Where a trace tells how an exchange ended, that is its outcome: times decide, too.
-/// The reason says what the bytes alone would be where that differs, and there are no values then.
-/// Where a trace does not tell it and no whole frame came, the outcome is `none`: more may have
-/// come than was recorded. Bytes that a trace shows as ** are unknown, and there are no values that
-/// would need them. Exit codes: 0 done (whatever the outcomes), 2 a line of the input is no hex, 3
-/// no such protocol, profile or option.
+/// "current_l1 0.5 xIn", "current_l2 - xIn (bad: not connected)".
+std::string ValueText(const DecodedValue& value);
+
+/// Each exchange: outcome, reason, values; of a trace also the time and the device. Exit codes: 0
+/// done (whatever the outcomes), 2 a line of the input is no hex, or nothing says which protocol it
+/// is, 3 no such protocol, profile or option.
 int RunDecode(const DecodeOptions& options, const config::Catalog& catalog, std::istream& in,
               std::ostream& out, std::ostream& err);
 

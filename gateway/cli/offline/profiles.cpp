@@ -66,7 +66,8 @@ void PrintJson(const Json& json, std::ostream& out) {
   out << json.dump(2, ' ', false, Json::error_handler_t::replace) << '\n';
 }
 
-void PrintOne(const config::Profile& profile, ProfileFormat format, std::ostream& out) {
+void PrintOne(const config::Profile& profile, ProfileFormat format, std::size_t width,
+              std::ostream& out) {
   if (format == ProfileFormat::json) return PrintJson(ToJson(profile), out);
   const bool markdown = format == ProfileFormat::markdown;
   out << (markdown ? "## " : "") << profile.title << " (" << profile.protocol << "/" << profile.name
@@ -75,12 +76,12 @@ void PrintOne(const config::Profile& profile, ProfileFormat format, std::ostream
   if (markdown) {
     table.PrintMarkdown(out);
   } else {
-    table.PrintAligned(out);
+    table.PrintAligned(out, "", width);
   }
 }
 
 // A profile that can not be read still stands in the list, without its title.
-int PrintList(const std::vector<ProfileFile>& files, ProfileFormat format,
+int PrintList(const std::vector<ProfileFile>& files, ProfileFormat format, std::size_t width,
               const config::Catalog& catalog, std::ostream& out) {
   TextTable table({"protocol", "profile", "points", "device"});
   Json list = Json::array();
@@ -105,7 +106,7 @@ int PrintList(const std::vector<ProfileFile>& files, ProfileFormat format,
       table.PrintMarkdown(out);
       break;
     case ProfileFormat::table:
-      table.PrintAligned(out);
+      table.PrintAligned(out, "", width);
       break;
   }
   return 0;
@@ -137,9 +138,9 @@ void ExplainMiss(const std::string& name, const std::vector<ProfileFile>& matchi
 }  // namespace
 
 int RunProfiles(const std::string& name, ProfileFormat format, const config::Catalog& catalog,
-                std::ostream& out, std::ostream& err) {
+                std::ostream& out, std::ostream& err, std::size_t width) {
   const std::vector<ProfileFile> files = catalog.Profiles();
-  if (name.empty()) return PrintList(files, format, catalog, out);
+  if (name.empty()) return PrintList(files, format, width, catalog, out);
   const std::vector<ProfileFile> matching = Matching(files, name);
   if (matching.size() != 1) {
     ExplainMiss(name, matching, files, err);
@@ -154,7 +155,7 @@ int RunProfiles(const std::string& name, ProfileFormat format, const config::Cat
   const auto loaded = config::LoadProfile(matching.front().path.string(), *protocol, catalog);
   PrintProblems(loaded.problems, err);
   if (!loaded.ok()) return kExitBadConfiguration;
-  PrintOne(loaded.profile, format, out);
+  PrintOne(loaded.profile, format, width, out);
   return 0;
 }
 

@@ -15,8 +15,9 @@ namespace baudgate {
 enum class ProfileFormat : std::uint8_t { table, json, markdown };
 
 /// `name`: "spaj140c", "spabus/spaj140c", or empty for the list. Exit codes: 0 done, 2 no such
-/// profile or several of that name, 3 the profile is bad (its problems go to `err`).
+/// profile or several of that name, 3 the profile is bad (its problems go to `err`). `width` of
+/// tables, characters a line; 0: no limit.
 int RunProfiles(const std::string& name, ProfileFormat format, const config::Catalog& catalog,
-                std::ostream& out, std::ostream& err);
+                std::ostream& out, std::ostream& err, std::size_t width = 0);
 
 }  // namespace baudgate

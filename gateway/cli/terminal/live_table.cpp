@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <span>
 
 #include "gateway/base/shown.h"
 #include "gateway/cli/terminal/width.h"
@@ -16,13 +17,14 @@ namespace {
 constexpr std::string_view kEllipsis = "\xE2\x80\xA6";
 constexpr std::string_view kGap = "  ";
 
-bool Continues(char c) { return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U; }
+/// Of a column of text that is cut because the lines are too wide.
+constexpr std::size_t kLeastText = 12;
 
 std::string Cut(std::string_view text, std::size_t width) {
   if (WidthOf(text) <= width) return std::string(text);
   std::size_t end = 0;
   for (std::size_t seen = 0; end < text.size(); ++end) {
-    if (!Continues(text[end]) && ++seen == width) break;
+    if (!ContinuesCharacter(text[end]) && ++seen == width) break;
   }
   return width == 0 ? std::string() : std::string(text.substr(0, end)).append(kEllipsis);
 }
@@ -35,10 +37,10 @@ std::string Padded(std::string_view cell, std::size_t width, bool right) {
 
 std::string_view ColourOf(Tone tone) {
   switch (tone) {
-    case Tone::plain:
-      return "";
     case Tone::faint:
       return "\x1b[2m";
+    case Tone::plain:
+      return "";
     case Tone::warning:
       return "\x1b[33m";
     case Tone::alarm:
@@ -49,25 +51,27 @@ std::string_view ColourOf(Tone tone) {
 
 class Renderer {
  public:
-  Renderer(const std::vector<TableColumn>& columns, const std::vector<TableRow>& rows,
+  Renderer(const std::vector<TableColumn>& columns, std::span<const TableRow> rows,
            const TableView& view)
-      : columns_(columns), view_(view) {
+      : view_(view) {
     for (std::size_t i = 0; i < columns.size(); ++i) {
       std::size_t width = WidthOf(columns[i].title);
+      const std::size_t widest = std::max(columns[i].widest, width);
       for (const TableRow& row : rows) {
         if (i < row.cells.size()) width = std::max(width, WidthOf(row.cells[i]));
       }
-      const std::size_t widest = std::max(columns[i].widest, WidthOf(columns[i].title));
-      widths_.push_back(view.width > 0 ? std::min(width, widest) : width);
+      columns_.push_back({&columns[i], i, view.width > 0 ? std::min(width, widest) : width});
     }
+    if (view.width > 0) Fit();
   }
 
   std::string Line(const std::vector<std::string>& cells, Tone tone) const {
     std::string line;
-    for (std::size_t i = 0; i < columns_.size(); ++i) {
-      const std::string cell = i < cells.size() ? Harmless(cells[i]) : std::string();
-      if (i > 0) line += kGap;
-      line += Padded(cell, widths_[i], columns_[i].right);
+    for (const Column& column : columns_) {
+      const std::string cell =
+          column.cell < cells.size() ? Harmless(cells[column.cell]) : std::string();
+      if (!line.empty()) line += kGap;
+      line += Padded(cell, column.width, column.is->right);
     }
     line.erase(line.find_last_not_of(' ') + 1);
     if (view_.width > 0) line = Cut(line, view_.width);
@@ -77,9 +81,37 @@ class Renderer {
   }
 
  private:
-  const std::vector<TableColumn>& columns_;
+  struct Column {
+    const TableColumn* is;
+    std::size_t cell;
+    std::size_t width;
+
+    bool shrinks() const { return !is->right && width > std::max(kLeastText, WidthOf(is->title)); }
+  };
+
+  std::size_t width() const {
+    std::size_t all = kGap.size() * (columns_.size() - 1);
+    for (const Column& column : columns_) all += column.width;
+    return all;
+  }
+
+  void Fit() {
+    while (width() > view_.width) {
+      const auto spare = std::find_if(columns_.rbegin(), columns_.rend(),
+                                      [](const Column& column) { return column.is->spare; });
+      if (spare == columns_.rend()) break;
+      columns_.erase(std::next(spare).base());
+    }
+    while (width() > view_.width) {
+      const auto widest = std::ranges::max_element(
+          columns_, {}, [](const Column& column) { return column.shrinks() ? column.width : 0; });
+      if (!widest->shrinks()) break;
+      --widest->width;
+    }
+  }
+
   const TableView& view_;
-  std::vector<std::size_t> widths_;
+  std::vector<Column> columns_;
 };
 
 Tone ToneOf(const PointRow& row) {
@@ -92,17 +124,17 @@ Tone ToneOf(const PointRow& row) {
 
 std::string RenderTable(const std::vector<TableColumn>& columns, const std::vector<TableRow>& rows,
                         const TableView& view) {
-  const Renderer renderer(columns, rows, view);
-  std::vector<std::string> titles;
-  for (const TableColumn& column : columns) titles.push_back(column.title);
-  std::string text = renderer.Line(titles, Tone::faint);
-
   std::size_t shown = rows.size();
   // One line for the head, one for the count of what is left out.
   if (view.height > 0 && rows.size() + 1 > view.height) {
     shown = view.height > 2 ? view.height - 2 : 0;
   }
-  for (std::size_t i = 0; i < shown; ++i) text += renderer.Line(rows[i].cells, rows[i].tone);
+  const std::span<const TableRow> seen = std::span(rows).first(shown);
+  const Renderer renderer(columns, seen, view);
+  std::vector<std::string> titles;
+  for (const TableColumn& column : columns) titles.push_back(column.title);
+  std::string text = renderer.Line(titles, Tone::faint);
+  for (const TableRow& row : seen) text += renderer.Line(row.cells, row.tone);
   if (shown < rows.size()) {
     text.append(kEllipsis)
         .append(" ")
@@ -128,15 +160,6 @@ std::string RenderPoints(const std::vector<PointRow>& rows, const TableView& vie
   return RenderTable(kColumns, table, view);
 }
 
-std::string OverwriteScreen(std::string_view table) {
-  std::string screen = "\x1b[H";
-  for (const char c : table) {
-    if (c == '\n') screen += "\x1b[K";
-    screen += c;
-  }
-  return screen + "\x1b[J";
-}
-
 std::optional<TableView> TerminalView(int descriptor) {
   if (::isatty(descriptor) == 0) return std::nullopt;
   TableView view;
@@ -148,6 +171,10 @@ std::optional<TableView> TerminalView(int descriptor) {
   const char* no_colour = std::getenv("NO_COLOR");
   view.colour = no_colour == nullptr || *no_colour == '\0';
   return view;
+}
+
+std::size_t TerminalWidth(int descriptor) {
+  return TerminalView(descriptor).value_or(TableView{}).width;
 }
 
 }  // namespace baudgate

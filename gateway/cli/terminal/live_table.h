@@ -13,12 +13,13 @@
 
 namespace baudgate {
 
-/// How a row looks where colours are wanted.
-enum class Tone : std::uint8_t { plain, faint, warning, alarm };
+/// How a row looks where colours are wanted; by trouble, the least first.
+enum class Tone : std::uint8_t { faint, plain, warning, alarm };
 
 struct TableColumn {
   std::string title;
   bool right = false;       ///< numbers
+  bool spare = false;       ///< left out where lines would be too wide
   std::size_t widest = 40;  ///< longer cells are cut with "…" where lines have a limit
 };
 
@@ -33,8 +34,10 @@ struct TableView {
   bool colour = false;
 };
 
-/// Lines that each end in '\n'. Control characters in cells become '?': what comes from a network
-/// must not steer the terminal.
+/// As wide as the rows that are shown need. Lines that each end in '\n'. Where they would be wider
+/// than the view, spare columns are left out, the last first; then columns of text are cut, the
+/// widest of them most. Control characters in cells become '?': what comes from a network must not
+/// steer the terminal.
 std::string RenderTable(const std::vector<TableColumn>& columns, const std::vector<TableRow>& rows,
                         const TableView& view);
 
@@ -52,11 +55,11 @@ struct PointRow {
 /// Device, point, value, unit, quality and age; a device's name stands in its first row only.
 std::string RenderPoints(const std::vector<PointRow>& rows, const TableView& view);
 
-/// Wraps a rendered table so that it replaces the one before without flicker.
-std::string OverwriteScreen(std::string_view table);
-
 /// Of the terminal behind `descriptor`; width and height 0 and no colour when there is none.
 /// Colours are left out where NO_COLOR is set.
 std::optional<TableView> TerminalView(int descriptor);
+
+/// Characters a line of it; 0: there is none, and no limit.
+std::size_t TerminalWidth(int descriptor);
 
 }  // namespace baudgate

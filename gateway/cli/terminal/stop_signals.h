@@ -1,20 +1,29 @@
-// SIGINT and SIGTERM as a descriptor, for commands that run until they are stopped.
+// SIGINT and SIGTERM as a descriptor, for commands that run until they are stopped; for those that
+// draw on a terminal also that its size has changed.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <poll.h>
 #include <signal.h>
 #include <sys/signalfd.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <cstdint>
+
+#include "gateway/base/time.h"
+
 namespace baudgate {
 
-/// Blocks both signals while it lives; one that came meanwhile has done its work and is forgotten.
+/// Blocks the signals while it lives; one that came meanwhile has done its work and is forgotten.
 class StopSignals {
  public:
-  StopSignals() {
+  enum class And : std::uint8_t { nothing, resize };
+  explicit StopSignals(And also = And::nothing) {
     sigemptyset(&set_);
     sigaddset(&set_, SIGINT);
     sigaddset(&set_, SIGTERM);
+    if (also == And::resize) sigaddset(&set_, SIGWINCH);
     pthread_sigmask(SIG_BLOCK, &set_, &before_);
     descriptor_ = ::signalfd(-1, &set_, SFD_CLOEXEC | SFD_NONBLOCK);
   }
@@ -29,10 +38,18 @@ class StopSignals {
   StopSignals& operator=(const StopSignals&) = delete;
   /// Has something to read once a signal has come.
   int descriptor() const { return descriptor_; }
-  /// Whether one has come since the last question.
+  /// Whether any signal comes within this time.
+  bool Wait(Duration time) const {
+    pollfd waited{descriptor_, POLLIN, 0};
+    const auto whole = std::chrono::ceil<std::chrono::milliseconds>(time).count();
+    return ::poll(&waited, 1, static_cast<int>(std::clamp<std::int64_t>(whole, 0, 1'000'000))) == 1;
+  }
+  /// Whether one to stop has come since the last question.
   bool Came() const {
+    bool stop = false;
     signalfd_siginfo info{};
-    return ::read(descriptor_, &info, sizeof info) > 0;
+    while (::read(descriptor_, &info, sizeof info) > 0) stop |= info.ssi_signo != SIGWINCH;
+    return stop;
   }
 
  private:

@@ -2,17 +2,22 @@
 #include "gateway/cli/terminal/stream_table.h"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
+#include "gateway/cli/terminal/column_layout.h"
 #include "gateway/cli/terminal/width.h"
 
 namespace baudgate {
 
-StreamTable::StreamTable(std::vector<Column> columns) : columns_(std::move(columns)) {
-  for (Column& column : columns_) column.width = std::max(column.width, WidthOf(column.title));
+StreamTable::StreamTable(std::vector<Column> columns, std::size_t limit)
+    : columns_(std::move(columns)), limit_(limit) {
+  for (Column& column : columns_) {
+    column.width = std::max(limit_ > 0 ? 0 : column.width, WidthOf(column.title));
+  }
 }
 
-void StreamTable::Print(const std::vector<Row>& rows, std::ostream& out) {
+bool StreamTable::Grow(const std::vector<Row>& rows) {
   bool grown = false;
   for (const Row& row : rows) {
     for (std::size_t i = 0; i + 1 < columns_.size(); ++i) {
@@ -21,23 +26,25 @@ void StreamTable::Print(const std::vector<Row>& rows, std::ostream& out) {
       grown = true;
     }
   }
-  if (!rows.empty() && (grown || !headed_)) {
-    Row titles;
-    for (const Column& column : columns_) titles.push_back(column.title);
-    PrintRow(titles, out);
-    headed_ = true;
-  }
-  for (const Row& row : rows) PrintRow(row, out);
+  return grown;
 }
 
-void StreamTable::PrintRow(const Row& row, std::ostream& out) const {
-  std::string line;
-  for (std::size_t i = 0; i + 1 < columns_.size(); ++i) {
-    line += row[i] + std::string(columns_[i].width - WidthOf(row[i]) + 2, ' ');
+void StreamTable::Print(const std::vector<Row>& rows, std::ostream& out) {
+  const bool grown = Grow(rows);
+  std::vector<ColumnShape> shapes;
+  Row titles;
+  for (const Column& column : columns_) {
+    shapes.push_back({column.width, column.right});
+    titles.push_back(column.title);
   }
-  line += row.back();
-  line.erase(line.find_last_not_of(' ') + 1);
-  out << line << '\n';
+  constexpr std::size_t kAsLongAsItLikes = std::numeric_limits<std::size_t>::max() / 2;
+  if (!shapes.back().right) shapes.back().width = kAsLongAsItLikes;
+  const ColumnLayout layout(std::move(shapes), limit_);
+  if (!rows.empty() && (grown || !headed_)) {
+    out << layout.Row(titles);
+    headed_ = true;
+  }
+  for (const Row& row : rows) out << layout.Row(row);
 }
 
 }  // namespace baudgate

@@ -6,6 +6,7 @@
 //   point                         outcome
 //   bay-1.feeder-1.setting_group  ok
 //
+// In a terminal rows that are too wide are folded (column_layout.h).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,20 +19,23 @@ namespace baudgate {
 class StreamTable {
  public:
   struct Column {
-    std::string title;
-    std::size_t width = 0;  ///< at first; never less than the title
+    std::string title{};
+    std::size_t width = 0;  ///< at first, where lines have no limit; never less than the title
+    bool right = false;     ///< numbers
   };
   using Row = std::vector<std::string>;
 
-  explicit StreamTable(std::vector<Column> columns);
+  /// `limit`: characters a line; 0: no limit.
+  explicit StreamTable(std::vector<Column> columns, std::size_t limit = 0);
 
   /// Each row has as many cells as there are columns; the last is as long as it likes.
   void Print(const std::vector<Row>& rows, std::ostream& out);
 
  private:
-  void PrintRow(const Row& row, std::ostream& out) const;
+  bool Grow(const std::vector<Row>& rows);
 
   std::vector<Column> columns_;
+  const std::size_t limit_;
   bool headed_ = false;
 };
 

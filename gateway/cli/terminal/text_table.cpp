@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "gateway/base/text.h"
+#include "gateway/cli/terminal/column_layout.h"
 #include "gateway/cli/terminal/width.h"
 
 namespace baudgate::config {
@@ -40,23 +42,23 @@ void PrintJoined(std::ostream& out, const std::vector<std::string>& cells, const
 
 }  // namespace
 
-void TextTable::PrintAligned(std::ostream& out, const std::string& indent) const {
-  std::vector<std::size_t> widths(header_.size(), 0);
+void TextTable::PrintAligned(std::ostream& out, const std::string& indent,
+                             std::size_t limit) const {
+  std::vector<ColumnShape> shapes(header_.size());
   for (const auto& row : rows_) {
-    for (std::size_t i = 0; i < header_.size(); ++i)
-      widths[i] = std::max(widths[i], WidthOf(row[i]));
+    for (std::size_t i = 0; i < header_.size(); ++i) {
+      shapes[i].width = std::max(shapes[i].width, WidthOf(row[i]));
+    }
   }
   for (std::size_t i = 0; i < header_.size(); ++i) {
-    if (widths[i] > 0) widths[i] = std::max(widths[i], WidthOf(header_[i]));
+    if (shapes[i].width > 0) shapes[i].width = std::max(shapes[i].width, WidthOf(header_[i]));
   }
+  const ColumnLayout layout(shapes, limit - std::min(limit, indent.size()));
   const auto print = [&](const std::vector<std::string>& cells) {
-    std::string line = indent;
-    for (std::size_t i = 0; i < cells.size(); ++i) {
-      if (widths[i] == 0) continue;
-      line += cells[i] + std::string(widths[i] - WidthOf(cells[i]) + 2, ' ');
+    const std::string lines = layout.Row(cells);
+    for (const auto line : Split(std::string_view(lines).substr(0, lines.size() - 1), '\n')) {
+      out << (line.empty() ? "" : indent) << line << '\n';
     }
-    const auto end = line.find_last_not_of(' ');
-    out << (end == std::string::npos ? std::string() : line.substr(0, end + 1)) << '\n';
   };
   print(header_);
   for (const auto& row : rows_) print(row);

@@ -17,8 +17,9 @@ class TextTable {
   void Add(std::vector<std::string> row) { rows_.push_back(std::move(row)); }
   bool empty() const { return rows_.empty(); }
 
-  /// Columns two blanks apart; columns without any content are left out.
-  void PrintAligned(std::ostream& out, const std::string& indent = "") const;
+  /// Columns two blanks apart; columns without any content are left out. Rows that are wider than
+  /// `limit` characters (0: none) are folded (column_layout.h).
+  void PrintAligned(std::ostream& out, const std::string& indent = "", std::size_t limit = 0) const;
   void PrintMarkdown(std::ostream& out) const;
   /// RFC 4180, with a header.
   void PrintCsv(std::ostream& out) const;

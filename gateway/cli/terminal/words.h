@@ -10,6 +10,9 @@
 
 namespace baudgate {
 
+/// The configuration of the service.
+inline constexpr auto kInstalledConfig = "/etc/baudgate/baudgate.yaml";
+
 /// Reads "250ms" into a Duration.
 inline CLI::Option* AddDuration(CLI::App& app, const std::string& name, Duration& target,
                                 const std::string& help) {

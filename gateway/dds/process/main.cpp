@@ -18,6 +18,7 @@
 #include "gateway/base/exit_code.h"
 #include "gateway/base/time.h"
 #include "gateway/base/version.h"
+#include "gateway/cli/terminal/live_screen.h"
 #include "gateway/cli/terminal/output.h"
 #include "gateway/cli/terminal/stop_signals.h"
 #include "gateway/dds/fast/fast_writer.h"
@@ -123,7 +124,7 @@ int ServeSocket(const Options& options, const StopSignals& stop) {
 /// A datagram that ends the library does not end the watching. At a full disk the child knows.
 int Watch(WatchOptions& options) {
   constexpr Duration kLadder[] = {100ms, 500ms, 1s, 2s, 5s, 10s};
-  options.terminal = TerminalView(STDOUT_FILENO);
+  if (LiveScreen::Possible(STDOUT_FILENO)) options.terminal = TerminalView(STDOUT_FILENO);
   const Instant begun = ReadClocks().instant;
   const auto run = [&options, begun] {
     if (options.seconds) {

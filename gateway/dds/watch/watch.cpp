@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <fstream>
 #include <map>
 #include <optional>
 #include <tuple>
@@ -15,9 +16,11 @@
 #include "gateway/base/exit_code.h"
 #include "gateway/base/shown.h"
 #include "gateway/base/text.h"
+#include "gateway/cli/terminal/live_screen.h"
 #include "gateway/cli/terminal/stop_signals.h"
 #include "gateway/dds/fast/subscriber.h"
 #include "gateway/dds/watch/mailbox.h"
+#include "gateway/dds/watch/point_order.h"
 #include "gateway/dds/watch/publishers.h"
 #include "gateway/dds/watch/watch_any.h"
 #include "gateway/dds/watch/watch_events.h"
@@ -42,10 +45,14 @@ Instant Clock() { return std::chrono::steady_clock::now(); }
 class Watch {
  public:
   Watch(const WatchOptions& options, std::ostream& out, std::ostream& err)
-      : options_(options), out_(out), err_(err) {}
+      : options_(options), out_(out), err_(err) {
+    std::ifstream profiles(options.point_order);
+    if (profiles) order_ = PointOrder(profiles);
+  }
 
   int Run() {
-    const StopSignals signals;  // before the library's threads, which inherit the mask
+    // Before the library's threads, which inherit the mask.
+    const StopSignals signals(Live() ? StopSignals::And::resize : StopSignals::And::nothing);
     Mailbox<Event> mailbox;
     std::atomic<std::uint64_t> rejected = 0;
     auto subscriber = dds::DdsSubscriber::Create(
@@ -74,6 +81,7 @@ class Watch {
     }
     subscriber_ = subscriber->get();
     const int exit_code = Loop(signals, mailbox);
+    screen_.reset();
     mailbox.Close();
     if (const std::uint64_t lost = rejected; lost > 0) {
       err_ << "watch: " << lost
@@ -89,7 +97,7 @@ class Watch {
  private:
   int Loop(const StopSignals& signals, Mailbox<Event>& mailbox) {
     started_ = Clock();
-    if (Live()) out_ << "\x1b[2J" << std::flush;
+    if (Live()) screen_.emplace(out_);
     for (;;) {
       pollfd waited[] = {{signals.descriptor(), POLLIN, 0}, {mailbox.descriptor(), POLLIN, 0}};
       ::poll(waited, 2, PollTime());
@@ -99,12 +107,13 @@ class Watch {
       }
       publishers_.Tick(now);
       for (const Remark& remark : publishers_.TakeRemarks()) Tell(remark);
-      if ((waited[0].revents & POLLIN) != 0) return kExitDone;
+      if (signals.Came()) return AtEnd();
+      if ((waited[0].revents & POLLIN) != 0) next_draw_ = now;  // another size
       if (options_.once) {
         if (!image_.empty() && now - last_new_ >= kSettled) return PrintImage();
         if (image_.empty() && now >= GiveUpAt()) return NothingHeard();
       }
-      if (options_.seconds && now - started_ >= *options_.seconds) return kExitDone;
+      if (options_.seconds && now - started_ >= *options_.seconds) return AtEnd();
       if (Live() && now >= next_draw_) Draw(now);
       out_.flush();
       // A reader of our output that has left ends us, as SIGPIPE would.
@@ -131,15 +140,20 @@ class Watch {
   }
 
   void Take(const PointEvent& event, Instant now) {
+    if (order_.IsWriteOnly(event.sample.point)) return;
     if (!Matches(event.sample)) {
       if (filtered_++ == 0) first_filtered_ = Clock();
       return;
     }
     if (!event.gone) publishers_.OnSample(event.sample, event.origin, now);
     const Key key{event.sample.gateway, event.sample.device, event.sample.point};
-    const bool added = image_.insert_or_assign(key, event).second;
-    if (added) last_new_ = Clock();
-    if (!options_.once && !Live()) Print(event);
+    const auto before = image_.find(key);
+    const bool news =
+        before == image_.end() || (options_.json ? !IsSameReading(before->second, event)
+                                                 : !LooksAlike(before->second, event));
+    if (before == image_.end()) last_new_ = Clock();
+    image_.insert_or_assign(key, event);
+    if (news && !options_.once && !Live()) Print(event);
   }
 
   /// The live table has the alarms at its foot; who publishes is only news beside plain lines.
@@ -163,7 +177,7 @@ class Watch {
 
   int PrintImage() {
     if (options_.json) {
-      for (const auto& [key, event] : image_) Print(event);
+      for (const PointEvent* event : Ordered()) Print(*event);
     } else {
       out_ << RenderPoints(Rows(), options_.terminal ? TableView{options_.terminal->width, 0,
                                                                  options_.terminal->colour}
@@ -173,14 +187,34 @@ class Watch {
     return kExitDone;
   }
 
+  /// By gateway and device, and the points of each as its profile has them.
+  std::vector<const PointEvent*> Ordered() const {
+    std::vector<const PointEvent*> ordered;
+    for (auto first = image_.begin(); first != image_.end();) {
+      const auto& [gateway, device, point] = first->first;
+      std::vector<std::string> points;
+      auto last = first;
+      while (last != image_.end() && std::get<0>(last->first) == gateway &&
+             std::get<1>(last->first) == device) {
+        points.push_back(std::get<2>((last++)->first));
+      }
+      order_.Sort(points);
+      for (const std::string& name : points) {
+        ordered.push_back(&image_.at({gateway, device, name}));
+      }
+      first = last;
+    }
+    return ordered;
+  }
+
   std::vector<PointRow> Rows() const {
     const WallTime now = ReadClocks().wall;
     const bool several = !image_.empty() &&
                          std::get<0>(image_.begin()->first) != std::get<0>(image_.rbegin()->first);
     std::vector<PointRow> rows;
     rows.reserve(image_.size());
-    for (const auto& [key, event] : image_) {
-      const dds::PointSample& sample = event.sample;
+    for (const PointEvent* event : Ordered()) {
+      const dds::PointSample& sample = event->sample;
       PointRow row;
       row.device = several ? sample.gateway + "/" + sample.device : sample.device;
       row.point = sample.point;
@@ -188,7 +222,7 @@ class Watch {
       row.unit = sample.unit;
       row.quality = QualityOf(sample);
       if (sample.source_time_ns > 0) row.age = now - SourceTime(sample);
-      row.gone = event.gone.has_value();
+      row.gone = event->gone.has_value();
       rows.push_back(std::move(row));
     }
     return rows;
@@ -199,13 +233,13 @@ class Watch {
     TableView view = *options_.terminal;
     // The window may have been resized since.
     if (const auto current = TerminalView(STDOUT_FILENO)) view = *current;
-    if (view.height > 0) --view.height;  // the cursor rests on the last line
+    const std::size_t height = view.height;
     const std::string foot = Foot(view);
     const std::string text = image_.empty() ? "waiting for a gateway in DDS domain " +
                                                   std::to_string(options_.domain) + " on " +
                                                   Interfaces() + " ...\n"
                                             : RenderPoints(Rows(), view);
-    out_ << OverwriteScreen(text + foot);
+    screen_->Draw(text + foot, height);
   }
 
   /// Takes its lines from the height of the table above.
@@ -228,13 +262,16 @@ class Watch {
     return filtered_ > 0 ? std::min(latest, first_filtered_ + kOthersOnly) : latest;
   }
 
+  int AtEnd() { return image_.empty() ? NothingHeard() : kExitDone; }
+
   int NothingHeard() {
+    screen_.reset();
     if (filtered_ > 0) {
       err_ << "watch: " << filtered_ << " samples came, but none of the gateway, device and point "
            << "asked for; check those names\n";
     } else {
-      err_ << "watch: nothing heard in DDS domain " << options_.domain << " on " << Interfaces()
-           << "; check that the gateway runs, that its dds.domain is " << options_.domain
+      err_ << "watch: nothing came on domain " << options_.domain << " (" << Interfaces()
+           << "); check that the gateway runs, that its dds.domain is " << options_.domain
            << " and that its dds.interfaces reach this address\n";
     }
     return kExitCanNot;
@@ -264,8 +301,10 @@ class Watch {
   const WatchOptions& options_;
   std::ostream& out_;
   std::ostream& err_;
+  PointOrder order_;
   std::map<Key, PointEvent> image_;
   Publishers publishers_;
+  std::optional<LiveScreen> screen_;
   const dds::DdsSubscriber* subscriber_ = nullptr;
   std::uint64_t filtered_ = 0;
   Instant first_filtered_{};

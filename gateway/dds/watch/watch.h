@@ -29,11 +29,12 @@ struct WatchOptions {
   bool any = false;                 ///< every topic whose type is announced, whoever publishes it
   bool events = false;              ///< events in place of points
   bool alarms = false;              ///< alarms in place of points
-  bool json = false;                ///< one JSON object a line for each sample
+  bool json = false;                ///< one JSON object a line for each reading
   std::optional<Duration> seconds;  ///< end after this time; nothing: at SIGINT or SIGTERM
   std::string gateway;              ///< only of this name; empty = all
   std::string device;
   std::string point;
+  std::string point_order;  ///< a file, see point_order.h; empty: by name
   /// A live table for this terminal instead of plain lines; see TerminalView.
   std::optional<TableView> terminal;
   Duration first_sample_timeout = 10s;  ///< of `once`
@@ -42,7 +43,7 @@ struct WatchOptions {
 /// Where to listen, and with which files.
 dds::ParticipantOptions ParticipantOf(const WatchOptions& options);
 
-/// Ends at SIGINT and SIGTERM as well. Returns the exit code: 0, or 4 when nothing can be heard.
+/// Ends at SIGINT and SIGTERM as well. Returns the exit code: 0, or 4 when nothing was heard.
 int RunWatch(const WatchOptions& options, std::ostream& out, std::ostream& err);
 
 }  // namespace baudgate

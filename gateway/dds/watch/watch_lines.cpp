@@ -25,6 +25,20 @@ std::string ValueText(const dds::PointSample& sample) {
   return sample.text.empty() ? FormatValue(sample.value) : sample.text;
 }
 
+bool LooksAlike(const PointEvent& before, const PointEvent& now) {
+  const dds::PointSample& a = before.sample;
+  const dds::PointSample& b = now.sample;
+  const bool same = a.value == b.value || (std::isnan(a.value) && std::isnan(b.value));
+  return before.gone == now.gone && same && a.text == b.text && a.unit == b.unit &&
+         a.quality == b.quality;
+}
+
+bool IsSameReading(const PointEvent& before, const PointEvent& now) {
+  return LooksAlike(before, now) && before.sample.seq == now.sample.seq &&
+         before.sample.source_time_ns == now.sample.source_time_ns &&
+         before.origin.writer == now.origin.writer;
+}
+
 std::string JsonLine(const PointEvent& event) {
   const dds::PointSample& sample = event.sample;
   nlohmann::ordered_json line;

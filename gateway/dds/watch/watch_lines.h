@@ -22,6 +22,11 @@ WallTime SourceTime(const dds::PointSample& sample);
 Quality QualityOf(const dds::PointSample& sample);
 std::string ValueText(const dds::PointSample& sample);
 
+/// Sent once more, by the heartbeat: no reading stands between them.
+bool IsSameReading(const PointEvent& before, const PointEvent& now);
+/// The same value and quality, read once more.
+bool LooksAlike(const PointEvent& before, const PointEvent& now);
+
 std::string JsonLine(const PointEvent& event);
 std::string PlainLine(const PointEvent& event);
 

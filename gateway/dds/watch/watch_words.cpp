@@ -51,11 +51,12 @@ CLI::App* AddWatch(CLI::App& app, WatchOptions& options) {
       command
           ->add_flag("--any", options.any, "Every topic whose type is announced, one line a sample")
           ->excludes(once);
-  command->add_flag("--json", options.json, "One JSON object a line for each sample");
+  command->add_flag("--json", options.json, "One JSON object a line for each reading");
   AddSeconds(*command, options.seconds);
   command->add_option("--gateway", options.gateway, "Only this gateway");
   command->add_option("--device", options.device, "Only this device");
   auto* point = command->add_option("--point", options.point, "Only this point");
+  command->add_option("--point-order", options.point_order, "")->group("");  // of `baudgate watch`
   auto* events = command
                      ->add_flag("--events", options.events,
                                 "What happens in devices: the newest events, then each as it comes")

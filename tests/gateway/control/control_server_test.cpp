@@ -116,7 +116,8 @@ TEST_F(ControlTest, ADirectoryThatOthersMayWriteToIsRefused) {
 TEST_F(ControlTest, ATraceStreamsWhatComes) {
   StartServer();
   RawClient client = Connect();
-  EXPECT_EQ(Ask(client, kTrace), R"({"ok":true,"line":"bay-1"})");
+  EXPECT_THAT(Ask(client, kTrace),
+              StartsWith(R"({"ok":true,"line":"bay-1","head":["# line bay-1, )"));
   ASSERT_TRUE(lines_.WaitForTraces(0, 1));
   lines_.Push(0, Sent("feeder-1"));
   EXPECT_THAT(client.ReceiveLine().value_or(""), HasSubstr("feeder-1 > 3E 31 | >1"));

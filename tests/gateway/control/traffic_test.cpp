@@ -102,9 +102,11 @@ TEST(Traffic, TheStatusHoldsIt) {
   EXPECT_EQ(all.at("modbus").at("clients").size(), 2U);
   EXPECT_EQ(all.at("modbus").at("routes").at(0).at("mean_wait_us"), 12'000);
   const std::string shown = RenderStatus(all, {}, {});
-  EXPECT_THAT(shown,
-              HasSubstr("route 20 to line bay-1: 3 of 120000 requests had no good reply, the "
-                        "last 12 s ago: no reply within 500ms\n"));
+  EXPECT_THAT(
+      shown,
+      HasSubstr("route 20 to line bay-1: 3 of 120000 requests had no good reply, the "
+                "last 12 s ago: no reply within 500ms; look at the power and the wire of its "
+                "units\n"));
   EXPECT_THAT(shown, HasSubstr("master on /dev/ttyS1: 20 of 1000 frames were damaged"));
 }
 

@@ -93,10 +93,42 @@ TEST(DiagnoseRoute, FailuresAndLateRepliesAreSaid) {
   route.late = 2;
   route.last_trouble = "is gone";
   route.last_trouble_at = kToday - 30s;
+  const std::string failed = "3 of 12 requests had no good reply, the last 30 s ago: is gone; ";
+  const std::string late =
+      "2 replies came after their deadline and were dropped: raise the route's deadline";
   EXPECT_THAT(DiagnoseRoute(route, kToday),
-              ElementsAre("3 of 12 requests had no good reply, the last 30 s ago: is gone",
-                          "2 replies came after their deadline and were dropped: raise the route's "
-                          "deadline"));
+              ElementsAre(failed + "look at the power and the wire of its units", late));
+  route.no_reply = 0;
+  route.busy = 2;
+  EXPECT_THAT(
+      DiagnoseRoute(route, kToday),
+      ElementsAre(failed + "clients ask faster than the line can: let them ask less", late));
+  route.busy = 0;
+  route.expired = 3;
+  EXPECT_THAT(DiagnoseRoute(route, kToday),
+              ElementsAre(failed + "the line has no time for it: let clients ask less, or raise "
+                                   "the route's deadline",
+                          late));
+  route.last_trouble_at = kToday - 11min;
+  EXPECT_THAT(DiagnoseRoute(route, kToday), ElementsAre(late)) << "it is over";
+}
+
+TEST(DiagnoseRoute, AUnitThatHasNeverAnsweredIsNamed) {
+  modbus::RouteStatus route;
+  route.target = "line drive";
+  route.requests = route.by_unit[51].requests = 40;
+  route.no_reply = route.by_unit[51].no_reply = 40;
+  route.last_trouble = "no_reply";
+  route.last_trouble_at = kToday - 1s;
+  const std::string unit =
+      "unit 51 has never answered its clients (40 requests: no_reply): check "
+      "its power, its address and its wire; ";
+  EXPECT_THAT(DiagnoseRoute(route, kToday),
+              ElementsAre(unit + "check what they share as well: port, wiring, bit rate and parity "
+                                 "of line drive"));
+  route.by_unit[52].requests = route.by_unit[52].ok = 3;
+  EXPECT_THAT(DiagnoseRoute(route, kToday),
+              ElementsAre(unit + "line drive is right, unit 52 answers"));
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
+#include "gateway/cli/client/status_frame.h"
 #include "gateway/cli/client/status_view.h"
 #include "gateway/status/status_json.h"
 #include "tests/gateway/status/two_lines.h"
@@ -9,6 +10,7 @@
 namespace baudgate::control {
 namespace {
 
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -45,6 +47,9 @@ class StatusTest : public ::testing::Test {
     if (!target.empty()) found = FindTarget(config_, target).value();
     return StatusJson(config_, store_, {"1.2.3", kStarted}, found, kNow);
   }
+  std::string Frame(std::size_t width, std::size_t height) const {
+    return RenderStatusFrame(Status(), {.width = width, .height = height});
+  }
   std::string Shown(const std::string& target = {}) const {
     return RenderStatus(Status(target), target, {});
   }
@@ -68,6 +73,42 @@ io.ai-1         never seen  none             -       -      -      -        0   
 bay-1.feeder-2: offline for 12 min: not a byte comes any more: check its power and its wire; its return is noticed within 9.0 s
 io: port closed for 3 min: /dev/ttyUSB1: No such file or directory; it is tried again until it works
 )");
+}
+
+TEST_F(StatusTest, AFrameHasTheWorstFirstAndFits) {
+  EXPECT_EQ(Frame(80, 24), R"(substation-7: baudgate 1.2.3, up 3 h, lines: 2, devices: 3, online: 1
+
+line   port     use  exchanges  no reply  corrupt  late  online
+io     closed   0 %          0         0        0     0  0 of 1
+bay-1  open    38 %       1100        92        0     0  1 of 2
+
+device          state       last      answered      ok   mean    p99  retries
+io.ai-1         never seen  none             -       -      -      -        0
+bay-1.feeder-2  offline     no_reply    12 min  10.0 %  24 ms  28 ms        0
+bay-1.feeder-1  online      ok           0.3 s  99.8 %  25 ms  28 ms        0
+
+io: port closed for 3 min: /dev/ttyUSB1: No such file or directory; it is tried
+  again until it works
+bay-1.feeder-2: offline for 12 min: no_reply; its return is noticed within 9.0
+  s; check power, address, bit rate, parity and wiring (address 2, 9600 7E1)
+)");
+  EXPECT_EQ(Frame(60, 12), R"(substation-7: baudgate 1.2.3, up 3 h, lines: 2, devices: 3,
+  online: 1
+
+device   state       last  answered  ok  mean  p99  retries
+io.ai-1  never seen  none         -   -     -    -        0
+… 2 more
+
+io: port closed for 3 min: /dev/ttyUSB1: No such file or
+  directory; it is tried again until it works
+… 1 more
+)");
+}
+
+TEST(StatusFrame, PartsShareTheHeight) {
+  EXPECT_THAT(Shares(20, {3, 50, 50}), ElementsAre(3, 8, 9));
+  EXPECT_THAT(Shares(20, {3, 4, 5}), ElementsAre(3, 4, 5));
+  EXPECT_THAT(Shares(0, {3, 0}), ElementsAre(0, 0));
 }
 
 TEST_F(StatusTest, ALineHasItsCountersAndAChart) {

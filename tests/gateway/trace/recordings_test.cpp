@@ -31,7 +31,7 @@ class RecordingsTest : public testing::Test {
     folder_ = mkdtemp(form.data());
     line_.name = "bay-1";
     line_.port = "/dev/ttyUSB0";
-    line_.devices[0].protocol = "spabus";
+    line_.protocol = line_.devices[0].protocol = "spabus";
     line_.devices[0].profile = "spaj140c";
   }
   ~RecordingsTest() override { fs::remove_all(folder_); }
@@ -74,8 +74,9 @@ TEST_F(RecordingsTest, AFileSaysWhatItIsAndHowToReadIt) {
   const std::string text = Read(Files()[0]);
   EXPECT_THAT(text, HasSubstr("# baudgate 1.2.3"));
   EXPECT_THAT(text, HasSubstr("# line bay-1, port /dev/ttyUSB0 9600 8N1, protocol spabus\n"));
-  EXPECT_THAT(text, HasSubstr("baudgate decode --protocol spabus --profile spaj140c --device "
-                              "feeder-1 bay-1-20261121T040506Z-feeder-1-corrupt.trace"));
+  EXPECT_THAT(text, HasSubstr("# device feeder-1, protocol spabus, profile spaj140c\n"));
+  EXPECT_THAT(text, HasSubstr("baudgate decode --device feeder-1 "
+                              "bay-1-20261121T040506Z-feeder-1-corrupt.trace\n"));
   EXPECT_THAT(text, HasSubstr("\n04:05:06.000000 feeder-1 > 3E | >\n"));
   std::istringstream lines(text);
   int records = 0;

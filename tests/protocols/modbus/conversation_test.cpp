@@ -145,6 +145,15 @@ TEST(ModbusConversation, ABlockThatIsNeverAnsweredIsTakenForRefused) {
   EXPECT_EQ(Exchange(talk, Poll(2), "03 02 0001").then, Then::replan) << "it answers after all";
 }
 
+TEST(ModbusConversation, AValueBetweenTwoStepsIsNamedAsItWasWritten) {
+  config::Device device = Inverter();
+  device.points[2].scale = *Decimal::Parse("0.01");
+  device.points[2].unit = "Hz";
+  Talk talk(ModbusRtuProtocol(), device);
+  EXPECT_EQ(Asked(talk, Write(2, 3555.5)), "error: point set: 35.555: steps of 0.01 Hz");
+  EXPECT_EQ(Asked(talk, Write(2, 70000.0)), "error: point set: 70000 is outside 0...65535");
+}
+
 TEST(ModbusConversation, Writes) {
   const config::Device device = Inverter();
   Talk talk(ModbusRtuProtocol(), device);

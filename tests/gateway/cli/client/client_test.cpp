@@ -10,7 +10,7 @@
 #include "gateway/cli/client/points.h"
 #include "gateway/cli/client/release.h"
 #include "gateway/cli/client/status.h"
-#include "gateway/cli/client/trace.h"
+#include "gateway/cli/client/status_watch.h"
 #include "tests/gateway/control/fixture.h"
 
 namespace baudgate::control {
@@ -26,7 +26,7 @@ class ClientTest : public ControlTest {
  protected:
   int Status(const std::string& target, bool json = false) {
     Clear();
-    return RunStatus({target, json, path(), {}}, out_, err_);
+    return RunStatus({.target = target, .json = json, .socket = path()}, out_, err_);
   }
   int Release(const std::string& line, Duration time, bool end = false) {
     Clear();
@@ -52,6 +52,24 @@ TEST_F(ClientTest, StatusShowsTablesOrJson) {
   EXPECT_EQ(Status("bay-1", true), 0);
   EXPECT_EQ(Json::parse(out_.str())["lines"].size(), 1U);
   EXPECT_THAT(err_.str(), IsEmpty());
+}
+
+TEST_F(ClientTest, AWatchedStatusLeavesTheTerminalAsItWas) {
+  StartServer();
+  const StatusOptions options{.target = "",
+                              .socket = path(),
+                              .terminal = TableView{.width = 80, .height = 24},
+                              .watch = true,
+                              .seconds = 1ms};
+  EXPECT_EQ(RunStatusWatch(options, out_, err_), 0) << err_.str();
+  EXPECT_THAT(out_.str(), StartsWith("\x1b[?1049h"));
+  EXPECT_THAT(out_.str(), HasSubstr("\x1b[Hsubstation-7: baudgate 1.2.3, up "));
+  EXPECT_THAT(out_.str(), EndsWith("\x1b[?1049l"));
+  StopServer();
+  Clear();
+  EXPECT_EQ(RunStatusWatch(options, out_, err_), 4);
+  EXPECT_THAT(out_.str(), IsEmpty()) << "what is wrong stands in the terminal as it is";
+  EXPECT_THAT(err_.str(), HasSubstr("no gateway answers"));
 }
 
 class PointsClient : public ClientTest {
@@ -119,7 +137,6 @@ TEST_F(ClientTest, UnknownNamesAreWrongUsage) {
   EXPECT_THAT(err_.str(), HasSubstr("there is no line 'bay-2'; did you mean 'bay-1'?"));
   EXPECT_EQ(Release("bay-2", 1min), 2);
   EXPECT_EQ(InUse("bay-1.feeder-3", false), 2);
-  EXPECT_EQ(RunTrace({.line = "iO", .socket = path()}, out_, err_), 2);
   EXPECT_THAT(out_.str(), IsEmpty());
 }
 
@@ -127,7 +144,6 @@ TEST_F(ClientTest, WithoutAGatewayTheySayWhereTheyLooked) {
   EXPECT_EQ(Status(""), 4);
   EXPECT_THAT(err_.str(), HasSubstr("no gateway answers at " + path()));
   EXPECT_THAT(err_.str(), HasSubstr("is baudgate running? give --socket PATH"));
-  EXPECT_EQ(RunTrace({.line = "io", .socket = path()}, out_, err_), 4);
   EXPECT_EQ(Release("io", 1min), 4);
   EXPECT_EQ(InUse("io.ai-1", true), 4);
 }
@@ -183,54 +199,6 @@ TEST_F(ClientTest, InUseSaysThatARestartForgets) {
             "restart forgets this: 'enabled: false' in the configuration keeps it\n");
   EXPECT_EQ(InUse("bay-1.feeder-2", true), 0);
   EXPECT_EQ(out_.str(), "bay-1.feeder-2: in use, it is asked again\n");
-}
-
-TEST_F(ClientTest, TraceShowsTheRing) {
-  TraceRecord record;
-  record.kind = TraceRecord::Kind::sent;
-  record.device = "feeder-1";
-  record.hex = "3E 31";
-  lines_.recorded = {record, record};
-  StartServer();
-  EXPECT_EQ(RunTrace({.line = "bay-1", .last = true, .socket = path()}, out_, err_), 0);
-  EXPECT_EQ(out_.str(), ToText(record) + "\n" + ToText(record) + "\n");
-  Clear();
-  EXPECT_EQ(
-      RunTrace({.line = "bay-1", .device = "feeder-2", .last = true, .socket = path()}, out_, err_),
-      0);
-  EXPECT_THAT(out_.str(), IsEmpty());
-  EXPECT_THAT(err_.str(), HasSubstr("nothing is recorded yet"));
-}
-
-TEST_F(ClientTest, TraceEndsWithItsTimeOrASignal) {
-  StartServer();
-  EXPECT_EQ(RunTrace({.line = "bay-1", .seconds = 1ms, .socket = path()}, out_, err_), 0);
-  EXPECT_THAT(err_.str(), IsEmpty());
-  ASSERT_TRUE(lines_.WaitForTraces(0, 0)) << "or the signal would come for the first one";
-
-  const pthread_t here = ::pthread_self();
-  std::thread stopper([&] {
-    if (lines_.WaitForTraces(0, 1)) ::pthread_kill(here, SIGINT);
-  });
-  EXPECT_EQ(RunTrace({.line = "bay-1", .socket = path()}, out_, err_), 0);
-  stopper.join();
-  EXPECT_THAT(err_.str(), IsEmpty());
-  EXPECT_TRUE(lines_.WaitForTraces(0, 0));
-}
-
-TEST_F(ClientTest, TraceSaysThatTheGatewayStops) {
-  StartServer();
-  TraceRecord record;
-  record.text = "went offline";
-  std::thread stopper([&] {
-    lines_.WaitForTraces(0, 1);
-    lines_.Push(0, record);
-    StopServer();
-  });
-  EXPECT_EQ(RunTrace({.line = "bay-1", .socket = path()}, out_, err_), kNoDaemon);
-  stopper.join();
-  EXPECT_THAT(out_.str(), ::testing::AnyOf(IsEmpty(), EndsWith("went offline\n")));
-  EXPECT_THAT(err_.str(), HasSubstr("the trace has ended: the gateway "));
 }
 
 }  // namespace

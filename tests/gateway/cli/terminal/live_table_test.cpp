@@ -46,10 +46,30 @@ TEST(LiveTable, CutsVisibly) {
   EXPECT_EQ(RenderTable({{.title = "title"}}, {{{"12345"}}}, {.width = 3}), "ti\u2026\n12\u2026\n");
 }
 
+TEST(LiveTable, CutsTextsBeforeNumbers) {
+  const std::vector<TableColumn> columns = {
+      {.title = "device"}, {.title = "state"}, {.title = "age", .right = true}};
+  EXPECT_EQ(RenderTable(columns, {{{"bay-1.feeder-1.north", "online", "12.5 s"}}}, {.width = 30}),
+            "device          state      age\n"
+            "bay-1.feeder-…  online  12.5 s\n");
+}
+
+TEST(LiveTable, LeavesSpareColumnsOutFirst) {
+  const std::vector<TableColumn> columns = {{.title = "device"},
+                                            {.title = "retries", .right = true, .spare = true},
+                                            {.title = "ok", .right = true}};
+  EXPECT_EQ(RenderTable(columns, {{{"bay-1.feeder-1", "0", "99 %"}}}, {.width = 20}),
+            "device            ok\nbay-1.feeder-1  99 %\n");
+}
+
 TEST(LiveTable, SaysHowManyRowsAreLeftOut) {
   const std::vector<TableRow> rows(10, TableRow{{"x"}});
   EXPECT_EQ(RenderTable({{.title = "a"}}, rows, {.height = 4}), "a\nx\nx\n\u2026 8 more\n");
   EXPECT_EQ(RenderTable({{.title = "a"}}, {{{"x"}}, {{"y"}}}, {.height = 3}), "a\nx\ny\n");
+  EXPECT_EQ(RenderTable({{.title = "a"}, {.title = "b"}},
+                        {{{"x", "1"}}, {{"y", "2"}}, {{"long", "3"}}}, {.height = 3}),
+            "a  b\nx  1\n… 2 more\n")
+      << "what is left out widens nothing";
 }
 
 TEST(LiveTable, ColoursOnlyWhereWanted) {
@@ -75,10 +95,6 @@ TEST(LiveTable, LetsNoControlCharacterThrough) {
   EXPECT_THAT(text, Not(HasSubstr("\r")));
   EXPECT_THAT(text, Not(HasSubstr("\u009B")));
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 2);
-}
-
-TEST(LiveTable, OverwritesWithoutClearingFirst) {
-  EXPECT_EQ(OverwriteScreen("a\nb\n"), "\x1b[Ha\x1b[K\nb\x1b[K\n\x1b[J");
 }
 
 TEST(LiveTable, FormatsValues) {

@@ -1,4 +1,4 @@
-// `baudgate trace`: the bytes of one line as they come and go, or what the flight recorder holds.
+// `baudgate trace`: the frames of one line as they come and go, or what the flight recorder holds.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -6,6 +6,7 @@
 #include <ostream>
 #include <string>
 
+#include "config/catalog/catalog.h"
 #include "gateway/base/time.h"
 
 namespace baudgate {
@@ -14,12 +15,14 @@ struct TraceOptions {
   std::string line{};
   std::string device{};               ///< only its records; empty: all
   bool last = false;                  ///< what has been, instead of what comes
+  bool bytes = false;                 ///< each arrival of bytes as it was, nothing decoded
   std::optional<Duration> seconds{};  ///< end after this time; nothing: at SIGINT or SIGTERM
   std::string socket{};               ///< empty: the gateway in the default places
 };
 
 /// Each record is flushed, so that it can be piped. Exit code 0, also when the gateway stops; 2 for
 /// an unknown line or device; 4 when no gateway answers.
-int RunTrace(const TraceOptions& options, std::ostream& out, std::ostream& err);
+int RunTrace(const TraceOptions& options, const config::Catalog& catalog, std::ostream& out,
+             std::ostream& err);
 
 }  // namespace baudgate

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/cli/offline/exchange_decoder.h"
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "gateway/cli/offline/make_line.h"
+#include "gateway/line/assembler.h"
+#include "gateway/store/conversion.h"
+
+namespace baudgate {
+namespace {
+
+/// The first whole frame of the reply, or how the reply failed.
+struct Cutting {
+  std::optional<Bytes> frame;
+  Outcome outcome = Outcome::no_reply;
+  std::string reason = "no reply";
+};
+
+Cutting CutReply(const Capture& capture, const Protocol& protocol, const config::Options& options) {
+  Expectation expect = protocol.expect(capture.request, options);
+  Cutting cutting;
+  if (expect.reply == Expectation::Reply::none) cutting = {{}, Outcome::ok, {}};
+  Assembler assembler;
+  assembler.Begin(protocol.reply_rule, std::move(expect));
+  assembler.Feed(capture.reply);
+  cutting.frame = assembler.Next(false);
+  if (!cutting.frame) cutting.frame = assembler.Next(true);
+  if (!cutting.frame && assembler.blame() != Outcome::none) {
+    cutting.outcome = assembler.blame();
+    cutting.reason = assembler.why();
+  }
+  return cutting;
+}
+
+Answer EndUnknown(const Capture& capture) {
+  Answer answer;
+  answer.outcome = Outcome::none;
+  answer.reason = capture.last ? "the recording ends before this exchange"
+                               : "the recording does not show how this exchange ended";
+  return answer;
+}
+
+Answer Interpret(const Capture& capture, const Protocol& protocol, const config::Device& device,
+                 Conversation& conversation) {
+  const Cutting cutting = CutReply(capture, protocol, device.options);
+  if (cutting.frame) return conversation.Interpret(capture.request, *cutting.frame);
+  if (capture.is_open() && cutting.outcome != Outcome::ok) return EndUnknown(capture);
+  Answer answer;
+  answer.outcome = cutting.outcome;
+  answer.reason = cutting.reason;
+  return answer;
+}
+
+/// Nothing can be checked over bytes that are unknown: how the exchange ended is what the trace
+/// says, and values are given only where they need none of them.
+Answer InterpretMasked(const Capture& capture, const Protocol& protocol,
+                       const config::Device& device, Conversation& conversation) {
+  Answer answer;
+  answer.outcome = Outcome::none;
+  if (capture.reply.empty()) {
+    if (capture.is_open()) return EndUnknown(capture);
+    answer.outcome = Outcome::no_reply;
+  } else if (!capture.reply_masked) {
+    Answer read = Interpret(capture, protocol, device, conversation);
+    if (ProvesLife(read.outcome)) answer = std::move(read);
+  }
+  if (capture.told && answer.outcome != *capture.told) {
+    answer.outcome = *capture.told;
+    answer.readings.clear();
+  }
+  answer.reason = capture.told ? "secret bytes are masked; the outcome is the recorded one"
+                               : "secret bytes are masked; nothing can be checked over them";
+  return answer;
+}
+
+/// Times, echoes and the exchanges before decide as well, and the recording may have left bytes
+/// out: how the exchange ended is what the trace says, and values are given where the bytes agree.
+Answer InterpretTold(const Capture& capture, const Protocol& protocol, const config::Device& device,
+                     Conversation& conversation) {
+  Answer answer = Interpret(capture, protocol, device, conversation);
+  if (!capture.told) return answer;
+  const bool agreed = answer.outcome == *capture.told;
+  if (agreed && capture.why.empty()) return answer;
+  std::string reason = capture.why.empty() ? "the outcome is the recorded one" : capture.why;
+  if (!agreed) {
+    reason += "; by these bytes and options alone: " + std::string(Name(answer.outcome));
+    if (!answer.reason.empty()) reason += " (" + answer.reason + ")";
+    answer.readings.clear();
+  }
+  answer.outcome = *capture.told;
+  answer.reason = std::move(reason);
+  return answer;
+}
+
+DecodedValue ToValue(const Reading& reading, const config::Device& device) {
+  if (reading.point >= device.points.size()) {
+    return {.name = reading.label, .value = reading.value, .quality = reading.quality};
+  }
+  const config::Point& point = device.points[reading.point];
+  const Sample sample = ToSample(point, reading);
+  return {point.name, sample.value, point.unit, sample.quality, true};
+}
+
+}  // namespace
+
+Result<ExchangeDecoder> ExchangeDecoder::Create(const TracedDevice& traced,
+                                                const config::Catalog& catalog) {
+  // Requests name their device; this address only has to be a valid one.
+  auto line =
+      MakeLine({.protocol = traced.protocol,
+                .devices = {{.profile = traced.profile, .address = "1", .set = traced.set}}},
+               catalog);
+  if (!line) return Error{line.error()};
+  const Protocol& protocol = *catalog.FindProtocol(line->devices.front().protocol);
+  return ExchangeDecoder(std::move(*line), protocol);
+}
+
+ExchangeDecoder::ExchangeDecoder(config::Line line, const Protocol& protocol)
+    : line_(std::make_unique<config::Line>(std::move(line))),
+      protocol_(&protocol),
+      bus_(MakeBus(protocol)),
+      conversation_(protocol.make_conversation(line_->devices.front(), bus_.get())) {}
+
+DecodedExchange ExchangeDecoder::Decode(const Capture& capture) {
+  const config::Device& device = line_->devices.front();
+  const bool masked = capture.request_masked || capture.reply_masked;
+  Answer answer = masked ? InterpretMasked(capture, *protocol_, device, *conversation_)
+                         : InterpretTold(capture, *protocol_, device, *conversation_);
+  DecodedExchange decoded{answer.outcome, std::move(answer.reason), {}};
+  for (const Reading& reading : answer.readings) decoded.values.push_back(ToValue(reading, device));
+  return decoded;
+}
+
+std::size_t ExchangeDecoder::FirstFrame(const Capture& capture) const {
+  const auto frame = CutReply(capture, *protocol_, line_->devices.front().options).frame;
+  if (!frame) return capture.reply.size();
+  const auto found = std::ranges::search(capture.reply, *frame);
+  return static_cast<std::size_t>(found.end() - capture.reply.begin());
+}
+
+}  // namespace baudgate

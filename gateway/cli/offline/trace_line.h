@@ -1,0 +1,41 @@
+// One line of a capture: what `trace` prints, the flight recorder saves, or somebody has written.
+//
+//   > 3E 31 52 49
+//   04:05:06.143210 feeder-1 < 3C 31 44 3A | <1D:
+//   04:05:06.143300 feeder-1 = corrupt, 19.8 ms: checksum
+//
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string_view>
+
+#include "gateway/base/bytes.h"
+#include "gateway/base/outcome.h"
+
+namespace baudgate {
+
+/// A mark (0: none) and what stands behind it; of a trace also when and with which device. Parts of
+/// the line.
+struct TraceLine {
+  char mark = 0;
+  std::string_view rest;  ///< without the characters behind '|'
+  std::string_view time;
+  std::string_view device;
+  std::string_view shown;  ///< the characters behind '|'
+};
+TraceLine ReadTraceLine(std::string_view line);
+
+struct MaskedHex {
+  Bytes bytes;
+  bool masked = false;  ///< some were "**", in whose place stands another byte
+};
+/// "3E 31 ** 0D"; nothing when it is none.
+std::optional<MaskedHex> ParseMaskedHex(std::string_view text);
+
+/// Of what stands behind "=": "corrupt, 27.3 ms: checksum".
+std::optional<Outcome> OutcomeOf(std::string_view end);
+/// What stands behind its colon; empty: nothing does.
+std::string_view ReasonOf(std::string_view end);
+
+}  // namespace baudgate

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/cli/trace/frame_lines.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "gateway/base/text.h"
+#include "gateway/cli/offline/decode.h"
+
+namespace baudgate {
+namespace {
+
+/// Of "04:05:06.123456".
+Duration TimeOfDay(std::string_view clock) {
+  constexpr std::size_t kDigits = 15;
+  if (clock.size() != kDigits) return {};
+  const auto part = [&](std::size_t at, std::size_t count) {
+    return ParseInteger<std::int64_t>(clock.substr(at, count)).value_or(0);
+  };
+  return std::chrono::hours(part(0, 2)) + std::chrono::minutes(part(3, 2)) +
+         std::chrono::seconds(part(6, 2)) + std::chrono::microseconds(part(9, 6));
+}
+
+/// Over midnight as well.
+Duration Between(Duration from, Duration to) { return to >= from ? to - from : to + 24h - from; }
+
+std::string MeaningOf(const DecodedExchange& decoded) {
+  std::string text;
+  for (const DecodedValue& value : decoded.values) {
+    text += (text.empty() ? "" : ", ") + ValueText(value);
+  }
+  return text;
+}
+
+}  // namespace
+
+FrameLines::FrameLines(const std::vector<std::string>& head, const config::Catalog& catalog) {
+  for (const std::string& line : head) {
+    const auto device = ReadTracedDevice(line);
+    if (!device) continue;
+    // Where its profile is a file that is not here, its bytes are shown as they are.
+    auto decoder = ExchangeDecoder::Create(*device, catalog);
+    if (decoder) decoders_.emplace(device->name, std::move(*decoder));
+  }
+}
+
+std::vector<std::string> FrameLines::Take(const std::string& record) {
+  std::vector<std::string> lines;
+  const TraceLine line = ReadTraceLine(record);
+  if (line.mark == '<') {
+    const bool joins = held_.device == line.device &&
+                       (exchange_ || Between(held_.last, TimeOfDay(line.time)) <= kApart);
+    if (!joins) FlushHeld({}, held_.reply.size(), lines);
+    Hold(line);
+  } else if (line.mark == '=') {
+    End(line, record, lines);
+  } else {
+    FlushHeld({}, held_.reply.size(), lines);
+    exchange_.reset();
+    if (const auto hex = line.mark == '>' ? ParseMaskedHex(line.rest) : std::nullopt) {
+      exchange_ = Capture{.request = hex->bytes,
+                          .request_masked = hex->masked,
+                          .time = std::string(line.time),
+                          .device = std::string(line.device)};
+      asked_ = TimeOfDay(line.time);
+    }
+    lines.push_back(record);
+  }
+  return lines;
+}
+
+std::vector<std::string> FrameLines::Flush() {
+  std::vector<std::string> lines;
+  FlushHeld({}, held_.reply.size(), lines);
+  return lines;
+}
+
+void FrameLines::Hold(const TraceLine& piece) {
+  const auto hex = ParseMaskedHex(piece.rest);
+  if (!hex) return;
+  if (held_.reply.empty()) {
+    held_.time = piece.time;
+    held_.device = piece.device;
+  }
+  Append(held_.reply, hex->bytes);
+  // All of a piece is secret, or nothing (gateway/trace/line_recorder.h).
+  held_.masked.resize(held_.reply.size(), hex->masked);
+  held_.shown += piece.shown;
+  held_.shown.resize(held_.reply.size(), '.');  // blanks at its end
+  held_.last = TimeOfDay(piece.time);
+}
+
+void FrameLines::End(const TraceLine& end, const std::string& record,
+                     std::vector<std::string>& lines) {
+  const bool known = exchange_ && exchange_->device == end.device;
+  if (known && held_.reply.empty() && OutcomeOf(end.rest) == Outcome::no_reply &&
+      ReasonOf(end.rest).empty()) {
+    const Duration silence = Between(asked_, TimeOfDay(end.time));
+    lines.push_back(fmt::format("{}: no reply after {} ms", record,
+                                std::chrono::round<std::chrono::milliseconds>(silence).count()));
+    exchange_.reset();
+    return;
+  }
+  std::string meaning;
+  std::size_t first_frame = held_.reply.size();
+  const auto decoder = decoders_.find(std::string(end.device));
+  if (known && !held_.reply.empty() && decoder != decoders_.end()) {
+    exchange_->reply = held_.reply;
+    exchange_->reply_masked = std::ranges::find(held_.masked, true) != held_.masked.end();
+    exchange_->told = OutcomeOf(end.rest);
+    exchange_->why = ReasonOf(end.rest);
+    meaning = MeaningOf(decoder->second.Decode(*exchange_));
+    first_frame = decoder->second.FirstFrame(*exchange_);
+  }
+  FlushHeld(meaning, first_frame, lines);
+  exchange_.reset();
+  lines.push_back(record);
+}
+
+/// What stands behind the first frame has a line of its own.
+void FrameLines::FlushHeld(const std::string& meaning, std::size_t first_frame,
+                           std::vector<std::string>& lines) {
+  const Held held = std::exchange(held_, {});
+  const auto add = [&](std::size_t from, std::size_t to, const std::string& means) {
+    if (from >= to) return;
+    std::string line = held.time + " " + held.device + " <";
+    for (std::size_t i = from; i < to; ++i) {
+      line += " " + (held.masked[i] ? "**" : HexByte(held.reply[i]));
+    }
+    lines.push_back(line + " | " + (means.empty() ? held.shown.substr(from, to - from) : means));
+  };
+  add(0, first_frame, meaning);
+  add(first_frame, held.reply.size(), {});
+}
+
+}  // namespace baudgate

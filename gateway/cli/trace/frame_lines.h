@@ -1,0 +1,64 @@
+// The records of a trace, byte by byte as they came, as one line for each frame: pieces are put
+// together, and what a reply means stands behind it where its device is known.
+//
+//   12:23:31.717352 feeder-1 > 3E 31 52 49 31 3A 43 43 0D | >1RI1:CC.
+//   12:23:31.735202 feeder-1 < 0A 3C 31 44 3A … 0D 0A | current_l1 0.52 xIn
+//   12:23:31.774724 feeder-1 = ok, 57.4 ms
+//   12:23:32.000000 - < 41 42 | AB
+//   12:23:33.000000 feeder-2 = no_reply: no reply after 500 ms
+//
+// `decode` reads them as it reads the records. Pure: text in, text out.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "config/catalog/catalog.h"
+#include "gateway/base/time.h"
+#include "gateway/cli/offline/exchange_decoder.h"
+#include "gateway/cli/offline/trace_line.h"
+
+namespace baudgate {
+
+class FrameLines {
+ public:
+  /// Bytes that nobody asked for and that come later than this stand in a line of their own.
+  static constexpr Duration kApart = 50ms;
+
+  /// `head`: comments of the gateway (gateway/trace/trace_head.h); the catalog outlives it.
+  FrameLines(const std::vector<std::string>& head, const config::Catalog& catalog);
+
+  /// Lines that are whole with this record.
+  std::vector<std::string> Take(const std::string& record);
+  /// Whether bytes wait for others that may belong to them, and for no end of an exchange.
+  bool waits() const { return !exchange_ && !held_.reply.empty(); }
+  /// What waits, at the end or where nothing more has come.
+  std::vector<std::string> Flush();
+
+ private:
+  /// Received bytes that are no line yet.
+  struct Held {
+    std::string time;
+    std::string device;
+    std::string shown;
+    Bytes reply;
+    std::vector<bool> masked;
+    Duration last{};  ///< of the day, of its newest byte
+  };
+
+  void Hold(const TraceLine& piece);
+  void End(const TraceLine& end, const std::string& record, std::vector<std::string>& lines);
+  void FlushHeld(const std::string& meaning, std::size_t first_frame,
+                 std::vector<std::string>& lines);
+
+  std::map<std::string, ExchangeDecoder> decoders_;  // by device
+  std::optional<Capture> exchange_;                  // that is under way
+  Duration asked_{};                                 // when, of the day
+  Held held_;
+};
+
+}  // namespace baudgate
