@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "config/alarms.h"
 #include "config/catalog/option_values.h"
 #include "config/checks/pace_checks.h"
 #include "config/checks/serial_checks.h"
@@ -209,13 +210,15 @@ Device ReadDevice(const YamlNode& node, const LineContext& of, LoadContext& cont
   ReadDeviceOptions(map, protocol, of.options, profile, protocol == of.protocol, device);
   ReadPoints(map, raw, protocol, device, context);
   ReadDeviceEvents(map, context.events, device);
+  device.alarms = ReadAlarmSetting(map, of.line.alarms);
   if (protocol && (raw || !map.Has("profile"))) {
     ResolveRecords(profile.records, device, context.problems);
+    ReadEventAlarms(map, device);
     ApplyRatios(map, device);
     ApplyWritePermit(map, device);
   } else {
     // Which points it has nobody knows.
-    for (const char* key : {"ratios", "allow_when", "write"}) map.Get(key);
+    for (const char* key : {"event_alarms", "ratios", "allow_when", "write"}) map.Get(key);
   }
   if (raw) BlameProfile(map, *raw, context);
   map.Finish();

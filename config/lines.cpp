@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "config/alarms.h"
 #include "config/catalog/option_values.h"
 #include "config/checks/serial_checks.h"
 #include "config/devices.h"
@@ -102,6 +103,7 @@ Line ReadLine(const YamlNode& node, LoadContext& context) {
   line.timing = pace.timing;
   Assign(line.retries, pace.retries);
   Assign(line.echo, map.OneOf("echo", kEchoes));
+  line.alarms = ReadAlarmSetting(map, context.alarms);
   if (protocol) CheckTcp(*protocol, line.port, map.keys(), context.problems);
   Options given;
   if (protocol) given = ReadOptions(map, *protocol, OptionSpec::Scope::line);

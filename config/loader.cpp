@@ -28,6 +28,7 @@ Config ReadConfig(const YamlNode& root, LoadContext& context) {
   MapReader map(root, "the configuration", problems);
   if (root.kind() != YamlNode::Kind::map) return config;
   if (const auto node = map.Get("gateway")) context.pace = ReadGateway(*node, config, problems);
+  context.alarms = config.alarms;
   if (const auto node = map.Get("events")) config.events = ReadEvents(*node, problems);
   context.events = config.events.given;
   const auto history = map.Get("history");

@@ -3,6 +3,7 @@
 
 #include <array>
 
+#include "config/alarms.h"
 #include "config/checks/name_checks.h"
 #include "config/dds_peers.h"
 #include "config/dds_security.h"
@@ -50,6 +51,7 @@ Pace ReadGateway(const YamlNode& node, Config& config, Problems& problems) {
   constexpr std::array<Word<Audit>, 2> kAudits = {
       {{"best_effort", Audit::best_effort}, {"require", Audit::require}}};
   Assign(config.audit, map.OneOf("audit", kAudits));
+  config.alarms = ReadAlarmSetting(map, config.alarms);
   const Pace pace = ReadPace(map, Level::gateway);
   map.Finish();
   return pace;

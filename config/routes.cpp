@@ -6,6 +6,7 @@
 #include <string_view>
 #include <tuple>
 
+#include "config/alarms.h"
 #include "config/checks/route_checks.h"
 #include "config/model/network.h"
 #include "config/model/units.h"
@@ -92,6 +93,8 @@ Route ReadRoute(const YamlNode& node, const std::vector<Listener>& listeners,
   }
   Assign(route.remap, map.Integer<std::uint8_t>("remap", 0, 255));
   Assign(route.deadline, map.Time("deadline", 50ms, 1min));
+  route.alarms =
+      ReadAlarmSetting(map, route.line.empty() ? context.alarms : lines[route.line_index].alarms);
   map.Finish();
   const Keys keys = map.keys();
   CheckTarget(keys, context.problems);

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "config/model/alarm_setting.h"
 #include "config/model/fields.h"
 #include "config/model/history.h"
 #include "config/model/line.h"
@@ -37,6 +38,7 @@ struct Config {
   std::string name = "baudgate";  ///< gateway.name: the key of every DDS sample
   std::string recordings;         ///< folder of the flight recorder's files; empty = not given
   std::string state;              ///< folder of what outlives the program; empty = not given
+  AlarmSetting alarms;            ///< of the gateway as a whole: its disks
   Events events;
   History history;
   Audit audit = Audit::best_effort;
@@ -52,6 +54,7 @@ void VisitFields(const Config*, Visit visit) {
   visit(Field<&Config::name>{"gateway.name"});
   visit(Field<&Config::recordings>{"gateway.recordings"});
   visit(Field<&Config::state>{"gateway.state"});
+  visit(Field<&Config::alarms>{"gateway.alarms"});
   visit(Field<&Config::events>());
   visit(Field<&Config::history>());
   visit(Field<&Config::audit>{"gateway.audit"});

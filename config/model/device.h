@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "config/model/alarm_setting.h"
 #include "config/model/event_text.h"
 #include "config/model/fields.h"
 #include "config/model/mark.h"
@@ -88,6 +89,7 @@ struct Device {
   std::vector<Point> points;  ///< profile and inline points merged
   bool events = false;        ///< what happens in it is asked for, and kept
   bool point_events = false;  ///< those of its points are kept
+  AlarmSetting alarms;        ///< of the device itself; device before line and gateway
   std::vector<EventText> event_texts;
   std::vector<Record> records;
   Mark mark;
@@ -119,6 +121,7 @@ void VisitFields(const Device*, Visit visit) {
   visit(Field<&Device::points>());
   visit(Field<&Device::events>());
   visit(Field<&Device::point_events>());
+  visit(Field<&Device::alarms>());
   visit(Field<&Device::event_texts>());
   visit(Field<&Device::records>());
   visit(Derived<&Device::mark>());

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "config/model/alarm_setting.h"
 #include "config/model/device.h"
 #include "config/model/fields.h"
 
@@ -22,6 +23,7 @@ struct Line {
   Timing timing;     ///< line before gateway
   int retries = 2;   ///< of exchanges that may be repeated
   Echo echo = Echo::off;
+  AlarmSetting alarms;  ///< of the line itself; line before gateway
   Options options;
   std::vector<Device> devices;
   Mark mark;
@@ -40,6 +42,7 @@ void VisitFields(const Line*, Visit visit) {
   visit(Field<&Line::timing>());
   visit(Field<&Line::retries>());
   visit(Field<&Line::echo>());
+  visit(Field<&Line::alarms>());
   visit(Field<&Line::options>());
   visit(Field<&Line::devices>());
   visit(Derived<&Line::mark>());

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "config/model/alarm_setting.h"
 #include "config/model/fields.h"
 #include "config/model/mark.h"
 #include "gateway/base/time.h"
@@ -25,6 +26,7 @@ struct Route {
   std::optional<std::uint8_t> remap;  ///< `first` becomes this address, the next unit the next
   /// From the request's arrival to the end of its reply, queueing included; not sent later.
   Duration deadline = std::chrono::milliseconds(2500);
+  AlarmSetting alarms;  ///< of each unit behind it; route before line and gateway
   Mark mark;
 
   bool Covers(std::uint8_t unit) const { return unit >= first && unit <= last; }
@@ -46,6 +48,7 @@ void VisitFields(const Route*, Visit visit) {
   visit(Field<&Route::port>());
   visit(Field<&Route::remap>());
   visit(Field<&Route::deadline>());
+  visit(Field<&Route::alarms>());
   visit(Derived<&Route::mark>());
 }
 

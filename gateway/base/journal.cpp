@@ -12,7 +12,7 @@ namespace baudgate::log {
 namespace {
 
 /// A value of several lines has its length, eight bytes, least first, in place of '='.
-void AddField(std::string& message, const char* name, const std::string& value) {
+void AddField(std::string& message, const std::string& name, const std::string& value) {
   if (value.empty()) return;
   message += name;
   if (value.find('\n') == std::string::npos) {
@@ -48,6 +48,7 @@ std::string JournalMessage(Level level, const About& about, const std::string& t
   AddField(message, "LINE", about.line);
   AddField(message, "DEVICE", about.device);
   AddField(message, "OUTCOME", about.outcome);
+  for (const auto& [name, value] : about.fields) AddField(message, name, value);
   return message;
 }
 

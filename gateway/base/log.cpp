@@ -105,6 +105,11 @@ class Teller {
   std::jthread thread_;
 };
 
+std::string Whole(const About& about, const std::string& text) {
+  return (about.line.empty() ? "" : "line " + about.line + ": ") +
+         (about.device.empty() ? "" : "device " + about.device + ": ") + text;
+}
+
 void PrintOrHold(bool passed, Level level, const About& about, const std::string& text) {
   if (passed) return Print(level, about, text);
   // Made with the first repeat, long after the log it prints to, and therefore gone before it.
@@ -134,8 +139,7 @@ void ForgetRepeats() {
 void Write(Level level, const std::string& text) { Write(level, About{}, text); }
 
 void Write(Level level, const About& about, const std::string& text) {
-  const std::string whole = (about.line.empty() ? "" : "line " + about.line + ": ") +
-                            (about.device.empty() ? "" : "device " + about.device + ": ") + text;
+  const std::string whole = Whole(about, text);
   bool passed = false;
   {
     const MutexLock lock(g_mutex);
@@ -154,5 +158,9 @@ void Write(Level level, const std::string& key, const std::string& text) {
 }
 
 void WriteAct(Level level, const std::string& text) { Print(level, {}, text); }
+
+void WriteAct(Level level, const About& about, const std::string& text) {
+  Print(level, about, Whole(about, text));
+}
 
 }  // namespace baudgate::log

@@ -8,6 +8,7 @@
 
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace baudgate::log {
 
@@ -19,6 +20,8 @@ struct About {
   std::string line{};
   std::string device{};
   std::string outcome{};
+  /// Further fields of the journal, name and value.
+  std::vector<std::pair<std::string, std::string>> fields{};
 };
 
 /// Once, from the composition root. Where standard error is systemd's journal, lines go to its
@@ -35,6 +38,7 @@ void Write(Level level, const About& about, const std::string& text);
 void Write(Level level, const std::string& key, const std::string& text);
 /// Never folded: an act of somebody, of which each stands for itself.
 void WriteAct(Level level, const std::string& text);
+void WriteAct(Level level, const About& about, const std::string& text);
 
 /// Tells at once what is held back, so that a log that ends here ends with the true state.
 /// Thread-safe.

@@ -142,6 +142,7 @@ void AddEvents(CLI::App& app, Action& action) {
 void AddAlarms(CLI::App& app, Action& action) {
   auto* command = app.add_subcommand("alarms", "What is wrong, or was and nobody has seen it");
   auto options = std::make_shared<AlarmsOptions>();
+  command->add_flag("--follow", options->follow, "Go on with what changes");
   command->add_flag("--json", options->json, "Print one JSON object a line");
   AddSocket(*command, options->socket);
   command->callback([options, &action] {
@@ -157,7 +158,7 @@ void AddAck(CLI::App& app, Action& action) {
   auto options = std::make_shared<AckOptions>();
   command
       ->add_option("TARGET", options->target,
-                   "LINE.DEVICE, LINE.DEVICE.POINT or the number (seq) of an event")
+                   "LINE, LINE.DEVICE, LINE.DEVICE.POINT or the number (seq) of an event")
       ->required();
   AddSocket(*command, options->socket);
   command->callback([options, &action] {

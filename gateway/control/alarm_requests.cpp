@@ -11,17 +11,30 @@
 namespace baudgate::control {
 namespace {
 
-/// LINE.DEVICE[.POINT]; points have no dot, nor have lines and devices.
+/// LINE[.DEVICE[.POINT]]; points have no dot, nor have lines and devices.
 Result<events::AckQuery> Named(const std::string& target) {
   const auto parts = Split(target, '.');
-  if (parts.size() < 2 || parts.size() > 3) {
+  if (parts.empty() || parts[0].empty() || parts.size() > 3) {
     return Error{config::Quoted(target) +
-                 " is no alarm: write LINE.DEVICE, LINE.DEVICE.POINT or the number of an event"};
+                 " is no alarm: write LINE, LINE.DEVICE, LINE.DEVICE.POINT or the number of an "
+                 "event"};
   }
   events::AckQuery query;
   query.line = parts[0];
-  query.device = parts[1];
+  if (parts.size() > 1) query.device = parts[1];
   if (parts.size() == 3) query.point = parts[2];
+  return query;
+}
+
+/// As `alarms` shows it: what is of no line has other names.
+std::optional<events::AckQuery> Shown(const std::vector<events::Alarm>& alarms,
+                                      const std::string& target) {
+  const auto found = std::ranges::find(alarms, target, events::PlaceOf);
+  if (found == alarms.end()) return std::nullopt;
+  events::AckQuery query;
+  query.line = found->line;
+  query.device = found->device;
+  query.point = found->point;
   return query;
 }
 
@@ -50,6 +63,7 @@ Result<events::AckQuery> FindAlarms(const config::Config& config, const events::
     if (std::ranges::find(alarms, *seq, &events::Alarm::seq) != alarms.end()) return query;
     return Error{"event " + target + " has raised no alarm that is still there; see 'alarms'"};
   }
+  if (auto shown = Shown(alarms, target)) return *shown;
   const auto named = Named(target);
   if (!named) return named;
   if (std::ranges::any_of(alarms, [&](const auto& alarm) { return named->Means(alarm); })) {

@@ -15,7 +15,8 @@ namespace baudgate::control {
 /// One page, by the numbers of the events that have raised them.
 Json AlarmsPage(const events::EventSource& events, std::int64_t after);
 
-/// "bay-1.feeder-1", "bay-1.feeder-1.current_l1" or "412". An error where there is no such device
+/// "bay-1" (of the line itself), "bay-1.feeder-1", "bay-1.feeder-1.current_l1" or "412"; or what
+/// events::PlaceOf says. An error where there is no such device
 /// or point; of a device that is not configured any more alarms may still be there.
 Result<events::AckQuery> FindAlarms(const config::Config& config, const events::EventSource& events,
                                     const std::string& target);

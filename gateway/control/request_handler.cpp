@@ -218,7 +218,7 @@ Reply RequestHandler::Writes(const Json& request) {
 
 /// One page, as of writes. A device that is not configured any more still has its events.
 Reply RequestHandler::Events(const Json& request) {
-  if (info_.events == nullptr) return Refused(kUnavailable, kNoEvents);
+  if (!KeepsEvents()) return Refused(kUnavailable, kNoEvents);
   events::PageQuery query;
   query.after = NumberOf(request, "after").value_or(0);
   query.since = SinceOf(request);
@@ -287,6 +287,10 @@ Reply RequestHandler::Reload(const Json& request, const Writer& client, bool con
   ask.by = client.name;
   reload_->Reload(ask, answer);
   return {};
+}
+
+bool RequestHandler::KeepsEvents() const {
+  return info_.events != nullptr && !info_.events->state().in_memory;
 }
 
 }  // namespace baudgate::control

@@ -71,7 +71,11 @@ class RequestHandler {
                     const std::function<void(const Json&)>& answered);
   Reply Reload(const Json& request, const Writer& client, bool confirm,
                const std::function<void(const Json&)>& answered);
-  KeptValues Kept() const { return {*config_, info_.history, info_.events}; }
+  /// On the disk.
+  bool KeepsEvents() const;
+  KeptValues Kept() const {
+    return {*config_, info_.history, KeepsEvents() ? info_.events : nullptr};
+  }
   Result<Target> TargetOf(const Json& request) const;
   /// A line as a whole.
   Result<Target> LineOf(const Json& request) const;

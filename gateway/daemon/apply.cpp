@@ -72,7 +72,7 @@ void Daemon::Impl::Examine(const config::Config& next, reload::Difference& diffe
   if (NeedsState(next, catalog) && !records.open()) {
     difference.restart.push_back("that anything is kept where nothing was (" +
                                  WhatIsKept(next, catalog) + ")");
-  } else if (KeepsEvents(next) && records.events() == nullptr) {
+  } else if (KeepsEvents(next) && !records.keeps_events()) {
     difference.restart.emplace_back("that events are kept");
   }
 #ifdef BAUDGATE_WITH_DDS

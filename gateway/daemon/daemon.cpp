@@ -112,12 +112,14 @@ double Daemon::Impl::MakeRoomFor(const config::Config& its_config) {
 }
 
 Status Daemon::Impl::OpenRecords() {
-  if (!NeedsState(config, catalog)) return {};
-  return records.Open(
-      config, {store, lines, [this](std::uint32_t device, const std::string& said, bool reported) {
-                 lines.OfDevice(device).With(
-                     [&](LineRunner& runner) { runner.OnEventsKept(device, said, reported); });
-               }});
+  const Records::Links links{
+      store, lines, [this](std::uint32_t device, const std::string& said, bool reported) {
+        lines.OfDevice(device).With(
+            [&](LineRunner& runner) { runner.OnEventsKept(device, said, reported); });
+      }};
+  if (NeedsState(config, catalog)) return records.Open(config, links);
+  records.OpenAlarms(config, links);
+  return {};
 }
 
 void Daemon::Impl::MakeLines() {
@@ -130,7 +132,9 @@ void Daemon::Impl::MakeLines() {
   lines.Link(std::move(links));
   ageing = std::make_unique<AgeTimer>(lines.io(), [this](Instant now) {
     store.Age(now);
-    clocks->Tick({now, ReadClocks().wall});
+    const Now both{now, ReadClocks().wall};
+    clocks->Tick(both);
+    records.Look(both);
   });
   // Not owned: it is a part of the configuration, which outlives the lines.
   for (const config::Line& line : config.lines) AddLine({std::shared_ptr<void>(), &line}, nullptr);
@@ -186,6 +190,9 @@ Status Daemon::Impl::StartModbus() {
   if (records.events() != nullptr) {
     links.events = records.events()->feed();
     links.alarms = &records.events()->log();
+    links.routed = [events = records.events()](const modbus::RoutedEnd& end, Now now) {
+      events->OnRouted(end, now);
+    };
   }
   auto output = ModbusOutput::Start(
       config, {store, Commands(), [this] { return Figures(); }, limits, std::move(links)});
@@ -219,7 +226,8 @@ Status Daemon::Impl::StartDds() {
 #ifdef BAUDGATE_WITH_DDS
   EventPath* const events = records.events();
   auto output =
-      DdsOutput::Start(config, store, Commands(), events != nullptr ? events->feed() : nullptr);
+      DdsOutput::Start(config, store, Commands(), events != nullptr ? events->feed() : nullptr,
+                       records.keeps_events());
   if (!output) return Error{output.error()};
   dds = std::move(*output);
 #else

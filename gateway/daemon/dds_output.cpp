@@ -8,7 +8,6 @@
 
 #include "gateway/base/log.h"
 #include "gateway/daemon/event_samples.h"
-#include "gateway/state/state_folder.h"
 
 namespace baudgate {
 namespace {
@@ -30,7 +29,7 @@ dds::LinkOpen OpenFor(const config::Config& config, const PointStore& store) {
     open.points += static_cast<std::uint32_t>(its.points.size());
     if (its.events || its.point_events) ++open.events;
   }
-  if (KeepsEvents(config)) ++open.events;  // the gateway has some itself
+  ++open.events;  // the gateway has some itself, at least alarms
   // Room for what reloads bring: a name that was published once takes its place for good.
   open.points += open.points / 4 + kSpare;
   open.devices += open.devices / 4 + kSpare / 8;
@@ -53,7 +52,8 @@ std::unordered_set<std::size_t> NamesOf(const config::Config& config) {
 
 Result<std::unique_ptr<DdsOutput>> DdsOutput::Start(const config::Config& config, PointStore& store,
                                                     CommandSink& sink,
-                                                    std::shared_ptr<events::EventFeed> events) {
+                                                    std::shared_ptr<events::EventFeed> events,
+                                                    bool keeps_events) {
   std::unique_ptr<DdsOutput> output(new DdsOutput);
   dds::ProcessLinkOptions options;
   options.open = OpenFor(config, store);
@@ -65,8 +65,10 @@ Result<std::unique_ptr<DdsOutput>> DdsOutput::Start(const config::Config& config
   output->link_ = std::move(*link);
   const std::shared_ptr<dds::SampleWriter> writer = output->link_->writer();
   std::shared_ptr<dds::EventSupply> samples;
-  if (events) samples = std::make_shared<EventSamples>(config.name, std::move(events));
-  output->has_events_ = samples != nullptr;
+  if (events) {
+    samples = std::make_shared<EventSamples>(config.name, std::move(events), keeps_events);
+  }
+  output->has_events_ = keeps_events;
   auto publisher = dds::DdsPublisher::Create(config, store, writer, Log, std::move(samples));
   if (!publisher) return Error{publisher.error()};
   output->publisher_ = std::move(*publisher);
@@ -86,7 +88,6 @@ std::string DdsOutput::WhyNot(const config::Config& next) const {
     return "dds (more than the " + std::to_string(opened_.points) +
            " points that there is room for)";
   }
-  if (opened_.events == 0 && KeepsEvents(next)) return "dds (the topic of events)";
   return {};
 }
 

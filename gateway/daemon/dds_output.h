@@ -22,10 +22,11 @@ class DdsOutput {
  public:
   /// All outlive it; writes go to `sink`. The error says which name or setting to change; a process
   /// that can not be had is a state.
-  /// `events`: null: no device is asked for any.
+  /// `events`: null: no alarms either. `keeps_events`: else only alarms are published.
   static Result<std::unique_ptr<DdsOutput>> Start(const config::Config& config, PointStore& store,
                                                   CommandSink& sink,
-                                                  std::shared_ptr<events::EventFeed> events);
+                                                  std::shared_ptr<events::EventFeed> events,
+                                                  bool keeps_events);
   ~DdsOutput();  ///< as Stop
 
   /// A reload: the store has other devices, those of `config`.

@@ -29,12 +29,30 @@ events::SourceNames SourcesOf(const config::Config& config) {
   return sources;
 }
 
+/// Each change of an alarm is one message, with fields that other programs select by.
+void TellJournal(const events::Alarm& alarm, bool raised) {
+  const std::string state(Name(alarm.state));
+  const bool high = alarm.priority == config::AlarmPriority::high;
+  const log::Level weight = high ? log::Level::error : log::Level::warning;
+  const log::About about{.line = alarm.line,
+                         .device = alarm.device,
+                         .fields = {{"ALARM", alarm.name},
+                                    {"PRIORITY_OF_ALARM", std::string(Name(alarm.priority))},
+                                    {"STATE", state},
+                                    {"POINT", alarm.point},
+                                    {"SEQ", std::to_string(alarm.seq)}}};
+  log::WriteAct(raised ? weight : log::Level::info, about,
+                fmt::format("alarm {}, priority {}: {}{}", state, Name(alarm.priority), alarm.text,
+                            alarm.by.empty() ? "" : " (" + alarm.by + ")"));
+}
+
 events::EventLog::Options OptionsOf(const config::Config& config, const EventsPlace& place,
                                     std::shared_ptr<events::EventFeed> feed, RecordDesk& records,
                                     std::function<void(events::Source)> kept) {
   events::EventLog::Options options;
   options.file = place.file;
   options.why_no_file = place.why_no_file;
+  options.in_memory = place.in_memory;
   options.turn = place.turn;
   options.sources = SourcesOf(config);
   options.clocks = ReadClocks;
@@ -47,6 +65,7 @@ events::EventLog::Options OptionsOf(const config::Config& config, const EventsPl
     for (const events::Source source : sources) kept(source);
   };
   options.owed = [&records](const std::vector<events::OwedRecord>& owed) { records.Owe(owed); };
+  options.alarm = TellJournal;
   options.warn = [](const std::string& text) { log::Warn("{}", text); };
   options.inform = [](const std::string& text) { log::Info("{}", text); };
   return options;
@@ -66,6 +85,7 @@ EventPath::EventPath(const config::Config& config, const PointStore& store,
                      const EventsPlace& place, CommandSink& commands, Kept kept)
     : store_(store),
       tells_own_(config.events.given),
+      in_memory_(place.in_memory),
       kept_(std::move(kept)),
       feed_(std::make_shared<events::EventFeed>(events::FeedLimits(), ConsumersOf(config))),
       records_(
@@ -74,7 +94,9 @@ EventPath::EventPath(const config::Config& config, const PointStore& store,
            .ask = [&commands](WriteCommand command) { return commands.Submit(std::move(command)); },
            .keep = [this](events::KeptRecord record) { log_.Keep(std::move(record)); }}),
       log_(OptionsOf(config, place, feed_, records_,
-                     [this](events::Source source) { kept_(source, log_.said(source), true); })) {
+                     [this](events::Source source) { kept_(source, log_.said(source), true); })),
+      alarms_(std::shared_ptr<const config::Config>(std::shared_ptr<void>(), &config),
+              [this](events::EventRecord record) { log_.Tell(std::move(record)); }) {
   for (const config::Line& line : config.lines) AddPlaces(line);
 }
 
@@ -83,6 +105,7 @@ void EventPath::AddPlaces(const config::Line& line) {
     Place& its = places_.Append();
     its.line = &line;
     its.device = &device;
+    if (!device.enabled) alarms_.OnUnused(line.name, device.name, ReadClocks());
     if (!device.point_events) continue;
     its.watch = std::make_unique<events::DeviceWatch>(line.name, device);
   }
@@ -93,6 +116,9 @@ void EventPath::Renumber(const std::shared_ptr<const config::Config>& config,
                          std::span<const std::shared_ptr<const config::Line>> begun) {
   log_.Renumber(SourcesOf(*config),
                 [config](const events::Alarm& alarm) { return events::Watches(*config, alarm); });
+  std::set<std::string> names;
+  for (const auto& line : begun) names.insert(line->name);
+  alarms_.Renew(config, names);
   for (const auto& line : begun) AddPlaces(*line);
 }
 
@@ -117,6 +143,7 @@ void EventPath::Tell(std::uint32_t first_device, std::size_t devices) {
 void EventPath::End() { log_.End(kEndTime); }
 
 void EventPath::OnReported(ReportedEvents reported) {
+  if (in_memory_) return;  // nobody has asked for them
   const Place& place = places_[reported.device];
   auto records = events::RecordsOf(reported.batch, place.line->name, *place.device,
                                    reported.received.wall, reported.oldest);
@@ -125,10 +152,10 @@ void EventPath::OnReported(ReportedEvents reported) {
 }
 
 void EventPath::OnNews(const config::Line& line, const News& news, Now at) {
-  if (!tells_own_) return;
   events::Fact fact{CodeOf(news.what), news.over, line.name, {}, news.text};
   if (news.device) fact.device = places_[*news.device].device->name;
-  log_.Tell(events::FactRecord(fact, at.wall));
+  if (tells_own_ && !news.first) log_.Tell(events::FactRecord(fact, at.wall));
+  alarms_.OnNews(fact.line, fact.device, news, at);
 }
 
 void EventPath::OnReload(bool taken_back, const std::string& text) {

@@ -1,5 +1,5 @@
 // The way of an event from its line to the file, and back the leave to ask for more; what the
-// gateway has seen itself goes in here. Made and ended by daemon.cpp.
+// gateway has seen itself goes in here, and to its own alarms. Made and ended by daemon.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,6 +10,7 @@
 
 #include "config/model/config.h"
 #include "gateway/base/version.h"
+#include "gateway/daemon/alarm_desk.h"
 #include "gateway/daemon/event_sink.h"
 #include "gateway/daemon/events_place.h"
 #include "gateway/daemon/record_desk.h"
@@ -54,6 +55,10 @@ class EventPath final : public EventSink {
   void OnDrained(std::uint32_t device, Instant asked) override {
     records_.OnDrained(device, asked);
   }
+  /// A request of a client to a route has ended.
+  void OnRouted(const modbus::RoutedEnd& end, Now now) { alarms_.OnRouted(end, now); }
+  /// See AlarmDesk.
+  void Look(std::span<const AlarmDesk::DiskState> disks, Now now) { alarms_.Look(disks, now); }
   events::EventLog& log() { return log_; }
   /// What is on the disk, for outputs, which may keep it longer than this lives.
   std::shared_ptr<events::EventFeed> feed() const { return feed_; }
@@ -67,6 +72,7 @@ class EventPath final : public EventSink {
 
   const PointStore& store_;
   const bool tells_own_;
+  const bool in_memory_;
   const Kept kept_;
   void AddPlaces(const config::Line& line);
   void Tell(std::uint32_t first_device, std::size_t devices);
@@ -75,6 +81,7 @@ class EventPath final : public EventSink {
   const std::shared_ptr<events::EventFeed> feed_;
   RecordDesk records_;
   events::EventLog log_;  // its thread tells the desk
+  AlarmDesk alarms_;
 };
 
 }  // namespace baudgate

@@ -7,6 +7,7 @@ namespace baudgate {
 
 std::vector<dds::EventSample> EventSamples::Take(std::uint64_t after, std::size_t most) {
   std::vector<dds::EventSample> samples;
+  if (!events_) return samples;
   for (const events::FedEvent& event : feed_->Take(static_cast<std::int64_t>(after), most)) {
     samples.push_back(SampleOf(event));
   }

@@ -14,12 +14,15 @@ namespace baudgate {
 
 class EventSamples final : public dds::EventSupply {
  public:
-  EventSamples(std::string gateway, std::shared_ptr<events::EventFeed> feed)
-      : gateway_(std::move(gateway)), feed_(std::move(feed)) {}
+  /// Without `events` only alarms: their numbers would begin anew at each start.
+  EventSamples(std::string gateway, std::shared_ptr<events::EventFeed> feed, bool events = true)
+      : gateway_(std::move(gateway)), feed_(std::move(feed)), events_(events) {}
   ~EventSamples() override { OnNew({}); }
 
   std::vector<dds::EventSample> Take(std::uint64_t after, std::size_t most) override;
-  std::uint64_t newest() const override { return static_cast<std::uint64_t>(feed_->newest()); }
+  std::uint64_t newest() const override {
+    return events_ ? static_cast<std::uint64_t>(feed_->newest()) : 0;
+  }
   std::optional<Place> place() const override;
   void Keep(Place place) override;
   std::vector<Alarm> TakeAlarms(std::uint64_t after, std::size_t most) override;
@@ -30,6 +33,7 @@ class EventSamples final : public dds::EventSupply {
 
   const std::string gateway_;
   const std::shared_ptr<events::EventFeed> feed_;
+  const bool events_;
   std::optional<events::EventFeed::Listener> listener_;
 };
 

@@ -13,6 +13,7 @@ namespace baudgate {
 struct EventsPlace {
   std::filesystem::path file;  ///< empty: there is no place for it
   std::string why_no_file{};
+  bool in_memory = false;  ///< nothing but alarms of the gateway's own, until it ends
   std::shared_ptr<FileTurn> turn = std::make_shared<FileTurn>();
 };
 

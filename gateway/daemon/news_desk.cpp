@@ -21,7 +21,9 @@ void NewsDesk::Tell(News news, Now now) {
   if (sink_ == nullptr || news.device >= kFirstSlave) return;
   const auto key = std::pair(news.what, news.device);
   if (news.over) {
-    if (told_.erase(key) == 0) return;
+    news.first = told_.erase(key) == 0;
+    const bool known = !over_.insert(key).second;
+    if (news.first && known) return;
   } else if (news.what != News::What::replaced) {
     const bool is_new = told_.insert(key).second;
     // What is wrong with a device may become another thing.

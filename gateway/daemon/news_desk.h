@@ -1,9 +1,10 @@
 // What of a line's states is news: a device that does not answer, a port that is down. What begins
-// is told once, its end only where the beginning was. Of gateway/daemon/line_driver.h.
+// is told once, its end where the beginning was, and the first time (News::first). Of
+// gateway/daemon/line_driver.h.
 //
 //   device online → offline           no_answer
 //   port lost, opened                 port_down, port_down over
-//   that device offline → online      no_answer over; all others were told as nothing
+//   that device offline → online      no_answer over; of all others only the first (News::first)
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -31,7 +32,9 @@ class NewsDesk {
  private:
   const config::Line& line_;
   EventSink* const sink_;
-  std::set<std::pair<News::What, std::optional<std::uint32_t>>> told_;  // and not over
+  using Key = std::pair<News::What, std::optional<std::uint32_t>>;
+  std::set<Key> told_;  // and not over
+  std::set<Key> over_;  // was said once
 };
 
 }  // namespace baudgate

@@ -15,9 +15,10 @@ Status Records::Open(const config::Config& config, const Links& links) {
   if (Status status = PlaceHistory(config); !status) return status;
   StartHistory(config, links.store);
   writes_ = std::make_unique<WritePath>(config, links.store, links.lines, place);
-  if (KeepsEvents(config)) {
-    events_ = std::make_unique<EventPath>(config, links.store, place, links.lines, links.kept);
-  }
+  keeps_events_ = KeepsEvents(config);
+  place.in_memory = !keeps_events_;
+  if (place.in_memory) place.file.clear();
+  MakeEvents(config, links, place);
   if (state_) {
     memory_ = std::make_unique<DeviceMemory>(
         state_->path() / "devices.json", config,
@@ -29,6 +30,19 @@ Status Records::Open(const config::Config& config, const Links& links) {
       "gateway.state",
       why_no_state_);
   return {};
+}
+
+void Records::OpenAlarms(const config::Config& config, const Links& links) {
+  EventsPlace place;
+  place.in_memory = true;
+  MakeEvents(config, links, place);
+}
+
+void Records::MakeEvents(const config::Config& config, const Links& links,
+                         const EventsPlace& place) {
+  auto events = std::make_unique<EventPath>(config, links.store, place, links.lines, links.kept);
+  const MutexLock lock(mutex_);
+  events_ = std::move(events);
 }
 
 Status Records::OpenFolder(const config::Config& config) {
@@ -76,18 +90,53 @@ Status Records::PlaceHistory(const config::Config& config) {
 
 void Records::StartHistory(const config::Config& config, PointStore& store) {
   if (!config.history.on()) return;
-  history_ = MakeHistory(config, store, history_folder_, why_no_history_folder_);
+  auto history = MakeHistory(config, store, history_folder_, why_no_history_folder_);
+  const MutexLock lock(mutex_);
+  history_ = std::move(history);
 }
 
 void Records::Renumber(const std::shared_ptr<const config::Config>& config,
                        std::span<const std::shared_ptr<const config::Line>> begun) {
   if (memory_) memory_->Renumber(*config);
-  if (events_) events_->Renumber(config, begun);
+  if (EventPath* const its = events()) its->Renumber(config, begun);
 }
 
 void Records::RenewHistory(const config::Config& config, PointStore& store) {
-  history_.reset();  // it has the files
+  EndHistory();  // it has the files
   StartHistory(config, store);
+}
+
+// What ends may wait for the disk, and holds up nobody who looks meanwhile.
+
+void Records::EndHistory() {
+  std::unique_ptr<history::HistoryLog> ends;
+  const MutexLock lock(mutex_);
+  ends.swap(history_);
+}
+
+void Records::EndEvents() {
+  std::unique_ptr<EventPath> ends;
+  const MutexLock lock(mutex_);
+  ends.swap(events_);
+}
+
+void Records::Look(Now now) {
+  const MutexLock lock(mutex_);
+  if (events_) events_->Look(LookAtDisks(now), now);
+}
+
+std::vector<AlarmDesk::DiskState> Records::LookAtDisks(Now now) {
+  constexpr Duration kEvery = 1s;
+  if (disks_at_ && now.instant - *disks_at_ < kEvery) return {};
+  disks_at_ = now.instant;
+  std::vector<AlarmDesk::DiskState> disks;
+  const auto add = [&](events::Trouble trouble, const auto& state) {
+    disks.push_back({trouble, state.disk, state.trouble});
+  };
+  if (keeps_events_) add(events::Trouble::events_lost, events_->log().state());
+  if (writes_) add(events::Trouble::writes_lost, writes_->log().state());
+  if (history_) add(events::Trouble::values_lost, history_->state());
+  return disks;
 }
 
 }  // namespace baudgate

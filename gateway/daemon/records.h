@@ -7,10 +7,13 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "config/model/config.h"
+#include "gateway/base/guarded.h"
 #include "gateway/base/result.h"
 #include "gateway/daemon/event_path.h"
 #include "gateway/daemon/events_place.h"
@@ -32,6 +35,8 @@ class Records {
   };
   /// The error: another gateway has the folder. `config` outlives this.
   Status Open(const config::Config& config, const Links& links);
+  /// Nothing is kept: the alarms of the gateway's own, in memory.
+  void OpenAlarms(const config::Config& config, const Links& links);
   /// The folder alone: for what a gateway keeps that needs nothing else of this.
   Status OpenFolder(const config::Config& config);
   /// Something is kept.
@@ -48,22 +53,36 @@ class Records {
   CommandSink* entrance() { return writes_ ? &writes_->entrance() : nullptr; }
   WritePath* writes() const { return writes_.get(); }
   DeviceMemory* memory() const { return memory_.get(); }
-  EventPath* events() const { return events_.get(); }
-  const history::HistoryLog* history() const { return history_.get(); }
+  /// Null: it was not opened.
+  EventPath* events() const {
+    const MutexLock lock(mutex_);
+    return events_.get();
+  }
+  /// Events are kept on the disk.
+  bool keeps_events() const { return keeps_events_; }
+  const history::HistoryLog* history() const {
+    const MutexLock lock(mutex_);
+    return history_.get();
+  }
   /// Null: nothing is kept, or there is no place for it.
   const StateFolder* state() const { return state_.get(); }
   const std::string& why_no_state() const { return why_no_state_; }
 
+  /// From time to time, on any thread, until EndEvents: what is wrong long enough raises alarms.
+  void Look(Now now);
+
   /// Before lines that end look as if their devices were lost.
-  void EndHistory() { history_.reset(); }
+  void EndHistory();
   /// Keeps what is left; the loops of the lines still run.
-  void EndEvents() { events_.reset(); }
+  void EndEvents();
 
  private:
+  void MakeEvents(const config::Config& config, const Links& links, const EventsPlace& place);
   Status PlaceEvents(const config::Config& config, const std::string& why_no_state,
                      EventsPlace& place);
   Status PlaceHistory(const config::Config& config);
   void StartHistory(const config::Config& config, PointStore& store);
+  std::vector<AlarmDesk::DiskState> LookAtDisks(Now now) BAUDGATE_REQUIRES(mutex_);
 
   std::unique_ptr<StateFolder> state_;
   std::string why_no_state_;
@@ -72,9 +91,12 @@ class Records {
   std::unique_ptr<StateFolder> histories_;  // null: it lies in `state_` or `databases_`
   std::filesystem::path history_folder_;    // empty: there is none
   std::string why_no_history_folder_;
-  std::unique_ptr<history::HistoryLog> history_;  // null: no values are kept
+  mutable Mutex mutex_;
+  std::unique_ptr<history::HistoryLog> history_ BAUDGATE_GUARDED_BY(mutex_);  // null: none is kept
   std::unique_ptr<WritePath> writes_;
-  std::unique_ptr<EventPath> events_;  // null: none are kept
+  std::unique_ptr<EventPath> events_ BAUDGATE_GUARDED_BY(mutex_);
+  bool keeps_events_ = false;
+  std::optional<Instant> disks_at_ BAUDGATE_GUARDED_BY(mutex_);  // they were looked at
 };
 
 }  // namespace baudgate

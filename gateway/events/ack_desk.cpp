@@ -5,14 +5,15 @@
 
 namespace baudgate::events {
 
-std::size_t AckDesk::Tell(const AckQuery& query, EventBook& book, WallTime at) {
-  std::size_t alarms = 0;
-  for (const auto& [key, alarm] : book.alarms()) {
+std::size_t AckDesk::Tell(const AckQuery& query, const std::vector<Alarm>& alarms, EventBook& book,
+                          WallTime at) {
+  std::size_t count = 0;
+  for (const Alarm& alarm : alarms) {
     if (!IsUnacknowledged(alarm.state) || !query.Means(alarm)) continue;
     book.TellAlways(AckRecord(alarm, query, at));
-    ++alarms;
+    ++count;
   }
-  return alarms;
+  return count;
 }
 
 void AckDesk::Answer(const std::vector<Ack>& acks, const std::string& trouble) {

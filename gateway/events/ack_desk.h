@@ -17,7 +17,8 @@ class AckDesk {
   using Done = std::function<void(const Acknowledged&)>;
 
   /// An event into the book for each alarm that is meant and waits to be acknowledged; how many.
-  static std::size_t Tell(const AckQuery& query, EventBook& book, WallTime at);
+  static std::size_t Tell(const AckQuery& query, const std::vector<Alarm>& alarms, EventBook& book,
+                          WallTime at);
 
   struct Ack {
     std::size_t alarms = 0;

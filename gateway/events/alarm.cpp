@@ -45,6 +45,14 @@ std::string_view Name(AlarmState state) {
   return kNames[static_cast<std::size_t>(state)];
 }
 
+std::string PlaceOf(const Alarm& alarm) {
+  std::string place = alarm.line;
+  for (const std::string& part : {alarm.device, alarm.point}) {
+    if (!part.empty()) place += (place.empty() ? "" : ".") + part;
+  }
+  return place.empty() ? "gateway" : place;
+}
+
 AlarmChange Apply(const Alarm* before, const EventRecord& event) {
   const AlarmMark& mark = event.mark;
   if (mark.step == Step::none) return {};

@@ -71,6 +71,9 @@ struct Alarm {
   AlarmKey key() const { return {line, device, name}; }
 };
 
+/// "bay-1.feeder-1.current_l1", "bay-1", or "gateway" where it is of no line: what users call it.
+std::string PlaceOf(const Alarm& alarm);
+
 struct EventRecord;
 
 struct AlarmChange {

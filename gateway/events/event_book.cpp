@@ -5,6 +5,19 @@
 #include <utility>
 
 namespace baudgate::events {
+namespace {
+
+void Merge(const std::map<AlarmKey, Alarm>& changes, std::map<AlarmKey, Alarm>& alarms) {
+  for (const auto& [key, alarm] : changes) {
+    if (alarm.state == AlarmState::normal) {
+      alarms.erase(key);
+    } else {
+      alarms.insert_or_assign(key, alarm);
+    }
+  }
+}
+
+}  // namespace
 
 void EventBook::Add(Batch batch) { waiting_.push_back(std::move(batch)); }
 
@@ -89,6 +102,16 @@ std::vector<Batch> EventBook::Due() {
   return due;
 }
 
+std::map<AlarmKey, Alarm> EventBook::Expected() const {
+  std::map<AlarmKey, Alarm> alarms = alarms_;
+  Merge(after_.alarms, alarms);
+  return alarms;
+}
+
+void EventBook::OnTold(std::size_t batches) {
+  for (std::size_t i = 0; i < std::min(batches, waiting_.size()); ++i) waiting_[i].told = true;
+}
+
 void EventBook::Move(const std::map<Source, Source>& moved) {
   for (const auto& [was, now] : moved) {
     for (auto* said : {&said_, &after_.said}) {
@@ -116,13 +139,7 @@ std::vector<Source> EventBook::Kept(std::size_t batches) {
   last_ = after_.last;
   said_ = std::move(after_.said);
   repeats_ = after_.repeats;
-  for (auto& [key, alarm] : after_.alarms) {
-    if (alarm.state == AlarmState::normal) {
-      alarms_.erase(key);
-    } else {
-      alarms_.insert_or_assign(key, std::move(alarm));
-    }
-  }
+  Merge(std::exchange(after_.alarms, {}), alarms_);
   return sources;
 }
 

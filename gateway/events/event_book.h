@@ -34,6 +34,7 @@ struct Batch {
   bool again = false;
   std::vector<EventRecord> events{};
   std::vector<PastRecord> past{};
+  bool told = false;  ///< what becomes of alarms was, although it is not kept yet
 };
 
 class EventBook {
@@ -63,6 +64,9 @@ class EventBook {
   /// none.
   std::vector<Source> Kept(std::size_t batches);
 
+  /// Of the first so many that wait it was told what becomes of alarms.
+  void OnTold(std::size_t batches);
+
   /// Sources have other numbers, by those of before: what waits and what they have said last.
   void Move(const std::map<Source, Source>& moved);
 
@@ -76,6 +80,8 @@ class EventBook {
   std::uint64_t repeats() const { return repeats_; }  ///< events that came once more
   /// Those that are not normal, on the disk.
   const std::map<AlarmKey, Alarm>& alarms() const { return alarms_; }
+  /// As they will be when all that Due said last is kept.
+  std::map<AlarmKey, Alarm> Expected() const;
   static constexpr std::size_t kMostAlarms = 10'000;
 
  private:

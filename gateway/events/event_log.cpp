@@ -56,27 +56,47 @@ void EventLog::Run() {
 }
 
 void EventLog::WriteDue() {
-  if (options_.file.empty()) return;
   if (auto numbers = queue_.TakeNumbers()) sources_ = std::move(*numbers);
   Status status = Open();
   if (status && file_.lacks_alarms()) status = file_.WriteAlarms(queue_.Alarms());
   EventQueue::Round round;
-  if (status) {
-    const auto cursors = options_.feed ? options_.feed->cursors().Due() : std::nullopt;
-    round = queue_.Take();
-    if (round.numbers) sources_ = std::move(*round.numbers);
-    status = file_.Write(round.batches, cursors ? &*cursors : nullptr, round.records);
-    if (status && cursors) options_.feed->cursors().OnKept(*cursors);
-  }
+  if (status) status = Write(round);
   if (status) Feed(round.batches);
   if (status) TellOwed(round.batches);
   const std::vector<Source> kept = queue_.Done(round, status, file_.oldest());
+  TellAlarms(status ? round.batches : queue_.Unkept());
   if (status) ReadBacklog();
   if (!kept.empty()) options_.kept(kept);
   AckDesk::Answer(round.acks, status ? std::string() : status.error());
 }
 
+/// All that is due, where it is due.
+Status EventLog::Write(EventQueue::Round& round) {
+  const auto cursors = options_.feed ? options_.feed->cursors().Due() : std::nullopt;
+  round = queue_.Take();
+  if (round.numbers) sources_ = std::move(*round.numbers);
+  if (options_.in_memory) return {};
+  Status status = file_.Write(round.batches, cursors ? &*cursors : nullptr, round.records);
+  if (status && cursors) options_.feed->cursors().OnKept(*cursors);
+  return status;
+}
+
+void EventLog::TellAlarms(const std::vector<Batch>& batches) const {
+  if (!options_.alarm) return;
+  for (const Batch& batch : batches) {
+    if (batch.told) continue;
+    for (const EventRecord& event : batch.events) {
+      if (event.alarm) options_.alarm(*event.alarm, event.alarm->seq == event.seq);
+    }
+  }
+}
+
 Status EventLog::Open() {
+  if (options_.in_memory) {
+    if (!queue_.opened()) queue_.OnOpened({});
+    return {};
+  }
+  if (options_.file.empty()) return Error{options_.why_no_file};
   auto opened = file_.Open();
   if (!opened) return {};
   if (!opened->put_aside.empty()) options_.warn("events: " + opened->put_aside);
@@ -95,7 +115,8 @@ Status EventLog::Open() {
 void EventLog::ReadBacklog() {
   if (!options_.feed) return;
   while (const auto after = options_.feed->wanted()) {
-    auto events = file_.ReadBehind(*after);
+    auto events = options_.in_memory ? Result<std::vector<FedEvent>>(std::vector<FedEvent>())
+                                     : file_.ReadBehind(*after);
     if (!events) return queue_.Look(false);
     options_.feed->Supply(*after, std::move(*events));
   }

@@ -1,7 +1,8 @@
 // The events while the gateway runs: batches come from the lines, one thread of its own writes them
 // to the file, and all that come while the disk is busy share the next commit: the first of an idle
 // queue is written at once. While the disk fails they wait in memory, and it is tried again every
-// second; their devices are not asked for more, and keep what they have.
+// second; their devices are not asked for more, and keep what they have. Without a file (in_memory)
+// what would be written is over at once.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -62,6 +63,8 @@ class EventLog final : public EventSource {
   void Run();
   void WriteDue();
   Status Open();
+  Status Write(EventQueue::Round& round);
+  void TellAlarms(const std::vector<Batch>& batches) const;
   void Feed(const std::vector<Batch>& batches);
   void TellOwed(const std::vector<Batch>& batches) const;
   void ReadBacklog();

@@ -15,8 +15,9 @@ EventQueue::EventQueue(const LogOptions& options) : options_(options), sources_(
   const MutexLock lock(mutex_);
   watches_ = options_.watches;
   state_.file = options_.file.string();
+  state_.in_memory = options_.in_memory;
   state_.since = options_.clocks().wall;
-  if (options_.file.empty()) Show(Disk::failing, options_.why_no_file);
+  if (options_.file.empty() && !options_.in_memory) Show(Disk::failing, options_.why_no_file);
 }
 
 void EventQueue::Add(Batch batch) {
@@ -74,7 +75,7 @@ std::size_t EventQueue::Acknowledge(const AckQuery& query, AckDesk::Done done) {
   {
     const MutexLock lock(mutex_);
     now.at = options_.clocks().wall;
-    now.alarms = AckDesk::Tell(query, book_, now.at);
+    now.alarms = AckDesk::Tell(query, AlarmsNow(), book_, now.at);
     now.trouble = state_.trouble;
     if (now.alarms > 0 && now.trouble.empty()) {
       acks_.Wait({now.alarms, now.at, std::exchange(done, nullptr)});
@@ -131,17 +132,25 @@ EventsState EventQueue::state() const {
   state.newest = book_.newest();
   state.repeats = book_.repeats();
   state.left_out = book_.left_out();
-  for (const auto& [key, alarm] : book_.alarms()) {
-    state.alarms_active += IsActive(alarm.state) ? 1 : 0;
-    state.alarms_unacknowledged += IsUnacknowledged(alarm.state) ? 1 : 0;
-  }
+  WithAlarms([&](const auto& alarms) {
+    for (const auto& [key, alarm] : alarms) {
+      state.alarms_active += IsActive(alarm.state) ? 1 : 0;
+      state.alarms_unacknowledged += IsUnacknowledged(alarm.state) ? 1 : 0;
+    }
+  });
   return state;
 }
 
 std::vector<Alarm> EventQueue::Alarms() const {
-  std::vector<Alarm> alarms;
   const MutexLock lock(mutex_);
-  for (const auto& [key, alarm] : book_.alarms()) alarms.push_back(alarm);
+  return AlarmsNow();
+}
+
+std::vector<Alarm> EventQueue::AlarmsNow() const {
+  std::vector<Alarm> alarms;
+  WithAlarms([&alarms](const auto& now) {
+    for (const auto& [key, alarm] : now) alarms.push_back(alarm);
+  });
   return alarms;
 }
 
@@ -257,6 +266,13 @@ std::vector<Source> EventQueue::Done(Round& round, const Status& status, std::in
   }
   done_.notify_all();
   return kept;
+}
+
+std::vector<Batch> EventQueue::Unkept() {
+  const MutexLock lock(mutex_);
+  std::vector<Batch> batches = book_.Due();
+  book_.OnTold(batches.size());
+  return batches;
 }
 
 std::vector<std::string> EventQueue::LeftBehind() const {

@@ -47,6 +47,7 @@ class EventQueue {
 
   std::string said(Source source) const;
   EventsState state() const;
+  /// While the disk fails as they will be there.
   std::vector<Alarm> Alarms() const;
 
   /// Until there is something to be written, or it is time to look; false: Stop was called.
@@ -69,6 +70,9 @@ class EventQueue {
   /// All of it is on the disk, or why not; `oldest` that the file has. The sources that may be
   /// asked for more.
   std::vector<Source> Done(Round& round, const Status& status, std::int64_t oldest = 0);
+  /// The disk fails: what waits, and what it makes of alarms. Of those whose batches are not `told`
+  /// it is about to be.
+  std::vector<Batch> Unkept();
   /// More is to be written, and can be.
   bool goes_on() const;
   /// One line for each kind of what is not on the disk and will not be.
@@ -84,6 +88,12 @@ class EventQueue {
   std::optional<Instant> WakesAt() const BAUDGATE_REQUIRES(mutex_);
   void TellEnd() BAUDGATE_REQUIRES(mutex_);
   void EndUnwatched() BAUDGATE_REQUIRES(mutex_);
+  std::vector<Alarm> AlarmsNow() const BAUDGATE_REQUIRES(mutex_);
+  /// Calls `use` with the alarms as they are now.
+  template <typename Use>
+  auto WithAlarms(Use use) const BAUDGATE_REQUIRES(mutex_) {
+    return state_.disk == Disk::failing ? use(book_.Expected()) : use(book_.alarms());
+  }
 
   const LogOptions& options_;
   mutable Mutex mutex_;

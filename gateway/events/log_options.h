@@ -19,6 +19,8 @@ using Watched = std::function<bool(const Alarm&)>;
 struct LogOptions {
   std::filesystem::path file;  ///< empty: there is no place for it
   std::string why_no_file{};
+  /// What happens is known until the program ends, and there is no file.
+  bool in_memory = false;
   std::string vfs{};                 ///< as in Database
   std::shared_ptr<FileTurn> turn{};  ///< as in EventsConnection
   SourceNames sources;
@@ -31,6 +33,9 @@ struct LogOptions {
   /// These are on the disk, too, and their records are still to be read: when the file has opened
   /// first, and before `kept`; on the writing thread. Empty: nobody reads them.
   std::function<void(const std::vector<OwedRecord>& owed)> owed{};
+  /// An alarm has changed, or was `raised`. While the disk fails it is told all the same, once; on
+  /// the writing thread. Empty: nobody hears of it.
+  std::function<void(const Alarm& alarm, bool raised)> alarm{};
   /// One line when the disk begins to fail, and one when it is well again; from any thread.
   std::function<void(const std::string&)> warn;
   std::function<void(const std::string&)> inform;

@@ -29,6 +29,7 @@ enum class OwnCode : std::uint32_t {
   taken_back = 1'000'019,       ///< a configuration that was not confirmed
   clock_corrected = 1'000'020,  ///< of a device
   clock_left = 1'000'021,       ///< it should have been, and was not
+  own_alarm = 1'000'022,        ///< of a line, a device, a route or a disk
 };
 
 constexpr std::uint32_t CodeOf(OwnCode code) { return static_cast<std::uint32_t>(code); }

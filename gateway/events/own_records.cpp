@@ -87,6 +87,19 @@ EventRecord NotWatchedRecord(const Alarm& alarm, WallTime at) {
   return record;
 }
 
+EventRecord OwnAlarmRecord(Trouble trouble, const std::string& line, const std::string& device,
+                           AlarmMark mark, std::string text, WallTime at) {
+  EventRecord record = OwnRecord(OwnCode::own_alarm, std::move(text), at);
+  record.line = line;
+  record.device = device;
+  record.subject = Name(trouble);
+  record.state = mark.step == AlarmMark::Step::raise   ? config::EventState::on
+                 : mark.step == AlarmMark::Step::clear ? config::EventState::off
+                                                       : config::EventState::message;
+  record.mark = std::move(mark);
+  return record;
+}
+
 EventRecord AckRecord(const Alarm& alarm, const AckQuery& query, WallTime at) {
   EventRecord record =
       AlarmRecord(OwnCode::acknowledged, "acknowledged by " + query.by + ": ", alarm, at);

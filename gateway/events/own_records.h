@@ -9,6 +9,7 @@
 #include "gateway/events/event_record.h"
 #include "gateway/events/event_source.h"
 #include "gateway/events/own_codes.h"
+#include "gateway/events/trouble.h"
 
 namespace baudgate::events {
 
@@ -28,6 +29,9 @@ EventRecord LeftOutRecord(std::uint64_t events, const EventRecord& last, WallTim
                           WallTime at);
 /// Of an alarm that the configuration does not have any more.
 EventRecord NotWatchedRecord(const Alarm& alarm, WallTime at);
+/// What raises or ends an alarm of the gateway's own.
+EventRecord OwnAlarmRecord(Trouble trouble, const std::string& line, const std::string& device,
+                           AlarmMark mark, std::string text, WallTime at);
 EventRecord AckRecord(const Alarm& alarm, const AckQuery& query, WallTime at);
 
 /// What a line, or one of its devices, has come to.

@@ -5,7 +5,7 @@ namespace baudgate::events {
 namespace {
 
 /// The last number of the kind, and whether this one is there.
-constexpr const char* kFind =
+constexpr const char* kFindRecord =
     "SELECT coalesce((SELECT max(seq) FROM records WHERE kind=?1), 0), EXISTS (SELECT 1 FROM "
     "records WHERE kind=?1 AND line=?2 AND device=?3 AND name=?4 AND device_time=?5 AND event=?6)";
 constexpr const char* kInsertRecord =
@@ -34,7 +34,7 @@ std::int64_t NumberOf(ClockQuality clock) { return static_cast<std::uint16_t>(cl
 RecordTable::RecordTable(Database& database, std::int64_t most)
     : database_(database),
       most_(most),
-      find_(database, kFind),
+      find_(database, kFindRecord),
       insert_(database, kInsertRecord),
       value_(database, kValue),
       owe_(database, kOwe),

@@ -20,10 +20,12 @@ const config::Line* Find(const config::Config& config, const std::string& name) 
   return found == config.lines.end() ? nullptr : &*found;
 }
 
-/// What only outputs look at. A point without an address can still be asked.
+/// What only outputs and alarms look at. A point without an address can still be asked.
 void WithoutOutputs(config::Line& line) {
+  line.alarms = {};
   for (config::Device& device : line.devices) {
     device.unit.reset();
+    device.alarms = {};
     device.on_bad = {};
     for (config::Point& point : device.points) {
       point.modbus.reset();
@@ -200,7 +202,7 @@ Difference Compare(const config::Config& running, const config::Config& next) {
     };
     if (key == "lines" || key == "modbus" || key == "history") return;  // each in its own words
     if (key == "dds") return EachDifferent(running.dds, next.dds, tell);
-    difference.restart.emplace_back(key);
+    (key == "gateway.alarms" ? difference.settings : difference.restart).emplace_back(key);
   });
   if (running.modbus.enabled != next.modbus.enabled) {
     difference.restart.emplace_back("modbus.enabled");

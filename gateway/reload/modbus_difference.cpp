@@ -58,6 +58,12 @@ void CompareListeners(const std::vector<Listener>& running, const std::vector<Li
   }
 }
 
+/// All but its alarms.
+bool LeadsTheSame(Route was, const Route& is) {
+  was.alarms = is.alarms;
+  return Same(was, is);
+}
+
 void CompareRoutes(const std::vector<Route>& running, const std::vector<Route>& next,
                    std::vector<RouteChange>& changes) {
   Places places(running.size());
@@ -68,7 +74,13 @@ void CompareRoutes(const std::vector<Route>& running, const std::vector<Route>& 
     change.fate = change.was ? Fate::same : Fate::added;
   }
   for (std::size_t i = 0; i < next.size(); ++i) {
-    if (changes[i].fate == Fate::same) continue;
+    if (changes[i].was) continue;
+    changes[i].was =
+        places.Take([&](std::size_t at) { return LeadsTheSame(running[at], next[i]); });
+    if (changes[i].was) changes[i].fate = Fate::outputs;
+  }
+  for (std::size_t i = 0; i < next.size(); ++i) {
+    if (changes[i].was) continue;
     const auto was =
         places.Take([&](std::size_t at) { return NameOf(running[at]) == changes[i].route; });
     if (!was) continue;
@@ -156,8 +168,9 @@ std::string SentenceOf(const RouteChange& change) {
       return begin + "begins anew: " + change.what;
     case Fate::removed:
       return begin + "ends";
-    case Fate::same:
     case Fate::outputs:
+      return begin + "goes on, with other alarms";
+    case Fate::same:
       break;
   }
   return {};

@@ -84,6 +84,7 @@ Json EventsJson(const events::EventsState& state) {
   json["alarms"] = {{"active", state.alarms_active},
                     {"unacknowledged", state.alarms_unacknowledged}};
   json["file"] = state.file;
+  json["in_memory"] = state.in_memory;
   json["advice"] = AdviceOf(state);
   return json;
 }

@@ -10,7 +10,7 @@ namespace baudgate::control {
 
 /// {"state":"fine","since":…,"trouble":"","newest":412,"oldest":1,
 ///  "consumers":[{"name":"dds","seq":412,"lost":0}],"waiting":0,"repeats":3,"left_out":0,
-///  "alarms":{"active":1,"unacknowledged":1},"file":…,"advice":[…]}
+///  "alarms":{"active":1,"unacknowledged":1},"file":…,"in_memory":false,"advice":[…]}
 nlohmann::ordered_json EventsJson(const events::EventsState& state);
 
 /// As `baudgate alarms --json` prints it.

@@ -75,7 +75,7 @@ double OtherMaster(const Evidence& evidence) {
 }
 
 /// Where a gap splits replies, a rest that comes alone looks like a lost head or tail.
-double Split(const Evidence& evidence) {
+double InPieces(const Evidence& evidence) {
   return evidence.Count(split) == 0
              ? 0
              : evidence.Share({split, tail_lost, head_lost, damaged, odd, noise});
@@ -317,7 +317,7 @@ const std::vector<Hypothesis>& Hypotheses() {
       {"other device", Seen<other_device>, SayOtherDevice},
       {"text", Seen<text>, SayText},
       {"echo", Seen<echo>, SayEcho},
-      {"split", Split, SaySplit},
+      {"split", InPieces, SaySplit},
       {"late", Late, SayLate},
       {"eighth bit", Seen<eighth_bit>, SayEighthBit},
       {"head lost", Seen<head_lost>, SayHeadLost},

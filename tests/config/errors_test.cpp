@@ -12,7 +12,8 @@ constexpr const char* kDeviceKeys =
     "allowed: name, protocol, address, enabled, trust_order, serial, profile, identity, poll, "
     "slow, "
     "daily, retries, recheck, timing, max_age, dead_age, unit, on_bad, word_order, checksum, "
-    "width, ratio, mode, password, pin, pause, tags, points, events, ratios, allow_when, write\n";
+    "width, ratio, mode, password, pin, pause, tags, points, events, alarms, event_alarms, ratios, "
+    "allow_when, write\n";
 
 std::string ProblemsOfLine(const std::string& keys) {
   return Shown(

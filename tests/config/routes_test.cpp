@@ -123,7 +123,7 @@ TEST(Routes, OneSentenceEach) {
        "47: error: server: the route has a line already; remove one of the two keys"},
       {"{ units: 20, lien: drive, line: drive }",
        "26: error: unknown key 'lien' in a route; did you mean 'line'? allowed: units, line, "
-       "server, remap, deadline"},
+       "server, remap, deadline, alarms"},
       {"{ units: [20], line: drive }", "22: error: units: expected a single value, found a list"},
       {"{ units: all, line: drive }",
        "22: error: units: 'all' is neither a unit id nor a range of them; write for example 20 or "

@@ -9,15 +9,16 @@ namespace baudgate {
 
 struct AlarmsOptions {
   bool json = false;
+  bool follow = false;    ///< go on: each alarm once more whenever it has changed
   std::string socket{};   ///< empty: the gateway in the default places
   std::size_t width = 0;  ///< of the table, characters a line; 0: no limit
 };
-/// Exit code 0, also where there is none, which is said; 4 when no gateway answers, or it keeps no
-/// events.
+/// Exit code 0, also where there is none, which is said; 4 when no gateway answers, or its disk
+/// fails.
 int RunAlarms(const AlarmsOptions& options, std::ostream& out, std::ostream& err);
 
 struct AckOptions {
-  std::string target;    ///< LINE.DEVICE, LINE.DEVICE.POINT or the number of an event
+  std::string target;    ///< LINE, LINE.DEVICE, LINE.DEVICE.POINT or the number of an event
   std::string socket{};  ///< as above
 };
 /// The same; 2 where there is no such device, point or alarm.

@@ -64,6 +64,9 @@ int ReadPages(const RecordPages& pages, const std::function<void(const Json& rec
     if (!out) return 0;  // its reader has left
     request["after"] = answer.value("next", std::int64_t{0});
     if (answer.value("more", false)) continue;
+    if (pages.looked) pages.looked();
+    out.flush();
+    if (pages.whole) request["after"] = 0;
     if (!pages.follow && !opening) return pages.current && !troubles.none() ? kNotCurrent : 0;
     const Instant next = ReadClocks().instant + kLookForRecords;
     std::string line;

@@ -1,5 +1,5 @@
 // Records that a gateway keeps, page by page: all that are there and, if wanted, what comes. For
-// `baudgate writes` and `baudgate events`.
+// `baudgate writes`, `baudgate events` and `baudgate alarms`.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -23,6 +23,9 @@ struct RecordPages {
   std::string socket{};               ///< empty: the gateway in the default places
   /// They count only while the file can be written: else kNotCurrent.
   bool current = false;
+  /// Of `follow`: not what is new, but all of it again, which `looked` hears the end of.
+  bool whole = false;
+  std::function<void()> looked{};
 };
 
 /// `print`: what stands in each page, which may be nothing. The exit code.

@@ -279,8 +279,8 @@ void PrintSummary(const config::Config& config, const config::Catalog& catalog,
     PrintOfMeters(config, out);
     PrintHistory(config, out);
   }
-  out << "reload applies all but gateway, modbus.enabled, dds, events and history.directory: these "
-         "need a restart\n";
+  out << "reload applies all but gateway (other than its alarms), modbus.enabled, dds, events and "
+         "history.directory: these need a restart\n";
   for (const config::Line& line : config.lines) {
     out << '\n' << Describe(line) << '\n';
     if (line.devices.empty()) continue;

@@ -9,6 +9,7 @@
 #include "gateway/audit/write_log.h"
 #include "gateway/events/event_feed.h"
 #include "gateway/events/event_source.h"
+#include "gateway/modbus/desk/routed_end.h"
 #include "gateway/requests/routed.h"
 #include "protocols/protocol.h"
 
@@ -21,6 +22,7 @@ struct ModbusLinks {
   audit::WriteLog* writes = nullptr;  ///< of routed writes; null: they are not recorded
   std::shared_ptr<const events::EventFeed> events{};  ///< null: none are kept
   events::EventSource* alarms = nullptr;              ///< to be acknowledged; null: likewise
+  OnRoutedEnd routed{};                               ///< may be null
 };
 
 }  // namespace baudgate::modbus

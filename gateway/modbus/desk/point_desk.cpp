@@ -40,6 +40,7 @@ PointDesk::PointDesk(const config::Config& config, const PointStore& store, Comm
       targets_(routes_, links.lines),
       rtu_(links.rtu),
       writes_(links.writes),
+      routed_(links.routed),
       events_(links.events),
       acks_(store, links.alarms, links.writes),
       book_(std::make_shared<TrafficBook>()) {

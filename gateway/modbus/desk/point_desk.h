@@ -101,6 +101,10 @@ class PointDesk {
   const Protocol* rtu() const { return rtu_; }
   /// Null: routed writes are not recorded.
   audit::WriteLog* writes() const { return writes_; }
+  /// A request of a client has ended, other than a broadcast.
+  void OnRouted(const RoutedEnd& end, const Now& now) const {
+    if (routed_) routed_(end, now);
+  }
 
   Responder& responder() { return responder_; }
   LiveCounters& counters() { return counters_; }
@@ -128,6 +132,7 @@ class PointDesk {
   RouteTargets targets_;
   const Protocol* rtu_;
   audit::WriteLog* writes_;
+  const OnRoutedEnd routed_;
   std::shared_ptr<const events::EventFeed> events_;  ///< null: none are kept
   AckRegister acks_;
   /// The first event that a client wants to see of a unit; none: the newest.

@@ -80,7 +80,9 @@ void RequestDesk::FinishRouted(std::uint64_t number, RoutedReply reply, const No
     reply.pdu.clear();
     reply.reason = "its reply came after the deadline";
   }
-  points_.book()->Ended(*pending->route, UnitOf(asked), EndOf(reply, late), reply, now.wall);
+  const RouteEnd end = EndOf(reply, late);
+  points_.book()->Ended(*pending->route, UnitOf(asked), end, reply, now.wall);
+  points_.OnRouted({points_.route(*pending->route), UnitOf(asked), end, reply}, now);
   if (!IsReply(reply)) return Refuse(asked, kNoTarget, now.instant);
   if (reply.outcome == Outcome::refused) {
     LiveCounters::Add(points_.counters().exceptions);

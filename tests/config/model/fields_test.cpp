@@ -77,10 +77,10 @@ template <typename T>
 class Fields : public ::testing::Test {};
 
 using Structs =
-    ::testing::Types<AllowWhen, ClientPriority, Config, Dds, DdsSecurity, Device, Events, EventText,
-                     FunctionPriority, History, HistoryPoint, Identity, Line, Listener, Modbus,
-                     Network, OnFault, Pace, Point, PointEvent, Record, Route, Rs485, Sentinel,
-                     SerialSettings, Simulate, Writing>;
+    ::testing::Types<AlarmSetting, AllowWhen, ClientPriority, Config, Dds, DdsSecurity, Device,
+                     Events, EventText, FunctionPriority, History, HistoryPoint, Identity, Line,
+                     Listener, Modbus, Network, OnFault, Pace, Point, PointEvent, Record, Route,
+                     Rs485, Sentinel, SerialSettings, Simulate, Writing>;
 TYPED_TEST_SUITE(Fields, Structs);
 
 TYPED_TEST(Fields, AreAllVisited) {

@@ -3,49 +3,19 @@
 #include "gateway/base/journal.h"
 
 #include <gmock/gmock.h>
-#include <sys/socket.h>
 #include <sys/stat.h>
-#include <sys/un.h>
 #include <unistd.h>
 
 #include <cstdlib>
-#include <filesystem>
 
 #include "gateway/base/log_folder.h"
+#include "tests/support/journald.h"
 
 namespace baudgate::log {
 namespace {
 
 using ::testing::HasSubstr;
 using ::testing::Not;
-
-/// Stands for journald.
-class Journald {
- public:
-  Journald() : socket_(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
-    std::string form = (std::filesystem::temp_directory_path() / "baudgate-log-XXXXXX").string();
-    folder_ = ::mkdtemp(form.data());
-    sockaddr_un address{};
-    address.sun_family = AF_UNIX;
-    path().copy(address.sun_path, sizeof address.sun_path - 1);
-    EXPECT_EQ(::bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
-  }
-  ~Journald() {
-    ::close(socket_);
-    std::filesystem::remove_all(folder_);
-  }
-  std::string path() const { return folder_ / "socket"; }
-  /// The next message; empty: there is none.
-  std::string Next() const {
-    char buffer[4096];
-    const ssize_t count = ::recv(socket_, buffer, sizeof buffer, MSG_DONTWAIT);
-    return count > 0 ? std::string(buffer, static_cast<std::size_t>(count)) : std::string();
-  }
-
- private:
-  int socket_;
-  std::filesystem::path folder_;
-};
 
 TEST(Journal, AMessageHasItsFields) {
   EXPECT_EQ(JournalMessage(Level::warning, {"bay", "relay", "no_reply"}, "offline"),
@@ -81,11 +51,7 @@ TEST(Journal, AnInheritedVariableIsNotEnough) {
 /// The log as the program uses it.
 TEST(Journal, TheLogGoesThereWithAllItKnows) {
   const Journald journald;
-  struct stat info {};
-  ASSERT_EQ(::fstat(STDERR_FILENO, &info), 0);
-  ::setenv("JOURNAL_STREAM", fmt::format("{}:{}", info.st_dev, info.st_ino).c_str(), 1);
-  Begin(Level::info, journald.path());
-  ::unsetenv("JOURNAL_STREAM");
+  journald.TakeLog();
   ForgetRepeats();
 
   const About relay{"bay", "relay", "no_reply"};
@@ -104,6 +70,16 @@ TEST(Journal, TheLogGoesThereWithAllItKnows) {
   for (int act = 0; act < 2; ++act) {
     Act(Level::info, "reload by {}", "user:anna");
     EXPECT_THAT(journald.Next(), HasSubstr("MESSAGE=reload by user:anna\n"));
+  }
+  for (const char* state : {"active", "active"}) {
+    WriteAct(
+        Level::warning,
+        {.line = "bay", .device = "relay", .fields = {{"ALARM", "no answer"}, {"STATE", state}}},
+        "alarm active");
+    EXPECT_EQ(journald.Next(),
+              "MESSAGE=line bay: device relay: alarm active\nPRIORITY=4\n"
+              "SYSLOG_IDENTIFIER=baudgate\nLINE=bay\nDEVICE=relay\nALARM=no answer\n"
+              "STATE=active\n");
   }
   SetLeast(Level::error);
   Info("nobody asked for it");

@@ -12,7 +12,11 @@ using events::AckQuery;
 using ::testing::HasSubstr;
 
 struct FakeEvents final : events::EventSource {
-  events::EventsState state() const override { return {}; }
+  events::EventsState state() const override {
+    events::EventsState state;
+    state.in_memory = in_memory;
+    return state;
+  }
   std::vector<events::Alarm> Alarms() const override { return alarms; }
   std::size_t Acknowledge(const AckQuery& query,
                           std::function<void(const events::Acknowledged&)> done) override {
@@ -37,6 +41,7 @@ struct FakeEvents final : events::EventSource {
     alarms.push_back(alarm);
   }
   std::vector<events::Alarm> alarms;
+  bool in_memory = false;
   AckQuery asked;
 };
 
@@ -94,11 +99,33 @@ TEST_F(AlarmsTest, AreAcknowledgedByDevicePointOrEvent) {
   EXPECT_EQ(Ack("bay-1.feeder-2")["acknowledged"], 0) << "it has none";
 }
 
+/// Of a line, a unit behind a route, a server, and of the gateway: as `alarms` shows them.
+TEST_F(AlarmsTest, AreAcknowledgedByTheNameThatIsShown) {
+  EXPECT_EQ(Ack("bay-1")["acknowledged"], 0) << "the alarms of its devices are others";
+  events_.Add(20, "", "");
+  events_.Add(21, "unit-20", "");
+  for (const char* device : {"unit-70", "10.0.0.9:502", ""}) {
+    events_.Add(22, device, "");
+    events_.alarms.back().line.clear();
+  }
+  for (const char* name : {"bay-1", "bay-1.unit-20", "unit-70", "10.0.0.9:502", "gateway"}) {
+    EXPECT_EQ(Ack(name)["acknowledged"], 1) << name;
+  }
+}
+
+/// There are alarms of the gateway itself, and no events.
+TEST_F(AlarmsTest, AreThereWithoutEvents) {
+  events_.in_memory = true;
+  EXPECT_EQ(Ask("alarms", "")["records"].size(), 3U);
+  EXPECT_EQ(Ask("events", "")["error"], "unavailable");
+  EXPECT_EQ(Ask("status", "")["events"]["in_memory"], true);
+}
+
 TEST_F(AlarmsTest, SayWhatIsNoTarget) {
   EXPECT_EQ(Ack("77")["error"], "unknown");
   EXPECT_THAT(Ack("77")["message"].get<std::string>(), HasSubstr("event 77 has raised no alarm"));
-  EXPECT_THAT(Ack("bay-1")["message"].get<std::string>(), HasSubstr("write LINE.DEVICE"));
-  EXPECT_THAT(Ack("")["message"].get<std::string>(), HasSubstr("write LINE.DEVICE"));
+  EXPECT_THAT(Ack("bay-7")["message"].get<std::string>(), HasSubstr("bay-7"));
+  EXPECT_THAT(Ack("")["message"].get<std::string>(), HasSubstr("write LINE, LINE.DEVICE"));
   EXPECT_EQ(Ack("bay-1.nobody")["error"], "unknown");
   EXPECT_EQ(Ack("bay-1.feeder-1.nothing")["error"], "unknown");
   EXPECT_EQ(Ack("a.b.c.d")["error"], "unknown");

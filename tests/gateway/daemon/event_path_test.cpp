@@ -8,12 +8,14 @@
 #include <thread>
 
 #include "gateway/events/own_codes.h"
+#include "tests/support/journald.h"
 
 namespace baudgate {
 namespace {
 
 using config::EventState;
 using events::OwnCode;
+using ::testing::HasSubstr;
 
 config::Config RelayConfig() {
   config::Config config;
@@ -49,8 +51,9 @@ class EventPathTest : public ::testing::Test {
   }
   void Start() {
     path_.reset();
-    path_ = std::make_unique<EventPath>(config_, store_, EventsPlace{folder_ / "events.db", "", {}},
-                                        commands_, [](std::uint32_t, const std::string&, bool) {});
+    place_.file = folder_ / "events.db";
+    path_ = std::make_unique<EventPath>(config_, store_, place_, commands_,
+                                        [](std::uint32_t, const std::string&, bool) {});
   }
   void Tell(News news) { path_->OnNews(config_.lines[0], news, now_); }
   void ReadAs(double value, Quality quality = Quality::good) {
@@ -74,6 +77,7 @@ class EventPathTest : public ::testing::Test {
   const config::Config config_ = RelayConfig();
   PointStore store_{config_};
   std::filesystem::path folder_;
+  EventsPlace place_;
   std::unique_ptr<EventPath> path_;
   Now now_{Instant() + 1h, WallTime(1'790'000'000s)};
 };
@@ -116,6 +120,86 @@ TEST_F(EventPathTest, OfAPointRestsOnWhatTheStoreThinksOfIt) {
   ReadAs(3);
   EXPECT_EQ(Await(3)[2].text, "current 3: above 5, over");
   EXPECT_EQ(path_->log().Alarms()[0].state, events::AlarmState::returned);
+}
+
+/// Each change of an alarm is one message, and nothing of what is known twice.
+TEST_F(EventPathTest, AlarmsGoToTheJournalWithTheirFields) {
+  const Journald journald;
+  journald.TakeLog();
+  Tell({News::What::no_answer, false, 0U, "no reply"});
+  const auto look = [&] { path_->Look({}, now_); };
+  now_.instant += 29s;
+  look();
+  now_.instant += 1s;
+  look();
+  const auto next = [&] {
+    std::string message;
+    while (message.empty()) message = journald.Next();
+    return message;
+  };
+  EXPECT_EQ(next(),
+            "MESSAGE=line bay-1: device feeder-1: alarm active, priority medium: no answer for "
+            "30s: no reply\nPRIORITY=4\nSYSLOG_IDENTIFIER=baudgate\nLINE=bay-1\nDEVICE=feeder-1\n"
+            "ALARM=no answer\nPRIORITY_OF_ALARM=medium\nSTATE=active\nSEQ=2\n");
+  path_->log().Acknowledge({.line = "bay-1", .device = "feeder-1", .by = "user:anna"},
+                           [](const events::Acknowledged&) {});
+  EXPECT_THAT(next(), HasSubstr("no reply (user:anna)\nPRIORITY=6\n"));
+  Tell({News::What::no_answer, true, 0U});
+  EXPECT_THAT(next(), HasSubstr("\nALARM=no answer\nPRIORITY_OF_ALARM=medium\nSTATE=normal\n"));
+  Tell({News::What::replaced, false, 0U, "it is another"});
+  EXPECT_THAT(next(), HasSubstr("it is another\nPRIORITY=4\n")) << "over at once, but news";
+  log::SetLeast(log::Level::error);
+}
+
+TEST_F(EventPathTest, WithoutEventsAlarmsAreInMemory) {
+  place_.in_memory = true;
+  path_.reset();
+  std::filesystem::remove(folder_ / "events.db");
+  const config::Config bare = [&] {
+    config::Config config = config_;
+    config.events.given = false;
+    return config;
+  }();
+  EventsPlace place;
+  place.in_memory = true;
+  EventPath path(bare, store_, place, commands_, [](std::uint32_t, const std::string&, bool) {});
+  path.OnNews(bare.lines[0], {News::What::port_down, false, {}, "unplugged"}, now_);
+  path.Look({}, now_);
+  now_.instant += 30s;
+  path.Look({}, now_);
+  while (path.log().Alarms().empty()) std::this_thread::yield();
+  const events::Alarm alarm = path.log().Alarms()[0];
+  EXPECT_EQ(PlaceOf(alarm), "bay-1");
+  EXPECT_EQ(alarm.text, "port down for 30s: unplugged");
+  EXPECT_EQ(alarm.seq, 1) << "nothing else is told";
+  std::string trouble = "not done";
+  path.log().Acknowledge({.seq = alarm.seq, .by = "user:anna"},
+                         [&](const events::Acknowledged& done) { trouble = done.trouble; });
+  while (path.log().Alarms()[0].state != events::AlarmState::acknowledged) {
+    std::this_thread::yield();
+  }
+  EXPECT_EQ(path.feed()->alarms().Take(0, 10).size(), 1U) << "outputs see it";
+  EXPECT_TRUE(path.log().state().in_memory);
+  EXPECT_FALSE(path.log().Read({})) << "there are no events to be read";
+  path.OnNews(bare.lines[0], {News::What::port_down, true, {}, ""}, now_);
+  while (!path.log().Alarms().empty()) std::this_thread::yield();
+  EXPECT_TRUE(std::filesystem::is_empty(folder_));
+}
+
+/// Over a restart: the end of what was kept is nobody's news but the alarm's.
+TEST_F(EventPathTest, AKeptAlarmEndsWhereTheDeviceAnswersAtTheNextStart) {
+  Tell({News::What::no_answer, false, 0U, "no reply"});
+  path_->Look({}, now_);
+  now_.instant += 30s;
+  path_->Look({}, now_);
+  Await(2);
+  Start();
+  Tell({.what = News::What::no_answer, .over = true, .device = 0U, .first = true});
+  const auto records = Await(3);
+  ASSERT_EQ(records.size(), 3U);
+  EXPECT_EQ(records[1].code, events::CodeOf(OwnCode::own_alarm));
+  EXPECT_EQ(records[2].text, "no answer, over");
+  EXPECT_EQ(path_->log().Alarms().at(0).state, events::AlarmState::returned);
 }
 
 }  // namespace

@@ -44,6 +44,17 @@ TEST(EventSamples, KeepTheirPlaceAmongTheEvents) {
   EXPECT_TRUE(samples.place()->sure);
 }
 
+TEST(EventSamples, WithoutEventsAreAlarmsAlone) {
+  const auto feed = std::make_shared<events::EventFeed>();
+  events::FedEvent event = Event(1, "bay-1", "feeder-1", 0);
+  event.record.alarm.emplace().seq = 1;
+  feed->Add({event});
+  EventSamples samples("plant", feed, false);
+  EXPECT_TRUE(samples.Take(0, 10).empty());
+  EXPECT_EQ(samples.newest(), 0U);
+  EXPECT_EQ(samples.TakeAlarms(0, 10).size(), 1U);
+}
+
 TEST(EventSamples, AreAlarmsAsTheyAreNow) {
   const auto feed = std::make_shared<events::EventFeed>();
   events::FedEvent event = Event(4, "bay-1", "feeder-1", 0);

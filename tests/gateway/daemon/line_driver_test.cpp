@@ -65,7 +65,7 @@ class FakeSink final : public EventSink {
   void OnReported(ReportedEvents) override {}
   void OnDrained(std::uint32_t, Instant) override {}
   void OnNews(const config::Line&, const News& one, Now) override {
-    news.emplace_back(one.what, one.over);
+    if (!one.first) news.emplace_back(one.what, one.over);
   }
   void OnRead(std::uint32_t, std::span<const std::uint32_t> points, Now) override {
     read.insert(points.begin(), points.end());

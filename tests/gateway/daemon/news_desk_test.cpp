@@ -31,7 +31,8 @@ class NewsDeskTest : public ::testing::Test, private EventSink {
   void OnDrained(std::uint32_t, Instant) override {}
   void OnRead(std::uint32_t, std::span<const std::uint32_t>, Now) override {}
   void OnNews(const config::Line&, const News& news, Now) override {
-    told_.push_back(std::to_string(static_cast<int>(news.what)) + (news.over ? " over" : "") +
+    told_.push_back(std::to_string(static_cast<int>(news.what)) + (news.first ? " first" : "") +
+                    (news.over ? " over" : "") +
                     (news.device ? " of " + std::to_string(*news.device) : "") +
                     (news.text.empty() ? "" : ": " + news.text));
   }
@@ -42,7 +43,7 @@ class NewsDeskTest : public ::testing::Test, private EventSink {
 TEST_F(NewsDeskTest, TellsOfADeviceThatGoesAndComes) {
   State(DeviceState::never_seen, DeviceState::online);
   State(DeviceState::online, DeviceState::degraded);
-  EXPECT_THAT(TakeTold(), IsEmpty()) << "nothing has happened yet";
+  EXPECT_THAT(TakeTold(), ElementsAre("0 first over of 3")) << "nothing has happened yet";
   State(DeviceState::degraded, DeviceState::offline);
   State(DeviceState::offline, DeviceState::online);
   EXPECT_THAT(TakeTold(), ElementsAre("0 of 3: no reply", "0 over of 3"));
@@ -60,7 +61,7 @@ TEST_F(NewsDeskTest, TellsOfAPortAndNotOfAllBehindIt) {
   desk_.Tell({What::port_down, true, {}, "/dev/x"}, now_);
   State(DeviceState::offline, DeviceState::online);
   desk_.Tell({What::port_down, true, {}, "/dev/x"}, now_);
-  EXPECT_THAT(TakeTold(), ElementsAre("4: unplugged", "4 over: /dev/x"));
+  EXPECT_THAT(TakeTold(), ElementsAre("4: unplugged", "4 over: /dev/x", "0 first over of 3"));
 }
 
 TEST_F(NewsDeskTest, TellsEveryTroubleOfAWrongDevice) {
@@ -76,7 +77,8 @@ TEST_F(NewsDeskTest, TellsEveryTroubleOfAWrongDevice) {
 TEST_F(NewsDeskTest, TellsOfADeviceOutOfUse) {
   State(DeviceState::online, DeviceState::disabled);
   State(DeviceState::disabled, DeviceState::online);
-  EXPECT_THAT(TakeTold(), ElementsAre("1 of 3: no reply", "1 over of 3: no reply"));
+  EXPECT_THAT(TakeTold(),
+              ElementsAre("1 of 3: no reply", "1 over of 3: no reply", "0 first over of 3"));
 }
 
 }  // namespace

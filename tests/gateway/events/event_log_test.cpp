@@ -39,6 +39,9 @@ class EventLogTest : public audit::FolderTest {
       const std::lock_guard lock(mutex_);
       for (const OwedRecord& one : owed) owed_.push_back(one.event);
     };
+    options.alarm = [this](const Alarm& alarm, bool raised) {
+      Hear("alarm", alarm.name + (raised ? " raised " : " ") + std::string(Name(alarm.state)));
+    };
     options.warn = [this](const std::string& text) { Hear("warn", text); };
     options.inform = [this](const std::string& text) { Hear("inform", text); };
     return std::make_unique<EventLog>(std::move(options));
@@ -283,6 +286,45 @@ Acknowledged Ack(EventLog& log, const AckQuery& query) {
   std::promise<Acknowledged> done;
   log.Acknowledge(query, [&done](const Acknowledged& told) { done.set_value(told); });
   return done.get_future().get();
+}
+
+std::vector<std::string> AlarmsIn(const std::vector<std::string>& heard) {
+  std::vector<std::string> alarms;
+  for (const std::string& line : heard) {
+    if (line.starts_with("alarm: ")) alarms.push_back(line.substr(7));
+  }
+  return alarms;
+}
+
+/// The disk that fails is an alarm itself: it must not wait for that disk. Each change is told
+/// once, whenever it is kept.
+TEST_F(EventLogTest, AlarmsAreKnownWhileTheDiskFails) {
+  FaultyDisk disk;
+  const auto log = Start("/events.db", disk.vfs());
+  log->Add(BatchOf(0, "a"));
+  AwaitKept(1);
+  disk.write_error = SQLITE_FULL;
+  log->Tell(Raised("disk"));
+  while (log->Alarms().empty()) std::this_thread::yield();
+  EXPECT_EQ(log->state().alarms_active, 1U);
+  EXPECT_NE(Ack(*log, {.all = true, .by = "user:anna"}).trouble, "");
+  while (log->Alarms()[0].state != AlarmState::acknowledged) std::this_thread::yield();
+  while (AlarmsIn(heard()).size() < 2) std::this_thread::yield();
+  disk.write_error = 0;
+  while (log->state().disk != Disk::fine) std::this_thread::yield();
+  log->Tell(Raised("next"));
+  while (AlarmsIn(heard()).size() < 3) std::this_thread::yield();
+  EXPECT_THAT(AlarmsIn(heard()),
+              ElementsAre("disk raised active", "disk acknowledged", "next raised active"));
+  EXPECT_EQ(log->Alarms().size(), 2U);
+}
+
+TEST_F(EventLogTest, AlarmsAreKnownWhereThereIsNoPlaceForTheFile) {
+  const auto log = Start({});
+  log->Tell(Raised("disk"));
+  while (log->Alarms().empty()) std::this_thread::yield();
+  while (AlarmsIn(heard()).empty()) std::this_thread::yield();
+  EXPECT_THAT(AlarmsIn(heard()), ElementsAre("disk raised active"));
 }
 
 TEST_F(EventLogTest, KeepsAlarmsAndWhoHasSeenThem) {

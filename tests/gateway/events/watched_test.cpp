@@ -33,8 +33,13 @@ config::Config Configured() {
   config::Line line;
   line.name = "bay-1";
   line.devices = {device, quiet};
+  line.devices[1].alarms.priority = config::AlarmPriority::none;
   config::Config config;
   config.lines = {line};
+  config::Route route;
+  route.first = route.last = 20;
+  route.line = "bay-1";
+  config.modbus.routes = {route};
   return config;
 }
 
@@ -60,6 +65,14 @@ TEST(Watched, IsWhatTheConfigurationCanStillRaise) {
       {"bay-1", "feeder-2", "0:3", "", false},
       {"bay-1", "feeder-3", "0:3", "", false},
       {"bay-2", "feeder-1", "0:3", "", false},  // it was there once
+      {"bay-1", "feeder-1", "no answer", "", true},
+      {"bay-1", "feeder-2", "no answer", "", false},  // alarms: off
+      {"bay-1", "feeder-3", "no answer", "", false},
+      {"bay-1", "", "port down", "", true},
+      {"bay-2", "", "port down", "", false},
+      {"bay-1", "unit-20", "no answer to clients", "", true},
+      {"bay-1", "unit-21", "no answer to clients", "", false},
+      {"", "", "events are not kept", "", true},
   };
   for (const Row& row : rows) {
     Alarm alarm;

@@ -67,6 +67,13 @@ TEST(Difference, OfOneLineIsNamedAndTouchesNoOther) {
       {"what bad values are",
        [](Config& config) { config.lines[1].devices[0].on_bad = config::OnBad::hold; },
        Fate::outputs, "on_bad of y-a"},
+      {"an alarm of the line", [](Config& config) { config.lines[1].alarms.delay = 5s; },
+       Fate::outputs, "alarms"},
+      {"an alarm of a device",
+       [](Config& config) {
+         config.lines[1].devices[0].alarms.priority = config::AlarmPriority::none;
+       },
+       Fate::outputs, "alarms of y-a"},
       {"a unit and a period",
        [](Config& config) {
          config.lines[1].devices[0].unit = 9;
@@ -84,6 +91,12 @@ TEST(Difference, OfOneLineIsNamedAndTouchesNoOther) {
     EXPECT_THAT(difference.restart, IsEmpty()) << one.what;
     EXPECT_EQ(difference.empty(), one.fate == Fate::same) << one.what;
   }
+}
+
+TEST(Difference, AlarmsOfTheGatewayAreASetting) {
+  const Difference difference = After([](Config& config) { config.alarms.delay = 5s; });
+  EXPECT_THAT(Sentences(difference), ElementsAre("gateway.alarms: changed"));
+  EXPECT_EQ(WhyNot(difference), "");
 }
 
 TEST(Difference, LinesComeGoAndChangePlaces) {

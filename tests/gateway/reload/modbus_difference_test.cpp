@@ -149,6 +149,9 @@ TEST(ModbusDifference, IsToldInOneSentenceForEachRoute) {
          its.routes[0].deadline = 5s;
        },
        {"route 33-40 to drive: begins anew: remap, deadline"}},
+      {"its alarms",
+       [](Modbus& its) { its.routes[0].alarms.delay = 5s; },
+       {"route 33-40 to drive: goes on, with other alarms"}},
       {"another server",
        [](Modbus& its) { its.routes[2].port = 503; },
        {"route 50 to 10.0.0.9:503: is new", "route 50 to 10.0.0.9:502: ends"}},

@@ -74,6 +74,26 @@ TEST_F(TrafficTest, EveryClientIsCountedByItself) {
   EXPECT_EQ(Traffic().clients[0].id, desks_[1]->id());
 }
 
+/// Whoever raises alarms hears how each ended, by the unit that the client has asked for.
+TEST_F(TrafficTest, TheEndOfARoutedRequestIsTold) {
+  Add(1, 20, 22).remap = 1;
+  std::vector<std::string> told;
+  links_.routed = [&told](const RoutedEnd& end, Now) {
+    told.push_back(end.route.Target() + " " + std::to_string(end.unit) + " " +
+                   std::to_string(static_cast<int>(end.end)) + " " + end.reply.reason);
+  };
+  Ask(21, kRead);
+  Ask(22, kRead);
+  RoutedReply silence;
+  silence.outcome = Outcome::no_reply;
+  silence.reason = "no reply";
+  silence.sent = true;
+  drive_.Wait(0).done(SlaveException("83 02"));
+  drive_.Wait(1).done(silence);
+  Settle();
+  EXPECT_THAT(told, testing::ElementsAre("line drive 21 1 ", "line drive 22 2 no reply"));
+}
+
 TEST_F(TrafficTest, EveryEndOfARoutedRequestIsCounted) {
   Add(1, 20, 22);
   config_.modbus.routes.back().remap = 1;

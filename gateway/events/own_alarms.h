@@ -1,0 +1,83 @@
+// Decides when what is wrong with lines, devices, routes and disks is an alarm: when it has lasted
+// for the delay of its setting, and nothing else explains it. Takes facts, gives events that raise
+// and end alarms. No clock, no lock, no disk: gateway/daemon/alarm_desk.h has them.
+//
+//   Begin(no_answer) … Look 29 s later       nothing
+//                    … Look 30 s later       raised
+//                    … End                   over
+//   Begin(no_answer), End 29 s later         nothing was raised
+//   Begin(port_down), Begin(no_answer)       port_down is raised; no_answer waits for the port, and
+//                                            then for the whole of its delay
+//   Begin(port_down), alarms of line: off    no_answer of each of its devices
+//   End, the first since the start           over, where the kept alarm says otherwise
+//
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "config/model/config.h"
+#include "gateway/events/event_record.h"
+#include "gateway/events/trouble.h"
+
+namespace baudgate::events {
+
+class OwnAlarms {
+ public:
+  /// A device that answers after a start has said by then whether it is the right one.
+  static constexpr Duration kIdentified = 30s;
+
+  using Records = std::vector<EventRecord>;
+  /// Whose trouble it is; both empty: the gateway's.
+  struct Place {
+    std::string line{};
+    std::string device{};
+    auto operator<=>(const Place&) const = default;
+  };
+
+  explicit OwnAlarms(std::shared_ptr<const config::Config> config) : config_(std::move(config)) {}
+
+  /// It is so; told again, the reason may be another one.
+  void Begin(Trouble trouble, const Place& place, const std::string& why, Now now);
+  /// It is not so, whether it was or not.
+  Records End(Trouble trouble, const Place& place, Now now);
+  /// It has happened, and has no end.
+  Records Happen(Trouble trouble, const Place& place, const std::string& why, Now now);
+  /// A device that is taken out of use, or a line whose port is lent: no trouble of it counts.
+  Records SetInUse(const Place& place, bool in_use, Now now);
+  /// What has lasted long enough.
+  Records Look(Now now);
+
+  /// A reload. `begun`: lines that begin anew, of which nothing is known yet.
+  void Renew(std::shared_ptr<const config::Config> config, const std::set<std::string>& begun);
+
+ private:
+  using Key = std::pair<Place, Trouble>;
+  struct State {
+    Instant since{};  ///< it is so, and nothing has explained it
+    std::string why{};
+    bool raised = false;
+    bool stale = false;    ///< of a line before a reload; nobody has told it since
+    bool by_port = false;  ///< of a device: nothing but its port has been told
+  };
+
+  std::optional<config::AlarmSetting> SettingOf(const Key& key) const;
+  bool IsExplained(const Key& key) const;
+  bool Explains(const Key& key) const;
+  void BlameDevices();
+  void EndOf(const Key& key, Now now, Records& records, bool answers = true);
+  void OnFirstAnswer(const Place& device, Now now, Records& records);
+
+  std::shared_ptr<const config::Config> config_;
+  std::map<Key, State> states_;         // what is so
+  std::set<Key> over_;                  // what was said since the start not to be so
+  std::map<Key, Instant> may_be_over_;  // unless it begins until then
+  std::set<Place> unused_;
+};
+
+}  // namespace baudgate::events
