@@ -259,9 +259,12 @@ int RunDemo(const DemoOptions& options, const config::Catalog& catalog, std::ost
            "writable?\n";
     return 4;
   }
-  for (std::uint16_t offset = 0; offset < kPortsToTry; ++offset) {
+  std::uint16_t offset = 0;
+  std::uint16_t web_offset = 0;
+  while (offset < kPortsToTry && web_offset < kPortsToTry) {
     const auto port = static_cast<std::uint16_t>(options.port + offset);
-    const auto config = DemoConfig(catalog, scratch.path(), options, port);
+    const auto web_port = static_cast<std::uint16_t>(kWebPort + web_offset);
+    const auto config = DemoConfig(catalog, scratch.path(), options, port, web_port);
     if (!config) {
       err << "baudgate: " << config.error() << "\n";
       return 3;
@@ -276,8 +279,10 @@ int RunDemo(const DemoOptions& options, const config::Catalog& catalog, std::ost
     Daemon daemon(*config, catalog);
     if (const Status status = daemon.Start(); !status) {
       err << "baudgate: " << status.error() << "\n";
-      // Most likely the port is taken: by another demo, or by the gateway itself.
-      if (offset + 1 < kPortsToTry) err << "baudgate: trying port " << port + 1 << " instead\n";
+      // Most likely a port is taken: by another demo, or by the gateway itself.
+      const bool page = status.error().starts_with("web:");
+      ++(page ? web_offset : offset);
+      err << "baudgate: trying port " << (page ? web_port : port) + 1 << " instead\n";
       continue;
     }
     twins.Start();
