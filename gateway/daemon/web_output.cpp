@@ -12,7 +12,7 @@ WebOutput::Prepared WebOutput::Prepare(const config::Web& next) const {
   if (!next.on) return prepared;
   auto opened = web::WebServer::Open(next, server_ ? &web_ : nullptr);
   if (!opened) prepared.trouble = opened.error();
-  if (opened) prepared.opened = *std::move(opened);
+  if (opened) prepared.opened = std::move(*opened);
   return prepared;
 }
 
@@ -32,7 +32,7 @@ std::string WebOutput::Apply(const config::Config& config, Prepared prepared) {
   } else {
     auto server = web::WebServer::Start(config, std::move(prepared.opened), links_);
     if (!server) return server.error();
-    server_ = *std::move(server);
+    server_ = std::move(*server);
   }
   if (moved) log::Info("web page on http://{}/", config.web.Place());
   return {};

@@ -91,7 +91,7 @@ Result<Chart> ReadChart(const HistorySource& source, const ChartQuery& query) {
   if (step < kMinute) {
     auto chart = FromValues(source, query, step);
     if (!chart) return Error{chart.error()};
-    if (*chart) return **std::move(chart);
+    if (*chart) return std::move(**chart);
   }
   return FromTrends(source, query, step);
 }

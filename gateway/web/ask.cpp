@@ -46,6 +46,10 @@ Result<Json> AskOf(const Request& request, std::string_view command,
   return ask;
 }
 
+Response JsonResponse(const Json& json) {
+  return TextResponse(200, kJson, json.dump(-1, ' ', false, Json::error_handler_t::replace));
+}
+
 Response ResponseOf(std::string answer) {
   if (!answer.starts_with(kError)) return TextResponse(200, kJson, std::move(answer));
   const Json json = Json::parse(answer, nullptr, false);

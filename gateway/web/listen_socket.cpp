@@ -54,6 +54,15 @@ ListenSocket::~ListenSocket() {
   if (descriptor_ >= 0) ::close(descriptor_);
 }
 
+std::uint16_t ListenSocket::port() const {
+  sockaddr_storage storage{};
+  socklen_t size = sizeof(storage);
+  if (::getsockname(descriptor_, reinterpret_cast<sockaddr*>(&storage), &size) != 0) return 0;
+  sockaddr_in6 six{};
+  std::memcpy(&six, &storage, sizeof(six));
+  return ntohs(six.sin6_port);  // at the same place as of IPv4
+}
+
 Result<ListenSocket> ListenSocket::Open(const config::Web& web) {
   const Address address = AddressOf(web.listen);
   ListenSocket opened(

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <utility>
 
 #include "config/model/web.h"
@@ -22,6 +23,8 @@ class ListenSocket {
   /// The error names the place and what is wrong with it.
   static Result<ListenSocket> Open(const config::Web& web);
   bool is_open() const { return descriptor_ >= 0; }
+  /// The one that the system has chosen, where 0 was asked for.
+  std::uint16_t port() const;
   /// It is somebody else's from now on.
   int Release() { return std::exchange(descriptor_, -1); }
 

@@ -14,10 +14,6 @@ namespace {
 
 using control::Json;
 
-Response JsonResponse(const Json& json) {
-  return TextResponse(200, kJson, json.dump(-1, ' ', false, Json::error_handler_t::replace));
-}
-
 Response StreamResponse(std::shared_ptr<Stream> stream) {
   Response response;
   response.type = "text/event-stream";

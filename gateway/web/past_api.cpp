@@ -22,10 +22,6 @@ using control::Json;
 constexpr std::array<std::string_view, 3> kPaths = {"/api/v1/events", "/api/v1/history",
                                                     "/api/v1/history.csv"};
 
-Response JsonResponse(const Json& json) {
-  return TextResponse(200, kJson, json.dump(-1, ' ', false, Json::error_handler_t::replace));
-}
-
 Json RowsJson(const history::Chart& chart) {
   Json rows = Json::array();
   for (const history::Trend& row : chart.rows) {

@@ -83,12 +83,12 @@ Result<WebServer::Opened> WebServer::Open(const config::Web& next, const config:
   if (!next.token_file.empty()) {
     auto token = ReadToken(next.token_file);
     if (!token) return Error{"web: " + token.error()};
-    opened.token = *std::move(token);
+    opened.token = std::move(*token);
   }
   if (now == nullptr || now->listen != next.listen) {
     auto socket = ListenSocket::Open(next);
     if (!socket) return Error{socket.error()};
-    opened.socket = *std::move(socket);
+    opened.socket = std::move(*socket);
   }
   return opened;
 }
@@ -96,7 +96,7 @@ Result<WebServer::Opened> WebServer::Open(const config::Web& next, const config:
 WebServer::WebServer(const config::Config& config, LiveApi::Links links, const Limits& limits)
     : limits_(limits),
       version_(links.info.version),
-      events_(links.info.events != nullptr),
+      events_(links.info.events),
       logins_(config.web.listen.port),
       live_(config, links, live_loop_.io()),
       past_(config, links.store, links.lines, links.info, past_loop_.io()) {
@@ -110,7 +110,7 @@ Result<std::unique_ptr<WebServer>> WebServer::Start(const config::Config& config
   server->Set(config, std::move(opened.token));
   auto http = HttpServer::Start(std::move(opened.socket), *server, limits);
   if (!http) return Error{http.error()};
-  server->http_ = *std::move(http);
+  server->http_ = std::move(*http);
   server->live_loop_.Start();
   server->past_loop_.Start();
   asio::post(server->live_loop_.io(), [raw = server.get()] { raw->Look(); });
@@ -151,7 +151,7 @@ Status WebServer::Apply(const config::Config& config, Opened opened,
   auto next = HttpServer::Start(std::move(opened.socket), *this, limits_);
   if (!next) return Error{next.error()};
   std::unique_ptr<HttpServer> before;
-  RunOn(live_loop_.io(), [&] { before = std::exchange(http_, *std::move(next)); });
+  RunOn(live_loop_.io(), [&] { before = std::exchange(http_, std::move(*next)); });
   before->Stop();
   return {};
 }
@@ -198,7 +198,7 @@ void WebServer::Handle(const Request& request, Answered answered) {
   if (request.path == kSession) return answered(Session(request));
   if (request.path == kLogin) return answered(Login(request));
   if (request.path == kLogout) return answered(Logout(request));
-  if (auto asset = AssetResponse(request)) return answered(*std::move(asset));
+  if (auto asset = AssetResponse(request)) return answered(std::move(*asset));
   if (request.path == kAcknowledge && !MayAcknowledge(*web(), request)) {
     return answered(Problem(403, web()->acknowledge
                                      ? "alarms are acknowledged from this machine, or by TLS "
@@ -232,11 +232,12 @@ Response WebServer::Session(const Request& request) {
                {"logged_in",
                 logins_.Check(request, ReadClocks().instant) == Logins::Verdict::yes},
                {"acknowledge", MayAcknowledge(*web(), request)}};
+  const bool events = events_ != nullptr && !events_->state().in_memory;
   const MutexLock lock(mutex_);
   json["gateway"] = gateway_;
   json["version"] = version_;
   json["history"] = history_;
-  json["events"] = events_;
+  json["events"] = events;
   return TextResponse(200, kJson, json.dump());
 }
 

@@ -61,7 +61,7 @@ class WebServer final : public HttpHandler {
   std::shared_ptr<const config::Web> web_ BAUDGATE_GUARDED_BY(mutex_);
   std::string gateway_ BAUDGATE_GUARDED_BY(mutex_);
   bool history_ BAUDGATE_GUARDED_BY(mutex_) = false;
-  const bool events_;
+  const events::EventSource* const events_;
   Logins logins_;
   LoopThread live_loop_{"web"};
   LoopThread past_loop_{"web-past"};
