@@ -66,9 +66,9 @@ std::string_view TypeOf(std::string_view path) {
 }
 
 std::optional<Response> AssetResponse(const Request& request) {
-  const std::string_view path = request.path == "/" ? "/index.html" : request.path;
+  const std::string path = request.path == "/" ? "/index.html" : request.path;
   const auto files = PackedFiles();
-  const auto found = std::ranges::find(files, path, &PackedFile::path);
+  const auto found = std::ranges::find(files, std::string_view(path), &PackedFile::path);
   if (found == files.end()) return std::nullopt;
   const std::string_view packed(found->begin, static_cast<std::size_t>(found->end - found->begin));
   const std::string tag = TagOf(packed);

@@ -8,19 +8,27 @@
 namespace baudgate::web {
 namespace {
 
-/// "gate:8502" → "gate", "[::1]:8502" → "::1".
+/// "gate:8502" → "gate", "[::1]:8502" → "::1". Empty: that is no host.
 std::string NameOf(std::string_view host) {
+  std::string_view name = host.substr(0, host.find(':'));
+  std::string_view port = host.substr(name.size());
   if (host.starts_with('[')) {
     const std::size_t end = host.find(']');
-    return std::string(host.substr(1, end == std::string_view::npos ? end : end - 1));
+    if (end == std::string_view::npos) return {};
+    name = host.substr(1, end - 1);
+    port = host.substr(end + 1);
   }
-  return std::string(host.substr(0, host.find(':')));
+  const auto digit = [](char c) { return c >= '0' && c <= '9'; };
+  if (port.starts_with(':')) port.remove_prefix(1);
+  if (port.size() > 5 || !std::ranges::all_of(port, digit)) return {};
+  return std::string(name);
 }
 
 /// An address can not be rebound as a name can: the one that was connected to is good, with any
 /// port, as it may be forwarded.
 bool IsOurs(const config::Web& web, const Request& request, const std::string& host) {
   const std::string name = NameOf(host);
+  if (name.empty()) return false;
   const auto listed = [&](const std::string& one) { return one == host || one == name; };
   if (std::ranges::any_of(web.hosts, listed)) return true;
   if (config::IsIpAddress(name)) {

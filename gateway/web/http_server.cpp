@@ -74,6 +74,29 @@ MHD_Result AddHeader(void* to, MHD_ValueKind, const char* key, const char* value
   return MHD_YES;
 }
 
+int HexDigit(char c) {
+  if (c >= '0' && c <= '9') return c - '0';
+  const int letter = (c | 0x20) - 'a';
+  return letter >= 0 && letter < 6 ? letter + 10 : -1;
+}
+
+/// "%41" is A. A zero stays as it is written: for the library a text ends there.
+std::size_t Unescape(void*, MHD_Connection*, char* text) {
+  char* to = text;
+  for (const char* from = text; *from != '\0'; ++from) {
+    const int high = *from == '%' ? HexDigit(from[1]) : -1;
+    const int low = high >= 0 ? HexDigit(from[2]) : -1;
+    if (low < 0 || high + low == 0) {
+      *to++ = *from;
+      continue;
+    }
+    *to++ = static_cast<char>(high * 16 + low);
+    from += 2;
+  }
+  *to = '\0';
+  return static_cast<std::size_t>(to - text);
+}
+
 MHD_Result AddQuery(void* to, MHD_ValueKind, const char* key, const char* value) {
   auto& query = *static_cast<std::map<std::string, std::string>*>(to);
   query.emplace(key, value == nullptr ? "" : value);
@@ -224,6 +247,7 @@ Status HttpServer::Impl::Start(ListenSocket socket) {
       nullptr, OnRequest, this, MHD_OPTION_LISTEN_SOCKET, listening, MHD_OPTION_CONNECTION_LIMIT,
       most, MHD_OPTION_CONNECTION_TIMEOUT, static_cast<unsigned>(limits_.idle / 1s),
       MHD_OPTION_CONNECTION_MEMORY_LIMIT, limits_.header, MHD_OPTION_STRICT_FOR_CLIENT, 1,
+      MHD_OPTION_UNESCAPE_CALLBACK, Unescape, nullptr,
       MHD_OPTION_NOTIFY_COMPLETED, OnCompleted, this, MHD_OPTION_NOTIFY_CONNECTION, OnConnection,
       this, MHD_OPTION_EXTERNAL_LOGGER,
       static_cast<MHD_LogCallback>([](void*, const char*, va_list) {}), nullptr, MHD_OPTION_END);

@@ -2,6 +2,7 @@
 #include "gateway/web/map_json.h"
 
 #include "config/model/point.h"
+#include "gateway/web/points_json.h"
 
 namespace baudgate::web {
 
@@ -17,7 +18,7 @@ nlohmann::ordered_json MapJson(const config::Device& device) {
                          {"count", bit ? 1 : config::RegisterCount(point)},
                          {"type", config::Name(point.type)},
                          {"unit", point.unit},
-                         {"access", config::Name(point.access)}});
+                         {"access", AccessWord(point.access)}});
   }
   return {{"unit", device.unit ? Json(*device.unit) : Json(nullptr)},
           {"registers", std::move(registers)}};

@@ -10,7 +10,7 @@
 
 namespace baudgate::web {
 
-/// Bounds of the histogram: every octave of round trips.
+/// Of the histogram: an octave of round trips each, the last without a bound.
 inline constexpr std::size_t kDurationBuckets = RoundTrips::kBuckets / 4;
 inline constexpr std::size_t kDeviceStates = 5;
 

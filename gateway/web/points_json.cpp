@@ -30,7 +30,7 @@ Json PointJson(const DeviceRecord& record, std::size_t index, std::uint32_t id, 
   json["unit"] = std::move(status["unit"]);
   json["type"] = config::Name(point.type);
   json["description"] = point.description;
-  json["access"] = config::Name(point.access);
+  json["access"] = AccessWord(point.access);
   for (const char* key : {"value", "quality", "quality_text", "age_ms"}) {
     json[key] = std::move(status[key]);
   }
@@ -101,6 +101,17 @@ void AppendRow(const DeviceRecord& record, std::size_t point, std::uint32_t id, 
                        .count());
   } else {
     out += "null],";
+  }
+}
+
+std::string_view AccessWord(config::Access access) {
+  switch (access) {
+    case config::Access::read:
+      return "read";
+    case config::Access::write:
+      return "write";
+    default:
+      return "read_write";
   }
 }
 

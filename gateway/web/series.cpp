@@ -10,7 +10,7 @@ std::size_t SeriesOf(const config::Config& config) {
   std::size_t series = 7;
   for (const config::Line& line : config.lines) {
     if (line.name.empty()) continue;
-    series += 2 + kDurationBuckets + 3;  // up and busy; also without bound, sum and count
+    series += 2 + kDurationBuckets + 2;  // up and busy; buckets, sum and count
     for (const config::Device& device : line.devices) {
       series += kDeviceStates + kOutcomeCount - 1 + 1;
       for (const config::Point& point : device.points) {

@@ -12,6 +12,7 @@
 #include "gateway/base/exit_code.h"
 #include "gateway/base/shown.h"
 #include "gateway/base/text.h"
+#include "gateway/cli/offline/check_web.h"
 #include "gateway/cli/offline/check_writes.h"
 #include "gateway/cli/offline/security_problems.h"
 #include "gateway/cli/offline/taken_back.h"
@@ -19,6 +20,7 @@
 #include "gateway/cli/terminal/text_table.h"
 #include "gateway/history/estimate.h"
 #include "gateway/state/state_folder.h"
+#include "gateway/web/series.h"
 
 namespace baudgate {
 namespace {
@@ -271,6 +273,7 @@ void PrintSummary(const config::Config& config, const config::Catalog& catalog,
   }
   out << "dds " << Describe(config.dds, KeepsEvents(config)) << '\n';
   if (!security.empty()) out << "  security   " << security << '\n';
+  PrintWeb(config, out);
   if (NeedsState(config, catalog)) {
     out << "state " << StateFolderOf(StatePlaces::Here(config.state), config.name).string()
         << (CanWrite(config) ? ": what is remembered of devices, and every write\n"
@@ -314,6 +317,13 @@ Json ToJson(const config::Modbus& modbus) {
   return {{"enabled", modbus.enabled}, {"listen", std::move(listeners)}};
 }
 
+Json WebJson(const config::Config& config) {
+  if (!config.web.on) return nullptr;
+  return {{"listen", config.web.Place()},
+          {"token", !config.web.token_file.empty()},
+          {"series", web::SeriesOf(config)}};
+}
+
 Json ToJson(const config::Config& config) {
   Json lines = Json::array();
   for (const config::Line& line : config.lines) {
@@ -344,6 +354,7 @@ Json ToJson(const config::Config& config) {
           {"modbus", ToJson(config.modbus)},
           {"units", std::move(units)},
           {"history", HistoryJson(config)},
+          {"web", WebJson(config)},
           {"lines", std::move(lines)}};
 }
 
@@ -383,6 +394,7 @@ int RunCheck(const std::string& file, const config::Catalog& catalog, std::ostre
   config::Loaded loaded = config::LoadFile(file, catalog);
   std::string security;
   if (loaded.ok()) security = CheckDdsSecurity(loaded.config, ReadClocks().wall, loaded.problems);
+  if (loaded.ok()) CheckWebToken(loaded.config, loaded.problems);
   if (loaded.ok()) {
     if (auto taken_back = WhyTakenBack(file, loaded.config)) {
       loaded.problems.push_back(*std::move(taken_back));

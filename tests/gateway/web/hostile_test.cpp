@@ -17,7 +17,9 @@ TEST_F(WebTest, AThousandHalfOpenConnectionsKeepNobodyOut) {
   for (int i = 0; i < 1000; ++i) {
     silent.push_back(Client());
     if (i % 2 == 0) silent.back().raw().Send("GET /api/v1/status HTTP/1.1\r\nHost: 127.0.0.1\r\n");
-    if (i % 100 == 0) EXPECT_EQ(Get("/api/v1/status").status, 200) << i;
+    if (i % 100 == 0) {
+      EXPECT_EQ(Get("/api/v1/status").status, 200) << i;
+    }
   }
   EXPECT_EQ(Get("/api/v1/status").status, 200);
 }
@@ -57,15 +59,15 @@ TEST_F(WebTest, ContentIsBounded) {
   Start();
   const std::string head = "POST /login HTTP/1.1\r\n" + Client().Host();
   EXPECT_EQ(Client().Post("/login", std::string(limits_.body + 1, 'a')).status, 413);
-  EXPECT_EQ(Client().Send(head + "Content-Length: 99999999999999999999\r\n\r\n").status,
-            Client().Send(head + "Content-Length: 99999999999999999999\r\n\r\n").status);
+  EXPECT_THAT(Client().Send(head + "Content-Length: 99999999999999999999\r\n\r\n").status,
+              AnyOf(0, 400, 413));
   EXPECT_EQ(Client().Send(head + "Transfer-Encoding: chunked\r\n\r\n1\r\na\r\n0\r\n\r\n").status, 411);
   EXPECT_EQ(Client().Post("/login", std::string(limits_.body, 'a')).status, 204) << "no token here";
 }
 
 TEST_F(WebTest, NonsenseIsNoRequest) {
   Start();
-  for (const std::string bytes :
+  for (const std::string& bytes :
        {std::string("\r\n\r\n\r\n"), std::string("GET\r\n\r\n"), std::string(100, '\0') + "\r\n\r\n",
         std::string("GET / HTTP/9.9\r\n\r\n"), std::string("\x16\x03\x01\x02\x00\x01\x00\x01\xfc\r\n\r\n"),
         std::string("GET / HTTP/1.1\r\nHost : a\r\n\r\n")}) {
@@ -94,14 +96,14 @@ TEST_F(WebTest, AViewerWhoReadsNothingIsDroppedAndNobodyElseNotices) {
   good.Open("/api/v1/points/stream");
   std::vector<Sample> samples(400);
   int events = 0;
-  for (int round = 0; round < 40; ++round) {
+  for (int round = 0; round < 15; ++round) {  // two seconds
     for (std::uint32_t i = 0; i < 400; ++i) samples[i] = {i, Value(round + 0.5), Quality::good};
     store.Update(0, samples, ReadClocks(), 20ms);
     events += good.NextEvent() ? 1 : 0;
   }
-  EXPECT_EQ(events, 40);
+  EXPECT_EQ(events, 15);
+  EXPECT_TRUE(stalled.raw().IsClosed()) << "else it would read beats for ever";
   (*server)->Stop();
-  EXPECT_TRUE(stalled.raw().IsClosed());
 }
 
 }  // namespace

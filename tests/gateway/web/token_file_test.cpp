@@ -39,11 +39,11 @@ TEST(TokenFile, IsReadByItsOwnerAlone) {
     ::chmod(file.c_str(), mode);
     const auto token = ReadToken(file);
     if (says.empty()) {
-      EXPECT_TRUE(token) << text;
-      if (token) EXPECT_EQ(*token, "0123456789abcdef");
+      ASSERT_TRUE(token) << text;
+      EXPECT_EQ(*token, "0123456789abcdef");
     } else {
-      EXPECT_FALSE(token);
-      if (!token) EXPECT_THAT(token.error(), HasSubstr(says));
+      ASSERT_FALSE(token) << text;
+      EXPECT_THAT(token.error(), HasSubstr(says));
     }
   }
   EXPECT_THAT(ReadToken(form).error(), HasSubstr("no regular file"));
