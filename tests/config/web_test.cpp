@@ -10,7 +10,7 @@
 namespace baudgate::testing {
 namespace {
 
-config::Loaded Load(const std::string& web) {
+config::Loaded LoadWeb(const std::string& web) {
   return config::LoadText("web: " + web +
                               "\nlines: [{ name: l, port: /dev/l, protocol: fake, devices: [{ "
                               "name: d, address: 1, profile: relay }] }]\n",
@@ -19,7 +19,7 @@ config::Loaded Load(const std::string& web) {
 
 TEST(WebConfig, IsOffUntilItIsThere) {
   EXPECT_FALSE(config::Config().web.on);
-  const config::Web web = Load("{}").config.web;
+  const config::Web web = LoadWeb("{}").config.web;
   EXPECT_TRUE(web.on);
   EXPECT_EQ(web.Place(), "127.0.0.1:8502");
   EXPECT_TRUE(web.allow.empty());
@@ -28,7 +28,7 @@ TEST(WebConfig, IsOffUntilItIsThere) {
 
 TEST(WebConfig, IsRead) {
   const config::Loaded loaded =
-      Load("{ listen: 0.0.0.0:80, allow: [10.0.0.0/8, 192.0.2.7], hosts: [Gate.example, "
+      LoadWeb("{ listen: 0.0.0.0:80, allow: [10.0.0.0/8, 192.0.2.7], hosts: [Gate.example, "
            "'proxy:8443'], token: { file: /etc/web.token }, acknowledge: allow }");
   EXPECT_EQ(Shown(loaded.problems), "");
   const config::Web& web = loaded.config.web;
@@ -38,7 +38,7 @@ TEST(WebConfig, IsRead) {
   EXPECT_EQ(web.token_file, "/etc/web.token");
   EXPECT_TRUE(web.acknowledge);
   EXPECT_FALSE(web.on_loopback());
-  EXPECT_TRUE(Load("{ listen: localhost:1, allow: [], hosts: [] }").config.web.on_loopback());
+  EXPECT_TRUE(LoadWeb("{ listen: localhost:1, allow: [], hosts: [] }").config.web.on_loopback());
 }
 
 TEST(WebConfig, ErrorsSayWhatToWrite) {
@@ -59,7 +59,7 @@ TEST(WebConfig, ErrorsSayWhatToWrite) {
        "t.yaml:1:16: error: hosts: 'http://gate' is no name of a machine; write for example "
        "gate.example.com, without http://\n"},
       {"{ token: { file: token } }",
-       "t.yaml:1:24: error: file: 'token' is not an absolute path; write for example "
+       "t.yaml:1:23: error: file: 'token' is not an absolute path; write for example "
        "/etc/baudgate/web.token\n"},
       {"{ acknowledge: yes }",
        "t.yaml:1:21: error: acknowledge: 'yes' is unknown; allowed: deny, allow\n"},
@@ -67,7 +67,7 @@ TEST(WebConfig, ErrorsSayWhatToWrite) {
        "t.yaml:1:8: error: unknown key 'port' in web; allowed: listen, allow, hosts, token, "
        "acknowledge\n"},
   };
-  for (const auto& [web, problem] : kErrors) EXPECT_EQ(Shown(Load(web).problems), problem);
+  for (const auto& [web, problem] : kErrors) EXPECT_EQ(Shown(LoadWeb(web).problems), problem);
 }
 
 }  // namespace
