@@ -65,9 +65,9 @@ class FakeHistory final : public history::HistorySource {
   Result<history::Page> Read(const history::PageQuery& query) const override {
     history::Page page;
     page.known = query.point == "bay-1.feeder-1.current";
-    for (history::Millis time = std::max(kDayBegin, query.after.time + 1);
-         page.known && time < std::min(query.until, kDayBegin + 10 * history::kMinute); ++time) {
-      if (time % history::kSecond != 0 || time < query.since) continue;
+    const history::Millis until = std::min(query.until, kDayBegin + 10 * history::kMinute);
+    for (history::Millis time = kDayBegin; page.known && time < until; time += history::kSecond) {
+      if (time <= query.after.time || time < query.since) continue;
       page.more = page.records.size() == history::kPage / 4;
       if (page.more) break;
       const history::Millis second = time / history::kSecond % 60;
