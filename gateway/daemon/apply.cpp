@@ -68,6 +68,9 @@ std::vector<RouteTarget*> Daemon::Impl::Targets() const {
 }
 
 void Daemon::Impl::Examine(const config::Config& next, reload::Difference& difference) const {
+  if (web && web->HasOtherToken(next.web)) {
+    difference.settings.emplace_back("the token in " + next.web.token_file);
+  }
   if (modbus) CountClients(modbus->server().Traffic(), difference.modbus);
   if (NeedsState(next, catalog) && !records.open()) {
     difference.restart.push_back("that anything is kept where nothing was (" +
@@ -108,8 +111,8 @@ Reloader::Prepared Daemon::Impl::Prepare(config::Config next,
 
 std::vector<std::string> Daemon::Impl::Apply(config::Config next,
                                              const reload::Difference& difference,
-                                             const modbus::Renewal& renewal,
-                                             const Threads& threads, WebOutput::Prepared page) {
+                                             const modbus::Renewal& renewal, const Threads& threads,
+                                             WebOutput::Prepared page) {
   reload::Slots placed = reload::PlaceInSlots(*slots, std::move(next), difference);
   const auto before =
       std::exchange(slots, std::make_shared<const config::Config>(std::move(placed.config)));

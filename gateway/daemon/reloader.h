@@ -41,9 +41,9 @@ struct ReloadOptions {
   std::function<std::string()> summary;                     ///< what runs, for READY=1
   /// A text without its secrets; empty: nobody can tell.
   std::function<Result<std::string>(const std::string& text)> masked{};
-  std::string running;                                      ///< the text that runs
-  std::string not_the_file;                                 ///< see ReloadState
-  std::unique_ptr<reload::KeptConfigs> kept;                ///< null: there is no folder
+  std::string running;                        ///< the text that runs
+  std::string not_the_file;                   ///< see ReloadState
+  std::unique_ptr<reload::KeptConfigs> kept;  ///< null: there is no folder
 };
 
 class Reloader final : public control::ReloadDesk {
@@ -117,14 +117,14 @@ class Reloader final : public control::ReloadDesk {
   LoopThread loop_{"reload"};
   asio::steady_timer timer_{loop_.io()};
   reload::Probation probation_;
-  std::shared_ptr<const Applied> runs_;  // see SetRuns
+  std::shared_ptr<const Applied> runs_;       // see SetRuns
   std::shared_ptr<const Applied> confirmed_;  // another than that while one is on trial
   bool started_ = false;
   bool open_ = false;  // the folder is ours, and has what runs
   mutable Mutex mutex_;
   control::ReloadState state_ BAUDGATE_GUARDED_BY(mutex_);
   std::shared_ptr<const Applied> shown_ BAUDGATE_GUARDED_BY(mutex_);  // as runs_
-  std::optional<Instant> until_ BAUDGATE_GUARDED_BY(mutex_);  // of the trial
+  std::optional<Instant> until_ BAUDGATE_GUARDED_BY(mutex_);          // of the trial
 };
 
 }  // namespace baudgate

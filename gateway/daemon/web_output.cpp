@@ -4,8 +4,17 @@
 #include <utility>
 
 #include "gateway/base/log.h"
+#include "gateway/web/token_file.h"
 
 namespace baudgate {
+
+bool WebOutput::HasOtherToken(const config::Web& next) const {
+  if (!server_ || !next.on || next.token_file.empty() || next.token_file != web_.token_file) {
+    return false;
+  }
+  const auto token = web::ReadToken(next.token_file);
+  return !token || *token != token_;
+}
 
 WebOutput::Prepared WebOutput::Prepare(const config::Web& next) const {
   Prepared prepared;
@@ -25,9 +34,9 @@ std::string WebOutput::Apply(const config::Config& config, Prepared prepared) {
   }
   if (!prepared.trouble.empty()) return prepared.trouble;
   web_ = config.web;
+  token_ = prepared.opened.token;
   if (server_) {
-    const Status status =
-        server_->Apply(config, std::move(prepared.opened), links_.info.history);
+    const Status status = server_->Apply(config, std::move(prepared.opened), links_.info.history);
     if (!status) return status.error();
   } else {
     auto server = web::WebServer::Start(config, std::move(prepared.opened), links_);
@@ -38,8 +47,7 @@ std::string WebOutput::Apply(const config::Config& config, Prepared prepared) {
   return {};
 }
 
-void WebOutput::ApplyHistory(const config::Config& config,
-                             const history::HistorySource* history) {
+void WebOutput::ApplyHistory(const config::Config& config, const history::HistorySource* history) {
   links_.info.history = history;
   if (server_) server_->ApplyHistory(config, history);
 }

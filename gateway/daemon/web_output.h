@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "config/model/config.h"
@@ -16,6 +17,8 @@ class WebOutput {
   /// All of `links` outlives it.
   explicit WebOutput(web::LiveApi::Links links) : links_(std::move(links)) {}
 
+  /// The file of the token has another one, or none any more.
+  bool HasOtherToken(const config::Web& next) const;
   /// What a reload opens before it changes anything. Dropped, the port closes.
   struct Prepared {
     web::WebServer::Opened opened{};
@@ -34,6 +37,7 @@ class WebOutput {
  private:
   web::LiveApi::Links links_;
   config::Web web_;  // as it is served
+  std::optional<std::string> token_;
   std::unique_ptr<web::WebServer> server_;
 };
 

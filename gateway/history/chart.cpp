@@ -49,7 +49,8 @@ Result<std::optional<Chart>> FromValues(const HistorySource& source, const Chart
                                         Millis step) {
   Chart chart{.step = step};
   Rollup rollup(step);
-  PageQuery page_query{.point = query.point, .since = query.since - kLookBack, .until = query.until};
+  PageQuery page_query{
+      .point = query.point, .since = query.since - kLookBack, .until = query.until};
   Millis last = 0;
   for (std::size_t pages = 0;; ++pages) {
     if (pages == kMostPages) return std::optional<Chart>();
@@ -57,7 +58,8 @@ Result<std::optional<Chart>> FromValues(const HistorySource& source, const Chart
     if (!page) return Error{page.error()};
     chart.known = chart.known || page->known;
     for (const HistoryRecord& record : page->records) {
-      if (record.gap || record.entry.time < last) rollup.Forget(std::max(last, record.entry.time), chart.rows);
+      if (record.gap || record.entry.time < last)
+        rollup.Forget(std::max(last, record.entry.time), chart.rows);
       last = record.entry.time;
       if (!record.gap) rollup.Set(last, GoodValue(record.entry), true, chart.rows);
     }
@@ -88,7 +90,7 @@ Result<Chart> FromTrends(const HistorySource& source, const ChartQuery& query, M
 
 Result<Chart> ReadChart(const HistorySource& source, const ChartQuery& query) {
   const Millis step = StepOf(query);
-  if (step < kMinute) {
+  if (query.until - query.since <= kDay && step <= kMinute) {
     auto chart = FromValues(source, query, step);
     if (!chart) return Error{chart.error()};
     if (*chart) return std::move(**chart);

@@ -1,5 +1,5 @@
-// A request by HTTP as one of the control socket, and its answer the way back: what both can tell is
-// made in one place (gateway/control).
+// A request by HTTP as one of the control socket, and its answer the way back: what both can tell
+// is made in one place (gateway/control).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -247,9 +247,8 @@ Status HttpServer::Impl::Start(ListenSocket socket) {
       nullptr, OnRequest, this, MHD_OPTION_LISTEN_SOCKET, listening, MHD_OPTION_CONNECTION_LIMIT,
       most, MHD_OPTION_CONNECTION_TIMEOUT, static_cast<unsigned>(limits_.idle / 1s),
       MHD_OPTION_CONNECTION_MEMORY_LIMIT, limits_.header, MHD_OPTION_STRICT_FOR_CLIENT, 1,
-      MHD_OPTION_UNESCAPE_CALLBACK, Unescape, nullptr,
-      MHD_OPTION_NOTIFY_COMPLETED, OnCompleted, this, MHD_OPTION_NOTIFY_CONNECTION, OnConnection,
-      this, MHD_OPTION_EXTERNAL_LOGGER,
+      MHD_OPTION_UNESCAPE_CALLBACK, Unescape, nullptr, MHD_OPTION_NOTIFY_COMPLETED, OnCompleted,
+      this, MHD_OPTION_NOTIFY_CONNECTION, OnConnection, this, MHD_OPTION_EXTERNAL_LOGGER,
       static_cast<MHD_LogCallback>([](void*, const char*, va_list) {}), nullptr, MHD_OPTION_END);
   if (daemon_ != nullptr) return {};
   ::close(listening);

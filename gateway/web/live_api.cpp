@@ -164,8 +164,7 @@ void LiveApi::Acknowledge(const Request& request, const Answered& answered) {
   const Json ask = {{"command", "ack"}, {"target", body["target"]}};
   const auto later = [answered](std::string text) { answered(ResponseOf(std::move(text))); };
   const std::string text = ask.dump(-1, ' ', false, Json::error_handler_t::replace);
-  const control::Reply reply =
-      handler_.Answer(text, {"web:" + request.peer}, ReadClocks(), later);
+  const control::Reply reply = handler_.Answer(text, {"web:" + request.peer}, ReadClocks(), later);
   if (!reply.text.empty()) answered(ResponseOf(reply.text));
 }
 

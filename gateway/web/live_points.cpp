@@ -178,10 +178,13 @@ std::string LivePoints::AlarmsEvent() const {
   const auto newest = std::ranges::max_element(alarms, {}, [](const events::Alarm& alarm) {
     return std::pair(events::IsUnacknowledged(alarm.state), alarm.seq);
   });
-  const auto count = [&](auto is) { return std::ranges::count_if(alarms, is, &events::Alarm::state); };
-  const Json json = {{"active", count(events::IsActive)},
-                     {"unacknowledged", count(events::IsUnacknowledged)},
-                     {"newest", newest == alarms.end() ? Json(nullptr) : control::AlarmJson(*newest)}};
+  const auto count = [&](auto is) {
+    return std::ranges::count_if(alarms, is, &events::Alarm::state);
+  };
+  const Json json = {
+      {"active", count(events::IsActive)},
+      {"unacknowledged", count(events::IsUnacknowledged)},
+      {"newest", newest == alarms.end() ? Json(nullptr) : control::AlarmJson(*newest)}};
   return Event("alarms", json.dump(-1, ' ', false, Json::error_handler_t::replace));
 }
 

@@ -75,8 +75,8 @@ class Store {
   }
 
   void AppendTo(std::string& out) const {
-    for (const Lines* lines : {&up_, &busy_, &durations_, &states_, &last_ok_, &exchanges_, &values_,
-                               &qualities_, &ages_}) {
+    for (const Lines* lines : {&up_, &busy_, &durations_, &states_, &last_ok_, &exchanges_,
+                               &values_, &qualities_, &ages_}) {
       lines->AppendTo(out);
     }
   }
@@ -108,7 +108,8 @@ class Store {
                                            Escaped(record.device->name));
     for (std::size_t i = 0; i < kDeviceStates; ++i) {
       const auto state = static_cast<DeviceState>(i);
-      states_.Add(fmt::format("{},state=\"{}\"", labels, Name(state)), status.state == state ? 1 : 0);
+      states_.Add(fmt::format("{},state=\"{}\"", labels, Name(state)),
+                  status.state == state ? 1 : 0);
     }
     if (status.last_ok) last_ok_.Add(labels, Seconds(status.last_ok_wall));
     for (std::size_t i = 1; i < kOutcomeCount; ++i) {

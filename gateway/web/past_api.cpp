@@ -26,8 +26,8 @@ Json RowsJson(const history::Chart& chart) {
   Json rows = Json::array();
   for (const history::Trend& row : chart.rows) {
     const double share = static_cast<double>(row.good) / static_cast<double>(chart.step);
-    rows.push_back({row.begin, row.min, row.mean, row.max,
-                    std::round(std::min(1.0, share) * 1000) / 1000});
+    rows.push_back(
+        {row.begin, row.min, row.mean, row.max, std::round(std::min(1.0, share) * 1000) / 1000});
   }
   return rows;
 }
@@ -38,7 +38,10 @@ Json RowsJson(const history::Chart& chart) {
 class PastApi::Download final : public Stream, public std::enable_shared_from_this<Download> {
  public:
   Download(std::weak_ptr<PastApi*> api, asio::io_context& io, Json ask)
-      : api_(std::move(api)), io_(io), ask_(std::move(ask)), text_(control::HistoryCsvHead(false)) {}
+      : api_(std::move(api)),
+        io_(io),
+        ask_(std::move(ask)),
+        text_(control::HistoryCsvHead(false)) {}
 
   std::ptrdiff_t Read(std::span<char> into) override {
     const MutexLock lock(mutex_);
@@ -151,7 +154,8 @@ Response PastApi::History(const Request& request, Now now) {
     return Problem(400, "'since_ms' is before 'until_ms', by twenty years at most");
   }
   // Why a point has nothing, the control socket says.
-  if (history_ == nullptr) return ResponseOf(Page({{"command", "history"}, {"point", query.point}}, now));
+  if (history_ == nullptr)
+    return ResponseOf(Page({{"command", "history"}, {"point", query.point}}, now));
   const auto chart = history::ReadChart(*history_, query);
   if (!chart) return Problem(503, "the history can not be read: " + chart.error());
   const auto point = control::FindPoint(*config_, query.point);
@@ -175,8 +179,7 @@ Response PastApi::History(const Request& request, Now now) {
 }
 
 Response PastApi::HistoryCsv(const Request& request, Now now) {
-  const auto ask =
-      AskOf(request, "history", {{"point"}, {"since_ms", true}, {"until_ms", true}});
+  const auto ask = AskOf(request, "history", {{"point"}, {"since_ms", true}, {"until_ms", true}});
   if (!ask) return Problem(400, ask.error());
   const std::string first = Page(*ask, now);
   if (first.starts_with("{\"error\"")) return ResponseOf(first);

@@ -95,10 +95,9 @@ void AppendRow(const DeviceRecord& record, std::size_t point, std::uint32_t id, 
   AppendValue(its.value, out);
   fmt::format_to(std::back_inserter(out), ",{},{},", quality.word(), JsonText(Name(quality)));
   if (its.read_at) {
-    fmt::format_to(std::back_inserter(out), "{}],",
-                   std::chrono::floor<std::chrono::milliseconds>(its.source_time)
-                       .time_since_epoch()
-                       .count());
+    fmt::format_to(
+        std::back_inserter(out), "{}],",
+        std::chrono::floor<std::chrono::milliseconds>(its.source_time).time_since_epoch().count());
   } else {
     out += "null],";
   }

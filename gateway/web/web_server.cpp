@@ -156,8 +156,7 @@ Status WebServer::Apply(const config::Config& config, Opened opened,
   return {};
 }
 
-void WebServer::ApplyHistory(const config::Config& config,
-                             const history::HistorySource* history) {
+void WebServer::ApplyHistory(const config::Config& config, const history::HistorySource* history) {
   RunOn(past_loop_.io(), [&] { past_.Apply(config, history); });
   RunOn(live_loop_.io(), [&] { live_.Apply(config, history); });
   const MutexLock lock(mutex_);
@@ -178,8 +177,8 @@ std::optional<Response> WebServer::Refuse(const Request& request) {
 
 /// The files of the page have no data, and are there for the login.
 std::optional<Response> WebServer::NeedsLogin(const Request& request) {
-  const bool open = !request.path.starts_with("/api/") && request.path != "/metrics" &&
-                    request.path != kLogout;
+  const bool open =
+      !request.path.starts_with("/api/") && request.path != "/metrics" && request.path != kLogout;
   if (open || request.path == kSession) return std::nullopt;
   switch (logins_.Check(request, ReadClocks().instant)) {
     case Logins::Verdict::yes:
@@ -215,35 +214,35 @@ void WebServer::Ask(const Request& request, Answered answered) {
   if (waiting_ >= kMostWaiting) return answered(Problem(503, "too many requests at once"));
   ++waiting_;
   const bool past = PastApi::Has(request.path);
-  asio::post((past ? past_loop_ : live_loop_).io(), [this, past, request,
-                                                     answered = std::move(answered)] {
-    --waiting_;
-    const Now now = ReadClocks();
-    if (request.path == kAcknowledge) return live_.Acknowledge(request, answered);
-    const bool known =
-        past ? past_.Answer(request, now, answered) : live_.Answer(request, now, answered);
-    if (!known) answered(Problem(404, "there is nothing at " + request.path));
-    if (!past) Tick();
-  });
+  asio::post(
+      (past ? past_loop_ : live_loop_).io(), [this, past, request, answered = std::move(answered)] {
+        --waiting_;
+        const Now now = ReadClocks();
+        if (request.path == kAcknowledge) return live_.Acknowledge(request, answered);
+        const bool known =
+            past ? past_.Answer(request, now, answered) : live_.Answer(request, now, answered);
+        if (!known) answered(Problem(404, "there is nothing at " + request.path));
+        if (!past) Tick();
+      });
 }
 
 Response WebServer::Session(const Request& request) {
+  const bool in = logins_.Check(request, ReadClocks().instant) == Logins::Verdict::yes;
   Json json = {{"needs_token", logins_.NeedsToken()},
-               {"logged_in",
-                logins_.Check(request, ReadClocks().instant) == Logins::Verdict::yes},
+               {"logged_in", in},
                {"acknowledge", MayAcknowledge(*web(), request)}};
   const bool events = events_ != nullptr && !events_->state().in_memory;
   const MutexLock lock(mutex_);
   json["gateway"] = gateway_;
-  json["version"] = version_;
+  json["version"] = in ? version_ : "";  // nobody else needs to know
   json["history"] = history_;
   json["events"] = events;
   return TextResponse(200, kJson, json.dump());
 }
 
 Response WebServer::Login(const Request& request) {
-  const auto opened = logins_.Open(request, TokenOf(request), CameByTls(*web(), request),
-                                   ReadClocks().instant);
+  const auto opened =
+      logins_.Open(request, TokenOf(request), CameByTls(*web(), request), ReadClocks().instant);
   if (opened.verdict == Logins::Verdict::wait) return WaitAMinute();
   if (opened.verdict == Logins::Verdict::no) {
     log::Warn("web: a wrong token from {}", request.peer);

@@ -32,8 +32,7 @@ class WebServer final : public HttpHandler {
 
   /// A reload, done when it returns. With an open socket it listens there from then on; an error:
   /// it does not listen at all.
-  Status Apply(const config::Config& config, Opened opened,
-               const history::HistorySource* history);
+  Status Apply(const config::Config& config, Opened opened, const history::HistorySource* history);
   /// The same, only the history.
   void ApplyHistory(const config::Config& config, const history::HistorySource* history);
   /// Ends all streams and closes the port. Idempotent.

@@ -27,9 +27,9 @@ TEST(WebConfig, IsOffUntilItIsThere) {
 }
 
 TEST(WebConfig, IsRead) {
-  const config::Loaded loaded =
-      LoadWeb("{ listen: 0.0.0.0:80, allow: [10.0.0.0/8, 192.0.2.7], hosts: [Gate.example, "
-           "'proxy:8443'], token: { file: /etc/web.token }, acknowledge: allow }");
+  const config::Loaded loaded = LoadWeb(
+      "{ listen: 0.0.0.0:80, allow: [10.0.0.0/8, 192.0.2.7], hosts: [Gate.example, "
+      "'proxy:8443'], token: { file: /etc/web.token }, acknowledge: allow }");
   EXPECT_EQ(Shown(loaded.problems), "");
   const config::Web& web = loaded.config.web;
   EXPECT_EQ(web.Place(), "0.0.0.0:80");

@@ -25,12 +25,12 @@ using web::AssetResponse;
 using web::Logins;
 
 constexpr std::array<const char*, 15> kWebPaths = {
-    "/",           "/api/v1/status",     "/api/v1/points",      "/api/v1/points/stream",
-    "/api/v1/map", "/api/v1/recorded",   "/api/v1/trace",       "/api/v1/configuration",
-    "/metrics",    "/api/v1/events",     "/api/v1/history",     "/api/v1/history.csv",
+    "/",           "/api/v1/status",     "/api/v1/points",  "/api/v1/points/stream",
+    "/api/v1/map", "/api/v1/recorded",   "/api/v1/trace",   "/api/v1/configuration",
+    "/metrics",    "/api/v1/events",     "/api/v1/history", "/api/v1/history.csv",
     "/login",      "/api/v1/alarms/ack", "/api/v1/alarms"};
-constexpr std::array<const char*, 10> kWebQueries = {"target", "device", "line",     "q",        "after",
-                                                  "point",  "pixels", "since_ms", "until_ms", "x"};
+constexpr std::array<const char*, 10> kWebQueries = {
+    "target", "device", "line", "q", "after", "point", "pixels", "since_ms", "until_ms", "x"};
 constexpr Instant kWebStart{1h};
 
 std::string CountedText(Input& input) {
@@ -106,9 +106,9 @@ void FuzzWebRequest(View bytes) {
   const auto refused = web::Refusal(world.config.web, request);
   if (refused) CheckWebAnswer(*refused);
   if (world.logins.Check(request, kWebStart) == Logins::Verdict::yes) {
-    Require(request.Header("authorization").value_or("").find("0123456789abcdef") !=
-                std::string::npos,
-            "only who has the token is in");
+    Require(
+        request.Header("authorization").value_or("").find("0123456789abcdef") != std::string::npos,
+        "only who has the token is in");
   }
   if (const auto asset = AssetResponse(request)) CheckWebAnswer(*asset);
   int answers = 0;

@@ -13,11 +13,11 @@
 #include <utility>
 #include <vector>
 
+#include "config/masked_config.h"
 #include "config/yaml/yaml_source.h"
 #include "gateway/base/exit_code.h"
 #include "gateway/base/version.h"
 #include "gateway/cli/bundle/archive.h"
-#include "config/masked_config.h"
 #include "gateway/cli/client/control_client.h"
 #include "gateway/cli/client/status_view.h"
 #include "gateway/cli/terminal/words.h"

@@ -350,12 +350,9 @@ Json ToJson(const config::Config& config) {
   for (const UnitRow& row : UnitRows(config)) {
     units.push_back({{"units", row.units}, {"target", row.target}, {"deadline", row.deadline}});
   }
-  return {{"gateway", config.name},
-          {"modbus", ToJson(config.modbus)},
-          {"units", std::move(units)},
-          {"history", HistoryJson(config)},
-          {"web", WebJson(config)},
-          {"lines", std::move(lines)}};
+  return {{"gateway", config.name},    {"modbus", ToJson(config.modbus)},
+          {"units", std::move(units)}, {"history", HistoryJson(config)},
+          {"web", WebJson(config)},    {"lines", std::move(lines)}};
 }
 
 Json ToJson(const std::vector<config::Problem>& problems) {

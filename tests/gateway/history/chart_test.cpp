@@ -32,8 +32,7 @@ TEST(Chart, ShortTimesAreOfEveryValue) {
 
 TEST(Chart, APieceBeginsWithTheValueFromBefore) {
   const FakeHistory source;
-  const auto chart =
-      ReadChart(source, {kPoint, kDayBegin + 5500, kDayBegin + 6500, 1200});
+  const auto chart = ReadChart(source, {kPoint, kDayBegin + 5500, kDayBegin + 6500, 1200});
   ASSERT_TRUE(chart);
   EXPECT_EQ(chart->step, kSecond);
   ASSERT_EQ(chart->rows.size(), 2U);

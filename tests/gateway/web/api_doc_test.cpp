@@ -75,8 +75,8 @@ TEST_F(WebTest, ExamplesOfTheDocumentationAreAnsweredSo) {
     const std::string method = example.request.substr(0, blank);
     const std::string rest = example.request.substr(blank + 1);
     const std::size_t body = rest.find(' ');
-    const Reply reply = method == "GET" ? Get(rest)
-                                        : Client().Post(rest.substr(0, body), rest.substr(body + 1));
+    const Reply reply =
+        method == "GET" ? Get(rest) : Client().Post(rest.substr(0, body), rest.substr(body + 1));
     const Json expected = Json::parse(example.answer, nullptr, false);
     ASSERT_FALSE(expected.is_discarded()) << example.request;
     const Json answer = Json::parse(reply.body, nullptr, false);

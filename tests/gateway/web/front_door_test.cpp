@@ -35,14 +35,22 @@ TEST(FrontDoor, KnowsTheNamesOfTheGateway) {
     std::string peer;
     int status;
   } kHosts[] = {
-      {"127.0.0.1:8502", "127.0.0.1", 200},      {"localhost:8502", "127.0.0.1", 200},
-      {"LOCALHOST", "127.0.0.1", 200},           {"localhost", "10.0.0.7", 421},
-      {"gate.example", "10.0.0.7", 200},         {"GATE.example:9999", "10.0.0.7", 200},
-      {"proxy.example:8443", "10.0.0.7", 200},   {"proxy.example", "10.0.0.7", 421},
-      {"evil.example", "127.0.0.1", 421},        {"gate.example.evil.example", "10.0.0.7", 421},
-      {"10.0.0.9:8502", "10.0.0.7", 200},        {"10.0.0.8:8502", "10.0.0.7", 421},
-      {"", "127.0.0.1", 421},                    {"127.0.0.1.evil.example", "127.0.0.1", 421},
-      {"[::1]:8502", "127.0.0.1", 421},          {"gate.example, evil.example", "10.0.0.7", 421},
+      {"127.0.0.1:8502", "127.0.0.1", 200},
+      {"localhost:8502", "127.0.0.1", 200},
+      {"LOCALHOST", "127.0.0.1", 200},
+      {"localhost", "10.0.0.7", 421},
+      {"gate.example", "10.0.0.7", 200},
+      {"GATE.example:9999", "10.0.0.7", 200},
+      {"proxy.example:8443", "10.0.0.7", 200},
+      {"proxy.example", "10.0.0.7", 421},
+      {"evil.example", "127.0.0.1", 421},
+      {"gate.example.evil.example", "10.0.0.7", 421},
+      {"10.0.0.9:8502", "10.0.0.7", 200},
+      {"10.0.0.8:8502", "10.0.0.7", 421},
+      {"", "127.0.0.1", 421},
+      {"127.0.0.1.evil.example", "127.0.0.1", 421},
+      {"[::1]:8502", "127.0.0.1", 421},
+      {"gate.example, evil.example", "10.0.0.7", 421},
   };
   for (const auto& [host, peer, status] : kHosts) {
     EXPECT_EQ(StatusOf(WebOf(), Asked({{"host", host}}, peer)), status) << host << " " << peer;

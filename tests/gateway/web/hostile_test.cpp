@@ -61,15 +61,17 @@ TEST_F(WebTest, ContentIsBounded) {
   EXPECT_EQ(Client().Post("/login", std::string(limits_.body + 1, 'a')).status, 413);
   EXPECT_THAT(Client().Send(head + "Content-Length: 99999999999999999999\r\n\r\n").status,
               AnyOf(0, 400, 413));
-  EXPECT_EQ(Client().Send(head + "Transfer-Encoding: chunked\r\n\r\n1\r\na\r\n0\r\n\r\n").status, 411);
+  EXPECT_EQ(Client().Send(head + "Transfer-Encoding: chunked\r\n\r\n1\r\na\r\n0\r\n\r\n").status,
+            411);
   EXPECT_EQ(Client().Post("/login", std::string(limits_.body, 'a')).status, 204) << "no token here";
 }
 
 TEST_F(WebTest, NonsenseIsNoRequest) {
   Start();
   for (const std::string& bytes :
-       {std::string("\r\n\r\n\r\n"), std::string("GET\r\n\r\n"), std::string(100, '\0') + "\r\n\r\n",
-        std::string("GET / HTTP/9.9\r\n\r\n"), std::string("\x16\x03\x01\x02\x00\x01\x00\x01\xfc\r\n\r\n"),
+       {std::string("\r\n\r\n\r\n"), std::string("GET\r\n\r\n"),
+        std::string(100, '\0') + "\r\n\r\n", std::string("GET / HTTP/9.9\r\n\r\n"),
+        std::string("\x16\x03\x01\x02\x00\x01\x00\x01\xfc\r\n\r\n"),
         std::string("GET / HTTP/1.1\r\nHost : a\r\n\r\n")}) {
     HttpClient client = Client();
     client.raw().Send(bytes);

@@ -55,10 +55,8 @@ TEST_F(LoginsTest, ASessionLastsTwelveHours) {
 }
 
 TEST_F(LoginsTest, ASessionEndsWithTheLogoutAndWithTheToken) {
-  const Request one =
-      WithCookie(logins_.Open(From("10.0.0.7"), kRight, false, kFirst).cookie);
-  const Request other =
-      WithCookie(logins_.Open(From("10.0.0.7"), kRight, false, kFirst).cookie);
+  const Request one = WithCookie(logins_.Open(From("10.0.0.7"), kRight, false, kFirst).cookie);
+  const Request other = WithCookie(logins_.Open(From("10.0.0.7"), kRight, false, kFirst).cookie);
   EXPECT_THAT(logins_.Close(one), HasSubstr("Max-Age=0"));
   EXPECT_EQ(logins_.Check(one, kFirst), Verdict::no);
   EXPECT_EQ(logins_.Check(other, kFirst), Verdict::yes);

@@ -19,7 +19,8 @@ TEST_F(WebTest, EveryAnswerHasItsHeaders) {
   Start();
   for (const char* path : {"/", "/api/v1/status", "/metrics", "/nothing"}) {
     Reply reply = Get(path);
-    EXPECT_THAT(reply.headers["content-security-policy"], StartsWith("default-src 'self';")) << path;
+    EXPECT_THAT(reply.headers["content-security-policy"], StartsWith("default-src 'self';"))
+        << path;
     EXPECT_EQ(reply.headers["content-security-policy"].find("unsafe"), std::string::npos);
     EXPECT_EQ(reply.headers["x-content-type-options"], "nosniff") << path;
     EXPECT_FALSE(reply.headers.contains("access-control-allow-origin")) << path;
@@ -44,12 +45,12 @@ TEST_F(WebTest, PathsLeadNowhereElse) {
   const struct {
     const char* path;
     int status;
-  } kPaths[] = {{"/../../etc/passwd", 404},   {"/%2e%2e/%2e%2e/etc/passwd", 404},
-                {"//api/v1/status", 404},     {"/api/v1/status/", 404},
+  } kPaths[] = {{"/../../etc/passwd", 404},    {"/%2e%2e/%2e%2e/etc/passwd", 404},
+                {"//api/v1/status", 404},      {"/api/v1/status/", 404},
                 {"/api/v1/status%00.js", 404}, {"/API/v1/status", 404},
-                {"/api/v1/%73tatus", 200},    {"/api/v1/../v1/status", 404},
-                {"/index.html/", 404},        {"/page/index.html", 404},
-                {"/api/v2/status", 404},      {"/api/v1/", 404}};
+                {"/api/v1/%73tatus", 200},     {"/api/v1/../v1/status", 404},
+                {"/index.html/", 404},         {"/page/index.html", 404},
+                {"/api/v2/status", 404},       {"/api/v1/", 404}};
   for (const auto& [path, status] : kPaths) {
     const Reply reply = Get(path);
     EXPECT_EQ(reply.status, status) << path << " " << reply.body;
@@ -87,7 +88,8 @@ TEST_F(WebTest, AnswersAreThoseOfTheControlSocket) {
     Reply reply = Get(path);
     EXPECT_EQ(reply.status, code) << path << " " << reply.body;
     EXPECT_EQ(reply.headers["content-type"], "application/problem+json") << path;
-    EXPECT_THAT(Json::parse(reply.body, nullptr, false).value("detail", ""), HasSubstr(says)) << path;
+    EXPECT_THAT(Json::parse(reply.body, nullptr, false).value("detail", ""), HasSubstr(says))
+        << path;
   }
   EXPECT_THAT(lines_.calls(), ::testing::IsEmpty()) << "no line was asked for anything";
 }
@@ -98,13 +100,9 @@ TEST_F(WebTest, PointsAreFiltered) {
   const struct {
     const char* query;
     std::size_t points;
-  } kQueries[] = {{"", 6},
-                  {"?line=bay-1", 4},
-                  {"?device=io.ai-1", 2},
-                  {"?q=FEEDER-2", 2},
-                  {"?q=mains", 1},
-                  {"?q=nothing", 0},
-                  {"?q=.current&line=io", 1}};
+  } kQueries[] = {
+      {"", 6},         {"?line=bay-1", 4}, {"?device=io.ai-1", 2},    {"?q=FEEDER-2", 2},
+      {"?q=mains", 1}, {"?q=nothing", 0},  {"?q=.current&line=io", 1}};
   for (const auto& [query, points] : kQueries) {
     const Json json = Json::parse(Get(std::string("/api/v1/points") + query).body);
     EXPECT_EQ(json["points"].size(), points) << query;
@@ -121,7 +119,8 @@ TEST_F(WebTest, OnlyWhoHasTheTokenIsAnswered) {
   const Json before = Json::parse(Get("/api/v1/session").body);
   EXPECT_TRUE(before["needs_token"]);
   EXPECT_FALSE(before["logged_in"]);
-  for (const std::string& body : {std::string("token=") + kToken, std::string("{\"token\":\"") + kToken + "\"}"}) {
+  for (const std::string& body :
+       {std::string("token=") + kToken, std::string("{\"token\":\"") + kToken + "\"}"}) {
     Reply login = Client().Post("/login", body);
     ASSERT_EQ(login.status, 204);
     const std::string cookie = login.headers["set-cookie"];
@@ -141,7 +140,8 @@ TEST_F(WebTest, WhatChangesSomethingIsPosted) {
   EXPECT_EQ(Get("/login").status, 405);
   EXPECT_EQ(Get("/api/v1/alarms/ack?target=bay-1").status, 405);
   EXPECT_EQ(Client().Post("/api/v1/status", "").status, 405);
-  EXPECT_EQ(Client().Send("DELETE /api/v1/status HTTP/1.1\r\n" + Client().Host() + "\r\n").status, 405);
+  EXPECT_EQ(Client().Send("DELETE /api/v1/status HTTP/1.1\r\n" + Client().Host() + "\r\n").status,
+            405);
   EXPECT_EQ(Client().Post("/api/v1/alarms/ack", "{\"target\":\"bay-1\"}").status, 403);
 }
 
