@@ -12,43 +12,51 @@ std::optional<Connections::Id> Connections::Open(Id id, const std::string& peer,
   if (all_.size() >= limits_.at_all) {
     Instant oldest = Instant::max();
     for (const auto& [other, connection] : all_) {
-      if (connection.busy || connection.since >= oldest) continue;
+      if (connection.busy() || connection.since >= oldest) continue;
       oldest = connection.since;
       ends = other;
     }
   }
-  all_[id] = {peer, now, false};
+  all_[id] = {peer, now};
   return ends;
 }
 
-bool Connections::Begin(Id id) {
+bool Connections::Begin(Id id, Instant now) {
   const auto found = all_.find(id);
   if (found == all_.end()) return false;
   const std::string& peer = found->second.peer;
   std::size_t busy = 0;
   std::size_t of_address = 0;
   for (const auto& [other, connection] : all_) {
-    if (!connection.busy) continue;
+    if (!connection.busy()) continue;
     ++busy;
     if (connection.peer == peer) ++of_address;
   }
   const bool fits =
       busy < limits_.connections && (IsLoopbackPeer(peer) || of_address < limits_.of_address);
-  found->second.busy = true;  // refused or not: it sends something
+  found->second.state = Connection::State::answered;  // refused or not: it sends something
+  found->second.since = now;
   return fits;
+}
+
+void Connections::Stream(Id id) {
+  const auto found = all_.find(id);
+  if (found != all_.end()) found->second.state = Connection::State::streams;
 }
 
 void Connections::End(Id id, Instant now) {
   const auto found = all_.find(id);
   if (found == all_.end()) return;
-  found->second.busy = false;
+  found->second.state = Connection::State::waits;
   found->second.since = now;
 }
 
 std::vector<Connections::Id> Connections::Overdue(Instant now) const {
   std::vector<Id> overdue;
   for (const auto& [id, connection] : all_) {
-    if (!connection.busy && now - connection.since >= limits_.request) overdue.push_back(id);
+    if (connection.state == Connection::State::streams) continue;
+    const Duration most = connection.busy() ? limits_.answer : limits_.request;
+    if (now - connection.since >= most) overdue.push_back(id);
   }
   return overdue;
 }

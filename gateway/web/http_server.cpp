@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <atomic>
 #include <charconv>
 #include <cstring>
 #include <map>
@@ -136,22 +137,40 @@ ssize_t ReadStream(void* kept, std::uint64_t, char* into, std::size_t most) {
   return got == Stream::kEnd ? MHD_CONTENT_READER_END_OF_STREAM : got;
 }
 void FreeStream(void* kept) { delete static_cast<Kept*>(kept); }
-void FreeOwner(void* owner) { delete static_cast<std::shared_ptr<const void>*>(owner); }
 
-MHD_Response* MakeBody(const Response& response) {
+/// The bytes of all answers that are under way.
+using Bytes = std::shared_ptr<std::atomic<std::size_t>>;
+
+/// Of the bytes of an answer, until they have been sent.
+struct Owner {
+  Owner(const Response& response, Bytes bytes)
+      : held(response.owner), size(response.body.size()), all(std::move(bytes)) {
+    *all += size;
+  }
+  ~Owner() { *all -= size; }
+  Owner(const Owner&) = delete;
+  Owner& operator=(const Owner&) = delete;
+
+  const std::shared_ptr<const void> held;
+  const std::size_t size;
+  const Bytes all;
+};
+void FreeOwner(void* owner) { delete static_cast<Owner*>(owner); }
+
+MHD_Response* MakeBody(const Response& response, const Bytes& bytes_sent) {
   void* const bytes = const_cast<char*>(response.body.data());
   if (!response.owner) {
     return MHD_create_response_from_buffer(response.body.size(), bytes, MHD_RESPMEM_PERSISTENT);
   }
-  auto owner = std::make_unique<std::shared_ptr<const void>>(response.owner);
+  auto owner = std::make_unique<Owner>(response, bytes_sent);
   MHD_Response* const made = MHD_create_response_from_buffer_with_free_callback_cls(
       response.body.size(), bytes, FreeOwner, owner.get());
   if (made != nullptr) owner.release();
   return made;
 }
 
-MHD_Response* Make(const Response& response, const Kept& exchange) {
-  if (!response.stream) return MakeBody(response);
+MHD_Response* Make(const Response& response, const Kept& exchange, const Bytes& bytes_sent) {
+  if (!response.stream) return MakeBody(response, bytes_sent);
   exchange->Attach(response.stream);
   auto kept = std::make_unique<Kept>(exchange);
   MHD_Response* const made = MHD_create_response_from_callback(MHD_SIZE_UNKNOWN, kStreamBlock,
@@ -172,9 +191,9 @@ constexpr std::array<std::pair<const char*, const char*>, 6> kHeaders = {{
     {"Cross-Origin-Opener-Policy", "same-origin"},
 }};
 
-MHD_Result Queue(MHD_Connection* connection, const Response& response, const Kept& exchange,
-                 bool last = false) {
-  MHD_Response* const made = Make(response, exchange);
+MHD_Result Send(MHD_Connection* connection, const Response& response, const Kept& exchange,
+                const Bytes& bytes_sent, bool last) {
+  MHD_Response* const made = Make(response, exchange, bytes_sent);
   if (made == nullptr) return MHD_NO;
   for (const auto& [name, value] : kHeaders) MHD_add_response_header(made, name, value);
   if (!response.type.empty()) {
@@ -221,6 +240,8 @@ class HttpServer::Impl : public std::enable_shared_from_this<HttpServer::Impl> {
   static void OnConnection(void* self, MHD_Connection* connection, void** open,
                            MHD_ConnectionNotificationCode what);
 
+  MHD_Result Queue(MHD_Connection* connection, const Response& response, const Kept& exchange,
+                   bool last = false);
   MHD_Result Begin(MHD_Connection* connection, const char* url, const char* method, void** kept);
   MHD_Result Continue(MHD_Connection* connection, const Kept& exchange);
   void Opened(MHD_Connection* connection, void** open);
@@ -229,6 +250,7 @@ class HttpServer::Impl : public std::enable_shared_from_this<HttpServer::Impl> {
 
   HttpHandler& handler_;
   const Limits limits_;
+  const Bytes bytes_ = std::make_shared<std::atomic<std::size_t>>(0);
   MHD_Daemon* daemon_ = nullptr;
   mutable Mutex mutex_;
   bool stopping_ BAUDGATE_GUARDED_BY(mutex_) = false;
@@ -335,7 +357,7 @@ MHD_Result HttpServer::Impl::Begin(MHD_Connection* connection, const char* url, 
     exchange->connection_id = info == nullptr || info->socket_context == nullptr
                                   ? 0
                                   : static_cast<Open*>(info->socket_context)->id;
-    fits = !stopping_ && connections_.Begin(exchange->connection_id);
+    fits = !stopping_ && connections_.Begin(exchange->connection_id, ReadClocks().instant);
     exchanges_[exchange.get()] = exchange;
   }
   *kept = new Kept(exchange);
@@ -351,6 +373,21 @@ MHD_Result HttpServer::Impl::Begin(MHD_Connection* connection, const char* url, 
     return Queue(connection, *wrong, exchange, true);
   }
   return MHD_YES;
+}
+
+/// Answers that nobody takes must not fill the memory.
+MHD_Result HttpServer::Impl::Queue(MHD_Connection* connection, const Response& response,
+                                   const Kept& exchange, bool last) {
+  if (response.owner && *bytes_ > 0 && *bytes_ + response.body.size() > limits_.answers) {
+    Response busy = Problem(503, "too many answers are still being sent; try again in a minute");
+    busy.headers.emplace_back("Retry-After", "60");
+    return Send(connection, busy, exchange, bytes_, true);
+  }
+  if (response.stream) {
+    const MutexLock lock(mutex_);
+    connections_.Stream(exchange->connection_id);
+  }
+  return Send(connection, response, exchange, bytes_, last);
 }
 
 MHD_Result HttpServer::Impl::Continue(MHD_Connection* connection, const Kept& exchange) {

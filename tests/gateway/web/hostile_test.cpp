@@ -44,6 +44,30 @@ TEST_F(WebTest, TooManyViewersAreToldSo) {
   EXPECT_EQ(status, 200) << "who has left is noticed by the next beat";
 }
 
+TEST_F(WebTest, AnswersThatNobodyTakesDoNotFillTheMemory) {
+  config_.lines[0].devices[0].points.resize(20'000);
+  for (std::size_t i = 0; i < 20'000; ++i) {
+    config_.lines[0].devices[0].points[i].name = "p" + std::to_string(i);
+  }
+  PointStore store(config_);
+  limits_.answers = 10'000'000;
+  auto opened = WebServer::Open(config_.web, nullptr);
+  ASSERT_TRUE(opened);
+  port_ = opened->socket.port();
+  auto server = WebServer::Start(config_, std::move(*opened), {store, lines_, info_}, limits_);
+  ASSERT_TRUE(server);
+  std::vector<HttpClient> silent;
+  int busy = 0;
+  for (int i = 0; i < 5; ++i) {
+    silent.push_back(Client(4096));
+    const int status = silent.back().Open("/api/v1/points").status;  // 4 MB each
+    EXPECT_THAT(status, AnyOf(200, 503));
+    busy += status == 503 ? 1 : 0;
+  }
+  EXPECT_EQ(busy, 3);
+  silent.clear();
+}
+
 TEST_F(WebTest, FloodsOfHeadersEnd) {
   Start();
   std::string flood = "GET / HTTP/1.1\r\n" + Client().Host();
