@@ -20,7 +20,6 @@
 #include "gateway/cli/terminal/text_table.h"
 #include "gateway/history/estimate.h"
 #include "gateway/state/state_folder.h"
-#include "gateway/web/series.h"
 
 namespace baudgate {
 namespace {
@@ -315,13 +314,6 @@ Json ToJson(const config::Modbus& modbus) {
   Json listeners = Json::array();
   for (const config::Listener& listener : modbus.listen) listeners.push_back(ToJson(listener));
   return {{"enabled", modbus.enabled}, {"listen", std::move(listeners)}};
-}
-
-Json WebJson(const config::Config& config) {
-  if (!config.web.on) return nullptr;
-  return {{"listen", config.web.Place()},
-          {"token", !config.web.token_file.empty()},
-          {"series", web::SeriesOf(config)}};
 }
 
 Json ToJson(const config::Config& config) {

@@ -29,4 +29,11 @@ void PrintWeb(const config::Config& config, std::ostream& out) {
   out << "\n  metrics    at most " << web::SeriesOf(config) << " series\n";
 }
 
+nlohmann::ordered_json WebJson(const config::Config& config) {
+  if (!config.web.on) return nullptr;
+  return {{"listen", config.web.Place()},
+          {"token", !config.web.token_file.empty()},
+          {"series", web::SeriesOf(config)}};
+}
+
 }  // namespace baudgate

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <nlohmann/json.hpp>
 #include <ostream>
 #include <vector>
 
@@ -15,5 +16,8 @@ void CheckWebToken(const config::Config& config, std::vector<config::Problem>& p
 
 /// "web 127.0.0.1:8502, …", and how many series of metrics there are.
 void PrintWeb(const config::Config& config, std::ostream& out);
+
+/// The same for `--json`; null: it is off.
+nlohmann::ordered_json WebJson(const config::Config& config);
 
 }  // namespace baudgate
