@@ -32,6 +32,11 @@ std::string GroupOf(gid_t id) {
   return entry.gr_name;
 }
 
+bool IsOtherThing(const std::string& port) {
+  struct stat info {};
+  return stat(port.c_str(), &info) == 0 && !S_ISCHR(info.st_mode);
+}
+
 std::string HowToAllow(const std::string& port) {
   struct stat info {};
   const bool known = stat(port.c_str(), &info) == 0;
@@ -107,6 +112,7 @@ std::string OpenErrorText(const std::string& port, int error) {
       return "no such port " + port + "; is the adapter plugged in?";
     case EACCES:
     case EPERM:
+      if (IsOtherThing(port)) return port + " is a file or folder, not a serial port";
       return "no permission for " + port + "; " + HowToAllow(port);
     case EBUSY:
       return Conflict(port, std::nullopt);

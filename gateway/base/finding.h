@@ -13,23 +13,35 @@
 namespace baudgate {
 
 enum class Symptom : std::uint8_t {
-  clean,           ///< a good reply, and nothing else
-  noise_before,    ///< a good reply behind bytes that belong to nothing
-  noise_behind,    ///< a good reply in front of such bytes
-  copies,          ///< a good reply, more than once
+  // A good reply came:
+  clean,          ///< and nothing else
+  refusal,        ///< in which the device says no, or asks to wait
+  doubted,        ///< which was not taken, because it may answer an earlier request
+  noise_before,   ///< behind bytes that belong to nothing
+  noise_behind,   ///< in front of such bytes
+  text_beside,    ///< beside words or numbers for people
+  master_beside,  ///< beside a request that this gateway has not sent
+  device_beside,  ///< beside a whole reply of another device
+  copies,         ///< more than once
+  // None came, or none that could be taken:
   silence,         ///< not a byte
   echo,            ///< the request itself, and nothing else
   late,            ///< a whole reply behind the reply time
   split,           ///< a whole reply with a pause inside that is longer than `gap`
   head_lost,       ///< a whole reply but for its first byte
+  end_lost,        ///< a whole reply but for its last byte
   tail_lost,       ///< the beginning of a reply
+  bytes_lost,      ///< beginning and end of a reply, and one or two bytes too few
+  bytes_added,     ///< the same, with one or two too many
+  bad_check,       ///< a reply of the right length, whose check value is wrong
   eighth_bit,      ///< a whole reply once the eighth bit of its characters is cleared
   other_setting,   ///< a whole reply, if the device were configured in another way
   other_protocol,  ///< messages of another protocol
   other_device,    ///< a whole reply of another device
   other_master,    ///< a request that this gateway has not sent
+  late_echo,       ///< a request of this gateway, long after it was sent
   late_other,      ///< the late reply of another device of the line
-  other_reply,     ///< a whole reply to another request
+  other_reply,     ///< a whole reply to another request, or two different ones
   odd,             ///< a whole reply whose content does not fit its request
   text,            ///< words for people: a login, a menu, a log
   zeros,           ///< nothing but 00 or FF
@@ -37,17 +49,23 @@ enum class Symptom : std::uint8_t {
   endless,         ///< it does not stop
   noise,           ///< bytes in which nothing can be recognised
 };
-inline constexpr std::size_t kSymptoms = 23;
+inline constexpr std::size_t kSymptoms = 33;
 
 struct Finding {
   Symptom symptom = Symptom::clean;
   /// late: from the end of the request to the reply; split: the pause.
   Duration time{};
-  std::size_t bytes = 0;  ///< that came
-  /// "Modbus RTU frames come", "slave 7 answers"; text: as it came; odd: "2 values came where 8 …".
+  std::size_t bytes = 0;     ///< that came
+  std::size_t expected = 0;  ///< of the longest good reply, where that is known
+  /// Which of kSpecialBytes came, one bit each: converters that are not transparent change them.
+  std::uint8_t specials = 0;
+  /// "Modbus RTU frames come", "slave 7 answers"; text: as it came; refusal and odd: the reason.
   std::string cause{};
   std::string remedy{};  ///< "set protocol: modbus_rtu at the line"; empty: nothing special
 };
+
+/// Line ends, flow control and Telnet.
+inline constexpr std::uint8_t kSpecialBytes[] = {0x0A, 0x0D, 0x11, 0x13, 0xFF};
 
 /// There was a good reply.
 constexpr bool IsAnswered(Symptom symptom) { return symptom <= Symptom::copies; }

@@ -140,6 +140,7 @@ void LineDriver::OnOpenFailed(const std::string& reason, Now now) {
 
 void LineDriver::OnLost(const std::string& reason, Now now) {
   now_ = now;
+  store_.UpdateLine(line_, [](LineStatus& status) { ++status.times_lost; });
   Lost(reason);
   Settle();
 }
@@ -157,7 +158,6 @@ void LineDriver::Lost(const std::string& reason) {
   open_ = false;
   rest_.End();
   check_at_.reset();
-  store_.UpdateLine(line_, [](LineStatus& status) { ++status.times_lost; });
   poller_.OnClosed(now_);
   if (connection_ == Connection::proven) return Down(reason);
   connection_ = Connection::useless;

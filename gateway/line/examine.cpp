@@ -17,6 +17,8 @@ constexpr std::size_t kShortestText = 6;
 constexpr std::size_t kQuoted = 40;
 /// A driver that takes or leaves the bus may make so many bytes of nothing.
 constexpr std::size_t kHarmless = 3;
+/// So many bytes are a few.
+constexpr std::size_t kAFew = 2;
 
 /// A whole reply in what came.
 struct Found {
@@ -75,15 +77,31 @@ std::string Quote(View text) {
   return "'" + quoted + "'";
 }
 
-bool IsWords(View heard) {
-  const auto printable = std::ranges::count_if(heard, [](std::uint8_t byte) {
-    return (byte >= 0x20 && byte < 0x7F) || byte == '\r' || byte == '\n' || byte == '\t';
-  });
-  const auto letters = std::ranges::count_if(heard, [](std::uint8_t byte) {
-    return (byte >= 'a' && byte <= 'z') || (byte >= 'A' && byte <= 'Z') || byte == ' ';
-  });
+bool IsPrintable(std::uint8_t byte) {
+  return (byte >= 0x20 && byte < 0x7F) || byte == '\r' || byte == '\n' || byte == '\t';
+}
+
+bool IsLetter(std::uint8_t byte) {
+  return (byte >= 'a' && byte <= 'z') || (byte >= 'A' && byte <= 'Z');
+}
+
+/// What a modem says.
+bool IsModem(View heard) {
+  constexpr std::string_view kWords[] = {"OK",   "ERROR",   "NO CARRIER", "BUSY",
+                                         "RING", "CONNECT", "NO ANSWER",  "NO DIALTONE"};
+  const std::string_view text = Trim(AsText(heard));
+  return std::ranges::any_of(kWords, [&](std::string_view word) { return text.starts_with(word); });
+}
+
+/// In a binary protocol a few letters are words; where replies are text themselves, half of it.
+bool IsWords(const Hearing& hearing, View heard) {
+  if (IsModem(heard)) return true;
+  const auto printable = std::ranges::count_if(heard, IsPrintable);
+  const auto letters = std::ranges::count_if(heard, IsLetter);
   const auto size = static_cast<std::ptrdiff_t>(heard.size());
-  return heard.size() >= kShortestText && 20 * printable >= 19 * size && 2 * letters >= size;
+  const bool binary = !std::ranges::all_of(hearing.request, IsPrintable);
+  if (heard.size() < kShortestText || 20 * printable < 19 * size) return false;
+  return binary ? letters >= 3 : 2 * letters >= size;
 }
 
 /// Its first bytes are those of a reply, or nearly.
@@ -98,17 +116,52 @@ bool BeginsLikeReply(const Hearing& hearing, View heard) {
   });
 }
 
-/// More was to come, and it is not as long as a reply that has but one length.
+/// More was to come.
 bool IsBeginning(const Hearing& hearing, View heard) {
   Assembler assembler;
   assembler.Begin(hearing.protocol->reply_rule, *hearing.expect);
   assembler.Feed(heard);
-  if (assembler.Next(false) || assembler.held() == 0 || assembler.blame() != Outcome::none) {
-    return false;
+  return !assembler.Next(false) && assembler.held() > 0 && assembler.blame() == Outcome::none;
+}
+
+/// Of the longest reply that has but one length; 0: there is none.
+std::size_t OnlyLength(const Hearing& hearing) {
+  std::size_t length = 0;
+  for (const Shape& shape : hearing.expect->shapes) {
+    if (shape.min_length == shape.max_length) length = std::max(length, shape.max_length);
   }
-  return std::ranges::none_of(hearing.expect->shapes, [&](const Shape& shape) {
+  return length;
+}
+
+/// As long as a reply that has but one length.
+bool HasOnlyLength(const Hearing& hearing, View heard) {
+  return std::ranges::any_of(hearing.expect->shapes, [&](const Shape& shape) {
     return shape.min_length == shape.max_length && shape.max_length == heard.size();
   });
+}
+
+/// Text from its start to its end.
+bool IsWholeText(const Hearing& hearing, View heard) {
+  if (!std::ranges::all_of(hearing.request, IsPrintable)) return false;
+  return std::ranges::all_of(heard, IsPrintable) && (heard.back() == '\r' || heard.back() == '\n');
+}
+
+bool IsWholeWithEnd(const Hearing& hearing, View heard) {
+  Bytes longer(heard.begin(), heard.end());
+  longer.push_back(0);
+  for (int last = 0; last < 256; ++last) {
+    longer.back() = static_cast<std::uint8_t>(last);
+    if (IsWhole(hearing, longer)) return true;
+  }
+  return false;
+}
+
+/// A line feed in place of the carriage return.
+bool IsWholeWithOtherEnd(const Hearing& hearing, View heard) {
+  if (heard.back() != '\n') return false;
+  Bytes changed(heard.begin(), heard.end());
+  changed.back() = '\r';
+  return IsWhole(hearing, changed);
 }
 
 Outcome BlameOf(const Hearing& hearing, View heard) {
@@ -127,12 +180,20 @@ bool IsWholeWithoutEighthBit(const Hearing& hearing, View heard) {
   return !std::ranges::equal(cleared, heard) && IsWhole(hearing, cleared);
 }
 
+/// Its first byte is missing, whatever that was; or its first two, those of the request.
 bool IsWholeBehindLostHead(const Hearing& hearing, View heard) {
   Bytes longer(heard.size() + 1);
   std::ranges::copy(heard, longer.begin() + 1);
   for (int first = 0; first < 256; ++first) {
     longer[0] = static_cast<std::uint8_t>(first);
     const auto found = FindReply(hearing, longer);
+    if (found && found->begin == 0) return true;
+  }
+  for (int third = 0; third < 256 && hearing.request.size() > 2; ++third) {
+    Bytes three(hearing.request.begin(), hearing.request.begin() + 2);
+    if (third > 0) three.push_back(static_cast<std::uint8_t>(third));
+    Append(three, heard);
+    const auto found = FindReply(hearing, three);
     if (found && found->begin == 0) return true;
   }
   return false;
@@ -163,16 +224,30 @@ std::optional<Finding> Recognise(const Hearing& hearing, View heard) {
                  .remedy = std::move(recognised->remedy)};
 }
 
+/// What stands beside a reply that was taken.
+std::optional<Finding> Stranger(const Hearing& hearing, View part) {
+  if (part.size() <= kHarmless) return std::nullopt;
+  auto recognised = Recognise(hearing, part);
+  if (recognised && recognised->symptom == Symptom::other_master) {
+    recognised->symptom = Symptom::master_beside;
+    return recognised;
+  }
+  if (recognised && recognised->symptom == Symptom::other_device) {
+    recognised->symptom = Symptom::device_beside;
+    return recognised;
+  }
+  auto words = Words(hearing, part);
+  if (words) words->symptom = Symptom::text_beside;
+  return words;
+}
+
 /// Of an exchange whose reply was taken.
 Finding Beside(const Hearing& hearing, View heard, const Found& found) {
   const View before = heard.first(found.begin);
   const View behind = heard.subspan(found.end);
   for (const View part : {before, behind}) {
-    if (part.size() <= kHarmless) continue;
-    auto recognised = Recognise(hearing, part);
-    if (recognised && recognised->symptom == Symptom::other_master) return *recognised;
+    if (auto stranger = Stranger(hearing, part)) return *stranger;
   }
-  if (found.others) return {.symptom = Symptom::other_reply};
   if (found.frames > 1) return {.symptom = Symptom::copies};
   if (before.size() > kHarmless) return {.symptom = Symptom::noise_before, .bytes = before.size()};
   if (behind.size() > kHarmless) return {.symptom = Symptom::noise_behind, .bytes = behind.size()};
@@ -189,31 +264,75 @@ Finding Untaken(const Hearing& hearing, std::size_t echo, const Found& found) {
   return {.symptom = found.others ? Symptom::other_reply : Symptom::odd};
 }
 
+/// It is nearly a reply.
+std::optional<Finding> Nearly(const Hearing& hearing, View heard) {
+  if (IsWholeWithoutEighthBit(hearing, heard)) return Finding{.symptom = Symptom::eighth_bit};
+  if (IsWholeWithOtherEnd(hearing, heard)) {
+    return Finding{.symptom = Symptom::other_setting,
+                   .cause = "its replies end in a line feed, not in a carriage return",
+                   .remedy = "a converter or serial server changes line ends: set it to raw"};
+  }
+  if (IsWholeBehindLostHead(hearing, heard)) return Finding{.symptom = Symptom::head_lost};
+  if (IsWholeWithEnd(hearing, heard)) return Finding{.symptom = Symptom::end_lost};
+  return std::nullopt;
+}
+
+/// It begins as a reply does.
+Finding Broken(const Hearing& hearing, View heard) {
+  const Duration pause = LongestPause(hearing, 0, hearing.heard.size());
+  if (pause > hearing.gap) return {.symptom = Symptom::split, .time = pause};
+  if (HasOnlyLength(hearing, heard)) return {.symptom = Symptom::bad_check};
+  const std::size_t length = OnlyLength(hearing);
+  if (length > kAFew && heard.size() < length && heard.size() + kAFew >= length) {
+    return {.symptom = Symptom::bytes_lost};
+  }
+  if (length > 0 && heard.size() > length && heard.size() <= length + kAFew) {
+    return {.symptom = Symptom::bytes_added};
+  }
+  if (IsWholeText(hearing, heard)) return {.symptom = Symptom::bad_check};
+  if (IsBeginning(hearing, heard)) return {.symptom = Symptom::tail_lost};
+  return {.symptom = Symptom::damaged};
+}
+
 /// No reply is in it.
 Finding Unreadable(const Hearing& hearing, View heard) {
   if (auto recognised = Recognise(hearing, heard)) return *recognised;
   if (BlameOf(hearing, heard) == Outcome::unexpected) return {.symptom = Symptom::other_reply};
   if (heard.size() > hearing.expect->max_bytes) return {.symptom = Symptom::endless};
-  if (IsWholeWithoutEighthBit(hearing, heard)) return {.symptom = Symptom::eighth_bit};
-  if (IsWords(heard) && !BeginsLikeReply(hearing, heard)) {
-    return {.symptom = Symptom::text, .cause = Quote(heard)};
-  }
-  if (IsWholeBehindLostHead(hearing, heard)) return {.symptom = Symptom::head_lost};
+  if (auto words = Words(hearing, heard)) return *words;
+  if (auto nearly = Nearly(hearing, heard)) return *nearly;
   const bool zeros = std::ranges::all_of(heard, [](auto byte) { return byte % 0xFF == 0; });
   if (zeros) return {.symptom = Symptom::zeros};
   if (!BeginsLikeReply(hearing, heard)) return {.symptom = Symptom::noise};
-  const Duration pause = LongestPause(hearing, 0, hearing.heard.size());
-  if (pause > hearing.gap) return {.symptom = Symptom::split, .time = pause};
-  if (IsBeginning(hearing, heard)) return {.symptom = Symptom::tail_lost};
-  return {.symptom = Symptom::damaged};
+  return Broken(hearing, heard);
+}
+
+std::uint8_t SpecialsIn(View heard) {
+  unsigned bits = 0;
+  for (std::size_t i = 0; i < std::size(kSpecialBytes); ++i) {
+    if (std::ranges::find(heard, kSpecialBytes[i]) != heard.end()) bits |= 1U << i;
+  }
+  return static_cast<std::uint8_t>(bits);
 }
 
 }  // namespace
 
+Finding Plain(const Hearing& hearing) {
+  return {.expected = OnlyLength(hearing), .specials = SpecialsIn(hearing.heard)};
+}
+
+std::optional<Finding> Words(const Hearing& hearing, View heard) {
+  if (!IsWords(hearing, heard) || BeginsLikeReply(hearing, heard)) return std::nullopt;
+  return Finding{.symptom = Symptom::text, .bytes = heard.size(), .cause = Quote(heard)};
+}
+
 Finding Examine(const Hearing& hearing) {
   const bool answered = ProvesLife(hearing.outcome);
   View heard = hearing.heard;
-  if (heard.empty()) return {.symptom = answered ? Symptom::clean : Symptom::silence};
+  if (heard.empty()) {
+    return {.symptom = answered ? Symptom::clean : Symptom::silence,
+            .expected = OnlyLength(hearing)};
+  }
   std::size_t echo = 0;
   if (!hearing.expect->mirrors && heard.size() >= hearing.request.size() &&
       std::ranges::equal(heard.first(hearing.request.size()), hearing.request)) {
@@ -229,6 +348,8 @@ Finding Examine(const Hearing& hearing) {
     finding = found ? Untaken(hearing, echo, *found) : Unreadable(hearing, heard);
   }
   if (finding.bytes == 0) finding.bytes = heard.size();
+  finding.expected = OnlyLength(hearing);
+  finding.specials = SpecialsIn(heard);
   return finding;
 }
 

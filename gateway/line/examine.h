@@ -13,6 +13,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <span>
 
 #include "config/model/options.h"
@@ -44,5 +45,9 @@ struct Hearing {
 };
 
 Finding Examine(const Hearing& hearing);
+/// Of an exchange in which nothing but the reply came.
+Finding Plain(const Hearing& hearing);
+/// Nothing: these are no words for people.
+std::optional<Finding> Words(const Hearing& hearing, View heard);
 
 }  // namespace baudgate

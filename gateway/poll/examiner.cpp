@@ -26,27 +26,36 @@ void Examiner::Begin(const Member& member, const Request& request, const LineTim
   if (asked.last.member != nullptr && asked.last.request.bytes != request.bytes) {
     asked.before = std::move(asked.last);
   }
-  asked.last = {&member, request, sent_};
+  asked.last = {&member, request, sent_, false};
   outcome_ = Outcome::none;
-  frame_ = 0;
+  frame_.clear();
   judged_ = 0;
   heard_.clear();
   arrivals_.clear();
 }
 
 void Examiner::Hear(View bytes, Instant now) {
-  if (member_ == nullptr || heard_.size() >= kKept) return;
+  if (member_ == nullptr) {
+    Append(greeting_, bytes.first(std::min(bytes.size(), kKept - greeting_.size())));
+    return;
+  }
+  if (heard_.size() >= kKept) return;
   if (arrivals_.size() < kArrivals) arrivals_.push_back({heard_.size(), now - sent_});
   Append(heard_, bytes.first(std::min(bytes.size(), kKept - heard_.size())));
 }
 
 Finding Examiner::End(Outcome outcome) {
   outcome_ = outcome;
-  if (ProvesLife(outcome) && member_ != nullptr) open_[member_->place] = {};
   judged_ = heard_.size();
-  Finding finding;
-  const bool plain = ProvesLife(outcome) && heard_.size() == frame_;
-  if (member_ != nullptr && !plain) finding = Look();
+  if (member_ == nullptr) return {};
+  if (ProvesLife(outcome)) {
+    open_[member_->place].last.answered = true;
+    open_[member_->place].before = {};
+  }
+  const bool plain = ProvesLife(outcome) && heard_.size() == frame_.size();
+  Finding finding = plain ? Plain(Heard()) : Look();
+  const bool greeted = !IsAnswered(finding.symptom) && !greeting_.empty();
+  if (greeted) finding = Words(Heard(), greeting_).value_or(finding);
   told_ = finding.symptom;
   return finding;
 }
@@ -65,19 +74,18 @@ bool Examiner::Answers(const Open& open) const {
   if (open.member == nullptr) return false;
   const Expectation& expect = open.request.expect;
   const bool own = open.member->IsSame(*member_);
-  // What may answer the present request says nothing of an earlier one.
-  const bool fits = std::ranges::any_of(request_.expect.shapes, [this](const Shape& shape) {
-    return heard_.size() >= shape.min_length && heard_.size() <= shape.max_length;
-  });
-  if (own ? fits : expect.address.empty()) return false;
+  if (own ? open.answered : expect.address.empty()) return false;
   Assembler assembler;
   assembler.Begin(open.member->protocol->reply_rule, expect);
   assembler.Feed(heard_);
-  return assembler.Next(true).has_value();
+  while (const auto frame = assembler.Next(true)) {
+    if (*frame != frame_) return true;
+  }
+  return false;
 }
 
-/// To an earlier request, which has remained without an answer.
-const Examiner::Open* Examiner::WhoseLateReply() const {
+/// To an earlier request: one without an answer, or once more to one that has its answer.
+const Examiner::Open* Examiner::WhoseReply() const {
   for (const Asked& asked : open_) {
     for (const Open* open : {&asked.last, &asked.before}) {
       if (Answers(*open)) return open;
@@ -86,34 +94,64 @@ const Examiner::Open* Examiner::WhoseLateReply() const {
   return nullptr;
 }
 
-Finding Examiner::Look() {
-  static const config::Options
-      kNoOptions;  // slaves that only routes reach speak Modbus, which has none
+/// A request of this gateway has come back so late that it seems somebody else's.
+bool Examiner::IsLateEcho() const {
+  return std::ranges::any_of(open_, [this](const Asked& asked) {
+    const Bytes& own = asked.last.request.bytes;
+    return !own.empty() &&
+           std::search(heard_.begin(), heard_.end(), own.begin(), own.end()) != heard_.end();
+  });
+}
+
+Hearing Examiner::Heard() const {
+  static const config::Options kNoOptions;  // slaves that only routes reach speak Modbus
   const Device* const device = roster_.AsDevice(*member_);
-  Finding finding = Examine({.protocol = member_->protocol,
-                             .options = device == nullptr ? &kNoOptions : &device->config->options,
-                             .request = request_.bytes,
-                             .expect = &request_.expect,
-                             .outcome = outcome_,
-                             .heard = heard_,
-                             .arrivals = arrivals_,
-                             .reply = std::max(times_.reply, request_.reply),
-                             .gap = times_.gap});
-  constexpr Symptom kForeign[] = {Symptom::other_device, Symptom::other_reply, Symptom::odd,
-                                  Symptom::noise_before, Symptom::noise_behind};
-  if (std::ranges::find(kForeign, finding.symptom) == std::end(kForeign)) return finding;
-  const Open* const whose = WhoseLateReply();
+  return {.protocol = member_->protocol,
+          .options = device == nullptr ? &kNoOptions : &device->config->options,
+          .request = request_.bytes,
+          .expect = &request_.expect,
+          .outcome = outcome_,
+          .heard = heard_,
+          .arrivals = arrivals_,
+          .reply = std::max(times_.reply, request_.reply),
+          .gap = times_.gap};
+}
+
+Finding Examiner::Look() {
+  Finding finding = Examine(Heard());
+  switch (finding.symptom) {
+    case Symptom::other_master:
+    case Symptom::master_beside:
+      if (IsLateEcho()) finding = {.symptom = Symptom::late_echo, .bytes = finding.bytes};
+      return finding;
+    case Symptom::other_device:
+    case Symptom::other_reply:
+    case Symptom::odd:
+    case Symptom::noise_before:
+    case Symptom::noise_behind:
+    case Symptom::device_beside:
+      return Attribute(std::move(finding));
+    default:
+      return finding;
+  }
+}
+
+/// The finding of this exchange, where what came may be the reply to another request.
+Finding Examiner::Attribute(Finding finding) {
+  const Open* const whose = WhoseReply();
   if (whose == nullptr || arrivals_.empty()) return finding;
-  const Finding late = {.symptom = Symptom::late,
-                        .time = sent_ + arrivals_.back().after - whose->sent};
-  if (whose->member->IsSame(*member_)) return IsAnswered(finding.symptom) ? Finding{} : late;
-  late_ = {whose->member, late};
-  if (IsAnswered(finding.symptom)) return {};
+  const bool answered = IsAnswered(finding.symptom);
+  const Duration after = sent_ + arrivals_.back().after - whose->sent;
+  const bool late = !whose->answered && after > std::max(times_.reply, request_.reply);
+  const Finding its = {.symptom = late ? Symptom::late : Symptom::copies, .time = after};
+  if (!late && !whose->answered) return finding;
+  if (whose->member->IsSame(*member_)) return answered ? Finding{} : its;
+  late_ = {whose->member, its};
+  if (answered) return {};
   const Device* const other = roster_.AsDevice(*whose->member);
-  finding = {.symptom = Symptom::late_other,
-             .cause = other == nullptr ? "slave " + std::to_string(whose->member->slave)
-                                       : other->config->name};
-  return finding;
+  return {.symptom = Symptom::late_other,
+          .cause = other == nullptr ? "slave " + std::to_string(whose->member->slave)
+                                    : other->config->name};
 }
 
 }  // namespace baudgate

@@ -28,17 +28,22 @@ class Examiner {
  public:
   explicit Examiner(const Roster& roster) : roster_(roster) {}
 
+  /// The port has opened.
+  void OnOpened() {
+    member_ = nullptr;
+    greeting_.clear();
+  }
   void Begin(const Member& member, const Request& request, const LineTimes& times, Instant now);
   void Hear(View bytes, Instant now);
-  /// A frame of so many bytes was taken for the reply.
-  void Take(std::size_t frame) { frame_ = frame; }
+  /// The frame was taken for the reply.
+  void Take(View frame) { frame_.assign(frame.begin(), frame.end()); }
   Finding End(Outcome outcome);
   /// Nothing: it looks as it did. It tells once.
   std::optional<Finding> More();
   /// Of the exchange that began last; null: none did.
   const Member* member() const { return member_; }
 
-  /// A reply to an earlier request of another member, found in the exchange that was looked at
+  /// A reply to another member, late or once more, found in the exchange that was looked at
   /// last.
   struct Late {
     const Member* member = nullptr;
@@ -47,11 +52,11 @@ class Examiner {
   std::optional<Late> TakeLate() { return std::exchange(late_, std::nullopt); }
 
  private:
-  /// A request that nobody has answered yet.
   struct Open {
     const Member* member = nullptr;
     Request request;
     Instant sent{};
+    bool answered = false;
   };
   /// Of one member: the last one, and another one before it.
   struct Asked {
@@ -59,8 +64,11 @@ class Examiner {
     Open before;
   };
 
+  Hearing Heard() const;
   Finding Look();
-  const Open* WhoseLateReply() const;
+  Finding Attribute(Finding finding);
+  const Open* WhoseReply() const;
+  bool IsLateEcho() const;
   bool Answers(const Open& open) const;
 
   const Roster& roster_;
@@ -70,9 +78,10 @@ class Examiner {
   Instant sent_{};  // computed end of the request
   Outcome outcome_ = Outcome::none;
   Symptom told_ = Symptom::clean;
-  std::size_t frame_ = 0;   // bytes of the reply that was taken
+  Bytes frame_;             // the reply that was taken
   std::size_t judged_ = 0;  // bytes that had come when the exchange ended
   std::deque<Asked> open_;  // by place
+  Bytes greeting_;          // came before the first request behind the opening of the port
   Bytes heard_;
   std::vector<Arrival> arrivals_;
   std::optional<Late> late_;

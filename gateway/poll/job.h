@@ -5,6 +5,7 @@
 
 #include <memory>
 #include <optional>
+#include <string>
 #include <variant>
 
 #include "gateway/base/time.h"
@@ -101,6 +102,8 @@ struct Job {
   WhoseReply::Verdict verdict;     ///< on that
   Now answered{};                  ///< when that came
   Duration round_trip{};           ///< of it
+  bool doubted = false;            ///< its reply was not taken: it may answer an earlier request
+  std::string said{};              ///< what the device refuses in that reply, and why
   bool late = false;               ///< it came behind the reply time, waited for in patience
   Duration wire{};                 ///< line time of its answered exchanges
 

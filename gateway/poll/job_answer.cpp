@@ -59,8 +59,10 @@ Outcome JobRun::Judge(View frame, bool may_be_echo, Instant now) {
   const bool asks = routed == nullptr && !job.is_probe();
   if (job.verdict.elsewhere || (asks && !job.verdict.proven)) {
     answer.reason =
-        "the reply belongs to another request, or may: the device, or a serial server before it, "
-        "answers late";
+        "the reply may belong to an earlier request; it is asked again until that is certain";
+    job.doubted = true;
+    const bool refuses = outcome != Outcome::ok && routed == nullptr;
+    if (refuses) job.said = device->conversation->Interpret(job.request.bytes, frame).reason;
     return answer.outcome = Outcome::unexpected;
   }
   if (routed != nullptr) return answer.outcome = outcome;
@@ -107,16 +109,27 @@ std::optional<ExchangeEnd> JobRun::TakeEnd() {
   return job_ ? std::exchange(job_->end, std::nullopt) : std::nullopt;
 }
 
+/// What the bytes do not show: what the device has said, and that its reply was not taken.
+void JobRun::Explain(const Job& job, ExchangeEnd& end) {
+  Finding& finding = end.finding;
+  const bool refuses = ProvesLife(end.outcome) && end.outcome != Outcome::ok;
+  if (refuses || (job.doubted && !job.said.empty())) {
+    finding.symptom = Symptom::refusal;
+    finding.cause = refuses ? end.reason : job.said;
+  } else if (job.doubted) {
+    finding.symptom = Symptom::doubted;
+  } else if (finding.symptom == Symptom::odd) {
+    if (end.reason.empty()) finding.symptom = Symptom::silence;  // which an earlier one has met
+    finding.cause = end.reason;
+  }
+}
+
 void JobRun::Conclude(ExchangeEnd end) {
   Job& job = *job_;
   Member& member = *job.member;
   const Asked asked = job.asked();
   if (!job.answer.reason.empty()) end.reason = job.answer.reason;
-  // Its own reply is not taken as long as an earlier one is owed: the silence before is what
-  // failed.
-  const bool owed = end.finding.symptom == Symptom::odd && end.reason.empty();
-  if (owed) end.finding.symptom = Symptom::silence;
-  if (end.finding.symptom == Symptom::odd) end.finding.cause = end.reason;
+  Explain(job, end);
   const bool answered = ProvesLife(end.outcome);
   const bool lost = end.outcome == Outcome::line_down;
   if (answered && !job.request.expect.mirrors) echo_free_ = !echoed_;

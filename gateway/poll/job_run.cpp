@@ -203,6 +203,8 @@ Exchange JobRun::Start(Instant idle_since) {
   if (trusted && job_->attempts == 0) whose_reply_.OnTrusted(member);
   job_->sending = false;
   job_->verdict = {};
+  job_->doubted = false;
+  job_->said.clear();
   echoed_ = false;
   job_->exchange_began = now_.instant;
   Exchange exchange{job_->request, member.protocol->reply_rule, member.times, {}, {}};

@@ -100,6 +100,7 @@ class JobRun {
   // job_answer.cpp: the reply, and what it means
   Outcome JudgeRouted(View frame);
   bool GoesOnBehindBroadcast();
+  static void Explain(const Job& job, ExchangeEnd& end);
   void OnAnswered(const ExchangeEnd& end);
   void OnRoutedAnswer(const ExchangeEnd& end);
   void TakeAnswer();

@@ -9,6 +9,9 @@ namespace {
 
 /// Line use is not worth a word before.
 constexpr Duration kShortestUse = 10s;
+/// So many outages in so many minutes are a habit.
+constexpr std::uint32_t kFlapping = 3;
+constexpr std::size_t kFlappingMinutes = 5;
 
 }  // namespace
 
@@ -187,10 +190,10 @@ void Ledger::OnExchange(const Member& member, const ExchangeEnd& end, bool mute,
     status.busy = Of(member).busy;
     if (outcome != Outcome::ok) status.last_reason = end.reason;
     status.learned = roster_.AsDevice(member)->conversation->WhatIsLearned();
-    if (!mute && end.outcome != Outcome::line_down) {
-      status.findings.Add(end.finding);
-      Count(member, answered, status);
-    }
+    // A server that ends the connection may have said why.
+    const bool lost = end.outcome == Outcome::line_down;
+    if (!mute && (!lost || end.finding.bytes > 0)) status.findings.Add(end.finding);
+    if (!mute && !lost) Count(member, answered, status);
     if (!answered) return;
     status.last_ok = now_.instant;
     status.last_ok_wall = now_.wall;
@@ -339,7 +342,14 @@ void Ledger::OnState(const Member& member, const std::string& reason) {
   const DeviceState from = std::exchange(Of(member).shown, state);
   ShowOverride(member);
   if (state == from) return;
-  Change(member, [state](DeviceStatus& status) { status.state = state; });
+  Change(member, [&](DeviceStatus& status) {
+    status.state = state;
+    // Its outage is no judgement of how it works when it is back, unless it comes and goes.
+    const bool back = Answers(state) && !Answers(from);
+    if (back && status.hour.Sum(now_.instant, kFlappingMinutes).outages < kFlapping) {
+      status.findings = {};
+    }
+  });
   listener_.OnDeviceState(member.index, from, state, reason);
   if (tap_ != nullptr) tap_->OnDeviceState(member.index, state, reason, now_);
 }

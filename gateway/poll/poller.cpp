@@ -70,6 +70,7 @@ void Poller::OnOpened(Now now, bool keeps_bit_rate) {
   line_.OnOpened(now.instant, keeps_bit_rate);
   chooser_.probes().OnOpened();
   echo_.OnOpened();
+  examiner_.OnOpened();
   upkeep_.OnOpened(now.instant);
   if (speaker_.device() != nullptr) ledger_.OnState(*speaker_.device(), "the port is open");
   Pump();

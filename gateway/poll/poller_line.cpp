@@ -41,7 +41,7 @@ void Poller::Send() {
 }
 
 Outcome Poller::Judge(View frame, Instant now) {
-  examiner_.Take(frame.size());
+  examiner_.Take(frame);
   return run_.Judge(frame, echo_.MayBeEcho(run_.job()->request, frame), now);
 }
 

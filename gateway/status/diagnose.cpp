@@ -17,20 +17,16 @@ namespace {
 
 using Sentences = std::vector<std::string>;
 
-/// Rarer trouble of a device that answers is not worth a sentence.
-constexpr double kNotableShare = 0.01;
-/// Nor is a single failure.
+/// A single failure of a device that answers is not worth a sentence.
 constexpr std::size_t kNotableFailures = 2;
-/// Outages within five minutes.
-constexpr std::uint32_t kFlapping = 3;
-/// Devices may ask to wait now and then; so often is a poll period that is too short.
-constexpr double kNotableBusy = 0.1;
 /// Bytes beside good replies, of the exchanges that are kept.
 constexpr std::size_t kNotableNoise = 3;
 /// A request that has failed so often in a row, beside others that are answered.
 constexpr std::uint32_t kNeverAnswered = 3;
 /// An outage of the last hour that was shorter than that part is not worth a word.
 constexpr double kNotableOutage = 0.01;
+/// A point that is polled has a value by then.
+constexpr Duration kLongWait = 20s;
 /// A device that speaks unasked may be silent so long without a word about it.
 constexpr Duration kNotableSilence = 1min;
 
@@ -55,16 +51,17 @@ std::string Said(const Evidence& evidence, const std::string& otherwise) {
 
 /// "3 outages in the last hour, answered 86 % of the time": what a look at the present does not
 /// show. Empty: none, or one that is not worth a word.
-std::string Outages(const DeviceRecord& record, std::uint32_t from, Now now) {
+std::string Outages(const DeviceRecord& record, std::uint32_t from, Now now, Instant started) {
   const MinuteCounts hour = record.status.hour.Sum(now.instant);
   const double answered = Availability(hour);
-  if (hour.outages < from || (hour.outages == 1 && 1 - answered < kNotableOutage)) return {};
-  return fmt::format("{} in the last hour, answered {} of the time", Plural(hour.outages, "outage"),
-                     Percent(answered));
+  if (hour.outages < from || 1 - answered < kNotableOutage) return {};
+  const Duration since = std::min<Duration>(now.instant - started, 1h);
+  return fmt::format("{} in the last {}, answered {} of the time", Plural(hour.outages, "outage"),
+                     since < 1h ? FormatAge(since) : "hour", Percent(answered));
 }
 
 std::string Absence(const LineStatus& line, const DeviceRecord& record,
-                    std::span<const DeviceRecord> all, Now now) {
+                    std::span<const DeviceRecord> all, Now now, Instant started) {
   const DeviceStatus& status = record.status;
   std::string since = status.last_ok
                           ? "offline for " + FormatAge(now.instant - *status.last_ok)
@@ -74,19 +71,13 @@ std::string Absence(const LineStatus& line, const DeviceRecord& record,
   }
   const Evidence evidence = Gather(line, record, all, now);
   const std::string outcome(Name(status.last_outcome));
-  if (const std::string often = Outages(record, 2, now); status.last_ok && !often.empty()) {
+  if (const std::string often = Outages(record, 2, now, started);
+      status.last_ok && !often.empty()) {
     since += " (" + often + ")";
   }
-  return since + ": " + Said(evidence, outcome) + "; " + Noticed(line, status);
-}
-
-std::size_t RecentFailures(const DeviceStatus& status) {
-  std::size_t failures = 0;
-  for (const Outcome outcome :
-       {Outcome::no_reply, Outcome::partial, Outcome::corrupt, Outcome::unexpected}) {
-    failures += status.recent.Count(outcome);
-  }
-  return failures;
+  const std::string said = since + ": " + Said(evidence, outcome);
+  const bool silent = evidence.Count(Symptom::silence) == evidence.failed;
+  return silent ? said + "; " + Noticed(line, status) : said;
 }
 
 /// Requests that are never answered, beside others that are.
@@ -110,73 +101,54 @@ Sentences DeadQueries(const DeviceRecord& record) {
                   point, more, others)};
 }
 
-/// How often it fails at present; empty: not often enough for a word. A device that comes and goes
-/// has no long past.
-std::string HowOften(const DeviceStatus& status, const Evidence& evidence) {
-  const std::size_t failures = RecentFailures(status);
-  const std::size_t looked = status.recent.size();
-  if (evidence.failed == 0) return {};
-  if (failures >= kNotableFailures &&
-      Share(static_cast<double>(failures), static_cast<double>(looked)) >= kNotableShare) {
-    return fmt::format("{} of its last {} exchanges failed", failures, looked);
-  }
-  if (evidence.minutes.outages < kFlapping) return {};
-  return fmt::format("{} in the last minutes", Plural(evidence.minutes.outages, "outage"));
+/// How often it fails at present; empty: not often enough for a word.
+std::string HowOften(const Evidence& evidence) {
+  if (evidence.failed < kNotableFailures) return {};
+  return fmt::format("{} of its last {} exchanges failed", evidence.failed, evidence.looked);
 }
 
-/// What fails now and then on a device that answers.
-Sentences Failures(const LineStatus& line, const DeviceRecord& record,
-                   std::span<const DeviceRecord> all, Now now) {
-  const Evidence evidence = Gather(line, record, all, now);
+/// What it says in place of values: one reason for all that it refuses.
+std::string Refusals(const DeviceRecord& record, const Evidence& evidence) {
+  const std::size_t count = evidence.Count(Symptom::refusal);
+  if (count < kNotableFailures) return {};
+  const Finding& last = evidence.Last(Symptom::refusal);
+  const std::string reason =
+      last.cause.empty() ? std::string(Name(record.status.last_outcome)) : last.cause;
+  const bool busy = record.status.recent.Count(Outcome::busy) > 0;
+  return fmt::format("it says '{}' to {} of its last {} requests: {}", reason, count,
+                     evidence.looked, busy ? "raise its poll" : RemedyOf(reason, evidence));
+}
+
+/// What fails, and what it refuses: what there is more of comes first.
+Sentences Failures(const DeviceRecord& record, const Evidence& evidence) {
   Sentences found = DeadQueries(record);
-  const std::string often = HowOften(record.status, evidence);
+  const std::string often = HowOften(evidence);
   if (!often.empty() && found.empty()) {
     found.push_back(often + ": " + Said(evidence, std::string(Name(record.status.last_outcome))));
-  } else if (evidence.Count(Symptom::other_master) > 0) {
-    found.push_back(WithRemedy(evidence.Last(Symptom::other_master)));
+  }
+  if (std::string refusals = Refusals(record, evidence); !refusals.empty()) {
+    const bool more = evidence.Count(Symptom::refusal) > evidence.failed;
+    found.insert(more ? found.begin() : found.end(), std::move(refusals));
   }
   return found;
 }
 
-/// What it says in place of values.
-Sentences Refusals(const DeviceRecord& record) {
-  const DeviceStatus& status = record.status;
-  Sentences found;
-  const auto say = [&](Outcome outcome, double from, const std::string& remedy) {
-    const auto recent = static_cast<double>(status.recent.Count(outcome));
-    if (recent < 2 || Share(recent, static_cast<double>(status.recent.size())) < from) return;
-    const bool last = status.last_outcome == outcome || status.last_outcome == Outcome::ok;
-    const std::string reason =
-        last && !status.last_reason.empty() ? status.last_reason : std::string(Name(outcome));
-    found.push_back(fmt::format("it says '{}' in {} of its last {} exchanges: {}", reason,
-                                status.recent.Count(outcome), status.recent.size(), remedy));
-  };
-  say(Outcome::busy, kNotableBusy, "it asks to be asked later; raise its poll");
-  for (const Outcome outcome : {Outcome::refused, Outcome::unsupported}) {
-    say(outcome, kNotableShare,
-        "it does not have what the profile asks for; does the profile fit, and its options?");
-  }
-  return found;
-}
-
-/// What comes beside good replies.
+/// What comes beside good replies, where it is not the line's (gateway/status/diagnose_line.cpp).
 Sentences Beside(const DeviceRecord& record) {
-  const DeviceStatus& status = record.status;
-  const Findings& findings = status.findings;
+  const Findings& findings = record.status.findings;
   Sentences found;
-  const auto say = [&](Symptom symptom, const char* what) {
+  const auto say = [&](Symptom symptom, const char* what, const char* remedy) {
     const std::size_t count = findings.Count(symptom);
     if (count < kNotableNoise) return;
-    found.push_back(fmt::format(
-        "{} in {} of its last {} exchanges: {}", what, count, findings.size(),
-        symptom == Symptom::copies ? "a serial server, radio or repeater in between sends twice; "
-                                     "values are right, but the line loses time"
-                                   : "noise while nobody drives the bus; check bias resistors, "
-                                     "termination and ground"));
+    found.push_back(
+        fmt::format("{} in {} of its last {} exchanges: {}", what, count, findings.size(), remedy));
   };
-  say(Symptom::copies, "its replies come twice");
-  say(Symptom::noise_before, "stray bytes stand before its replies");
-  say(Symptom::noise_behind, "stray bytes follow its replies");
+  say(Symptom::copies, "its replies come twice",
+      "a serial server, radio or repeater in between sends twice, or two devices have its address");
+  constexpr const char* kNoise =
+      "noise while nobody drives the bus; check bias resistors, termination and ground";
+  say(Symptom::noise_before, "stray bytes stand before its replies", kNoise);
+  say(Symptom::noise_behind, "stray bytes follow its replies", kNoise);
   return found;
 }
 
@@ -254,13 +226,36 @@ Sentences Points(const DeviceRecord& record, Now now) {
       why += fmt::format("{}{} {}", why.empty() ? " (" : ", ", count, Name(reason));
     }
     if (!why.empty()) why += ")";
-    if (reasons.contains(Reason::not_fitted) && !record.status.last_reason.empty()) {
-      why += "; it said '" + record.status.last_reason + "': does the profile fit the device?";
+    if (reasons.contains(Reason::not_fitted)) {
+      const std::string& said = record.status.findings.Last(Symptom::refusal).cause;
+      why += said.empty() ? ": it does not answer requests for them" : ": it says '" + said + "'";
+      why += "; does the profile fit the device?";
     }
-    found.push_back(fmt::format("{} of {} points are not good by the device's own report{}; {}",
-                                reported, record.points.size(), why, see));
+    found.push_back(fmt::format("{} of {} points have no good value{}; {}", reported,
+                                record.points.size(), why, see));
   }
   return found;
+}
+
+/// Points that are polled and have never had a value, although the device answers.
+Sentences Waiting(const DeviceRecord& record, Now now, Instant started) {
+  std::size_t waiting = 0;
+  std::string first;
+  for (std::size_t i = 0; i < record.points.size(); ++i) {
+    const config::Point& point = record.device->points[i];
+    const bool polled = point.group == config::Group::fast && point.access != config::Access::write;
+    if (!polled || QualityAt(record, i, now.instant) != Quality::bad_waiting) continue;
+    ++waiting;
+    if (first.empty()) first = point.name;
+  }
+  const Duration patience = std::max<Duration>(kLongWait, 3 * record.device->poll);
+  if (waiting == 0 || now.instant - started < patience) return {};
+  const std::string& reason = record.status.findings.Last(Symptom::refusal).cause;
+  return {
+      fmt::format("{} of {} points have no value yet ({}{}): {}; does the profile fit the "
+                  "device, with its options?",
+                  waiting, record.points.size(), first, waiting > 1 ? ", ..." : "",
+                  reason.empty() ? "the device does not give them" : "it says '" + reason + "'")};
 }
 
 }  // namespace
@@ -278,7 +273,7 @@ Sentences DiagnoseDevice(const LineStatus& line, const DeviceRecord& device,
   if (line.port != LineStatus::Port::open) return {};
   if (status.unasked && status.exchanges == 0) return Silence(device, now);
   if (status.exchanges == 0) return {"not asked yet"};
-  if (status.last_outcome == Outcome::line_down) {
+  if (status.last_outcome == Outcome::line_down && status.findings.size() == 0) {
     return {status.unasked ? "has not spoken since the port was opened: normal where nothing has "
                              "happened"
                            : "not asked since the port was opened"};
@@ -287,7 +282,7 @@ Sentences DiagnoseDevice(const LineStatus& line, const DeviceRecord& device,
     return {"cannot be reached: the ring of line '" + device.line->name +
             "' is open; this says nothing about the device"};
   }
-  if (IsAbsent(status)) return {Absence(line, device, all, now)};
+  if (IsAbsent(status)) return {Absence(line, device, all, now, started)};
 
   Sentences found;
   const auto add = [&found](Sentences more) {
@@ -296,15 +291,11 @@ Sentences DiagnoseDevice(const LineStatus& line, const DeviceRecord& device,
   if (IsForeign(device)) {
     found.push_back("no value is good: " + status.trouble);
   } else {
-    add(Failures(line, device, all, now));
-    add(Refusals(device));
+    add(Failures(device, Gather(line, device, all, now)));
   }
   add(Beside(device));
   if (status.unasked) add(Silence(device, now));
   if (found.empty()) add(Patience(status));
-  if (const std::string outages = Outages(device, 1, now); !outages.empty()) {
-    found.push_back(outages + ": look at its power and its wire");
-  }
   if (status.doubled > 0) {
     found.push_back(fmt::format(
         "doubled: a second, different reply came behind one {}: replies come twice, or one request "
@@ -319,6 +310,11 @@ Sentences DiagnoseDevice(const LineStatus& line, const DeviceRecord& device,
         fmt::format("missed {} of its polls in the last minutes: {}", Percent(missed), why));
   }
   add(Points(device, now));
+  if (found.empty()) add(Waiting(device, now, started));
+  const std::string outages = Outages(device, 1, now, started);
+  if (found.empty() && !outages.empty()) {
+    found.push_back(outages + ": look at its power and its wire");
+  }
   if (!IsForeign(device) && !status.trouble.empty()) found.push_back(status.trouble);
   if (found.empty() && status.state == DeviceState::degraded) {
     found.push_back("degraded: several of its last 32 exchanges failed" +

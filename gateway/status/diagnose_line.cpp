@@ -17,6 +17,8 @@ using Sentences = std::vector<std::string>;
 
 /// So much of a line's incoming bytes may be stray before it is said.
 constexpr double kNotableStray = 0.05;
+/// Once may be chance.
+constexpr std::size_t kProof = 2;
 /// So many errors of the driver for an exchange.
 constexpr double kNotableErrors = 0.02;
 
@@ -33,8 +35,18 @@ std::string Closed(const config::Line& line, const LineStatus& status, Now now) 
                      status.port_text.empty() ? "not opened yet" : status.port_text);
 }
 
-std::string Lost(const config::Line& line, std::uint32_t times) {
+std::string Lost(const config::Line& line, std::uint32_t times,
+                 std::span<const DeviceRecord> devices) {
   if (line.port.starts_with("tcp://")) {
+    for (const DeviceRecord& one : devices) {
+      for (const Symptom symptom : {Symptom::other_protocol, Symptom::text}) {
+        if (one.status.findings.Count(symptom) == 0) continue;
+        const Finding& finding = one.status.findings.Last(symptom);
+        return fmt::format("the connection was lost {}: no device is behind it ({}): {}",
+                           Times(times), finding.cause,
+                           finding.remedy.empty() ? "check the port" : finding.remedy);
+      }
+    }
     return fmt::format(
         "the connection was lost {}: look at the serial server (in use by another client, its "
         "connection limit, an inactivity time, its power) and at the network",
@@ -80,6 +92,35 @@ std::string NobodyAnswers(const LineStatus& status, std::span<const DeviceRecord
   return said.empty() ? text + "look at what they share: port, wiring, bit rate" : text;
 }
 
+/// What somebody else says on the line, whichever device was asked meanwhile.
+Sentences Strangers(std::span<const DeviceRecord> devices) {
+  const auto seen = [&](std::initializer_list<Symptom> symptoms) -> const Finding* {
+    const Finding* found = nullptr;
+    std::size_t count = 0;
+    for (const DeviceRecord& one : devices) {
+      for (const Symptom symptom : symptoms) {
+        const std::size_t its = one.status.findings.Count(symptom);
+        count += its;
+        if (its > 0) found = &one.status.findings.Last(symptom);
+      }
+    }
+    return count >= kProof ? found : nullptr;
+  };
+  Sentences said;
+  if (const Finding* master = seen({Symptom::master_beside, Symptom::other_master})) {
+    said.push_back(WithRemedy(*master));
+  } else if (const Finding* device = seen({Symptom::device_beside})) {
+    said.push_back(device->cause +
+                   ", beside good replies: another master asks it, or two devices "
+                   "have its address");
+  }
+  if (const Finding* text = seen({Symptom::text_beside})) {
+    said.push_back("something on the line sends text by itself (" + text->cause +
+                   "): take it off this line, or switch its automatic output off");
+  }
+  return said;
+}
+
 /// A word of the devices explains them.
 bool IsExplained(std::span<const DeviceRecord> devices) {
   return std::ranges::any_of(devices, [](const DeviceRecord& one) {
@@ -120,6 +161,7 @@ Sentences DiagnoseLine(const config::Line& line, const LineStatus& status,
                     "bus that does not echo (set 'echo: off')",
                     Times(status.collisions)));
   }
+  for (std::string& sentence : Strangers(devices)) found.push_back(std::move(sentence));
   for (std::string& sentence : DriverErrors(line, status, nobody)) {
     found.push_back(std::move(sentence));
   }
@@ -131,7 +173,7 @@ Sentences DiagnoseLine(const config::Line& line, const LineStatus& status,
                     status.stray_bytes, status.bytes_in,
                     "a second master, answers that come too late, or noise", line.name));
   }
-  if (status.times_lost > 0) found.push_back(Lost(line, status.times_lost));
+  if (status.times_lost > 0) found.push_back(Lost(line, status.times_lost, devices));
   const bool misses = std::ranges::any_of(devices, [&](const DeviceRecord& one) {
     return Answers(one.status.state) && MissedShare(one, now, started) > 0;
   });

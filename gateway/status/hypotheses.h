@@ -35,6 +35,9 @@ std::vector<const Hypothesis*> Judge(const Evidence& evidence);
 /// "slave 7 answers …: check the address …".
 std::string WithRemedy(const Finding& finding);
 
+/// What to do about what a device has said in place of values.
+std::string RemedyOf(const std::string& reason, const Evidence& evidence);
+
 /// What both ends must agree on: "address 2, 9600 7E1, checksum crc".
 std::string Settings(const DeviceRecord& record);
 

@@ -37,8 +37,40 @@ class Findings {
   /// none.
   const Finding& Last(Symptom symptom) const { return last_[static_cast<std::size_t>(symptom)]; }
 
+  /// Of kSpecialBytes those that every reply had which failed, and no good one; one bit each.
+  std::uint8_t Suspects() const {
+    return any_bad_ ? static_cast<std::uint8_t>(bad_specials_ & ~good_specials_) : std::uint8_t{};
+  }
+
+  /// Lengths of replies that were asked for: the longest that came, the shortest that did not; and
+  /// how often one did not that was longer than any that came.
+  std::size_t LongestGood() const { return longest_good_; }
+  std::size_t ShortestSilent() const { return shortest_silent_; }
+  std::size_t SilentLong() const { return silent_long_; }
+
  private:
+  void KeepLength(const Finding& finding) {
+    if (finding.expected == 0) return;
+    if (IsAnswered(finding.symptom)) {
+      longest_good_ = std::max(longest_good_, finding.expected);
+      if (longest_good_ >= shortest_silent_) {
+        shortest_silent_ = 0;
+        silent_long_ = 0;
+      }
+    } else if (finding.symptom == Symptom::silence && finding.expected > longest_good_) {
+      shortest_silent_ =
+          shortest_silent_ == 0 ? finding.expected : std::min(shortest_silent_, finding.expected);
+      ++silent_long_;
+    }
+  }
   void Keep(Finding finding) {
+    KeepLength(finding);
+    if (IsAnswered(finding.symptom)) {
+      good_specials_ = static_cast<std::uint8_t>(good_specials_ | finding.specials);
+    } else if (finding.bytes > 0) {
+      any_bad_ = true;
+      bad_specials_ = static_cast<std::uint8_t>(bad_specials_ & finding.specials);
+    }
     Finding& last = last_[static_cast<std::size_t>(finding.symptom)];
     const bool others = Count(finding.symptom) > 1;
     if (others) finding.time = std::max(finding.time, last.time);
@@ -47,6 +79,12 @@ class Findings {
 
   std::array<Symptom, kKept> latest_{};
   std::size_t count_ = 0;
+  std::size_t longest_good_ = 0;
+  std::size_t shortest_silent_ = 0;
+  std::size_t silent_long_ = 0;
+  std::uint8_t good_specials_ = 0;
+  std::uint8_t bad_specials_ = 0xFF;
+  bool any_bad_ = false;
   std::array<Finding, kSymptoms> last_{};
 };
 

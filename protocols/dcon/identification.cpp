@@ -42,6 +42,14 @@ DeviceTrouble Complaint(std::string what) {
           "the module is not what its profile says: " + std::move(what).append(kAdvice)};
 }
 
+/// `on`: in the module.
+DeviceTrouble OtherChecksum(bool on) {
+  return {Reason::other_module,
+          std::string("the module's checksum is ") + (on ? "on" : "off") +
+              ", and the configuration says checksum: " + (on ? "false" : "true") +
+              ": set checksum: " + (on ? "true" : "false") + " at the device"};
+}
+
 std::string Alternatives(const std::vector<std::string>& words) {
   std::string text;
   for (std::size_t i = 0; i < words.size(); ++i) {
@@ -119,8 +127,7 @@ void Identification::OnAnswer(const Question& question, const DecodedReply& repl
   answered_ = true;
   if (question.other_mode) {
     const bool on = !settings_.checksum;
-    mode_ = Complaint(std::string("the module's checksum is ") + (on ? "on" : "off") +
-                      ", the configuration says checksum: " + (on ? "false" : "true"));
+    mode_ = OtherChecksum(on);
     Sum();
     done_ = true;
     return;
@@ -190,9 +197,7 @@ DeviceTrouble Identification::Judge(std::string_view configuration) {
   // With INIT* grounded a module answers at 00 without checksum, whatever is set.
   const bool init = ParseAddress(device_.address).value() == 0;
   if (!init && ((*format & 0x40U) != 0) != settings_.checksum) {
-    return Complaint(std::string("format byte ") + HexByte(*format) + " has the checksum " +
-                     (settings_.checksum ? "off" : "on") + ", the configuration says checksum: " +
-                     (settings_.checksum ? "true" : "false"));
+    return OtherChecksum(!settings_.checksum);
   }
   for (const config::Point& point : device_.points) {
     const auto read = ParseRead(point.read);

@@ -15,6 +15,9 @@ namespace {
 constexpr std::string_view kAsks = "$#%@~^";
 constexpr std::string_view kAnswers = ">!?";
 
+/// "$01A1".
+constexpr std::size_t kLongestRead = 5;
+
 bool IsText(std::string_view line) {
   return std::ranges::all_of(line, [](char c) { return c >= 0x20 && c < 0x7F; });
 }
@@ -42,7 +45,9 @@ std::optional<Recognised> OfLine(std::string_view line, std::string_view asked,
   line.remove_prefix(lead);
   if (line.size() < 3 || !IsText(line)) return std::nullopt;
   if (kAsks.find(line[0]) != std::string_view::npos) {
-    if (line == asked || !ParseInteger<int>(line.substr(1, 2), 16)) return std::nullopt;
+    // Without a checksum a damaged reply may look like a request: no command to read is long.
+    const bool plain = checksum ? ChecksumFits(line, kChecksum) : line.size() <= kLongestRead;
+    if (line == asked || !plain || !ParseInteger<int>(line.substr(1, 2), 16)) return std::nullopt;
     return Recognised{Recognised::What::other_master,
                       "another master speaks on the line: it has sent '" + std::string(line) + "'",
                       "a serial line has one master: take the other one away"};

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <string>
+#include <utility>
 
 #include "gateway/base/checksum.h"
 #include "gateway/base/text.h"
@@ -122,13 +123,62 @@ std::optional<Recognised> OddHeader(const Adu& asked, View heard) {
 
 }  // namespace
 
+/// Other services than Modbus TCP.
+std::optional<Recognised> OtherService(View heard) {
+  const auto other = [](const char* cause, const char* remedy) {
+    return Recognised{Recognised::What::other_protocol, cause, remedy};
+  };
+  if (AsText(heard).starts_with("HTTP/")) {
+    return other("a web server answers", "check the port number: Modbus TCP mostly has 502");
+  }
+  if (AsText(heard).starts_with("SSH-")) {
+    return other("an SSH server answers", "check the port number: Modbus TCP mostly has 502");
+  }
+  constexpr std::uint8_t kAlert = 0x15;
+  if (heard.size() >= 5 && heard[0] == kAlert && heard[1] == 3) {
+    return other("the server wants TLS", "check the port number: plain Modbus TCP mostly has 502");
+  }
+  constexpr std::uint8_t kCommand = 0xFF;
+  if (heard.size() >= 3 && heard[0] == kCommand && heard[1] >= 0xFB && heard[1] <= 0xFE) {
+    return other("the server speaks Telnet", "set it to raw TCP");
+  }
+  return std::nullopt;
+}
+
+/// Whole, but for its check value.
+std::optional<Recognised> OtherCheck(Framing framing, View heard) {
+  const auto other = [](const char* cause) {
+    return Recognised{Recognised::What::other_setting, cause,
+                      "the device or a converter does not keep to Modbus: update its firmware"};
+  };
+  if (framing == Framing::rtu && heard.size() > kRtuOverhead) {
+    Bytes swapped(heard.begin(), heard.end());
+    std::swap(swapped[swapped.size() - 1], swapped[swapped.size() - 2]);
+    if (EndsInCrc16(swapped)) return other("its check value comes high byte first");
+    const auto length = ReplyLength(heard.subspan(1));
+    const bool bare = length.kind == PduLength::Kind::exact && length.size + 1 == heard.size();
+    if (bare) return other("its replies carry no check value");
+  }
+  if (framing != Framing::ascii) return std::nullopt;
+  const std::string_view text = Trim(AsText(heard));
+  const auto bytes = text.starts_with(':') ? ParseHex(text.substr(1)) : std::nullopt;
+  if (!bytes || bytes->size() < 3) return std::nullopt;
+  const auto length = ReplyLength(View(*bytes).subspan(1));
+  const bool bare = length.kind == PduLength::Kind::exact && length.size + 1 == bytes->size();
+  if (bare) return other("its replies carry no check value");
+  const View body = View(*bytes).first(bytes->size() - 1);
+  if (Sum8(body) == bytes->back()) return other("its check value is the sum, not its complement");
+  return std::nullopt;
+}
+
 std::optional<Recognised> Recognise(Framing framing, View request, View heard) {
   const auto asked = Unwrap(framing, request);
   if (!asked) return std::nullopt;
   const auto seen = First(framing, heard);
   if (!seen) {
+    if (auto service = OtherService(heard)) return service;
     if (auto other = OtherFraming(framing, heard)) return other;
-    return framing == Framing::tcp ? OddHeader(*asked, heard) : std::nullopt;
+    return framing == Framing::tcp ? OddHeader(*asked, heard) : OtherCheck(framing, heard);
   }
   if (seen->request) {
     return Recognised{Recognised::What::other_master,

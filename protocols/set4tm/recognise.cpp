@@ -12,8 +12,29 @@ namespace {
 
 /// A sum of one byte fits by chance in one of 256.
 constexpr std::size_t kShortestKs = 6;
+/// Code and parameter.
+constexpr std::size_t kShortestRead = 2;
 
 std::string Meter(View address) { return "meter " + FormatAddress(address); }
+
+/// A whole request that is not ours. Shorter ones than a read look like replies.
+std::optional<Recognised> FindRequest(View request, View heard, Checksum checksum) {
+  const std::size_t tail = SizeOf(checksum);
+  for (std::size_t at = 0; at < heard.size(); ++at) {
+    const View held = heard.subspan(at);
+    const std::size_t head = AddressLength(held[0]);
+    if (held.size() <= head + tail) break;
+    const auto length = LengthOfRequest(held.subspan(head));
+    if (!length || !length->known || length->max < kShortestRead) continue;
+    const std::size_t size = head + length->max + tail;
+    if (held.size() < size || !EndsInChecksum(held.first(size), checksum)) continue;
+    if (std::ranges::equal(held.first(size), request)) continue;
+    return Recognised{Recognised::What::other_master,
+                      "another master speaks on the line: it has asked " + Meter(held.first(head)),
+                      "a serial line has one master: take the other one away"};
+  }
+  return std::nullopt;
+}
 
 }  // namespace
 
@@ -21,17 +42,10 @@ std::optional<Recognised> Recognise(View request, View heard, const config::Opti
   const Checksum checksum = ReadSettings(options).checksum;
   const auto asked = SplitFrame(request, checksum);
   if (!asked) return std::nullopt;
+  const bool any = asked->address.size() == 1 && asked->address[0] == kCommonAddress;
+  if (auto other = FindRequest(request, heard, checksum)) return other;
   if (const auto reply = SplitFrame(heard, checksum)) {
-    const bool any = asked->address.size() == 1 && asked->address[0] == kCommonAddress;
     if (any || std::ranges::equal(reply->address, asked->address)) return std::nullopt;
-    const auto length = LengthOfRequest(reply->body);
-    const bool asks = length && length->known && reply->body.size() >= length->min &&
-                      reply->body.size() <= length->max && reply->body.size() > 1;
-    if (asks) {
-      return Recognised{Recognised::What::other_master,
-                        "another master speaks on the line: it has asked " + Meter(reply->address),
-                        "a serial line has one master: take the other one away"};
-    }
     return Recognised{
         Recognised::What::other_device,
         Meter(reply->address) + " answers where " + Meter(asked->address) + " was asked",

@@ -23,6 +23,10 @@ inline Symptom SymptomOf(Outcome outcome) {
       return Symptom::damaged;
     case Outcome::unexpected:
       return Symptom::other_reply;
+    case Outcome::busy:
+    case Outcome::refused:
+    case Outcome::unsupported:
+      return Symptom::refusal;
     default:
       return Symptom::clean;
   }
@@ -34,6 +38,10 @@ class DiagnoseTest : public ::testing::Test {
     record_.line = &config_.lines[0];
     record_.device = &config_.lines[0].devices[1];
     record_.points.resize(2);
+    for (PointRecord& point : record_.points) {
+      point.reported = Quality::good;
+      point.read_at = kNow.instant;
+    }
     neighbour_.line = record_.line;
     neighbour_.device = &config_.lines[0].devices[0];
     neighbour_.status.state = DeviceState::online;
@@ -51,7 +59,7 @@ class DiagnoseTest : public ::testing::Test {
     for (std::uint32_t i = 0; i < count; ++i) status.findings.Add(finding);
   }
   void Ended(Outcome outcome, std::uint32_t count, const std::string& reason = {}) {
-    Ended(outcome, SymptomOf(outcome), count, reason);
+    Ended(outcome, SymptomOf(outcome), count, reason, {.cause = reason});
   }
   void Ended(Outcome outcome, Symptom symptom, std::uint32_t count, const std::string& reason = {},
              const Finding& finding = {}) {

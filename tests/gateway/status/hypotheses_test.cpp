@@ -97,16 +97,55 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        "too "
        "late, so use one with automatic direction, or raise the answer delay of the device"},
       {{{tail_lost, 9, {.bytes = 16}}},
-       "its replies break off after 16 bytes and nothing follows: a serial server or converter "
-       "with "
-       "too small a buffer, or a bad wire; ask for less at once if long replies fail only"},
+       "its replies break off (16 bytes came last) and nothing follows: a serial server or "
+       "converter "
+       "with too small a buffer, or a bad wire; ask for less at once if only long replies fail"},
+      {{{end_lost, 9}},
+       "the last byte of its replies is missing: a converter, or the driver of the device, lets go "
+       "of the bus too early; use a converter with automatic direction"},
+      {{{bytes_lost, 9, {.bytes = 17, .expected = 18}}},
+       "bytes are missing inside its replies (17 where 18 belong): a converter or serial server in "
+       "between changes what passes; set it to raw (no XON/XOFF, no Telnet, no change of line "
+       "ends), "
+       "or use another one"},
+      {{{bytes_added, 9, {.bytes = 19, .expected = 18}}},
+       "its replies have bytes too many (19 where 18 belong): a converter or serial server in "
+       "between "
+       "changes what passes; set it to raw (no XON/XOFF, no Telnet, no change of line ends), or "
+       "use "
+       "another one; feeder-1 is read well",
+       false,
+       true},
+      {{{bad_check, 9}},
+       "its replies have the right form and length, and their check value is always wrong: it "
+       "computes another one (address 2, 9600 7E1), or two devices with its address answer "
+       "together"},
+      {{{clean, 9, {.specials = 2}}, {damaged, 5, {.bytes = 8, .specials = 3}}},
+       "replies fail that contain 0A, and no others: a converter or serial server in between "
+       "changes "
+       "such bytes; set it to raw (no XON/XOFF, no Telnet, no change of line ends)",
+       true},
+      {{{clean, 9, {.expected = 40}}, {silence, 5, {.expected = 80}}},
+       "it does not answer requests for long replies (80 bytes and more), and answers those for up "
+       "to 40: ask for less at once (block, max_items or the like at the device)",
+       true},
+      {{{late_echo, 3}, {clean, 9}},
+       "the gateway's own requests come back late: a converter, a modem or a serial server in "
+       "between echoes; switch its echo off",
+       true},
+      {{{other_reply, 9}},
+       "two different replies come to one request: two devices have its address (2); unplug one",
+       false,
+       false,
+       false,
+       "two different replies came at once"},
       {{{eighth_bit, 9}},
        "its replies are right once their eighth bit is taken away: it sends 7 data bits with "
        "parity, and the port is open with 9600 7E1: set serial: to 7E1 or 7O1 with its bit rate"},
       {{{text, 9, {.cause = "'login: '"}}},
-       "text comes in place of replies ('login: '): /dev/ttyUSB0 leads to a console, a modem or "
-       "the "
-       "menu of a serial server, not to the bus; check port:"},
+       "text comes in place of replies ('login: '): /dev/ttyUSB0 leads to a console, a modem, "
+       "another "
+       "service or the menu of a serial server, not to the bus; check the port"},
       {{{zeros, 9}},
        "nothing but 00 or FF comes: A and B are swapped, a driver holds the line, or bias "
        "resistors "
@@ -124,7 +163,7 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        "its replies carry no checksum: set it"},
       {{{other_device, 9, {.cause = "slave 7 answers", .remedy = "check it"}}},
        "slave 7 answers: check it (configured: 2)"},
-      {{{other_master, 1, {.cause = "another master", .remedy = "take it away"}}, {damaged, 8}},
+      {{{other_master, 2, {.cause = "another master", .remedy = "take it away"}}, {damaged, 8}},
        "another master: take it away"},
       {{{late_other, 5, {.cause = "feeder-1"}}, {clean, 9}},
        "late replies of feeder-1 come in place of its own: what is said there mends both",
@@ -132,7 +171,7 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
       {{{odd, 9, {.cause = "2 values came where 8 channels are configured"}}},
        "its replies do not fit their requests (2 values came where 8 channels are configured): "
        "does "
-       "the profile fit the device, and its options?"},
+       "the profile fit the device, with its options?"},
       {{{odd, 9, {.cause = "function 03: exception 0B, the device behind …"}}},
        "function 03: exception 0B, the device behind …: the gateway in between works, and the "
        "device "

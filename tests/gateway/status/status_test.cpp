@@ -89,8 +89,8 @@ bay-1.feeder-1  online      ok           0.3 s  99.8 %  25 ms  28 ms        0
 
 io: port closed for 3 min: /dev/ttyUSB1: No such file or directory; it is tried
   again until it works
-bay-1.feeder-2: offline for 12 min: no_reply; its return is noticed within 9.0
-  s; check power, address, bit rate, parity and wiring (address 2, 9600 7E1)
+bay-1.feeder-2: offline for 12 min: not a byte comes any more: check its power
+  and its wire; its return is noticed within 9.0 s
 )");
   EXPECT_EQ(Frame(60, 12), R"(substation-7: baudgate 1.2.3, up 3 h, lines: 2, devices: 3,
   online: 1
@@ -179,6 +179,8 @@ TEST_F(StatusTest, WhenAllIsWellThatIsSaid) {
   store_.UpdateStatus(1, [](DeviceStatus& status) { status = {}; });
   store_.SetOverride(1, std::nullopt);
   AddExchanges(store_, 1, Outcome::ok, 10, kNow);
+  const Sample samples[] = {{0, 1.25, Quality::good}};
+  store_.Update(1, samples, kNow, 24ms);
   EXPECT_THAT(Shown("bay-1"), ::testing::EndsWith("\nall is well\n"));
 }
 

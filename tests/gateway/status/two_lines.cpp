@@ -14,6 +14,7 @@ config::Device MakeDevice(const std::string& name, const std::string& address,
   for (const char* point : {"current", "voltage"}) {
     device.points.emplace_back().name = point;
     device.points.back().unit = "A";
+    if (device.points.size() > 1) device.points.back().group = config::Group::slow;
   }
   return device;
 }

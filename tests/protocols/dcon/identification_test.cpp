@@ -80,7 +80,7 @@ TEST(DconIdentification, APercentModuleIsNeverServedAsVolts) {
 TEST(DconIdentification, TheTypeDecides) {
   const std::pair<const char*, const char*> kCases[] = {
       {"!010D0600", "type 0D measures in mA, the profile says V for a"},
-      {"!01080640", "format byte 40 has the checksum on"},
+      {"!01080640", "the module's checksum is on, and the configuration says checksum: false"},
       {"!01080602", "data format 'hex'"},
   };
   for (const auto& [reply, text] : kCases) {
@@ -150,7 +150,7 @@ TEST(DconIdentification, NothingThatMayWriteGoesOutInAnUnknownMode) {
   script.Run(Probe(), {{"$01MD2", ""}});
   const Answer found = script.Run(Probe(), {{"$01M", "!017050"}});
   EXPECT_EQ(found.then, Then::replan);
-  EXPECT_NE(script.trouble().text.find("the module's checksum is off, the configuration says "
+  EXPECT_NE(script.trouble().text.find("the module's checksum is off, and the configuration says "
                                        "checksum: true"),
             std::string::npos)
       << script.trouble().text;

@@ -67,7 +67,7 @@ TEST(Examine, SaysWhatCame) {
       {"ModbusRtu19200", kRtu, {{20ms, "010302"}, {120ms, "004BF873"}}, Outcome::partial, split},
       {"ModbusRtu19200", kRtu, {{20ms, "0302004BF873"}}, Outcome::partial, head_lost},
       {"ModbusRtu19200", kRtu, {{20ms, "01030200"}}, Outcome::partial, tail_lost},
-      {"ModbusRtu19200", kRtu, {{20ms, "010302004BF870"}}, Outcome::corrupt, damaged},
+      {"ModbusRtu19200", kRtu, {{20ms, "010302004BF870"}}, Outcome::corrupt, bad_check},
       {"ModbusRtu19200", kRtu, {{20ms, "9C7741E255D1"}}, Outcome::corrupt, noise},
       {"ModbusRtu19200", kRtu, {{20ms, "00FF0000"}}, Outcome::no_reply, zeros},
       {"ModbusRtu19200",

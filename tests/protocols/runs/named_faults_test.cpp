@@ -112,7 +112,8 @@ const FaultRow kFaults[] = {
          return stage.strikes() ? Bytes() : reply;
        };
      },
-     "not a byte came.*(power|unit|server)|no answer came", "gap|second master|full"},
+     "not a byte came.*(power|unit|server)|single requests|is away for some time",
+     "gap|second master|full"},
     {"late", [](Stage stage) { DeliverAt(stage, *TimingOf(stage).reply + 60ms); },
      "set timing: \\{ reply: ", "gap|second master|power|full"},
     {"very late", [](Stage stage) { DeliverAt(stage, *TimingOf(stage).ceiling + 300ms); },
@@ -139,7 +140,7 @@ const FaultRow kFaults[] = {
          return reply;
        });
      },
-     "break off after|come damaged", "gap:|second master|power"},
+     "break off|last byte|come damaged", "gap:|second master|power"},
     {"one bit",
      [](Stage stage) {
        Distort(stage, [](Bytes reply) {
@@ -147,7 +148,8 @@ const FaultRow kFaults[] = {
          return reply;
        });
      },
-     "bit rate, parity|two devices|come damaged", "gap|second master|power", false, IsSerial},
+     "bit rate, parity|two devices|come damaged|check value", "gap|second master|power", false,
+     IsSerial},
     {"garbage",
      [](Stage stage) {
        Distort(stage, [n = 0U](Bytes reply) mutable { return Random(reply.size() / 2 + 3, ++n); });
@@ -204,7 +206,8 @@ const FaultRow kFaults[] = {
          return (stage.rig->elapsed() + 5s) % 10s < 4s ? Bytes() : reply;
        };
      },
-     "[0-9]+ outages? in the last hour", "gap|second master|full", true},
+     "[0-9]+ outages? in the last|is away for some time|single requests", "gap|second master|full",
+     true},
     {"babble", [](Stage stage) { stage.twin.manner.babble = 5s; },
      "without an end|bit rate|cannot be read", "gap:|power", true, IsSerial},
     {"exception 02", Refuse<2>, "exception 02, illegal data address.*profile fit",
