@@ -86,16 +86,6 @@ std::vector<YamlNode> ReadSome(const YamlNode& node, const std::string& what, st
   return some;
 }
 
-std::vector<Network> ReadAllow(const YamlNode& node, Problems& problems) {
-  std::vector<Network> networks;
-  for (const YamlNode& range : ReadSome(
-           node, "allow", kMostNetworks,
-           "an empty list would let nobody in; leave the key out to allow everybody", problems)) {
-    if (auto network = ReadNetwork(range, "allow", problems)) networks.push_back(*network);
-  }
-  return networks;
-}
-
 void ReadPermit(MapReader& map, Listener& listener) {
   const auto write = map.OneOf("write", kWrite);
   const auto permit = map.OneOf("permit", kPermits);
@@ -224,6 +214,16 @@ void ReadKeys(MapReader& map, Listener& listener, LoadContext& context) {
 }
 
 }  // namespace
+
+std::vector<Network> ReadAllow(const YamlNode& node, Problems& problems) {
+  std::vector<Network> networks;
+  for (const YamlNode& range : ReadSome(
+           node, "allow", kMostNetworks,
+           "an empty list would let nobody in; leave the key out to allow everybody", problems)) {
+    if (auto network = ReadNetwork(range, "allow", problems)) networks.push_back(*network);
+  }
+  return networks;
+}
 
 Listener ReadListener(const YamlNode& node, LoadContext& context) {
   Listener listener;

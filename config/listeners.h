@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <vector>
+
 #include "config/lines.h"
 #include "config/model/listener.h"
 #include "config/yaml/yaml_reader.h"
@@ -10,5 +12,7 @@ namespace baudgate::config {
 
 /// A place alone ("0.0.0.0:502", "/dev/ttyS1") or a map of keys.
 Listener ReadListener(const YamlNode& node, LoadContext& context);
+/// Who may connect: networks or addresses, at least one.
+std::vector<Network> ReadAllow(const YamlNode& node, Problems& problems);
 
 }  // namespace baudgate::config

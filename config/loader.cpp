@@ -14,6 +14,7 @@
 #include "config/outputs.h"
 #include "config/profile.h"
 #include "config/records.h"
+#include "config/web.h"
 #include "config/writing.h"
 #include "config/yaml/yaml_reader.h"
 
@@ -33,6 +34,7 @@ Config ReadConfig(const YamlNode& root, LoadContext& context) {
   const auto history = map.Get("history");
   const auto modbus = map.Get("modbus");
   if (const auto node = map.Get("dds")) config.dds = ReadDds(*node, context);
+  if (const auto node = map.Get("web")) config.web = ReadWeb(*node, problems);
   const auto lines = map.Get("lines");
   if (lines) config.lines = ReadLines(*lines, context);
   map.Finish();

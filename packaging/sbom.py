@@ -17,7 +17,7 @@ import uuid
 SOURCE = pathlib.Path(__file__).resolve().parent.parent
 # Header-only libraries leave no trace in a program: who is compiled into what.
 COMPILED_IN = {
-    "baudgate": ["libasio-dev", "libcli11-dev", "nlohmann-json3-dev"],
+    "baudgate": ["libasio-dev", "libcli11-dev", "nlohmann-json3-dev", "libjs-dygraphs"],
     "baudgate-dds": ["libasio-dev", "libcli11-dev", "nlohmann-json3-dev"],
 }
 

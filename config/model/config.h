@@ -12,6 +12,7 @@
 #include "config/model/history.h"
 #include "config/model/line.h"
 #include "config/model/outputs.h"
+#include "config/model/web.h"
 
 namespace baudgate::config {
 
@@ -44,6 +45,7 @@ struct Config {
   std::string socket;  ///< path of the local control socket; empty = not given
   Modbus modbus;
   Dds dds;
+  Web web;
   std::vector<Line> lines;
 };
 
@@ -59,6 +61,7 @@ void VisitFields(const Config*, Visit visit) {
   visit(Field<&Config::socket>{"gateway.socket"});
   visit(Field<&Config::modbus>());
   visit(Field<&Config::dds>());
+  visit(Field<&Config::web>());
   visit(Field<&Config::lines>());
 }
 

@@ -68,6 +68,9 @@ std::vector<RouteTarget*> Daemon::Impl::Targets() const {
 }
 
 void Daemon::Impl::Examine(const config::Config& next, reload::Difference& difference) const {
+  if (web && web->HasOtherToken(next.web)) {
+    difference.settings.emplace_back("the token in " + next.web.token_file);
+  }
   if (modbus) CountClients(modbus->server().Traffic(), difference.modbus);
   if (NeedsState(next, catalog) && !records.open()) {
     difference.restart.push_back("that anything is kept where nothing was (" +
@@ -89,6 +92,9 @@ Reloader::Prepared Daemon::Impl::Prepare(config::Config next,
   if (modbus) ports = modbus->Prepare(next.modbus, difference.modbus);
   ports.renewal.client_share = client_share;
   prepared.troubles = std::move(ports.troubles);
+  auto page = std::make_shared<WebOutput::Prepared>();
+  if (web) *page = web->Prepare(next.web);
+  if (!page->trouble.empty()) prepared.troubles.push_back(page->trouble);
   Threads threads;
   for (std::size_t i = 0; i < next.lines.size(); ++i) {
     if (!Begins(difference.lines[i].fate)) continue;
@@ -97,16 +103,16 @@ Reloader::Prepared Daemon::Impl::Prepare(config::Config next,
     if (thread) threads.emplace(next.lines[i].name, *std::move(thread));
   }
   prepared.apply = [this, next = std::move(next), difference, renewal = std::move(ports.renewal),
-                    threads = std::move(threads)]() mutable {
-    return Apply(std::move(next), difference, renewal, threads);
+                    threads = std::move(threads), page]() mutable {
+    return Apply(std::move(next), difference, renewal, threads, std::move(*page));
   };
   return prepared;
 }
 
 std::vector<std::string> Daemon::Impl::Apply(config::Config next,
                                              const reload::Difference& difference,
-                                             const modbus::Renewal& renewal,
-                                             const Threads& threads) {
+                                             const modbus::Renewal& renewal, const Threads& threads,
+                                             WebOutput::Prepared page) {
   reload::Slots placed = reload::PlaceInSlots(*slots, std::move(next), difference);
   const auto before =
       std::exchange(slots, std::make_shared<const config::Config>(std::move(placed.config)));
@@ -143,6 +149,10 @@ std::vector<std::string> Daemon::Impl::Apply(config::Config next,
   if (dds) dds->Renumber(*slots);
 #endif
   ApplyHistory(*before);
+  if (web) {
+    const std::string trouble = web->Apply(*slots, std::move(page));
+    if (!trouble.empty()) missing.push_back(trouble);
+  }
   lines.Start();
   if (EventPath* const events = records.events()) {
     events->Begun(first_device, store.device_count() - first_device);
@@ -154,9 +164,11 @@ std::vector<std::string> Daemon::Impl::Apply(config::Config next,
 void Daemon::Impl::ApplyHistory(const config::Config& before) {
   if (before.history.on() || slots->history.on()) {
     if (control) control->Apply(*slots, nullptr);
+    if (web) web->ApplyHistory(*slots, nullptr);
     records.RenewHistory(*slots, store);
   }
   if (control) control->Apply(*slots, records.history());
+  if (web) web->ApplyHistory(*slots, records.history());
 }
 
 reload::Healths Daemon::Impl::Healths() const {

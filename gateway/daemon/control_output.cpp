@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "gateway/base/log.h"
-#include "gateway/daemon/run_on.h"
+#include "transports/run_on.h"
 
 namespace baudgate {
 

@@ -38,6 +38,8 @@ Status Daemon::Start() {
   // of the one that runs already under the same name.
   if (Status status = impl_->StartModbus(); !status) return status;
   if (Status status = impl_->StartDds(); !status) return status;
+  WebOutput::Prepared page = impl_->PrepareWeb();
+  if (!page.trouble.empty()) return Error{page.trouble};
   EventPath* const events = impl_->records.events();
   if (events != nullptr) events->Started();
   impl_->MakeClocks();
@@ -50,6 +52,7 @@ Status Daemon::Start() {
   if (events != nullptr) events->Start();
   if (WritePath* const writes = impl_->records.writes()) writes->Start();
   impl_->StartControl();
+  if (Status status = impl_->StartWeb(std::move(page)); !status) return status;
   if (impl_->reloader) impl_->reloader->Start();
   return {};
 }
@@ -58,6 +61,7 @@ bool Daemon::Stop() {
   if (impl_->host_clock) impl_->host_clock->RequestStop();
   if (impl_->reloader) impl_->reloader->Stop();
   if (impl_->control) impl_->control->Stop();
+  if (impl_->web) impl_->web->Stop();
   if (impl_->modbus) impl_->modbus->Stop();
 #ifdef BAUDGATE_WITH_DDS
   if (impl_->dds) impl_->dds->StopWrites();
@@ -96,6 +100,8 @@ std::string Daemon::Summary() const {
   std::string text;
   if (impl_->modbus) text = impl_->modbus->Summary();
   if (!text.empty()) text += ", ";
+  const std::string page = impl_->web ? impl_->web->Summary() : std::string();
+  if (!page.empty()) text += page + ", ";
 #ifdef BAUDGATE_WITH_DDS
   if (impl_->dds) text += fmt::format("DDS domain {}, ", impl_->config.dds.domain);
 #endif
@@ -219,6 +225,19 @@ void Daemon::Impl::StartControl() {
   control =
       ControlOutput::Start(config, {store, lines, Commands(), GatewayForStatus(), reloader.get()});
   if (control) lines.Watch("control", control->io());
+}
+
+/// Opens the port before anything is asked on a line.
+WebOutput::Prepared Daemon::Impl::PrepareWeb() {
+  web::LiveApi::Links links{store, lines, GatewayForStatus()};
+  if (reloader) links.configuration = [this] { return reloader->ConfigurationText(); };
+  web = std::make_unique<WebOutput>(std::move(links));
+  return web->Prepare(config.web);
+}
+
+Status Daemon::Impl::StartWeb(WebOutput::Prepared page) {
+  const std::string trouble = web->Apply(config, std::move(page));
+  return trouble.empty() ? Status() : Error{trouble};
 }
 
 Status Daemon::Impl::StartDds() {

@@ -20,6 +20,7 @@
 #include "gateway/daemon/placement.h"
 #include "gateway/daemon/records.h"
 #include "gateway/daemon/reloader.h"
+#include "gateway/daemon/web_output.h"
 #include "gateway/reload/slots.h"
 #include "gateway/trace/recordings.h"
 #ifdef BAUDGATE_WITH_DDS
@@ -51,7 +52,8 @@ struct Daemon::Impl {
   using Threads = std::map<std::string, std::shared_ptr<LoopThread>>;
   /// What of it is missing.
   std::vector<std::string> Apply(config::Config next, const reload::Difference& difference,
-                                 const modbus::Renewal& renewal, const Threads& threads);
+                                 const modbus::Renewal& renewal, const Threads& threads,
+                                 WebOutput::Prepared page);
   /// On a thread that it shares, where the system has none of its own for it.
   void AddLine(std::shared_ptr<const config::Line> line, std::shared_ptr<LoopThread> own);
   reload::Healths Healths() const;
@@ -68,6 +70,8 @@ struct Daemon::Impl {
   void StopDds();
   control::GatewayInfo GatewayForStatus();
   void StartControl();
+  WebOutput::Prepared PrepareWeb();
+  Status StartWeb(WebOutput::Prepared page);
   void EndLines();
   modbus::GatewayFigures Figures() const;
 
@@ -86,6 +90,7 @@ struct Daemon::Impl {
   modbus::ModbusLimits limits;
   std::unique_ptr<ModbusOutput> modbus;
   std::unique_ptr<ControlOutput> control;
+  std::unique_ptr<WebOutput> web;
 #ifdef BAUDGATE_WITH_DDS
   std::unique_ptr<DdsOutput> dds;
 #endif

@@ -17,6 +17,7 @@ constexpr std::size_t kForSerialPort = 8;
 constexpr std::size_t kForNetworkPort = 2;
 constexpr std::size_t kForListener = 4;
 constexpr std::size_t kForServer = 2;
+constexpr std::size_t kForWeb = 352;  // web::Limits::at_all, and some
 
 std::size_t RoomForClients(const DescriptorNeeds& needs, std::size_t limit) {
   return limit > needs.others ? std::min(limit - needs.others, needs.clients) : 1;
@@ -31,6 +32,7 @@ DescriptorNeeds DescriptorNeedsOf(const config::Config& config) {
     needs.others += line.is_network() ? kForNetworkPort : kForSerialPort;
   }
   if (config.dds.enabled) needs.others += kForDds;
+  if (config.web.on) needs.others += kForWeb;
   if (!config.modbus.enabled) return needs;
   needs.others += config.modbus.routes.size() * kForServer;
   for (const config::Listener& listener : config.modbus.listen) {

@@ -3,7 +3,7 @@
 
 #include <utility>
 
-#include "gateway/daemon/run_on.h"
+#include "transports/run_on.h"
 
 namespace baudgate {
 ModbusOutput::ModbusOutput(const config::Config& config, Links links)

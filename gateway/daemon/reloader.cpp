@@ -69,7 +69,8 @@ Reloader::Reloader(ReloadOptions options, Links links)
 
 void Reloader::Start() {
   started_ = true;
-  runs_ = confirmed_ = std::make_shared<const Applied>(Applied{options_.running, links_.running()});
+  confirmed_ = std::make_shared<const Applied>(Applied{options_.running, links_.running()});
+  SetRuns(confirmed_);
   if (options_.kept && (links_.keeps() || !options_.kept->empty())) {
     const Status status = OpenFolder();
     if (!status) log::Warn("the configuration is not kept: {}", status.error());
@@ -111,6 +112,22 @@ control::ReloadState Reloader::state() const {
   control::ReloadState state = state_;
   if (until_) state.confirm_until = now.wall + (*until_ - now.instant);
   return state;
+}
+
+void Reloader::SetRuns(std::shared_ptr<const Applied> runs) {
+  runs_ = std::move(runs);
+  const MutexLock lock(mutex_);
+  shown_ = runs_;
+}
+
+Result<std::string> Reloader::ConfigurationText() const {
+  std::shared_ptr<const Applied> shown;
+  {
+    const MutexLock lock(mutex_);
+    shown = shown_;
+  }
+  if (!shown || !options_.masked) return Error{"the gateway was not started with a file"};
+  return options_.masked(shown->text);
 }
 
 void Reloader::Show(const std::function<void(control::ReloadState&)>& change) {
@@ -167,7 +184,7 @@ control::ReloadAnswer Reloader::Unchanged(const control::ReloadAsk& ask, const s
   if (text != runs_->text || !state().not_the_file.empty()) {
     kept = Keep(text, trial > Duration::zero());
     if (!kept && trial > Duration::zero()) return CanNotBeTakenBack(kept);
-    runs_ = std::make_shared<const Applied>(Applied{text, runs_->config});
+    SetRuns(std::make_shared<const Applied>(Applied{text, runs_->config}));
   }
   BeginTrial(trial, links_.healths());
   return Done(ask, {}, NotKept(kept));
@@ -189,7 +206,7 @@ control::ReloadAnswer Reloader::Apply(const control::ReloadAsk& ask, const std::
   options_.notify(fmt::format("RELOADING=1\nMONOTONIC_USEC={}\nSTATUS=reads {}",
                               ReadClocks().instant.time_since_epoch() / 1us, options_.file));
   prepared.apply();
-  runs_ = std::make_shared<const Applied>(Applied{text, std::move(next)});
+  SetRuns(std::make_shared<const Applied>(Applied{text, std::move(next)}));
   Show([](control::ReloadState& state) { state.applied = ReadClocks().wall; });
   BeginTrial(trial, before);
   links_.tell(false, fmt::format("{}, by {}{}", reload::Summary(difference), ask.by, OnTrial()));
@@ -295,7 +312,7 @@ void Reloader::TakeBack(const std::string& why) {
   difference.restart.clear();  // what ran before can run again
   std::vector<std::string> missing;
   if (!difference.empty()) missing = links_.prepare(confirmed_->config, difference).apply();
-  runs_ = confirmed_;
+  SetRuns(confirmed_);
   BeginTrial(Duration::zero(), {});
   LogChanges(difference);
   const std::string said = TakenBack(options_.file, why);

@@ -39,9 +39,11 @@ struct ReloadOptions {
   std::function<LoadedText(const std::string& text)> load;  ///< paths in it are the file's
   std::function<void(const std::string& state)> notify;     ///< as sd_notify
   std::function<std::string()> summary;                     ///< what runs, for READY=1
-  std::string running;                                      ///< the text that runs
-  std::string not_the_file;                                 ///< see ReloadState
-  std::unique_ptr<reload::KeptConfigs> kept;                ///< null: there is no folder
+  /// A text without its secrets; empty: nobody can tell.
+  std::function<Result<std::string>(const std::string& text)> masked{};
+  std::string running;                        ///< the text that runs
+  std::string not_the_file;                   ///< see ReloadState
+  std::unique_ptr<reload::KeptConfigs> kept;  ///< null: there is no folder
 };
 
 class Reloader final : public control::ReloadDesk {
@@ -79,9 +81,17 @@ class Reloader final : public control::ReloadDesk {
   void Reload(const control::ReloadAsk& ask, Answered answered) override;
   void Confirm(const std::string& by, Answered answered) override;
   control::ReloadState state() const;
+  /// The text that runs, without its secrets.
+  Result<std::string> ConfigurationText() const;
 
  private:
   static constexpr Duration kLook = 250ms;
+
+  /// A text that was applied, and what it and the profiles said then.
+  struct Applied {
+    std::string text;
+    config::Config config;
+  };
 
   control::ReloadAnswer Do(const control::ReloadAsk& ask);
   control::ReloadAnswer Apply(const control::ReloadAsk& ask, const std::string& text,
@@ -99,26 +109,22 @@ class Reloader final : public control::ReloadDesk {
   void TakeBack(const std::string& why);
   Status OpenFolder();
   Status Keep(const std::string& text, bool trial);
+  void SetRuns(std::shared_ptr<const Applied> runs);
   void Show(const std::function<void(control::ReloadState&)>& change);
-
-  /// A text that was applied, and what it and the profiles said then.
-  struct Applied {
-    std::string text;
-    config::Config config;
-  };
 
   ReloadOptions options_;
   const Links links_;
   LoopThread loop_{"reload"};
   asio::steady_timer timer_{loop_.io()};
   reload::Probation probation_;
-  std::shared_ptr<const Applied> runs_;
+  std::shared_ptr<const Applied> runs_;       // see SetRuns
   std::shared_ptr<const Applied> confirmed_;  // another than that while one is on trial
   bool started_ = false;
   bool open_ = false;  // the folder is ours, and has what runs
   mutable Mutex mutex_;
   control::ReloadState state_ BAUDGATE_GUARDED_BY(mutex_);
-  std::optional<Instant> until_ BAUDGATE_GUARDED_BY(mutex_);  // of the trial
+  std::shared_ptr<const Applied> shown_ BAUDGATE_GUARDED_BY(mutex_);  // as runs_
+  std::optional<Instant> until_ BAUDGATE_GUARDED_BY(mutex_);          // of the trial
 };
 
 }  // namespace baudgate

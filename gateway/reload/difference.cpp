@@ -201,6 +201,11 @@ Difference Compare(const config::Config& running, const config::Config& next) {
       difference.restart.push_back(std::string(key) + "." + std::string(its));
     };
     if (key == "lines" || key == "modbus" || key == "history") return;  // each in its own words
+    if (key == "web") {
+      return EachDifferent(running.web, next.web, [&](std::string_view its) {
+        difference.settings.push_back(its == "web" ? "web" : "web." + std::string(its));
+      });
+    }
     if (key == "dds") return EachDifferent(running.dds, next.dds, tell);
     (key == "gateway.alarms" ? difference.settings : difference.restart).emplace_back(key);
   });

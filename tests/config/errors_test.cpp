@@ -291,7 +291,7 @@ TEST(GatewayErrors, EverythingAtOnceInTheOrderOfTheFile) {
   EXPECT_FALSE(loaded.ok());
   EXPECT_EQ(Shown(loaded.problems),
             "t.yaml:1:1: error: unknown key 'gatewai' in the configuration; did you mean "
-            "'gateway'? allowed: gateway, events, history, modbus, dds, lines\n"
+            "'gateway'? allowed: gateway, events, history, modbus, dds, web, lines\n"
             "t.yaml:2:19: error: listen: 'here' is not host:port; write for example "
             "127.0.0.1:1502, or /dev/ttyUSB4\n"
             "t.yaml:3:16: error: domain: '233' is out of range; allowed: 0…232\n"

@@ -13,11 +13,11 @@
 #include <utility>
 #include <vector>
 
+#include "config/masked_config.h"
 #include "config/yaml/yaml_source.h"
 #include "gateway/base/exit_code.h"
 #include "gateway/base/version.h"
 #include "gateway/cli/bundle/archive.h"
-#include "gateway/cli/bundle/masked_config.h"
 #include "gateway/cli/client/control_client.h"
 #include "gateway/cli/client/status_view.h"
 #include "gateway/cli/terminal/words.h"
@@ -120,7 +120,7 @@ class Bundle {
     if (file.empty()) file = kInstalledConfig;
     const auto text = config::ReadWholeFile(file);
     if (!text) return Miss("configuration", file + ": " + text.error());
-    const auto masked = MaskedConfig(*text, SecretKeys(catalog_));
+    const auto masked = config::MaskedConfig(*text, config::SecretKeys(catalog_));
     if (!masked) return Miss("configuration", file + ": " + masked.error());
     Add("configuration.yaml", "# " + file + ", without comments and secrets\n" + *masked);
   }

@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
+#include "gateway/base/csv.h"
 #include "gateway/base/since.h"
 #include "gateway/cli/client/control_client.h"
-#include "gateway/cli/client/csv.h"
 #include "gateway/cli/client/history_stream.h"
 #include "gateway/cli/client/record_pages.h"
 #include "gateway/cli/terminal/text_table.h"

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "gateway/cli/client/csv.h"
+#include "gateway/base/csv.h"
 #include "gateway/cli/client/record_pages.h"
 #include "gateway/cli/terminal/stream_table.h"
 #include "gateway/cli/terminal/wrap.h"

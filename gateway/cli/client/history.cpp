@@ -9,32 +9,20 @@
 #include <vector>
 
 #include "gateway/cli/client/control_client.h"
-#include "gateway/cli/client/csv.h"
 #include "gateway/cli/client/history_stream.h"
 #include "gateway/cli/client/record_pages.h"
 #include "gateway/cli/terminal/stream_table.h"
+#include "gateway/status/history_csv.h"
 
 namespace baudgate {
 namespace {
 
 using Json = ControlClient::Json;
 
-constexpr std::array<const char*, 7> kSpanFields = {"mean", "min",   "max",         "first",
-                                                    "last", "count", "seconds_good"};
-
 std::string Shown(const Json& record, const char* key) {
   const auto found = record.find(key);
   if (found == record.end() || found->is_null()) return "-";
   return FieldText(record, key);
-}
-
-std::string GapText(const Json& record) {
-  const std::string why = FieldText(record, "gap");
-  const std::string until = FieldText(record, "until");
-  if (why == "clock") return "gap: the clock was set to " + until;
-  if (why == "dropped") return "gap: the disk took no values until " + until;
-  if (why == "overwritten") return "gap: the meter has it no more, until " + until;
-  return "gap: the gateway was down until " + until;
 }
 
 std::vector<StreamTable::Column> ColumnsOf(const HistoryOptions& options) {
@@ -53,7 +41,7 @@ class HistoryPrinter {
     if (options_.json) {
       out_ << record.dump(-1, ' ', false, Json::error_handler_t::replace) << '\n';
     } else if (options_.csv) {
-      PrintCsv(record);
+      out_ << control::HistoryCsvRow(record, options_.every.has_value());
     } else {
       rows_.push_back(RowOf(record));
       if (rows_.size() >= kTogether) Flush();
@@ -88,28 +76,8 @@ class HistoryPrinter {
               Shown(record, "count"),
               Rounded(record, "seconds_good")};
     }
-    if (record.contains("gap")) return {time, point, "-", GapText(record)};
+    if (record.contains("gap")) return {time, point, "-", control::GapText(record)};
     return {time, point, Shown(record, "value"), FieldText(record, "quality_text")};
-  }
-
-  /// Times as spreadsheets know them; numbers as they are.
-  void PrintCsv(const Json& record) {
-    std::string time = FieldText(record, "time");
-    if (time.size() == 24) {
-      time[10] = ' ';
-      time.pop_back();
-    }
-    out_ << time << ',' << CsvCell(FieldText(record, "point"));
-    if (options_.every) {
-      for (const char* field : kSpanFields) out_ << ',' << FieldText(record, field);
-    } else {
-      const auto value = record.find("value");
-      const bool text = value != record.end() && value->is_string();
-      const std::string shown = FieldText(record, "value");
-      out_ << ',' << (text ? CsvCell(shown) : shown) << ',' << FieldText(record, "quality") << ','
-           << CsvCell(record.contains("gap") ? GapText(record) : FieldText(record, "quality_text"));
-    }
-    out_ << "\r\n";
   }
 
   const HistoryOptions& options_;

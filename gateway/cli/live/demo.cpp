@@ -30,6 +30,7 @@ namespace baudgate {
 namespace {
 
 constexpr std::uint16_t kPortsToTry = 10;
+constexpr std::uint16_t kWebPort = 8502;
 constexpr Duration kRefresh = 500ms;
 
 /// A directory for the links to the ptys, gone when the demo ends.
@@ -94,11 +95,15 @@ std::vector<WantedLine> DemoLines(const Protocol& protocol, const std::filesyste
 /// own, because the name is the key of its DDS samples.
 Result<config::Config> DemoConfig(const config::Catalog& catalog,
                                   const std::filesystem::path& directory,
-                                  const DemoOptions& options, std::uint16_t port) {
+                                  const DemoOptions& options, std::uint16_t port,
+                                  std::uint16_t web_port) {
   config::Config config;
   config.name = port == options.port ? "demo" : fmt::format("demo-{}", port);
   config.state = directory / "state";
   config.modbus.listen.emplace_back().port = port;
+  config.web.on = true;
+  config.web.listen.port = web_port;
+  config.web.acknowledge = true;
   config.dds.domain = options.domain;
   std::uint8_t unit = 1;
   for (const Protocol* protocol : ProtocolsOf(catalog)) {
@@ -231,7 +236,8 @@ void Show(const Daemon& daemon, const DemoOptions& options, std::ostream& out) {
     end.expires_after(*options.seconds);
     end.async_wait([&io](const asio::error_code&) { io.stop(); });
   }
-  const std::string head = "baudgate demo: " + daemon.Summary() + "\n";
+  const std::string head = "web page http://" + daemon.config().web.Place() +
+                           "/\nbaudgate demo: " + daemon.Summary() + "\n";
   const std::string tail = Hints(daemon.config(), options);
   if (LiveScreen::Possible(STDOUT_FILENO)) {
     log::SetLeast(log::Level::error);
@@ -253,9 +259,12 @@ int RunDemo(const DemoOptions& options, const config::Catalog& catalog, std::ost
            "writable?\n";
     return 4;
   }
-  for (std::uint16_t offset = 0; offset < kPortsToTry; ++offset) {
+  std::uint16_t offset = 0;
+  std::uint16_t web_offset = 0;
+  while (offset < kPortsToTry && web_offset < kPortsToTry) {
     const auto port = static_cast<std::uint16_t>(options.port + offset);
-    const auto config = DemoConfig(catalog, scratch.path(), options, port);
+    const auto web_port = static_cast<std::uint16_t>(kWebPort + web_offset);
+    const auto config = DemoConfig(catalog, scratch.path(), options, port, web_port);
     if (!config) {
       err << "baudgate: " << config.error() << "\n";
       return 3;
@@ -270,8 +279,10 @@ int RunDemo(const DemoOptions& options, const config::Catalog& catalog, std::ost
     Daemon daemon(*config, catalog);
     if (const Status status = daemon.Start(); !status) {
       err << "baudgate: " << status.error() << "\n";
-      // Most likely the port is taken: by another demo, or by the gateway itself.
-      if (offset + 1 < kPortsToTry) err << "baudgate: trying port " << port + 1 << " instead\n";
+      // Most likely a port is taken: by another demo, or by the gateway itself.
+      const bool page = status.error().starts_with("web:");
+      ++(page ? web_offset : offset);
+      err << "baudgate: trying port " << (page ? web_port : port) + 1 << " instead\n";
       continue;
     }
     twins.Start();

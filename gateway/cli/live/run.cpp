@@ -14,6 +14,7 @@
 #include <system_error>
 
 #include "config/loader.h"
+#include "config/masked_config.h"
 #include "gateway/base/exit_code.h"
 #include "gateway/base/log.h"
 #include "gateway/base/version.h"
@@ -88,6 +89,9 @@ Choice Choose(const std::string& file, const config::Catalog& catalog, std::ostr
     std::string problems = ProblemsText(loaded);
     if (!loaded.ok()) return LoadedText{{}, std::move(problems)};
     return LoadedText{std::move(loaded.config), std::move(problems)};
+  };
+  reload.masked = [&catalog](const std::string& running) {
+    return config::MaskedConfig(running, config::SecretKeys(catalog));
   };
   reload.notify = [](const std::string& state) { sd_notify(0, state.c_str()); };
   const auto text = ReadText(file);

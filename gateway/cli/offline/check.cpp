@@ -12,6 +12,7 @@
 #include "gateway/base/exit_code.h"
 #include "gateway/base/shown.h"
 #include "gateway/base/text.h"
+#include "gateway/cli/offline/check_web.h"
 #include "gateway/cli/offline/check_writes.h"
 #include "gateway/cli/offline/security_problems.h"
 #include "gateway/cli/offline/taken_back.h"
@@ -271,6 +272,7 @@ void PrintSummary(const config::Config& config, const config::Catalog& catalog,
   }
   out << "dds " << Describe(config.dds, KeepsEvents(config)) << '\n';
   if (!security.empty()) out << "  security   " << security << '\n';
+  PrintWeb(config, out);
   if (NeedsState(config, catalog)) {
     out << "state " << StateFolderOf(StatePlaces::Here(config.state), config.name).string()
         << (CanWrite(config) ? ": what is remembered of devices, and every write\n"
@@ -340,11 +342,9 @@ Json ToJson(const config::Config& config) {
   for (const UnitRow& row : UnitRows(config)) {
     units.push_back({{"units", row.units}, {"target", row.target}, {"deadline", row.deadline}});
   }
-  return {{"gateway", config.name},
-          {"modbus", ToJson(config.modbus)},
-          {"units", std::move(units)},
-          {"history", HistoryJson(config)},
-          {"lines", std::move(lines)}};
+  return {{"gateway", config.name},    {"modbus", ToJson(config.modbus)},
+          {"units", std::move(units)}, {"history", HistoryJson(config)},
+          {"web", WebJson(config)},    {"lines", std::move(lines)}};
 }
 
 Json ToJson(const std::vector<config::Problem>& problems) {
@@ -383,6 +383,7 @@ int RunCheck(const std::string& file, const config::Catalog& catalog, std::ostre
   config::Loaded loaded = config::LoadFile(file, catalog);
   std::string security;
   if (loaded.ok()) security = CheckDdsSecurity(loaded.config, ReadClocks().wall, loaded.problems);
+  if (loaded.ok()) CheckWebToken(loaded.config, loaded.problems);
   if (loaded.ok()) {
     if (auto taken_back = WhyTakenBack(file, loaded.config)) {
       loaded.problems.push_back(*std::move(taken_back));

@@ -41,6 +41,7 @@ void Change(std::string& text) { text += "+"; }
 void Change(Decimal& number) { number = number + 1; }
 void Change(Duration& time) { time += 1ns; }
 void Change(Value& value) { value = value.index() == 1 ? Value(std::int64_t(1)) : Value(true); }
+void Change(HostPort& at) { ++at.port; }
 void Change(Quality& quality) { quality = Quality::bad_device_failure; }
 void Change(Options& options) { options.Set("new", true); }
 void Change(Timing& timing) { timing.reply = timing.reply.value_or(0ns) + 1ns; }
@@ -80,7 +81,7 @@ using Structs =
     ::testing::Types<AlarmSetting, AllowWhen, ClientPriority, Config, Dds, DdsSecurity, Device,
                      Events, EventText, FunctionPriority, History, HistoryPoint, Identity, Line,
                      Listener, Modbus, Network, OnFault, Pace, Point, PointEvent, Record, Route,
-                     Rs485, Sentinel, SerialSettings, Simulate, Writing>;
+                     Rs485, Sentinel, SerialSettings, Simulate, Web, Writing>;
 TYPED_TEST_SUITE(Fields, Structs);
 
 TYPED_TEST(Fields, AreAllVisited) {

@@ -30,6 +30,19 @@ struct LineCase {
   const char* named;
 };
 
+TEST(Difference, OfTheWebServerIsAllApplied) {
+  const Config running;
+  Config next = running;
+  next.web.on = true;
+  EXPECT_THAT(Compare(running, next).settings, ElementsAre("web"));
+  next.web.on = false;
+  next.web.listen.port = 80;
+  next.web.token_file = "/t";
+  EXPECT_THAT(Compare(running, next).settings, ElementsAre("web.listen", "web.token"));
+  EXPECT_THAT(Compare(running, next).restart, IsEmpty());
+  EXPECT_FALSE(Compare(running, next).empty());
+}
+
 TEST(Difference, OfOneLineIsNamedAndTouchesNoOther) {
   const LineCase cases[] = {
       {"nothing", [](Config&) {}, Fate::same, ""},

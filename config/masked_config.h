@@ -9,14 +9,14 @@
 #include "config/catalog/catalog.h"
 #include "gateway/base/result.h"
 
-namespace baudgate {
+namespace baudgate::config {
 
 /// Of all options that a protocol declares secret.
-std::set<std::string> SecretKeys(const config::Catalog& catalog);
+std::set<std::string> SecretKeys(const Catalog& catalog);
 
 /// The same YAML with "***" in place of what stands behind a secret key, or a key that is likely
 /// one misspelt, and of every copy of such a value. An error where it is no YAML, or grows without
 /// end.
 Result<std::string> MaskedConfig(const std::string& yaml, const std::set<std::string>& secrets);
 
-}  // namespace baudgate
+}  // namespace baudgate::config

@@ -1,6 +1,6 @@
 // A configuration without secrets.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/cli/bundle/masked_config.h"
+#include "config/masked_config.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 #include "tests/config/fake_protocol.h"
 #include "tests/config/shipped.h"
 
-namespace baudgate {
+namespace baudgate::config {
 namespace {
 
 using ::testing::HasSubstr;
@@ -81,4 +81,4 @@ TEST(MaskedConfig, RefusesWhatItCanNotRead) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::config

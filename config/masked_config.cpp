@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/cli/bundle/masked_config.h"
+#include "config/masked_config.h"
 
 #include <yaml-cpp/yaml.h>
 
@@ -9,7 +9,7 @@
 #include "config/yaml/yaml_source.h"
 #include "gateway/base/spelling.h"
 
-namespace baudgate {
+namespace baudgate::config {
 namespace {
 
 constexpr const char* kMask = "***";
@@ -79,15 +79,15 @@ class Masker {
 
   bool IsSecret(const YAML::Node& key) const {
     if (!key.IsScalar()) return true;  // nobody knows what that is
-    return secrets_.contains(key.Scalar()) || !config::Nearest(key.Scalar(), names_).empty();
+    return secrets_.contains(key.Scalar()) || !Nearest(key.Scalar(), names_).empty();
   }
 
   /// "password:SECRET", where the blank is missing, is one word, and so is "pasword=SECRET".
   std::string Shown(const std::string& text) const {
     if (values_.contains(text)) return kMask;
     const std::string head = text.substr(0, text.find_first_of(":= \t"));
-    if (head.size() < text.size() && !config::Nearest(head, names_).empty()) return head + kMask;
-    const std::string lower = config::Lower(text);
+    if (head.size() < text.size() && !Nearest(head, names_).empty()) return head + kMask;
+    const std::string lower = Lower(text);
     for (const std::string& secret : secrets_) {
       const auto at = lower.find(secret);
       if (at != std::string::npos && text.size() > at + secret.size()) {
@@ -105,7 +105,7 @@ class Masker {
 
 }  // namespace
 
-std::set<std::string> SecretKeys(const config::Catalog& catalog) {
+std::set<std::string> SecretKeys(const Catalog& catalog) {
   std::set<std::string> keys;
   for (const auto& [name, protocol] : catalog.protocols) {
     for (const OptionSpec& spec : protocol->options) {
@@ -116,8 +116,8 @@ std::set<std::string> SecretKeys(const config::Catalog& catalog) {
 }
 
 Result<std::string> MaskedConfig(const std::string& yaml, const std::set<std::string>& secrets) {
-  config::Problems problems;
-  const auto root = config::ParseYaml("configuration", yaml, problems);
+  Problems problems;
+  const auto root = ParseYaml("configuration", yaml, problems);
   if (!root) return Error{"it is no YAML that can be read, so that its secrets are not known"};
   Masker masker(secrets);
   if (!masker.Collect(root->yaml(), false)) return Error{"it has no end: an alias names itself"};
@@ -126,4 +126,4 @@ Result<std::string> MaskedConfig(const std::string& yaml, const std::set<std::st
   return std::string(out.c_str()) + "\n";
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::config

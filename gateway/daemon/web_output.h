@@ -1,0 +1,44 @@
+// The web server as the configuration wants it: there, somewhere else, or not at all.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "config/model/config.h"
+#include "gateway/base/result.h"
+#include "gateway/web/web_server.h"
+
+namespace baudgate {
+
+class WebOutput {
+ public:
+  /// All of `links` outlives it.
+  explicit WebOutput(web::LiveApi::Links links) : links_(std::move(links)) {}
+
+  /// The file of the token has another one, or none any more.
+  bool HasOtherToken(const config::Web& next) const;
+  /// What a reload opens before it changes anything. Dropped, the port closes.
+  struct Prepared {
+    web::WebServer::Opened opened{};
+    std::string trouble{};  ///< why it can not be as wanted; empty: it can
+  };
+  Prepared Prepare(const config::Web& next) const;
+  /// What of it is missing; empty: nothing. `config` outlives this, or what is given next.
+  std::string Apply(const config::Config& config, Prepared prepared);
+  /// The history that may be read from now on; null: none.
+  void ApplyHistory(const config::Config& config, const history::HistorySource* history);
+  void Stop();
+
+  /// "web page on 127.0.0.1:8502"; empty: there is none.
+  std::string Summary() const;
+
+ private:
+  web::LiveApi::Links links_;
+  config::Web web_;  // as it is served
+  std::optional<std::string> token_;
+  std::unique_ptr<web::WebServer> server_;
+};
+
+}  // namespace baudgate

@@ -1,0 +1,29 @@
+// Who may come in at all, before it is asked who he is: by his address, and by what a browser says
+// of the page that has sent it. A browser inside the network must not be led by a page from outside
+// (DNS rebinding), nor by another port of the same machine. Pure.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "config/model/web.h"
+#include "gateway/web/request.h"
+
+namespace baudgate::web {
+
+/// Why not; nothing: he may.
+std::optional<Response> Refusal(const config::Web& web, const Request& request);
+
+bool IsLoopbackPeer(const std::string& peer);
+/// With an empty list everybody.
+bool IsAllowed(const config::Web& web, const std::string& peer);
+
+/// Alarms may be acknowledged: in the configuration, and on a way that nobody can listen to. That
+/// is this machine, or TLS up to a proxy that is named in `allow` or stands here.
+bool MayAcknowledge(const config::Web& web, const Request& request);
+
+/// A proxy that may say so has got the request by TLS.
+bool CameByTls(const config::Web& web, const Request& request);
+
+}  // namespace baudgate::web

@@ -1,0 +1,73 @@
+// What is answered out of memory: states, values, alarms, streams, metrics. One thread.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <asio/io_context.hpp>
+#include <memory>
+#include <vector>
+
+#include "gateway/control/request_handler.h"
+#include "gateway/web/ask.h"
+#include "gateway/web/live_points.h"
+#include "gateway/web/live_trace.h"
+#include "gateway/web/request.h"
+
+namespace baudgate::web {
+
+class LiveApi {
+ public:
+  static constexpr std::size_t kMostTraces = 8;
+
+  struct Links {
+    PointStore& store;
+    LineControl& lines;
+    control::GatewayInfo info;
+    /// The YAML in force, without its secrets; empty: nobody knows it.
+    std::function<Result<std::string>()> configuration{};
+  };
+  /// All of it outlives this; everything is called on the thread of `io`.
+  LiveApi(const config::Config& config, Links links, asio::io_context& io);
+
+  /// False: this is none of its requests.
+  bool Answer(const Request& request, Now now, const Answered& answered);
+  /// `by`: who acknowledges.
+  void Acknowledge(const Request& request, const Answered& answered);
+  /// A reload: `config` and `history` are those by now. Streams of points end, and traces.
+  void Apply(const config::Config& config, const history::HistorySource* history);
+  /// Each LivePoints::kTick while anybody looks; false: nobody does.
+  bool Tick(Now now);
+  /// Of traces, each second.
+  void Beat();
+  void EndStreams();
+
+ private:
+  using Handler = Response (LiveApi::*)(const Request&, Now);
+  struct Route {
+    std::string_view path;
+    Handler handler;
+  };
+  static const std::vector<Route>& Routes();
+
+  Response Status(const Request& request, Now now);
+  Response Points(const Request& request, Now now);
+  Response PointsStream(const Request& request, Now now);
+  Response Alarms(const Request& request, Now now);
+  Response Map(const Request& request, Now now);
+  Response Recorded(const Request& request, Now now);
+  Response TraceStream(const Request& request, Now now);
+  Response Configuration(const Request& request, Now now);
+  Response Metrics(const Request& request, Now now);
+  Response Asked(const Request& request, std::string_view command,
+                 std::initializer_list<Part> parts, Now now);
+  Result<std::uint32_t> DeviceNamed(const std::string& name) const;
+
+  const config::Config* config_;
+  Links links_;
+  asio::io_context& io_;
+  NoWrites no_writes_;
+  control::RequestHandler handler_;
+  LivePoints points_;
+  std::vector<std::weak_ptr<LiveTrace>> traces_;
+};
+
+}  // namespace baudgate::web

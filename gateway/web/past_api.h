@@ -1,0 +1,44 @@
+// What is answered from the disk: events and history. On a thread of its own, so that a disk that
+// is slow holds up nobody who looks at the present.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <asio/io_context.hpp>
+#include <memory>
+
+#include "gateway/control/request_handler.h"
+#include "gateway/web/ask.h"
+#include "gateway/web/request.h"
+
+namespace baudgate::web {
+
+class PastApi {
+ public:
+  /// All of it outlives this; everything is called on the thread of `io`.
+  PastApi(const config::Config& config, const PointStore& store, LineControl& lines,
+          control::GatewayInfo info, asio::io_context& io);
+
+  /// False: this is none of its requests.
+  bool Answer(const Request& request, Now now, const Answered& answered);
+  static bool Has(std::string_view path);
+  /// A reload; see LiveApi.
+  void Apply(const config::Config& config, const history::HistorySource* history);
+
+ private:
+  class Download;
+
+  Response Events(const Request& request, Now now);
+  Response History(const Request& request, Now now);
+  Response HistoryCsv(const Request& request, Now now);
+  /// One page of the control socket's `history`.
+  std::string Page(const control::Json& ask, Now now);
+
+  const config::Config* config_;
+  const history::HistorySource* history_;
+  asio::io_context& io_;
+  NoWrites no_writes_;
+  control::RequestHandler handler_;
+  std::shared_ptr<PastApi*> alive_ = std::make_shared<PastApi*>(this);  // for downloads
+};
+
+}  // namespace baudgate::web

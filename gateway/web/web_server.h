@@ -1,0 +1,76 @@
+// The page, the JSON and the metrics of a gateway: who asks is looked at on the server's thread,
+// what is asked is made on two others, one for the present and one for what lies on the disk.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <asio/steady_timer.hpp>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "gateway/web/http_server.h"
+#include "gateway/web/live_api.h"
+#include "gateway/web/logins.h"
+#include "gateway/web/past_api.h"
+#include "transports/loop_thread.h"
+
+namespace baudgate::web {
+
+class WebServer final : public HttpHandler {
+ public:
+  struct Opened {
+    ListenSocket socket{};               ///< not open: the port stays
+    std::optional<std::string> token{};  ///< nothing: nobody logs in
+  };
+  /// What may fail, before anything is changed. `now`: where a server listens already.
+  static Result<Opened> Open(const config::Web& next, const config::Web* now);
+
+  /// Serves. `config` and all of `links` outlive it.
+  static Result<std::unique_ptr<WebServer>> Start(const config::Config& config, Opened opened,
+                                                  LiveApi::Links links, const Limits& limits = {});
+  ~WebServer() override;  ///< Stop
+
+  /// A reload, done when it returns. With an open socket it listens there from then on; an error:
+  /// it does not listen at all.
+  Status Apply(const config::Config& config, Opened opened, const history::HistorySource* history);
+  /// The same, only the history.
+  void ApplyHistory(const config::Config& config, const history::HistorySource* history);
+  /// Ends all streams and closes the port. Idempotent.
+  void Stop();
+
+  std::optional<Response> Refuse(const Request& request) override;
+  void Handle(const Request& request, Answered answered) override;
+
+ private:
+  WebServer(const config::Config& config, LiveApi::Links links, const Limits& limits);
+
+  std::shared_ptr<const config::Web> web() const;
+  void Set(const config::Config& config, std::optional<std::string> token);
+  Response Session(const Request& request);
+  Response Login(const Request& request);
+  Response Logout(const Request& request);
+  void Ask(const Request& request, Answered answered);
+  std::optional<Response> NeedsLogin(const Request& request);
+  void Tick();
+  void Look();
+
+  const Limits limits_;
+  const std::string version_;
+  mutable Mutex mutex_;
+  std::shared_ptr<const config::Web> web_ BAUDGATE_GUARDED_BY(mutex_);
+  std::string gateway_ BAUDGATE_GUARDED_BY(mutex_);
+  bool history_ BAUDGATE_GUARDED_BY(mutex_) = false;
+  const events::EventSource* const events_;
+  Logins logins_;
+  LoopThread live_loop_{"web"};
+  LoopThread past_loop_{"web-past"};
+  LiveApi live_;
+  PastApi past_;
+  asio::steady_timer tick_{live_loop_.io()};
+  asio::steady_timer look_{live_loop_.io()};
+  bool ticking_ = false;  // of the live loop
+  std::atomic<std::size_t> waiting_ = 0;
+  std::unique_ptr<HttpServer> http_;
+};
+
+}  // namespace baudgate::web

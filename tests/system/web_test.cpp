@@ -1,0 +1,101 @@
+// The page, the JSON and the metrics of a gateway with twins, by HTTP.
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "tests/gateway/web/http_client.h"
+#include "tests/system/reload_fixture.h"
+
+namespace baudgate::system_test {
+namespace {
+
+using web::HttpClient;
+using Json = nlohmann::json;
+using ::testing::HasSubstr;
+
+class Web : public Reload {
+ protected:
+  std::string WithWeb(const std::string& more = "") const {
+    return YamlWithSocket() + "web: { listen: \"127.0.0.1:" + std::to_string(web_) + "\"" + more +
+           " }\n";
+  }
+  Json Get(const std::string& path) const {
+    return Json::parse(HttpClient(web_).Get(path).body, nullptr, false);
+  }
+
+  std::uint16_t web_ = FreePort();
+};
+
+TEST_F(Web, ShowsWhatTheLinesRead) {
+  StartAll(WithWeb());
+  const Json points = Get("/api/v1/points?device=io.io-1");
+  EXPECT_GT(points["points"].size(), 0U);
+  EXPECT_EQ(points["points"][0]["quality_text"], "good");
+  Json status = Get("/api/v1/status");
+  const Json same = Status();
+  EXPECT_EQ(status["lines"].size(), same["lines"].size());
+  EXPECT_THAT(HttpClient(web_).Get("/metrics").body, HasSubstr("baudgate_line_up{line=\"io\"} 1"));
+  EXPECT_THAT(Get("/api/v1/configuration")["text"].get<std::string>(), HasSubstr("web:"));
+  HttpClient stream(web_);
+  EXPECT_EQ(stream.Open("/api/v1/points/stream").status, 200);
+  std::string event = stream.NextEvent().value_or("");
+  while (!event.empty() && !event.starts_with("event: change")) {
+    event = stream.NextEvent().value_or("");
+  }
+  EXPECT_THAT(event, HasSubstr("\"good\""));
+}
+
+TEST_F(Web, ComesMovesAndGoesByReload) {
+  StartAll(YamlWithSocket());
+  EXPECT_FALSE(HttpClient(web_).raw().connected());
+  SetFile(WithWeb());
+  EXPECT_THAT(Ask({"reload"}).output, HasSubstr("web: changed\n"));
+  EXPECT_EQ(HttpClient(web_).Get("/api/v1/status").status, 200);
+  HttpClient stream(web_);
+  stream.Open("/api/v1/points/stream");
+
+  const std::string token = (directory() / "token").string();
+  std::ofstream(token) << "0123456789abcdef\n";
+  std::filesystem::permissions(token, std::filesystem::perms::owner_read);
+  const std::uint16_t before = std::exchange(web_, FreePort());
+  SetFile(WithWeb(", token: { file: " + token + " }"));
+  EXPECT_EQ(Ask({"reload"}).code, 0);
+  std::string last;
+  while (auto event = stream.NextEvent()) last = *event;
+  EXPECT_EQ(last, "event: reload\ndata: {}");
+  EXPECT_FALSE(HttpClient(before).raw().connected());
+  EXPECT_EQ(HttpClient(web_).Get("/api/v1/status").status, 401);
+
+  std::filesystem::permissions(token, std::filesystem::perms::others_read);
+  const Finished open = Ask({"reload"});
+  EXPECT_EQ(open.code, 4);
+  EXPECT_THAT(open.errors + open.output, HasSubstr("chmod 0600"));
+  EXPECT_EQ(HttpClient(web_).Get("/api/v1/status").status, 401) << "as before";
+
+  std::filesystem::remove(token);
+  std::ofstream(token) << "another-token-in-it\n";
+  std::filesystem::permissions(token, std::filesystem::perms::owner_read);
+  EXPECT_THAT(Ask({"reload"}).output, HasSubstr("the token in " + token + ": changed\n"));
+  EXPECT_EQ(HttpClient(web_)
+                .Get("/api/v1/status", "Authorization: Bearer another-token-in-it\r\n")
+                .status,
+            200);
+
+  SetFile(YamlWithSocket());
+  EXPECT_EQ(Ask({"reload"}).code, 0);
+  EXPECT_FALSE(HttpClient(web_).raw().connected());
+}
+
+TEST_F(Web, APortThatIsTakenIsSaidBeforeAnythingIsAsked) {
+  web_ = port();
+  Write("baudgate.yaml", WithWeb());
+  const Finished run = Command({"run", "--config", file().string()});
+  EXPECT_EQ(run.code, 4);
+  EXPECT_THAT(run.errors, HasSubstr("choose one with web.listen"));
+}
+
+}  // namespace
+}  // namespace baudgate::system_test
