@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+// Alarms that are not normal, and the events: live, by device, time and state.
+import {get} from './api.js';
+import {acknowledge, alarmSource, priorityMark} from './alarm_bar.js';
+import {on} from './bus.js';
+import {age, setAge} from './clock.js';
+import {DataTable} from './data_table.js';
+import {h, markedText, setText} from './dom.js';
+import {eventsPart} from './events.js';
+import {civilSeconds, plural} from './format.js';
+import {sourceLink} from './links.js';
+import {Headline, Problem, section} from './parts.js';
+import {session} from './session.js';
+
+const order = {high: 0, medium: 1, low: 2};
+const unseen = (alarm) => alarm.state !== 'acknowledged';
+const words = {active: 'active', acknowledged: 'active, acknowledged', returned: 'over, not acknowledged'};
+
+const columns = [
+  {title: 'Priority', class: 'state', make: (cell) => {
+    const made = markedText();
+    cell.append(made.element);
+    return made;
+  }, paint: (made, alarm) => made.paint(unseen(alarm) ? priorityMark[alarm.priority] || 'bad' : 'off', alarm.priority)},
+  {title: 'State', text: (alarm) => words[alarm.state] || alarm.state},
+  {title: 'Source', class: 'name', make: (cell) => cell.appendChild(h('a')), paint: (a, alarm) => {
+    setText(a, alarmSource(alarm));
+    a.href = sourceLink(alarm);
+  }},
+  {title: 'Alarm', class: 'said', text: (alarm) => alarm.text},
+  {title: 'Raised', class: 'time', text: (alarm) => civilSeconds(alarm.raised)},
+  {title: 'Ago', class: 'num', make: (cell) => cell.appendChild(age()), paint: (element, alarm) =>
+    setAge(element, Date.parse(alarm.raised))},
+  {title: 'Acknowledged by', text: (alarm) => alarm.acknowledged_by || '–'},
+  {title: 'Acknowledge', class: 'no-print', make: (cell) => {
+    const button = h('button', {type: 'button', class: 'small', onclick: () => acknowledge(button.value)}, 'Acknowledge');
+    cell.append(button);
+    return button;
+  }, paint: (button, alarm) => {
+    button.hidden = !unseen(alarm) || !session.acknowledge;
+    button.value = alarm.seq;
+    button.setAttribute('aria-label', `Acknowledge ${alarmSource(alarm)}: ${alarm.text}`);
+  }},
+];
+
+async function allAlarms() {
+  const records = [];
+  for (let after = 0, more = true; more;) {
+    const page = await get('alarms', {after});
+    records.push(...page.records);
+    more = page.more && page.next > after;
+    after = page.next;
+  }
+  return records.sort((a, b) => unseen(b) - unseen(a) || order[a.priority] - order[b.priority] || b.seq - a.seq);
+}
+
+export function alarms(root, _, parameters) {
+  const headline = new Headline('Alarms and events');
+  const problem = new Problem();
+  const table = new DataTable({columns: session.acknowledge ? columns : columns.slice(0, -1), key: (a) => `${a.seq} ${a.name}`,
+    caption: 'Alarms', empty: 'No alarms.', rowClass: (a) => `alarm-${unseen(a) ? a.priority : 'seen'}`});
+  const events = eventsPart(parameters);
+  root.append(headline.element, problem.element, section('Alarms', table.element), section('Events', events.element));
+  const refresh = () => allAlarms().then((list) => {
+    const waiting = list.filter(unseen).length;
+    headline.paint(list.some((a) => unseen(a) && a.priority === 'high') ? 'bad' : waiting ? 'warn' : 'fine',
+        waiting ? `${plural(waiting, 'alarm')} to acknowledge` : 'No alarm waits to be acknowledged');
+    problem.paint(null);
+    table.paint(list);
+  }, (error) => problem.paint(error));
+  if (session.events) refresh();
+  else headline.paint('info', 'No events are kept: `events:` is not in the configuration');
+  const ends = [on('alarms', refresh), on('acknowledged', refresh), events.end];
+  return () => ends.forEach((end) => end());
+}
