@@ -4,8 +4,8 @@
 
 usage: mock.py [--port 8502] [--points 10000] [--token WORD] [--no-acknowledge] [--no-history]
 
-For tests only: POST /mock/kill?device=LINE.DEVICE, /mock/alarm?device=LINE.DEVICE&text=TEXT and /mock/hang (no stream
-says anything for five seconds).
+For tests only: POST /mock/kill?device=LINE.DEVICE, /mock/alarm?device=LINE.DEVICE&text=TEXT, /mock/hang (no stream
+says anything for five seconds), /mock/reload (all streams end as at a reload); GET /mock/viewers (how many streams are open).
 """
 
 import argparse
@@ -51,6 +51,11 @@ class Streams:
         with self.lock:
             for viewer in self.viewers:
                 viewer.put(frame)
+
+    def end(self):
+        with self.lock:
+            for viewer in self.viewers:
+                viewer.put(None)
 
     def alarms(self):
         self.send("alarms", self.gateway.alarm_summary())
@@ -132,6 +137,10 @@ class Handler(BaseHTTPRequestHandler):
             self.gateway.raise_alarm(line, device, query["text"])
             self.streams.alarms()
             return self.no_content()
+        if url.path == "/mock/reload":
+            self.streams.send("reload", {})
+            self.streams.end()
+            return self.no_content()
         if url.path == "/mock/hang":
             self.streams.hang_until = time.time() + 5
             return self.no_content()
@@ -140,6 +149,8 @@ class Handler(BaseHTTPRequestHandler):
     def do_GET(self):
         url = urllib.parse.urlsplit(self.path)
         query = dict(urllib.parse.parse_qsl(url.query))
+        if url.path == "/mock/viewers":
+            return self.answer({"viewers": len(self.streams.viewers)})
         if not url.path.startswith("/api/"):
             file = asset(url.path)
             if file is None:
@@ -220,8 +231,8 @@ class Handler(BaseHTTPRequestHandler):
         with self.streams.lock:
             self.streams.viewers.add(mine)
         try:
-            while True:
-                self.wfile.write(mine.get())
+            while (frame := mine.get()) is not None:
+                self.wfile.write(frame)
                 self.wfile.flush()
         except OSError:
             pass

@@ -141,7 +141,9 @@ class Gateway:
                                   f"power, its address and its wire (address {number + 1}, {line['serial']}); the "
                                   f"line is right, {neighbour} answers; its return is noticed within 61 s"]
             if wrong == "disabled":
-                made.update(state="disabled", age_ms=None)
+                made.update(state="disabled", age_ms=None, exchanges=0)
+                made["hour"].update(answered=0, failed=0)
+                made["round_trips"].update(count=0, mean_us=0, histogram=[])
                 made["advice"] = ["disabled in the configuration (enabled: false)"]
             if wrong == "noisy":
                 made.update(state="degraded", last_outcome="no_reply", last_reason="no answer came")
@@ -218,15 +220,16 @@ class Gateway:
     def status_of(self, target=""):
         now = time.time()
         status = copy.deepcopy(self.status)
-        status["time"], status["uptime_ms"] = iso(now), int((now - self.started) * 1000)
+        status["time"], status["uptime_ms"] = iso(now), int((now - self.started + 60) * 1000)
         summary = self.alarm_summary()
         status["events"]["newest"] = len(self.events)
         status["events"]["alarms"] = {k: summary[k] for k in ("active", "unacknowledged")}
         line_name, _, device_name = target.partition(".")
         for line in status["lines"]:
+            line["busy_ms"] = int((now - self.started + 60) * 1000 * line["use"])
             for n, device in enumerate(line["devices"]):
                 name = f"{line['name']}.{device['name']}"
-                device["busy_ms"] += int((now - self.started) * 1000 * (0.11 - 0.01 * n))
+                device["busy_ms"] = int((now - self.started + 60) * 1000 * (0.12 - 0.012 * n))
                 if device["age_ms"] is not None:
                     device["age_ms"] = int(now * 1000) % 900
                 if name in self.killed:

@@ -22,7 +22,7 @@ const columns = [
     cell.append(made.element);
     return made;
   }, paint: (made, alarm) => made.paint(unseen(alarm) ? priorityMark[alarm.priority] || 'bad' : 'off', alarm.priority)},
-  {title: 'State', text: (alarm) => words[alarm.state] || alarm.state},
+  {title: 'State', class: 'words', text: (alarm) => words[alarm.state] || alarm.state},
   {title: 'Source', class: 'name', make: (cell) => cell.appendChild(h('a')), paint: (a, alarm) => {
     setText(a, alarmSource(alarm));
     a.href = sourceLink(alarm);
@@ -32,7 +32,7 @@ const columns = [
   {title: 'Ago', class: 'num', make: (cell) => cell.appendChild(age()), paint: (element, alarm) =>
     setAge(element, Date.parse(alarm.raised))},
   {title: 'Acknowledged by', text: (alarm) => alarm.acknowledged_by || '–'},
-  {title: 'Acknowledge', class: 'no-print', make: (cell) => {
+  {title: 'Acknowledge', class: 'action no-print', make: (cell) => {
     const button = h('button', {type: 'button', class: 'small', onclick: () => acknowledge(button.value)}, 'Acknowledge');
     cell.append(button);
     return button;

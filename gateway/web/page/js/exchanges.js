@@ -8,7 +8,7 @@ function shown(hex) {
   const bytes = hex.split(' ').filter(Boolean);
   const codes = bytes.map((b) => (b === '**' ? 42 : parseInt(b, 16)));
   if (!codes.every((c) => (c >= 32 && c < 127) || c === 10 || c === 13)) return bytes.join(' ');
-  return codes.map((c) => (c === 13 ? '␍' : c === 10 ? '␊' : String.fromCharCode(c))).join('');
+  return codes.map((c) => (c === 13 ? '\\r' : c === 10 ? '\\n' : String.fromCharCode(c))).join('');
 }
 
 /** Takes records one by one and gives back an exchange when one has ended. */
@@ -41,9 +41,11 @@ export class ExchangeReader {
   }
 }
 
+/** The exchanges of a recorder; it may begin in the midst of one, which is left out. */
 export function exchangesOf(records) {
   const reader = new ExchangeReader();
-  return records.map((record) => reader.take(record)).filter(Boolean);
+  const first = form.exec(records[0] || '')?.[3] === '<' ? records.findIndex((r) => form.exec(r)?.[3] === '=') + 1 : 0;
+  return records.slice(first).map((record) => reader.take(record)).filter(Boolean);
 }
 
 export function exchangeColumns(withDevice) {

@@ -61,15 +61,17 @@ export class Problem {
   }
 }
 
-/** A headline with a shape: paint(kind, text). */
+/** A headline: paint(kind, text) gives it a shape, for what has a state. */
 export class Headline {
   constructor(text) {
     this.shape = mark('fine');
+    this.shape.style.display = 'none';
     this.text = h('span', {}, text);
     this.element = h('h1', {tabindex: '-1'}, this.shape, this.text);
   }
 
   paint(kind, text) {
+    this.shape.style.display = '';
     setMark(this.shape, kind);
     setText(this.text, text);
   }

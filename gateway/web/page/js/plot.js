@@ -96,7 +96,12 @@ export class Plot {
       strokeWidth: 1.5,
       includeZero: false,
       axes: {
-        x: {axisLabelWidth: 80, axisLabelFontSize: 12},
+        x: {
+          axisLabelWidth: 80,
+          axisLabelFontSize: 12,
+          ticker: Dygraph.dateTicker,
+          axisLabelFormatter: Dygraph.dateAxisLabelFormatter,
+        },
         y: {axisLabelWidth: 56, axisLabelFontSize: 12, axisLabelFormatter: (y) => valueText(Number(y.toPrecision(6)))},
       },
       underlayCallback: (context, area, graph) => this.shade(context, area, graph),

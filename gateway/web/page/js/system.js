@@ -135,7 +135,7 @@ export function system(root) {
     const heard = now();
     problem.paint(null);
     advice.paint(gatewayAdvice(status));
-    headline.paint('fine', `${status.gateway}: baudgate ${status.version}`);
+    headline.paint(gatewayAdvice(status).length ? 'warn' : 'fine', `${status.gateway}: baudgate ${status.version}`);
     figures.paint([['Up for', ageText(status.uptime_ms)], ['Its clock', civilSeconds(status.time)],
       ['Lines', count(status.lines.length)], ['Devices', count(status.lines.reduce((n, l) => n + l.devices.length, 0))]]);
     clients.paint(status.modbus.clients.map((c) => ({...c, heard})));

@@ -45,7 +45,7 @@ export function trendTable() {
       a.href = csvLink(one.series.point, one.from, one.until);
       a.setAttribute('aria-label', `CSV of ${one.series.point}`);
     }},
-    {title: 'Take off', class: 'no-print', make: (cell) => {
+    {title: 'Take off', class: 'action no-print', make: (cell) => {
       const button = h('button', {type: 'button', class: 'small', onclick: () => picked.toggle(button.value)}, 'Remove');
       cell.append(button);
       return button;
