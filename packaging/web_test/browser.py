@@ -49,7 +49,7 @@ class Browser:
         return self.driver.find_elements("css selector", selector)
 
     def text(self, selector="main"):
-        return self.run("return document.querySelector(arguments[0])?.innerText ?? ''", selector)
+        return self.run("const e = document.querySelector(arguments[0]); return e && e.checkVisibility() ? e.innerText : ''", selector)
 
     def wait(self, what, condition, seconds=30):
         end = time.time() + seconds

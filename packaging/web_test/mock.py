@@ -9,6 +9,7 @@ says anything for five seconds), /mock/reload (all streams end as at a reload); 
 """
 
 import argparse
+import functools
 import gzip
 import json
 import pathlib
@@ -28,6 +29,11 @@ HEADERS = {
     "X-Content-Type-Options": "nosniff",
     "Referrer-Policy": "no-referrer",
 }
+
+
+@functools.lru_cache
+def packed(file, changed):
+    return gzip.compress(file.read_bytes())
 
 
 def asset(path):
@@ -155,7 +161,7 @@ class Handler(BaseHTTPRequestHandler):
             file = asset(url.path)
             if file is None:
                 return self.problem(404, "Not found", "There is no such page.")
-            return self.answer(gzip.compress(file.read_bytes()), TYPES[file.suffix],
+            return self.answer(packed(file, file.stat().st_mtime), TYPES[file.suffix],
                                extra={"Content-Encoding": "gzip", "Cache-Control": "no-cache"})
         name = url.path.removeprefix("/api/v1/").replace("/", "_").replace(".", "_")
         if name == "session":

@@ -23,7 +23,7 @@ const columns = [
     return made;
   }, paint: (made, alarm) => made.paint(unseen(alarm) ? priorityMark[alarm.priority] || 'bad' : 'off', alarm.priority)},
   {title: 'State', class: 'words', text: (alarm) => words[alarm.state] || alarm.state},
-  {title: 'Source', class: 'name', make: (cell) => cell.appendChild(h('a')), paint: (a, alarm) => {
+  {title: 'Source', class: 'name own-line', make: (cell) => cell.appendChild(h('a')), paint: (a, alarm) => {
     setText(a, alarmSource(alarm));
     a.href = sourceLink(alarm);
   }},
@@ -31,7 +31,7 @@ const columns = [
   {title: 'Raised', class: 'time', text: (alarm) => civilSeconds(alarm.raised)},
   {title: 'Ago', class: 'num', make: (cell) => cell.appendChild(age()), paint: (element, alarm) =>
     setAge(element, Date.parse(alarm.raised))},
-  {title: 'Acknowledged by', text: (alarm) => alarm.acknowledged_by || '–'},
+  {title: 'Acknowledged by', class: 'words', text: (alarm) => alarm.acknowledged_by || '–'},
   {title: 'Acknowledge', class: 'action no-print', make: (cell) => {
     const button = h('button', {type: 'button', class: 'small', onclick: () => acknowledge(button.value)}, 'Acknowledge');
     cell.append(button);

@@ -1,31 +1,33 @@
 // SPDX-License-Identifier: Apache-2.0
 // Begins the page: who looks, the frame around the views, and which view is shown.
 import {startAlarmBar} from './alarm_bar.js';
-import {alarms} from './alarms.js';
 import {emit, on} from './bus.js';
-import {device} from './device.js';
 import {h, setText} from './dom.js';
-import {line} from './line.js';
 import {showLink, showNotices} from './link_bar.js';
 import {parse} from './links.js';
-import {overview} from './overview.js';
-import {points} from './points.js';
-import {startRecorder} from './recorder.js';
 import {startSearch} from './search.js';
 import {askSession, logOut, session, showLogin} from './session.js';
 import {start, stop} from './stream.js';
-import {system} from './system.js';
-import {trends} from './trends.js';
 
-const views = {overview, device, line, alarms, trends, points, system};
-const titles = {overview: 'Overview', alarms: 'Alarms and events', trends: 'Trends', points: 'Points', system: 'System'};
+/** name: the title, and the module whose function of that name shows the view and returns what ends it. */
+const views = {
+  overview: ['Overview', () => import('./overview.js')],
+  device: ['', () => import('./device.js')],
+  line: ['', () => import('./line.js')],
+  alarms: ['Alarms and events', () => import('./alarms.js')],
+  trends: ['Trends', () => import('./trends.js')],
+  points: ['Points', () => import('./points.js')],
+  system: ['System', () => import('./system.js')],
+};
 const byId = (id) => document.getElementById(id);
 const main = byId('main');
 let endView = () => {};
-let recording = false;
+let begun = false;
+let shown = 0;
 
-function show(moved) {
-  const {view, thing, parameters} = parse(location.hash);
+async function show(moved) {
+  const {view, thing} = parse(location.hash);
+  const mine = ++shown;
   endView();
   endView = () => {};
   main.replaceChildren();
@@ -36,17 +38,21 @@ function show(moved) {
     if (here) link.setAttribute('aria-current', 'page');
     else link.removeAttribute('aria-current');
   }
-  document.title = `${titles[view] || thing || 'baudgate'} – ${session.gateway || 'baudgate'}`;
-  if (!views[view]) {
+  document.title = `${views[view]?.[0] || thing || 'baudgate'} – ${session.gateway || 'baudgate'}`;
+  if (!Object.hasOwn(views, view)) {
     main.append(h('h1', {tabindex: '-1'}, 'There is no such view'), h('p', {}, h('a', {href: '#/overview'}, 'Overview')));
   } else {
-    endView = views[view](main, thing, parameters) || (() => {});
+    const module = await views[view][1]().catch(() => null);
+    if (mine !== shown) return;
+    if (!module) return emit('notice', 'A part of the page cannot be loaded: load the page again.');
+    endView = module[view](main, thing, parse(location.hash).parameters);
   }
   if (moved && document.activeElement !== byId('query')) main.querySelector('h1')?.focus();
   scrollTo(0, 0);
 }
 
 function login() {
+  ++shown;
   stop();
   endView();
   endView = () => {};
@@ -57,7 +63,17 @@ function login() {
   showLogin(main, begin);
 }
 
+/** Once per page: what is wanted only now, and the parts of the other views, so that they are there without a connection. */
+function beginOnce() {
+  if (begun) return;
+  begun = true;
+  if (!session.history) import('./recorder.js').then(({startRecorder}) => startRecorder(), () => {});
+  setTimeout(() => Object.values(views).forEach(([, load]) => load().catch(() => {})), 1500);
+}
+
 async function begin() {
+  const {view} = parse(location.hash);
+  if (Object.hasOwn(views, view)) views[view][1]().catch(() => {});
   try {
     await askSession();
   } catch (error) {
@@ -71,10 +87,9 @@ async function begin() {
   if (session.needs_token && !session.logged_in) return login();
   byId('logout').hidden = !session.needs_token;
   byId('search').hidden = false;
-  if (!session.history && !recording) startRecorder();
-  recording = true;
-  start();
   show(false);
+  start();
+  beginOnce();
 }
 
 startAlarmBar(byId('alarm-bar'));

@@ -49,12 +49,12 @@ function band(e) {
 }
 
 export class Plot {
-  /** zoomed(since, until), pointed(time or null) */
+  /** zoomed(since, until): null where the reader wants the whole again; pointed(time or null) */
   constructor(zoomed, pointed) {
     this.zoomed = zoomed;
     this.pointed = pointed;
     this.box = h('div', {class: 'plot'});
-    this.title = h('h3');
+    this.title = h('h2');
     this.element = h('figure', {class: 'plot-figure'}, this.title, this.box);
     this.themed = () => this.graph?.updateOptions(this.colours());
     addEventListener('theme', this.themed);
@@ -95,6 +95,7 @@ export class Plot {
       legend: 'never',
       strokeWidth: 1.5,
       includeZero: false,
+      rightGap: 24,
       axes: {
         x: {
           axisLabelWidth: 80,
@@ -105,10 +106,17 @@ export class Plot {
         y: {axisLabelWidth: 56, axisLabelFontSize: 12, axisLabelFormatter: (y) => valueText(Number(y.toPrecision(6)))},
       },
       underlayCallback: (context, area, graph) => this.shade(context, area, graph),
+      interactionModel: this.gestures(),
       zoomCallback: (from, to) => this.zoomed(from, to),
       highlightCallback: (event, x) => this.pointed(x),
       unhighlightCallback: () => this.pointed(null),
     });
+  }
+
+  /** A drag zooms, a double click leads back; a finger scrolls the page, and the buttons above zoom. */
+  gestures() {
+    const {touchstart, touchmove, touchend, ...mouse} = Dygraph.defaultInteractionModel;
+    return {...mouse, dblclick: () => this.zoomed(null, null)};
   }
 
   /** Time in which not every value was good: hatched, so that it does not hang on a colour. */

@@ -8,7 +8,8 @@ import {deviceLink} from './links.js';
 import * as picked from './picked.js';
 import {valueOf} from './store.js';
 
-const plainLimit = 400;
+/** Of so many rows all exist: a device can be printed; results of a search come with every letter. */
+const plainLimit = {device: 400, all: 40};
 
 class Row {
   constructor() {
@@ -36,9 +37,10 @@ class Row {
 
   paintPick() {
     const is = picked.has(this.point.name);
-    setText(this.plus, is ? '− Trend' : '+ Trend');
-    this.plus.setAttribute('aria-pressed', String(is));
-    this.plus.setAttribute('aria-label', `${is ? 'Take off' : 'Add to'} trends: ${this.point.name}`);
+    const text = is ? '− Trend' : '+ Trend';
+    setText(this.plus, text);
+    setClass(this.plus, is ? 'small on' : 'small');
+    this.plus.setAttribute('aria-label', `${text}: ${this.point.name}`);
   }
 
   show(point, index, full) {
@@ -101,8 +103,12 @@ export class PointTable {
     this.layout();
   }
 
+  many() {
+    return this.points.length > (this.full ? plainLimit.all : plainLimit.device);
+  }
+
   layout() {
-    const many = this.points.length > plainLimit;
+    const many = this.many();
     this.height = parseFloat(getComputedStyle(this.table).getPropertyValue('--row')) || 28;
     this.element.classList.toggle('virtual', many);
     if (many) this.element.setAttribute('tabindex', '0');
@@ -131,7 +137,7 @@ export class PointTable {
   place() {
     const size = this.rows.length;
     if (!size) return;
-    const many = this.points.length > plainLimit;
+    const many = this.many();
     const top = many ? Math.floor(this.element.scrollTop / this.height) - 1 : 0;
     const first = Math.max(0, Math.min(top, this.points.length - size));
     this.places.clear();

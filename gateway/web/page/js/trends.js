@@ -82,7 +82,7 @@ export function trends(root, _, parameters) {
     refresh();
   }
 
-  const zoomed = (from, until) => go(() => span.fix(from, until));
+  const zoomed = (from, until) => go(() => (from === null ? span.choose(span.range) : span.fix(from, until)));
   const pointed = (time) => table.point(time);
 
   function paintControls([from, until]) {

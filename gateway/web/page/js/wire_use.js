@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // Who used the wire: the difference of two statuses up to a minute apart; of the first alone, since the start.
-import {ageText} from './format.js';
-
 const windowMs = 60000;
 
 export class WireUse {
@@ -19,7 +17,7 @@ export class WireUse {
     const enough = uptime - first.uptime >= 5000;
     const from = enough ? first : {uptime: 0, busy: 0, devices: new Map()};
     const elapsed = uptime - from.uptime || 1;
-    this.span = enough ? `last ${ageText(Math.round(elapsed / 1000) * 1000)}` : 'since the start';
+    this.span = enough ? `last ${Math.round(elapsed / 1000)} s` : 'since the start';
     const rows = line.devices.map((d) => ({name: d.name, share: (d.busy_ms - (from.devices.get(d.name) || 0)) / elapsed}));
     const ofDevices = rows.reduce((sum, row) => sum + row.share, 0);
     const busy = Math.max(ofDevices, (line.busy_ms - from.busy) / elapsed);
