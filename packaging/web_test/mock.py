@@ -270,7 +270,7 @@ def main():
     Handler.streams = Streams(Handler.gateway)
     ThreadingHTTPServer.daemon_threads = True
     server = ThreadingHTTPServer(("127.0.0.1", Handler.options.port), Handler)
-    print(f"http://127.0.0.1:{Handler.options.port}/", flush=True)
+    print(f"http://127.0.0.1:{server.server_port}/", flush=True)
     server.serve_forever()
 
 

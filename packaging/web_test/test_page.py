@@ -172,6 +172,7 @@ def test_a_year_is_drawn_fast(context):
         browser.run("""window.longTasks.length = 0; document.querySelector("button[data-range='365d']").click()""")
         browser.wait("drawn", lambda: int(browser.run("return document.querySelector('.plots').dataset.drawn")) > before)
         time_ms = float(browser.run("return document.querySelector('.plots').dataset.drawMs"))
+        time_ms = max([time_ms] + [ms for _, ms in browser.run("return window.longTasks")])
         worst = max(worst, time_ms)
         browser.find("button[data-range='1h']").click()
     note("a year of four points drawn, ms", worst, YEAR_MS)
@@ -189,6 +190,8 @@ def test_search_in_10000_points(context):
         browser.find("#query").send_keys("voltage")
         browser.wait_text("points have")
         assert re.search(r"of 1\d,\d{3} points have", browser.text()), browser.text()[:200]
+        note("longest task of the first search (10,000 points are fetched), ms",
+             max((ms for _, ms in browser.run("return window.longTasks")), default=0), None)
         browser.find("#query").clear()
         browser.find("#query").send_keys("f")
         browser.wait_text("“f”")
@@ -339,6 +342,17 @@ def test_axe(context):
     browser.size(1440, 900)
     assert not violations, violations
     return None
+
+
+def test_a_found_point_leads_to_its_row(context):
+    browser = context.browser
+    open_view(context, "points?q=" + context.device, "points have")
+    last = browser.wait("rows", lambda: browser.all(".point-rows .point-row:nth-child(20) .p-name a"))[0]
+    name = last.text.rsplit(".", 1)[1]
+    last.send_keys(Keys.ENTER)
+    row = browser.wait("a marked row", lambda: browser.all(".point-row[aria-current]"))[0]
+    assert name in row.text, (name, row.text)
+    assert 0 < browser.run("return arguments[0].getBoundingClientRect().top", row) < 900
 
 
 def test_keyboard(context):

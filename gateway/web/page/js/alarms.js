@@ -59,6 +59,11 @@ export function alarms(root, _, parameters) {
   const problem = new Problem();
   const table = new DataTable({columns: session.acknowledge ? columns : columns.slice(0, -1), key: (a) => `${a.seq} ${a.name}`,
     caption: 'Alarms', empty: 'No alarms.', rowClass: (a) => `alarm-${unseen(a) ? a.priority : 'seen'}`});
+  if (!session.events) {
+    headline.paint('info', 'No events and alarms are kept: `events:` is not in the configuration');
+    root.append(headline.element);
+    return () => {};
+  }
   const events = eventsPart(parameters);
   root.append(headline.element, problem.element, section('Alarms', table.element), section('Events', events.element));
   const refresh = () => allAlarms().then((list) => {
@@ -68,8 +73,7 @@ export function alarms(root, _, parameters) {
     problem.paint(null);
     table.paint(list);
   }, (error) => problem.paint(error));
-  if (session.events) refresh();
-  else headline.paint('info', 'No events are kept: `events:` is not in the configuration');
+  refresh();
   const ends = [on('alarms', refresh), on('acknowledged', refresh), events.end];
   return () => ends.forEach((end) => end());
 }

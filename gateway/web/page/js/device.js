@@ -16,7 +16,7 @@ import {matching, pointsOf, valueOf} from './store.js';
 
 const shownExchanges = 20;
 
-function pointsPart(name) {
+function pointsPart(name, sought) {
   const table = new PointTable({full: false, label: `Points of ${name}`});
   const filter = h('input', {type: 'search', id: 'filter', placeholder: 'Filter', oninput: () => paint()});
   const marred = h('input', {type: 'checkbox', id: 'marred', onchange: () => paint()});
@@ -28,6 +28,8 @@ function pointsPart(name) {
     points = found;
     problem.paint(null);
     paint();
+    if (sought) table.reveal(sought);
+    sought = '';
   }, (error) => problem.paint(error));
   const end = on('points', fetchPoints);
   fetchPoints();
@@ -96,7 +98,7 @@ function facts(device, answered) {
   ];
 }
 
-export function device(root, name) {
+export function device(root, name, parameters) {
   const line = name.split('.')[0];
   const short = name.slice(line.length + 1);
   const headline = new Headline(name);
@@ -106,7 +108,7 @@ export function device(root, name) {
   const figures = new Facts();
   const answered = age();
   const chart = histogram();
-  const points = pointsPart(name);
+  const points = pointsPart(name, parameters.point);
   const map = mapPart(name);
   const exchanges = new DataTable({columns: exchangeColumns(false), key: (e) => e.key,
     caption: `Last exchanges of ${name}`, empty: 'Nothing was exchanged yet.'});

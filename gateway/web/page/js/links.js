@@ -7,7 +7,8 @@ const made = (path, parameters = {}) => {
 };
 
 export const lineLink = (line) => made(`line/${encodeURIComponent(line)}`);
-export const deviceLink = ({line, device}) => made(`device/${encodeURIComponent(`${line}.${device}`)}`);
+/** With a point, its row is shown. */
+export const deviceLink = ({line, device}, point) => made(`device/${encodeURIComponent(`${line}.${device}`)}`, {point});
 export const trendsLink = (parameters) => made('trends', parameters);
 export const alarmsLink = (parameters) => made('alarms', parameters);
 export const pointsLink = (q) => made('points', {q});

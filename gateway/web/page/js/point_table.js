@@ -46,8 +46,9 @@ class Row {
   show(point, index, full) {
     if (this.point !== point) {
       this.point = point;
+      this.element.removeAttribute('aria-current');
       setText(this.name, full ? point.name : point.point);
-      if (full) this.name.href = deviceLink(point);
+      if (full) this.name.href = deviceLink(point, point.point);
       setText(this.description, point.description || '');
       this.unit.data = point.unit || '';
       this.paintPick();
@@ -148,6 +149,19 @@ export class PointTable {
       if (moved) row.element.style.transform = many ? `translateY(${index * this.height}px)` : '';
       this.places.set(this.points[index].id, row);
     }
+  }
+
+  /** Brings the row of a point into sight and marks it. */
+  reveal(name) {
+    const index = this.points.findIndex((p) => p.point === name);
+    if (index < 0) return;
+    if (this.many()) {
+      this.element.scrollTop = Math.max(0, (index - 3) * this.height);
+      this.place();
+    }
+    const row = this.places.get(this.points[index].id);
+    row.element.setAttribute('aria-current', 'true');
+    row.element.scrollIntoView({block: 'center'});
   }
 
   changed(ids) {

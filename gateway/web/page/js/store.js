@@ -62,10 +62,13 @@ function adopt(answer) {
   return answer.points;
 }
 
+/** Lets the browser paint between two long steps. */
+const breath = (result) => new Promise((resolve) => setTimeout(resolve, 0, result));
+
 /** All points of the gateway, described; fetched once and again behind a reload. */
 export function allPoints() {
   if (!described) {
-    const mine = get('points').then(adopt);
+    const mine = get('points').then(breath).then(adopt).then(breath);
     described = mine;
     mine.catch(() => {
       if (described === mine) described = null;
