@@ -35,7 +35,8 @@ export function startAlarmBar(bar) {
   const spoken = h('span', {class: 'hidden', role: 'status'});
   bar.append(shape, total, newest, spoken);
 
-  on('alarms', ({active, unacknowledged, newest: alarm}) => {
+  on('alarms', ({active, unacknowledged, newest: latest}) => {
+    const alarm = latest && latest.state !== 'acknowledged' ? latest : null;
     bar.hidden = false;
     setText(total, active || unacknowledged
       ? `${plural(active, 'alarm')} active, ${unacknowledged} not acknowledged` : 'No alarms');

@@ -29,7 +29,7 @@ const columns = [
   }},
   {title: 'Alarm', class: 'said', text: (alarm) => alarm.text},
   {title: 'Raised', class: 'time', text: (alarm) => civilSeconds(alarm.raised)},
-  {title: 'Ago', class: 'num', make: (cell) => cell.appendChild(age()), paint: (element, alarm) =>
+  {title: 'Ago', class: 'num words', make: (cell) => cell.appendChild(age()), paint: (element, alarm) =>
     setAge(element, Date.parse(alarm.raised))},
   {title: 'Acknowledged by', class: 'words', text: (alarm) => alarm.acknowledged_by || '–'},
   {title: 'Acknowledge', class: 'action no-print', make: (cell) => {
