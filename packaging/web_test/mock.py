@@ -83,6 +83,13 @@ class Streams:
                 self.send("beat", {"time_ms": int(time.time() * 1000)})
 
 
+class Server(ThreadingHTTPServer):
+    daemon_threads = True
+
+    def handle_error(self, request, client_address):
+        """A browser that leaves in the midst of an answer is no error."""
+
+
 class Handler(BaseHTTPRequestHandler):
     protocol_version = "HTTP/1.1"
 
@@ -268,8 +275,7 @@ def main():
     Handler.options = parser.parse_args()
     Handler.gateway = Gateway(Handler.options.points)
     Handler.streams = Streams(Handler.gateway)
-    ThreadingHTTPServer.daemon_threads = True
-    server = ThreadingHTTPServer(("127.0.0.1", Handler.options.port), Handler)
+    server = Server(("127.0.0.1", Handler.options.port), Handler)
     print(f"http://127.0.0.1:{server.server_port}/", flush=True)
     server.serve_forever()
 

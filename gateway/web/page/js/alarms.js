@@ -3,9 +3,8 @@
 import {get} from './api.js';
 import {acknowledge, alarmSource, priorityMark} from './alarm_bar.js';
 import {on} from './bus.js';
-import {age, setAge} from './clock.js';
+import {aged, linked, marked, pressed} from './columns.js';
 import {DataTable} from './data_table.js';
-import {h, markedText, setText} from './dom.js';
 import {eventsPart} from './events.js';
 import {civilSeconds, plural} from './format.js';
 import {sourceLink} from './links.js';
@@ -17,30 +16,15 @@ const unseen = (alarm) => alarm.state !== 'acknowledged';
 const words = {active: 'active', acknowledged: 'active, acknowledged', returned: 'over, not acknowledged'};
 
 const columns = [
-  {title: 'Priority', class: 'state', make: (cell) => {
-    const made = markedText();
-    cell.append(made.element);
-    return made;
-  }, paint: (made, alarm) => made.paint(unseen(alarm) ? priorityMark[alarm.priority] || 'bad' : 'off', alarm.priority)},
+  marked('Priority', (alarm) => [unseen(alarm) ? priorityMark[alarm.priority] || 'bad' : 'off', alarm.priority]),
   {title: 'State', class: 'words', text: (alarm) => words[alarm.state] || alarm.state},
-  {title: 'Source', class: 'name own-line', make: (cell) => cell.appendChild(h('a')), paint: (a, alarm) => {
-    setText(a, alarmSource(alarm));
-    a.href = sourceLink(alarm);
-  }},
+  linked('Source', (alarm) => [alarmSource(alarm), sourceLink(alarm)], 'name own-line'),
   {title: 'Alarm', class: 'said', text: (alarm) => alarm.text},
   {title: 'Raised', class: 'time', text: (alarm) => civilSeconds(alarm.raised)},
-  {title: 'Ago', class: 'num words', make: (cell) => cell.appendChild(age()), paint: (element, alarm) =>
-    setAge(element, Date.parse(alarm.raised))},
+  aged('Ago', (alarm) => Date.parse(alarm.raised), 'num words'),
   {title: 'Acknowledged by', class: 'words', text: (alarm) => alarm.acknowledged_by || '–'},
-  {title: 'Acknowledge', class: 'action no-print', make: (cell) => {
-    const button = h('button', {type: 'button', class: 'small', onclick: () => acknowledge(button.value)}, 'Acknowledge');
-    cell.append(button);
-    return button;
-  }, paint: (button, alarm) => {
-    button.hidden = !unseen(alarm) || !session.acknowledge;
-    button.value = alarm.seq;
-    button.setAttribute('aria-label', `Acknowledge ${alarmSource(alarm)}: ${alarm.text}`);
-  }},
+  pressed('Acknowledge', 'Acknowledge', acknowledge, (alarm) => ({value: alarm.seq,
+    hidden: !unseen(alarm) || !session.acknowledge, label: `Acknowledge ${alarmSource(alarm)}: ${alarm.text}`})),
 ];
 
 async function allAlarms() {

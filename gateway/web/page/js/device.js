@@ -6,7 +6,7 @@ import {age, now, setAge} from './clock.js';
 import {DataTable} from './data_table.js';
 import {h} from './dom.js';
 import {exchangeColumns, exchangesOf} from './exchanges.js';
-import {count, deviceTrouble, micros, okShare, percent, qualityKind} from './format.js';
+import {count, deviceTrouble, hourShare, micros, okShare, percent, qualityKind} from './format.js';
 import {histogram} from './histogram.js';
 import {alarmsLink, lineLink} from './links.js';
 import {crumbs, Facts, Headline, Problem, section, Sentences} from './parts.js';
@@ -88,7 +88,7 @@ function facts(device, answered) {
     ['Exchanges', count(device.exchanges)],
     ['OK', percent(okShare(device))],
     ['Not OK', failed.map(([name, n]) => `${name} ${count(n)}`).join(', ') || 'none'],
-    ['Last hour', hour.answered + hour.failed ? `${percent(hour.availability)}, outages: ${hour.outages}` : '–'],
+    ['Last hour', `${hourShare(hour)}, outages: ${hour.outages}`],
     ['Retries', count(device.retries)],
     ['Missed polls', count(device.missed)],
     ['Late', count(device.late)],

@@ -2,6 +2,7 @@
 // The events that are kept, newest first, with what is new as it comes.
 import {get} from './api.js';
 import {now} from './clock.js';
+import {linked} from './columns.js';
 import {DataTable} from './data_table.js';
 import {h, setText} from './dom.js';
 import {civil, count, valueText} from './format.js';
@@ -29,10 +30,7 @@ const columns = [
   {title: 'No.', class: 'num', text: (e) => e.seq},
   {title: 'Time', class: 'time', text: (e) => civil(e.device_time)},
   {title: 'Clock', text: (e) => clocks[e.clock_quality] || e.clock_quality},
-  {title: 'Source', class: 'name', make: (cell) => cell.appendChild(h('a')), paint: (a, e) => {
-    setText(a, [e.line, e.device].filter(Boolean).join('.') || 'gateway');
-    a.href = sourceLink(e);
-  }},
+  linked('Source', (e) => [[e.line, e.device].filter(Boolean).join('.') || 'gateway', sourceLink(e)]),
   {title: 'State', text: (e) => e.state},
   {title: 'Event', class: 'said', text: (e) => (e.channel ? `channel ${e.channel}: ` : '') + e.text},
   {title: 'Record', make: () => ({}), paint: (made, e, cell) => {

@@ -84,4 +84,7 @@ export function lineState(line) {
   return line.echo_lost_since ? `${line.port_state}, no echo` : line.port_state;
 }
 
+/** The part of the last hour in which a device answered; nothing where it was not asked. */
+export const hourShare = ({answered, failed, availability}) => (answered + failed ? percent(availability) : '–');
+
 export const okShare = (device) => (device.exchanges ? device.outcomes.ok / device.exchanges : null);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The chart of round trips: each row twice as long as the one before, as `baudgate status` prints it.
+import {barred} from './columns.js';
 import {DataTable} from './data_table.js';
 import {count, micros} from './format.js';
-import {Bar} from './parts.js';
 
 function octaves(buckets) {
   const rows = new Map();
@@ -19,11 +19,7 @@ export function histogram() {
   const table = new DataTable({
     columns: [
       {title: 'Time', class: 'num', text: (row) => row.upTo},
-      {title: 'Exchanges', class: 'bar-cell', make: (cell) => {
-        const bar = new Bar();
-        cell.append(bar.element);
-        return bar;
-      }, paint: (bar, row) => bar.paint(row.share, count(row.n))},
+      barred('Exchanges', (row) => [row.share, count(row.n)]),
     ],
     key: (row) => row.upTo, caption: 'Round trips', empty: 'No answer yet.',
   });

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // One line: its port, who uses the wire, its devices, and what goes over it.
 import {get} from './api.js';
-import {age, now, setAge} from './clock.js';
+import {now} from './clock.js';
+import {aged, barred, counted, heardAgo, linked, marked, said} from './columns.js';
 import {DataTable} from './data_table.js';
-import {h, markedText, setText} from './dom.js';
+import {h, setText} from './dom.js';
 import {exchangeColumns, exchangesOf} from './exchanges.js';
 import {ageText, bytes, civilSeconds, count, deviceTrouble, lineState, lineTrouble, micros, okShare, percent} from './format.js';
 import {histogram} from './histogram.js';
 import {alarmsLink, deviceLink} from './links.js';
-import {Bar, crumbs, Facts, Headline, Problem, section, Sentences} from './parts.js';
+import {crumbs, Facts, Headline, Problem, section, Sentences} from './parts.js';
 import {watchStatus} from './status.js';
 import {liveTrace} from './trace.js';
 import {WireUse} from './wire_use.js';
@@ -34,31 +35,19 @@ function facts(line) {
 
 const useColumns = [
   {title: 'Who', class: 'name', text: (row) => row.name},
-  {title: 'Part of the time', class: 'bar-cell', make: (cell) => {
-    const bar = new Bar();
-    cell.append(bar.element);
-    return bar;
-  }, paint: (bar, row) => bar.paint(row.share, percent(row.share))},
+  barred('Part of the time', (row) => [row.share, percent(row.share)]),
 ];
 
 const deviceColumns = [
-  {title: 'State', class: 'state', make: (cell) => {
-    const made = markedText();
-    cell.append(made.element);
-    return made;
-  }, paint: (made, d) => made.paint(deviceTrouble(d).shape, d.state)},
-  {title: 'Device', class: 'name', make: (cell) => cell.appendChild(h('a')), paint: (a, d) => {
-    setText(a, d.name);
-    a.href = deviceLink({line: d.line, device: d.name});
-  }},
+  marked('State', (d) => [deviceTrouble(d).shape, d.state]),
+  linked('Device', (d) => [d.name, deviceLink({line: d.line, device: d.name})]),
   {title: 'Address', class: 'num', text: (d) => d.address},
-  {title: 'What is wrong', class: 'said', text: (d) => [...(d.trouble ? [d.trouble] : []), ...d.advice].join('\n')},
-  {title: 'Answered', class: 'num', make: (cell) => cell.appendChild(age()), paint: (element, d) =>
-    setAge(element, d.age_ms === null ? null : d.heard - d.age_ms)},
-  {title: 'Exchanges', class: 'num', text: (d) => count(d.exchanges)},
+  said(),
+  aged('Answered', heardAgo),
+  counted('Exchanges', (d) => d.exchanges),
   {title: 'OK', class: 'num', text: (d) => percent(okShare(d))},
-  {title: 'Retries', class: 'num', text: (d) => count(d.retries)},
-  {title: 'Missed', class: 'num', text: (d) => count(d.missed)},
+  counted('Retries', (d) => d.retries),
+  counted('Missed', (d) => d.missed),
   {title: 'Mean', class: 'num', text: (d) => micros(d.round_trips.mean_us)},
 ];
 

@@ -9,7 +9,10 @@ import {startSearch} from './search.js';
 import {askSession, logOut, session, showLogin} from './session.js';
 import {start, stop} from './stream.js';
 
-/** name: the title, and the module whose function of that name shows the view and returns what ends it. */
+/**
+ * name: the title (empty: not in the list on top), and the module whose function of that name shows the view and returns
+ * what ends it.
+ */
 const views = {
   overview: ['Overview', () => import('./overview.js')],
   device: ['', () => import('./device.js')],
@@ -92,6 +95,7 @@ async function begin() {
   beginOnce();
 }
 
+byId('views').append(...Object.entries(views).filter(([, [title]]) => title).map(([name, [title]]) => h('a', {href: `#/${name}`}, title)));
 startAlarmBar(byId('alarm-bar'));
 showLink(byId('link'), byId('lost'));
 showNotices(document.body);

@@ -1,35 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 // How the gateway, its lines and its devices are, trouble first.
+import {now} from './clock.js';
+import {aged, barred, counted, heardAgo, linked, marked, said} from './columns.js';
 import {DataTable} from './data_table.js';
-import {age, now, setAge} from './clock.js';
-import {h, markedText, setText} from './dom.js';
-import {count, deviceTrouble, lineState, lineTrouble, micros, okShare, percent, plural} from './format.js';
+import {count, deviceTrouble, hourShare, lineState, lineTrouble, micros, okShare, percent, plural} from './format.js';
 import {deviceLink, lineLink} from './links.js';
-import {Bar, Headline, Problem, section, Sentences} from './parts.js';
+import {Headline, Problem, section, Sentences} from './parts.js';
 import {watchStatus} from './status.js';
 
-const said = (thing) => [...(thing.trouble ? [thing.trouble] : []), ...thing.advice].join('\n');
-const link = (cell) => cell.appendChild(h('a'));
-
 const lineColumns = [
-  {title: 'Port', class: 'state', make: (cell) => {
-    const made = markedText();
-    cell.append(made.element);
-    return made;
-  }, paint: (made, line) => made.paint(lineTrouble(line).shape, lineState(line))},
-  {title: 'Line', class: 'name', make: link, paint: (a, line) => {
-    setText(a, line.name);
-    a.href = lineLink(line.name);
-  }},
-  {title: 'What is wrong', class: 'said', text: said},
-  {title: 'Use', class: 'bar-cell', make: (cell) => {
-    const bar = new Bar();
-    cell.append(bar.element);
-    return bar;
-  }, paint: (bar, line) => bar.paint(line.use, `${Math.round(line.use * 100)} %`)},
-  {title: 'Exchanges', class: 'num', text: (line) => count(line.exchanges)},
-  {title: 'No reply', class: 'num', text: (line) => count(line.outcomes.no_reply)},
-  {title: 'Damaged', class: 'num', text: (line) => count(line.outcomes.corrupt + line.outcomes.partial)},
+  marked('Port', (line) => [lineTrouble(line).shape, lineState(line)]),
+  linked('Line', (line) => [line.name, lineLink(line.name)]),
+  said(),
+  barred('Use', (line) => [line.use, `${Math.round(line.use * 100)} %`]),
+  counted('Exchanges', (line) => line.exchanges),
+  counted('No reply', (line) => line.outcomes.no_reply),
+  counted('Damaged', (line) => line.outcomes.corrupt + line.outcomes.partial),
   {title: 'Online', class: 'num', text: (line) => {
     const online = line.devices.filter((d) => d.state === 'online' || d.state === 'degraded').length;
     return `${online} of ${line.devices.length}`;
@@ -37,23 +23,12 @@ const lineColumns = [
 ];
 
 const deviceColumns = [
-  {title: 'State', class: 'state', make: (cell) => {
-    const made = markedText();
-    cell.append(made.element);
-    return made;
-  }, paint: (made, device) => made.paint(deviceTrouble(device).shape, device.state)},
-  {title: 'Device', class: 'name', make: link, paint: (a, device) => {
-    setText(a, device.full);
-    a.href = deviceLink({line: device.line, device: device.name});
-  }},
-  {title: 'What is wrong', class: 'said', text: said},
-  {title: 'Answered', class: 'num', make: (cell) => cell.appendChild(age()), paint: (element, device) =>
-    setAge(element, device.age_ms === null ? null : device.heard - device.age_ms)},
+  marked('State', (device) => [deviceTrouble(device).shape, device.state]),
+  linked('Device', (device) => [device.full, deviceLink({line: device.line, device: device.name})]),
+  said(),
+  aged('Answered', heardAgo),
   {title: 'OK', class: 'num', text: (device) => percent(okShare(device))},
-  {title: 'Last hour', class: 'num', text: (device) => {
-    const {answered, failed, availability} = device.hour;
-    return answered + failed ? percent(availability) : '–';
-  }},
+  {title: 'Last hour', class: 'num', text: (device) => hourShare(device.hour)},
   {title: 'Mean', class: 'num', text: (device) => micros(device.round_trips.mean_us)},
   {title: 'Good points', class: 'num', text: ({points}) => `${points.good} of ${points.count}`},
 ];

@@ -58,6 +58,8 @@ export class Plot {
     this.element = h('figure', {class: 'plot-figure'}, this.title, this.box);
     this.themed = () => this.graph?.updateOptions(this.colours());
     addEventListener('theme', this.themed);
+    this.resized = new ResizeObserver(() => this.graph?.resize());
+    this.resized.observe(this.box);
   }
 
   colours() {
@@ -72,7 +74,7 @@ export class Plot {
   /** list: [{number, series}], number: which colour and dash. */
   show(unit, list, since, until) {
     this.numbers = list.map((one) => one.number);
-    this.spans = doubtful(list.map((one) => one.series));
+    this.spans = doubtful(list.map((one) => one.series), until);
     this.title.textContent = unit || 'without a unit';
     this.box.setAttribute('role', 'img');
     this.box.setAttribute('aria-label',
@@ -142,6 +144,7 @@ export class Plot {
 
   end() {
     removeEventListener('theme', this.themed);
+    this.resized.disconnect();
     this.graph?.destroy();
     this.element.remove();
   }

@@ -36,13 +36,16 @@ export function onOneGrid(list) {
   return [...grid.values()].sort((a, b) => a[0] - b[0]);
 }
 
-/** Spans [from, until] in which a value was not good all the time. */
-export function doubtful(list) {
+/** Less than the whole of a step, beyond what rounding leaves away. */
+const wholeShare = 0.995;
+
+/** Spans [from, until] in which a value was not good all the time; a step that is not over at `end` is not judged. */
+export function doubtful(list, end) {
   const spans = [];
   for (const series of list) {
     let open = null;
     for (const [t, , , , good] of series.rows) {
-      if (good < 1) {
+      if (good < wholeShare && t + series.step_ms <= end) {
         if (open && t - open[1] <= series.step_ms) open[1] = t + series.step_ms;
         else spans.push(open = [t, t + series.step_ms]);
       } else {

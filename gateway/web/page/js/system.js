@@ -2,6 +2,7 @@
 // Modbus clients and routes, DDS, what is kept, and the configuration in force.
 import {get} from './api.js';
 import {age, now, setAge} from './clock.js';
+import {aged, counted, heardAgo} from './columns.js';
 import {DataTable} from './data_table.js';
 import {h, setText} from './dom.js';
 import {ageText, bytes, civilSeconds, count, micros} from './format.js';
@@ -9,32 +10,30 @@ import {Facts, Headline, Problem, section, Sentences} from './parts.js';
 import {gatewayAdvice} from './overview.js';
 import {watchStatus} from './status.js';
 
-const since = {title: 'Last', class: 'num', make: (cell) => cell.appendChild(age()),
-  paint: (element, one) => setAge(element, one.age_ms === null ? null : one.heard - one.age_ms)};
-const number = (title, value) => ({title, class: 'num', text: (one) => count(value(one))});
+const last = aged('Last', heardAgo);
 
 const clientColumns = [
   {title: 'Client', class: 'name', text: (c) => c.peer},
   {title: 'On', text: (c) => c.listener},
   {title: 'Priority', text: (c) => c.priority},
-  number('Requests', (c) => c.requests),
-  number('Exceptions', (c) => c.exceptions),
-  number('Waiting', (c) => c.outstanding),
+  counted('Requests', (c) => c.requests),
+  counted('Exceptions', (c) => c.exceptions),
+  counted('Waiting', (c) => c.outstanding),
   {title: 'Bytes in', class: 'num', text: (c) => bytes(c.bytes_in)},
   {title: 'Bytes out', class: 'num', text: (c) => bytes(c.bytes_out)},
-  since,
+  last,
 ];
 
 const routeColumns = [
   {title: 'Units', class: 'name', text: (r) => r.units},
   {title: 'Route to', text: (r) => r.target},
-  number('Requests', (r) => r.requests),
-  number('OK', (r) => r.ok),
-  number('Refused', (r) => r.refused),
-  number('No reply', (r) => r.no_reply),
-  number('Too late', (r) => r.expired),
-  number('Queue full', (r) => r.busy),
-  number('Client left', (r) => r.dropped),
+  counted('Requests', (r) => r.requests),
+  counted('OK', (r) => r.ok),
+  counted('Refused', (r) => r.refused),
+  counted('No reply', (r) => r.no_reply),
+  counted('Too late', (r) => r.expired),
+  counted('Queue full', (r) => r.busy),
+  counted('Client left', (r) => r.dropped),
   {title: 'Mean wait', class: 'num', text: (r) => micros(r.mean_wait_us)},
   {title: 'Last trouble', class: 'said', text: (r) => r.last_trouble || '–'},
 ];
@@ -42,9 +41,9 @@ const routeColumns = [
 const masterColumns = [
   {title: 'Master on', class: 'name', text: (m) => m.port},
   {title: 'Port', text: (m) => m.port_state},
-  number('Frames', (m) => m.frames),
-  number('Damaged', (m) => m.damaged),
-  since,
+  counted('Frames', (m) => m.frames),
+  counted('Damaged', (m) => m.damaged),
+  last,
 ];
 
 function keptFacts(status) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The legend of trends: which line is which point, and its figures.
+import {pressed} from './columns.js';
 import {DataTable} from './data_table.js';
 import {h, setText} from './dom.js';
 import {civilSeconds, valueText} from './format.js';
@@ -29,7 +30,7 @@ export function trendTable() {
       svg.setAttribute('class', `series-${number}`);
       line.setAttribute('stroke-dasharray', (dashes[number] || []).join(' '));
     }},
-    {title: 'Point', class: 'name', text: (one) => one.series.point},
+    {title: 'Point', class: 'said', text: (one) => one.series.point + (one.failure ? `\n${one.failure}` : '')},
     {title: 'Unit', text: (one) => one.series.unit},
     {title: 'At the cursor', class: 'num', text: (one) => {
       const row = time === null ? null : rowAt(one.series, time);
@@ -41,18 +42,11 @@ export function trendTable() {
     {title: 'Maximum', class: 'num', text: (one) => short(one.sum?.max)},
     {title: 'Last', class: 'num', text: (one) => short(one.sum?.last)},
     {title: 'File', class: 'no-print', make: (cell) => cell.appendChild(h('a', {download: ''}, 'CSV')), paint: (a, one) => {
-      a.hidden = !session.history;
+      a.hidden = !session.history || Boolean(one.failure);
       a.href = csvLink(one.series.point, one.from, one.until);
       a.setAttribute('aria-label', `CSV of ${one.series.point}`);
     }},
-    {title: 'Take off', class: 'action no-print', make: (cell) => {
-      const button = h('button', {type: 'button', class: 'small', onclick: () => picked.toggle(button.value)}, 'Remove');
-      cell.append(button);
-      return button;
-    }, paint: (button, one) => {
-      button.value = one.series.point;
-      button.setAttribute('aria-label', `Remove ${one.series.point}`);
-    }},
+    pressed('Take off', 'Remove', picked.toggle, (one) => ({value: one.series.point, label: `Remove ${one.series.point}`})),
   ];
   const table = new DataTable({columns, key: (one) => one.series.point, caption: 'Points of the chart',
     empty: 'No points are chosen: add some above, or with “+ Trend” beside a point.'});

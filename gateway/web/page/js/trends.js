@@ -97,7 +97,7 @@ export function trends(root, _, parameters) {
 
   function paint([from, until]) {
     const begin = performance.now();
-    const units = byUnit(list);
+    const units = byUnit(list.filter((one) => !one.failure));
     for (const [unit, plot] of plots) {
       if (units.has(unit)) continue;
       plot.end();
@@ -129,11 +129,12 @@ export function trends(root, _, parameters) {
     paintControls(window);
     await loadCharts();
     const pixels = Math.min(mostPixels, Math.max(100, charts.clientWidth - 60));
-    const found = await Promise.all(names.map((name) => fetchSeries(name, ...window, pixels).catch((error) => ({point: name, error}))));
+    const found = await Promise.all(names.map((name, number) => fetchSeries(name, ...window, pixels).then(
+        (series) => ({number, series}),
+        (error) => ({number, series: {point: name, unit: '', step_ms: 1, rows: []}, failure: error.message}))));
     if (mine !== round) return;
-    list = found.map((series, number) => ({number, series})).filter((one) => !one.series.error);
-    const failed = found.find((series) => series.error);
-    problem.paint(failed ? failed.error : null);
+    list = found;
+    problem.paint(null);
     paint(window);
   }
 
