@@ -38,6 +38,10 @@ const routeColumns = [
   {title: 'Last trouble', class: 'said', text: (r) => r.last_trouble || '–'},
 ];
 
+/** A route, and below it a row for each unit where it has served several. */
+const withUnits = (route) => [route, ...(route.by_unit.length < 2 ? [] : route.by_unit.map((unit) =>
+  ({...unit, units: `unit ${unit.unit}`, target: route.target, last_trouble: ''})))];
+
 const masterColumns = [
   {title: 'Master on', class: 'name', text: (m) => m.port},
   {title: 'Port', text: (m) => m.port_state},
@@ -138,7 +142,7 @@ export function system(root) {
     figures.paint([['Up for', ageText(status.uptime_ms)], ['Its clock', civilSeconds(status.time)],
       ['Lines', count(status.lines.length)], ['Devices', count(status.lines.reduce((n, l) => n + l.devices.length, 0))]]);
     clients.paint(status.modbus.clients.map((c) => ({...c, heard})));
-    routes.paint(status.modbus.routes);
+    routes.paint(status.modbus.routes.flatMap(withUnits));
     masters.paint(status.modbus.masters.map((m) => ({...m, heard})));
     dds.paint(ddsFacts(status.dds));
     kept.paint(keptFacts(status));
