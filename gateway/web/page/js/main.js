@@ -107,7 +107,7 @@ byId('skip').addEventListener('click', (event) => {
 byId('logout').addEventListener('click', () => logOut().then(login, (error) => emit('notice', error.message)));
 addEventListener('hashchange', () => session.gateway !== undefined && show(true));
 on('login', login);
-on('reload', () => askSession().catch(() => {});
+on('reload', () => askSession().catch(() => {}));
 on('link', async ({state, before}) => {
   if (state !== 'live' || before !== 'lost') return;
   const {version} = session;
