@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// Requests to the gateway. An error carries the gateway's own sentence.
+import {emit} from './bus.js';
+
+export class ApiError extends Error {
+  constructor(status, message) {
+    super(message);
+    this.status = status;
+  }
+}
+
+async function request(path, options) {
+  let response;
+  try {
+    response = await fetch(path, {cache: 'no-store', ...options});
+  } catch {
+    throw new ApiError(0, 'The gateway does not answer.');
+  }
+  if (response.status === 204) return null;
+  const body = await response.json().catch(() => ({}));
+  if (response.ok) return body;
+  if (response.status === 401 && path !== '/login') emit('login');
+  throw new ApiError(response.status, body.detail || body.title || `The gateway answered ${response.status}.`);
+}
+
+/** get('status', {target: 'bay-1'}): parameters without a value are left out. */
+export function get(name, parameters = {}) {
+  return request(address(name, parameters));
+}
+
+export function address(name, parameters = {}) {
+  const given = Object.entries(parameters).filter(([, value]) => value !== undefined && value !== '');
+  const query = new URLSearchParams(given).toString();
+  return `/api/v1/${name}${query ? `?${query}` : ''}`;
+}
+
+export function post(path, body = {}) {
+  return request(path, {
+    method: 'POST',
+    headers: {'Content-Type': 'application/json'},
+    body: JSON.stringify(body),
+  });
+}

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+// Columns of tables that several views have.
+import {age, setAge} from './clock.js';
+import {h, markedText, setText} from './dom.js';
+import {count} from './format.js';
+import {Bar} from './parts.js';
+
+/** A shape and a word: of(item) is [shape, word]. */
+export const marked = (title, of) => ({
+  title,
+  class: 'state',
+  make: (cell) => {
+    const made = markedText();
+    cell.append(made.element);
+    return made;
+  },
+  paint: (made, item) => made.paint(...of(item)),
+});
+
+/** A name that leads to its view: of(item) is [text, address]. */
+export const linked = (title, of, name = 'name') => ({
+  title,
+  class: name,
+  make: (cell) => cell.appendChild(h('a')),
+  paint: (a, item) => {
+    const [text, href] = of(item);
+    setText(a, text);
+    if (a.getAttribute('href') !== href) a.href = href;
+  },
+});
+
+/** An age that counts on: of(item) is the gateway's time in milliseconds, or null. */
+export const aged = (title, of, name = 'num') => ({
+  title,
+  class: name,
+  make: (cell) => cell.appendChild(age()),
+  paint: (element, item) => setAge(element, of(item)),
+});
+
+/** A share as a bar: of(item) is [share, text]. */
+export const barred = (title, of) => ({
+  title,
+  class: 'bar-cell',
+  make: (cell) => {
+    const bar = new Bar();
+    cell.append(bar.element);
+    return bar;
+  },
+  paint: (bar, item) => bar.paint(...of(item)),
+});
+
+/** press(value): of(item) is {value, label, hidden?}. */
+export const pressed = (title, text, press, of) => ({
+  title,
+  class: 'action no-print',
+  make: (cell) => {
+    const button = h('button', {type: 'button', class: 'small', onclick: () => press(button.value)}, text);
+    cell.append(button);
+    return button;
+  },
+  paint: (button, item) => {
+    const {value, label, hidden = false} = of(item);
+    button.value = value;
+    button.hidden = hidden;
+    button.setAttribute('aria-label', label);
+  },
+});
+
+export const counted = (title, of) => ({title, class: 'num', text: (item) => count(of(item))});
+
+/** The sentences of the gateway, one a line. */
+export const said = (title = 'What is wrong') =>
+  ({title, class: 'said', text: (thing) => [...(thing.trouble ? [thing.trouble] : []), ...thing.advice].join('\n')});
+
+/** When something was, of which a status heard at `heard` says how long ago. */
+export const heardAgo = (one) => (one.age_ms === null ? null : one.heard - one.age_ms);

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: Apache-2.0
+// One device: its points, figures, round trips, last exchanges and its register map.
+import {get} from './api.js';
+import {on} from './bus.js';
+import {age, now, setAge} from './clock.js';
+import {DataTable} from './data_table.js';
+import {h} from './dom.js';
+import {exchangeColumns, exchangesOf} from './exchanges.js';
+import {count, deviceTrouble, hourShare, micros, okShare, percent, qualityKind} from './format.js';
+import {histogram} from './histogram.js';
+import {alarmsLink, lineLink} from './links.js';
+import {crumbs, Facts, Headline, Problem, section, Sentences} from './parts.js';
+import {PointTable} from './point_table.js';
+import {repeat, watchStatus} from './status.js';
+import {matching, pointsOf, valueOf} from './store.js';
+
+const shownExchanges = 20;
+
+function pointsPart(name, sought) {
+  const table = new PointTable({full: false, label: `Points of ${name}`});
+  const filter = h('input', {type: 'search', id: 'filter', placeholder: 'Filter', oninput: () => paint()});
+  const marred = h('input', {type: 'checkbox', id: 'marred', onchange: () => paint()});
+  const problem = new Problem();
+  let points = [];
+  const paint = () => table.paint(matching(points, filter.value)
+      .filter((p) => !marred.checked || qualityKind(valueOf(p.id)?.quality ?? 0) !== 'good'));
+  const fetchPoints = () => pointsOf(name).then((found) => {
+    points = found;
+    problem.paint(null);
+    paint();
+    if (sought) table.reveal(sought);
+    sought = '';
+  }, (error) => problem.paint(error));
+  const end = on('points', fetchPoints);
+  fetchPoints();
+  const controls = h('div', {class: 'controls no-print'},
+      h('label', {class: 'hidden', for: 'filter'}, 'Filter the points'), filter,
+      h('label', {class: 'check'}, marred, 'Only those that are not good'));
+  return {element: section('Points', controls, problem.element, table.element), end: () => {
+    end();
+    table.end();
+  }};
+}
+
+const mapColumns = [
+  {title: 'Point', class: 'name', text: (r) => r.point},
+  {title: 'Table', text: (r) => r.table},
+  {title: 'Address', class: 'num', text: (r) => r.address},
+  {title: 'Registers', class: 'num', text: (r) => r.count},
+  {title: 'Type', text: (r) => r.type},
+  {title: 'Unit', text: (r) => r.unit},
+  {title: 'Access', text: (r) => r.access},
+];
+
+function mapPart(name) {
+  const table = new DataTable({columns: mapColumns, key: (r) => `${r.table} ${r.address} ${r.point}`,
+    caption: `Registers of ${name}`, empty: 'No point of this device is on Modbus.'});
+  const unit = h('p');
+  const problem = new Problem();
+  const details = h('details', {class: 'map'}, h('summary', {}, 'Register map'), problem.element, unit, table.element);
+  let asked = null;
+  const fetchMap = () => (asked ||= get('map', {device: name}).then((map) => {
+    unit.textContent = map.unit === null ? 'Not on Modbus.'
+      : `Modbus unit ${map.unit}. Quality of the value at N: N + 20000. Age in tenths of a second: N + 40000.`;
+    table.paint(map.registers);
+  }, (error) => {
+    asked = null;
+    problem.paint(error);
+  }));
+  details.addEventListener('toggle', () => details.open && fetchMap());
+  const print = h('button', {type: 'button', class: 'no-print', onclick: async () => {
+    await fetchMap();
+    details.open = true;
+    document.body.classList.add('print-map');
+    window.print();
+    document.body.classList.remove('print-map');
+  }}, 'Print the register map');
+  return {element: details, print};
+}
+
+function facts(device, answered) {
+  const {outcomes, hour} = device;
+  setAge(answered, device.age_ms === null ? null : now() - device.age_ms);
+  const failed = Object.entries(outcomes).filter(([name, n]) => name !== 'ok' && n > 0);
+  return [
+    ['Answered', answered],
+    ['Last exchange', device.last_outcome],
+    ['Exchanges', count(device.exchanges)],
+    ['OK', percent(okShare(device))],
+    ['Not OK', failed.map(([name, n]) => `${name} ${count(n)}`).join(', ') || 'none'],
+    ['Last hour', `${hourShare(hour)}, outages: ${hour.outages}`],
+    ['Retries', count(device.retries)],
+    ['Missed polls', count(device.missed)],
+    ['Late', count(device.late)],
+    ['Round trip', `mean ${micros(device.round_trips.mean_us)}, 99 % ${micros(device.round_trips.p99_us)}`],
+    ['Points', `${device.points.good} good, ${device.points.uncertain} uncertain, ${device.points.bad} bad`],
+    ['Learned', device.learned || 'as configured'],
+  ];
+}
+
+export function device(root, name, parameters) {
+  const line = name.split('.')[0];
+  const short = name.slice(line.length + 1);
+  const headline = new Headline(name);
+  const about = h('p', {class: 'about'});
+  const problem = new Problem();
+  const advice = new Sentences();
+  const figures = new Facts();
+  const answered = age();
+  const chart = histogram();
+  const points = pointsPart(name, parameters.point);
+  const map = mapPart(name);
+  const exchanges = new DataTable({columns: exchangeColumns(false), key: (e) => e.key,
+    caption: `Last exchanges of ${name}`, empty: 'Nothing was exchanged yet.'});
+  root.append(crumbs(['Overview', '#/overview'], [line, lineLink(line)]), headline.element, about, problem.element,
+      advice.element, h('p', {class: 'controls no-print'}, h('a', {href: alarmsLink({device: name})}, 'Its events'),
+          map.print),
+      figures.element, points.element, h('div', {class: 'side-by-side'}, section('Round trips', chart.element),
+          section('Last exchanges', exchanges.element)), map.element);
+  const ends = [points.end,
+    watchStatus(name, (status) => {
+      const mine = status.lines[0].devices[0];
+      problem.paint(null);
+      headline.paint(deviceTrouble(mine).shape, `${name}: ${mine.state}`);
+      about.textContent = `${mine.protocol}, address ${mine.address}, profile ${mine.profile}`
+        + (mine.unit === null ? ', not on Modbus' : `, Modbus unit ${mine.unit}`);
+      advice.paint([...(mine.trouble ? [{kind: 'bad', text: mine.trouble}] : []), ...mine.advice]);
+      figures.paint(facts(mine, answered));
+      chart.paint(mine.round_trips);
+    }, (error) => problem.paint(error)),
+    repeat(() => get('recorded', {line}), ({records}) => {
+      exchanges.paint(exchangesOf(records).filter((e) => e.device === short).slice(-shownExchanges).reverse());
+    }, () => {}, 3000),
+  ];
+  return () => ends.forEach((end) => end());
+}

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+// Builds elements. Texts become text nodes and are never read as HTML.
+
+/** h('td', {class: 'num', onclick: f}, 'text', node): false, null and undefined children are left out. */
+export function h(tag, attributes = {}, ...children) {
+  const element = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) {
+    if (value === false || value === null || value === undefined) continue;
+    if (name.startsWith('on')) element.addEventListener(name.slice(2), value);
+    else element.setAttribute(name, value === true ? '' : value);
+  }
+  element.append(...children.flat(Infinity).filter((c) => c !== null && c !== undefined && c !== false));
+  return element;
+}
+
+/** Writes a text only when it is another one, so that nothing is laid out or read aloud for nothing. */
+export function setText(node, text) {
+  if (node.textContent !== text) node.textContent = text;
+}
+
+export function setClass(element, name) {
+  if (element.className !== name) element.className = name;
+}
+
+const svgName = 'http://www.w3.org/2000/svg';
+const shapes = {
+  fine: 'M6 2.5a3.5 3.5 0 1 0 .01 0z',
+  info: 'M6 1.5a4.5 4.5 0 1 0 .01 0zM6 5v4M6 3v1',
+  warn: 'M6 1 11.5 11H.5z',
+  bad: 'M1 1h10v10H1z',
+  off: 'M1.5 6h9',
+  new: 'M6 1 11 6 6 11 1 6z',
+};
+
+/** A small shape beside a word: the shape differs as well as the colour. */
+export function mark(kind) {
+  const svg = document.createElementNS(svgName, 'svg');
+  svg.setAttribute('viewBox', '0 0 12 12');
+  svg.setAttribute('aria-hidden', 'true');
+  svg.append(document.createElementNS(svgName, 'path'));
+  setMark(svg, kind);
+  return svg;
+}
+
+export function setMark(svg, kind) {
+  if (svg.dataset.kind === kind) return;
+  svg.dataset.kind = kind;
+  svg.setAttribute('class', `mark ${kind}`);
+  svg.firstChild.setAttribute('d', shapes[kind]);
+}
+
+/** A shape and a word: paint(kind, text). */
+export function markedText() {
+  const shape = mark('fine');
+  const word = h('span');
+  const element = h('span', {class: 'marked'}, shape, word);
+  return {
+    element,
+    paint(kind, text) {
+      setMark(shape, kind);
+      setText(word, text);
+    },
+  };
+}

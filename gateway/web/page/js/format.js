@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+// How numbers, times, values and states are written.
+
+const grouped = new Intl.NumberFormat('en');
+
+export const count = (n) => grouped.format(n);
+export const plural = (n, one, many = `${one}s`) => `${count(n)} ${n === 1 ? one : many}`;
+
+export function ageText(ms) {
+  const s = Math.max(0, ms) / 1000;
+  if (s < 10) return `${s.toFixed(1)} s`;
+  if (s < 120) return `${Math.floor(s)} s`;
+  if (s < 7200) return `${Math.floor(s / 60)} min`;
+  if (s < 172800) return `${Math.floor(s / 3600)} h`;
+  return `${Math.floor(s / 86400)} d`;
+}
+
+export function percent(share) {
+  if (share === null || share === undefined || Number.isNaN(share)) return '–';
+  if (share === 1 || share === 0) return `${share * 100} %`;
+  // 99.97 % is not 100 %: nothing is rounded up to it.
+  return `${Math.min(99.9, share * 100).toFixed(1)} %`;
+}
+
+export function micros(us) {
+  if (!us) return '–';
+  if (us < 10000) return `${(us / 1000).toFixed(1)} ms`;
+  return us < 1e6 ? `${Math.round(us / 1000)} ms` : `${(us / 1e6).toFixed(1)} s`;
+}
+
+export function bytes(n) {
+  if (n < 1000) return `${n} B`;
+  if (n < 1e6) return `${(n / 1000).toFixed(1)} kB`;
+  return n < 1e9 ? `${(n / 1e6).toFixed(1)} MB` : `${(n / 1e9).toFixed(2)} GB`;
+}
+
+/** "2026-11-27 01:12:09.908" of a time as the gateway writes it, or of milliseconds. */
+export function civil(time) {
+  if (time === null || time === undefined || time === '') return '–';
+  const text = typeof time === 'number' ? new Date(time).toISOString() : time;
+  return text.replace('T', ' ').replace(/Z$/, '');
+}
+
+export const civilSeconds = (time) => civil(time).replace(/\.\d+$/, '');
+
+export function valueText(value) {
+  if (value === null || value === undefined) return '–';
+  if (typeof value === 'number' && !Number.isInteger(value)) return String(Number(value.toPrecision(7)));
+  return String(value);
+}
+
+/** good, uncertain or bad of a quality word (docs/modbus.md). */
+export function qualityKind(quality) {
+  const low = quality & 0xc0;
+  return low === 0xc0 ? 'good' : low === 0x40 ? 'uncertain' : 'bad';
+}
+
+export const qualityMark = {good: 'fine', uncertain: 'warn', bad: 'bad'};
+
+const deviceStates = {
+  offline: ['bad', 0],
+  degraded: ['warn', 2],
+  'never seen': ['new', 1],
+  disabled: ['off', 4],
+  online: ['fine', 5],
+};
+
+/** The shape of a device's state, and its place among troubles: the smaller, the worse. */
+export function deviceTrouble(device) {
+  const [shape, rank] = deviceStates[device.state] || ['info', 3];
+  const marred = rank === 5 && (device.advice.length > 0 || device.trouble !== '');
+  return {shape: marred ? 'info' : shape, rank: marred ? 3 : rank};
+}
+
+export function lineTrouble(line) {
+  if (line.port_state === 'closed' || line.stuck_since) return {shape: 'bad', rank: 0};
+  if (line.port_state === 'released') return {shape: 'off', rank: 2};
+  if (line.echo_lost_since) return {shape: 'warn', rank: 1};
+  return line.advice.length ? {shape: 'info', rank: 3} : {shape: 'fine', rank: 4};
+}
+
+export function lineState(line) {
+  if (line.stuck_since) return 'stuck';
+  return line.echo_lost_since ? `${line.port_state}, no echo` : line.port_state;
+}
+
+/** The part of the last hour in which a device answered; nothing where it was not asked. */
+export const hourShare = ({answered, failed, availability}) => (answered + failed ? percent(availability) : '–');
+
+export const okShare = (device) => (device.exchanges ? device.outcomes.ok / device.exchanges : null);

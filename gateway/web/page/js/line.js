@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+// One line: its port, who uses the wire, its devices, and what goes over it.
+import {get} from './api.js';
+import {now} from './clock.js';
+import {aged, barred, counted, heardAgo, linked, marked, said} from './columns.js';
+import {DataTable} from './data_table.js';
+import {h, setText} from './dom.js';
+import {exchangeColumns, exchangesOf} from './exchanges.js';
+import {ageText, bytes, civilSeconds, count, deviceTrouble, lineState, lineTrouble, micros, okShare, percent} from './format.js';
+import {histogram} from './histogram.js';
+import {alarmsLink, deviceLink} from './links.js';
+import {crumbs, Facts, Headline, Problem, section, Sentences} from './parts.js';
+import {watchStatus} from './status.js';
+import {liveTrace} from './trace.js';
+import {WireUse} from './wire_use.js';
+
+function facts(line) {
+  const failed = Object.entries(line.outcomes).filter(([name, n]) => name !== 'ok' && n > 0);
+  return [
+    ['Port', line.port_text],
+    ['Since', civilSeconds(line.port_since)],
+    ['Times lost', count(line.times_lost)],
+    ['Use, last minute', `${Math.round(line.use * 100)} %`],
+    ['Exchanges', count(line.exchanges)],
+    ['Not OK', failed.map(([name, n]) => `${name} ${count(n)}`).join(', ') || 'none'],
+    ['Bytes', `${bytes(line.bytes_in)} in, ${bytes(line.bytes_out)} out, ${bytes(line.stray_bytes)} stray`],
+    ['Late', count(line.late)],
+    ['Echoes, collisions', `${count(line.echoes)}, ${count(line.collisions)}`],
+    ['Driver', `parity ${count(line.parity_errors)}, framing ${count(line.framing_errors)}, overruns ${count(line.overruns)}`],
+    ['Absent devices', line.notice_bound_ms === null ? 'none'
+      : `a return is noticed within ${ageText(line.notice_bound_ms)}`],
+    ['Round trip', `mean ${micros(line.round_trips.mean_us)}, 99 % ${micros(line.round_trips.p99_us)}`],
+  ];
+}
+
+const useColumns = [
+  {title: 'Who', class: 'name', text: (row) => row.name},
+  barred('Part of the time', (row) => [row.share, percent(row.share)]),
+];
+
+const deviceColumns = [
+  marked('State', (d) => [deviceTrouble(d).shape, d.state]),
+  linked('Device', (d) => [d.name, deviceLink({line: d.line, device: d.name})]),
+  {title: 'Address', class: 'num', text: (d) => d.address},
+  said(),
+  aged('Answered', heardAgo),
+  counted('Exchanges', (d) => d.exchanges),
+  {title: 'OK', class: 'num', text: (d) => percent(okShare(d))},
+  counted('Retries', (d) => d.retries),
+  counted('Missed', (d) => d.missed),
+  {title: 'Mean', class: 'num', text: (d) => micros(d.round_trips.mean_us)},
+];
+
+export function line(root, name) {
+  const headline = new Headline(name);
+  const about = h('p', {class: 'about'});
+  const problem = new Problem();
+  const advice = new Sentences();
+  const figures = new Facts();
+  const chart = histogram();
+  const use = new WireUse();
+  const useTable = new DataTable({columns: useColumns, key: (r) => r.name, caption: 'Who used the wire'});
+  const usePart = section('Who used the wire', useTable.element);
+  const devices = new DataTable({columns: deviceColumns, key: (d) => d.name, caption: `Devices of ${name}`,
+    empty: 'This line has no devices: only routes lead to it.', rowClass: (d) => `rank-${deviceTrouble(d).shape}`});
+  const trace = new DataTable({columns: exchangeColumns(true), key: (e) => e.key, caption: `Exchanges of ${name}`,
+    empty: 'Nothing was exchanged yet.'});
+  const live = liveTrace(name, (list) => trace.paint(list));
+  root.append(crumbs(['Overview', '#/overview']), headline.element, about, problem.element, advice.element,
+      h('p', {class: 'controls no-print'}, h('a', {href: alarmsLink({line: name})}, 'Its events')), figures.element,
+      section('Devices', devices.element), h('div', {class: 'side-by-side'}, usePart,
+          section('Round trips', chart.element)),
+      section('Trace', live.element, trace.element));
+  get('recorded', {line: name}).then(({records}) => live.begin(exchangesOf(records)), () => {});
+  const end = watchStatus(name, (status) => {
+    const mine = status.lines[0];
+    const heard = now();
+    problem.paint(null);
+    headline.paint(lineTrouble(mine).shape, `${name}: ${lineState(mine)}`);
+    about.textContent = `${mine.protocol} on ${mine.port}${mine.serial ? `, ${mine.serial}` : ''}`;
+    advice.paint(mine.advice);
+    figures.paint(facts(mine));
+    chart.paint(mine.round_trips);
+    useTable.paint(use.take(mine, status.uptime_ms));
+    setText(usePart.firstChild, `Who used the wire (${use.span})`);
+    devices.paint(mine.devices.map((d) => ({...d, line: name, heard}))
+        .sort((a, b) => deviceTrouble(a).rank - deviceTrouble(b).rank));
+  }, (error) => problem.paint(error));
+  return () => {
+    end();
+    live.end();
+  };
+}

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+// Begins the page: who looks, the frame around the views, and which view is shown.
+import {startAlarmBar} from './alarm_bar.js';
+import {emit, on} from './bus.js';
+import {h, setText} from './dom.js';
+import {showLink, showNotices} from './link_bar.js';
+import {parse} from './links.js';
+import {startSearch} from './search.js';
+import {askSession, logOut, session, showLogin} from './session.js';
+import {start, stop} from './stream.js';
+
+/**
+ * name: the title (empty: not in the list on top), and the module whose function of that name shows the view and returns
+ * what ends it.
+ */
+const views = {
+  overview: ['Overview', () => import('./overview.js')],
+  device: ['', () => import('./device.js')],
+  line: ['', () => import('./line.js')],
+  alarms: ['Alarms and events', () => import('./alarms.js')],
+  trends: ['Trends', () => import('./trends.js')],
+  points: ['Points', () => import('./points.js')],
+  system: ['System', () => import('./system.js')],
+};
+const byId = (id) => document.getElementById(id);
+const main = byId('main');
+let endView = () => {};
+let begun = false;
+let shown = 0;
+
+async function show(moved) {
+  const {view, thing} = parse(location.hash);
+  const mine = ++shown;
+  endView();
+  endView = () => {};
+  main.replaceChildren();
+  main.className = `view-${view}`;
+  for (const link of byId('views').children) {
+    const here = link.getAttribute('href') === `#/${view}` || (link.getAttribute('href') === '#/overview'
+      && (view === 'device' || view === 'line'));
+    if (here) link.setAttribute('aria-current', 'page');
+    else link.removeAttribute('aria-current');
+  }
+  document.title = `${views[view]?.[0] || thing || 'baudgate'} – ${session.gateway || 'baudgate'}`;
+  if (!Object.hasOwn(views, view)) {
+    main.append(h('h1', {tabindex: '-1'}, 'There is no such view'), h('p', {}, h('a', {href: '#/overview'}, 'Overview')));
+  } else {
+    const module = await views[view][1]().catch(() => null);
+    if (mine !== shown) return;
+    if (!module) return emit('notice', 'A part of the page cannot be loaded: load the page again.');
+    endView = module[view](main, thing, parse(location.hash).parameters);
+  }
+  if (moved && document.activeElement !== byId('query')) main.querySelector('h1')?.focus();
+  scrollTo(0, 0);
+}
+
+function login() {
+  ++shown;
+  stop();
+  endView();
+  endView = () => {};
+  document.body.dataset.link = 'login';
+  byId('alarm-bar').hidden = true;
+  byId('logout').hidden = true;
+  byId('search').hidden = true;
+  showLogin(main, begin);
+}
+
+/** Once per page: what is wanted only now, and the parts of the other views, so that they are there without a connection. */
+function beginOnce() {
+  if (begun) return;
+  begun = true;
+  if (!session.history) import('./recorder.js').then(({startRecorder}) => startRecorder(), () => {});
+  setTimeout(() => Object.values(views).forEach(([, load]) => load().catch(() => {})), 1500);
+}
+
+async function begin() {
+  const {view} = parse(location.hash);
+  if (Object.hasOwn(views, view)) views[view][1]().catch(() => {});
+  try {
+    await askSession();
+  } catch (error) {
+    if (error.status === 401) return login();
+    setText(byId('link'), error.message);
+    setTimeout(begin, 2000);
+    return;
+  }
+  setText(byId('gateway'), session.gateway || 'baudgate');
+  setText(byId('about'), `baudgate ${session.version || ''}`);
+  if (session.needs_token && !session.logged_in) return login();
+  byId('logout').hidden = !session.needs_token;
+  byId('search').hidden = false;
+  show(false);
+  start();
+  beginOnce();
+}
+
+byId('views').append(...Object.entries(views).filter(([, [title]]) => title).map(([name, [title]]) => h('a', {href: `#/${name}`}, title)));
+startAlarmBar(byId('alarm-bar'));
+showLink(byId('link'), byId('lost'));
+showNotices(document.body);
+startSearch(byId('search'), byId('query'));
+byId('skip').addEventListener('click', (event) => {
+  event.preventDefault();
+  main.focus();
+});
+byId('logout').addEventListener('click', () => logOut().then(login, (error) => emit('notice', error.message)));
+addEventListener('hashchange', () => session.gateway !== undefined && show(true));
+on('login', login);
+on('reload', () => askSession().catch(() => {}));
+on('link', async ({state, before}) => {
+  if (state !== 'live' || before !== 'lost') return;
+  const {version} = session;
+  await askSession().catch(() => {});
+  // Another version has another page.
+  if (session.version !== version) location.reload();
+});
+
+begin();

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+// Small parts that several views share.
+import {h, mark, setMark, setText} from './dom.js';
+
+/** A list of named figures, painted anew from [[title, text], …]. */
+export class Facts {
+  constructor() {
+    this.element = h('dl', {class: 'facts'});
+    this.texts = new Map();
+  }
+
+  paint(facts) {
+    for (const [title, text] of facts) {
+      if (!this.texts.has(title)) {
+        const value = h('dd');
+        this.texts.set(title, value);
+        this.element.append(h('div', {}, h('dt', {}, title), value));
+      }
+      const value = this.texts.get(title);
+      if (text instanceof Node) {
+        if (value.firstChild !== text) value.replaceChildren(text);
+      } else {
+        setText(value, String(text));
+      }
+    }
+  }
+}
+
+/** The sentences that the gateway says of something; hidden while there are none. */
+export class Sentences {
+  constructor() {
+    this.element = h('ul', {class: 'sentences', hidden: true});
+  }
+
+  /** [{kind, text, href?, from?}, …] or texts. */
+  paint(list) {
+    const items = list.map((one) => (typeof one === 'string' ? {kind: 'warn', text: one} : one));
+    const signature = JSON.stringify(items.map(({kind, from}) => [kind, from]));
+    if (signature !== this.signature) {
+      this.signature = signature;
+      this.texts = items.map(() => h('span'));
+      this.element.replaceChildren(...items.map(({kind, from, href}, i) => h('li', {}, mark(kind),
+          h('span', {}, from ? h(href ? 'a' : 'strong', {href}, from) : null, from ? ': ' : null, this.texts[i]))));
+    }
+    for (const [i, item] of items.entries()) setText(this.texts[i], item.text);
+    this.element.hidden = !items.length;
+  }
+}
+
+/** A problem of a view: the gateway's sentence, or nothing. */
+export class Problem {
+  constructor() {
+    this.element = h('p', {class: 'problem', role: 'alert', hidden: true});
+  }
+
+  paint(error) {
+    // The banner on top says it when the gateway cannot be reached.
+    const text = error && error.status !== 0 && error.status !== 401 ? error.message : '';
+    setText(this.element, text);
+    this.element.hidden = !text;
+  }
+}
+
+/** A headline: paint(kind, text) gives it a shape, for what has a state. */
+export class Headline {
+  constructor(text) {
+    this.shape = mark('fine');
+    this.shape.style.display = 'none';
+    this.text = h('span', {}, text);
+    this.element = h('h1', {tabindex: '-1'}, this.shape, this.text);
+  }
+
+  paint(kind, text) {
+    this.shape.style.display = '';
+    setMark(this.shape, kind);
+    setText(this.text, text);
+  }
+}
+
+export const crumbs = (...links) => h('nav', {class: 'crumbs', 'aria-label': 'Where this is'},
+    links.map(([text, href], i) => [i ? ' › ' : '', h('a', {href}, text)]));
+
+export const section = (title, ...content) => h('section', {'aria-label': title}, h('h2', {}, title), content);
+
+export function select(label, options, value, change) {
+  const element = h('select', {onchange: () => change(element.value)},
+      options.map(([key, text]) => h('option', {value: key, selected: key === value}, text)));
+  return h('label', {class: 'field'}, h('span', {}, label), element);
+}
+
+/** A share of a whole as a bar; a text beside it says the number. */
+export class Bar {
+  constructor() {
+    this.fill = h('span', {class: 'bar-fill'});
+    this.text = h('span', {class: 'bar-text'});
+    this.element = h('span', {class: 'share'}, h('span', {class: 'bar-box', 'aria-hidden': 'true'}, this.fill), this.text);
+  }
+
+  paint(share, text) {
+    const width = `${Math.min(100, Math.max(0, share * 100)).toFixed(1)}%`;
+    if (this.fill.style.width !== width) this.fill.style.width = width;
+    setText(this.text, text);
+  }
+}

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+// The points that are chosen for trends: at most eight, kept in this browser.
+import {emit} from './bus.js';
+
+export const most = 8;
+let names = [];
+try {
+  names = JSON.parse(localStorage.getItem('trends') || '[]').filter((n) => typeof n === 'string').slice(0, most);
+} catch {
+  names = [];
+}
+
+export const list = () => [...names];
+export const has = (name) => names.includes(name);
+
+export function set(given) {
+  const next = [...new Set(given)].slice(0, most);
+  if (next.join() === names.join()) return;
+  names = next;
+  try {
+    localStorage.setItem('trends', JSON.stringify(names));
+  } catch {
+    // A browser that stores nothing forgets them with the page.
+  }
+  emit('picked');
+}
+
+export function toggle(name) {
+  if (has(name)) set(names.filter((n) => n !== name));
+  else if (names.length < most) set([...names, name]);
+  else emit('notice', `Trends show ${most} points at most: take one off first.`);
+}

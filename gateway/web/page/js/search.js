@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// The search box: typing shows the points that match, Escape leads back to where the reader was.
+import {emit} from './bus.js';
+import {parse, pointsLink, replace} from './links.js';
+
+export function startSearch(form, input) {
+  let before = '#/overview';
+  let asked = 0;
+  const search = () => {
+    asked = 0;
+    const {view} = parse(location.hash);
+    if (view === 'points') {
+      replace(pointsLink(input.value));
+      emit('search', input.value);
+    } else if (input.value) {
+      before = location.hash || '#/overview';
+      location.hash = pointsLink(input.value);
+    }
+  };
+  input.addEventListener('input', () => {
+    asked ||= requestAnimationFrame(search);
+  });
+  form.addEventListener('submit', (event) => {
+    event.preventDefault();
+    search();
+  });
+  input.addEventListener('keydown', (event) => {
+    if (event.key !== 'Escape') return;
+    event.preventDefault();
+    input.value = '';
+    input.blur();
+    if (parse(location.hash).view === 'points') location.hash = before;
+  });
+  addEventListener('keydown', (event) => {
+    const typing = event.target.closest && event.target.closest('input, select, textarea');
+    if (event.key !== '/' || typing || event.ctrlKey || event.metaKey || event.altKey) return;
+    event.preventDefault();
+    input.focus();
+  });
+  const follow = () => {
+    const {view, parameters} = parse(location.hash);
+    if (document.activeElement !== input) input.value = view === 'points' ? parameters.q || '' : '';
+  };
+  addEventListener('hashchange', follow);
+  follow();
+}

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+// Values of the past: fetched, put on one grid of times for a chart, and summed up.
+import {address, get} from './api.js';
+import {recordedSeries} from './recorder.js';
+import {session} from './session.js';
+
+/** {point, unit, step_ms, rows: [[t, min, mean, max, good share], …]} */
+export function fetchSeries(point, since, until, pixels) {
+  if (!session.history) return recordedSeries(point, since, until);
+  return get('history', {point, since_ms: Math.round(since), until_ms: Math.round(until), pixels});
+}
+
+export const csvLink = (point, since, until) =>
+  address('history.csv', {point, since_ms: Math.round(since), until_ms: Math.round(until)});
+
+/** Rows for a chart: [t, [min, mean, max] or a hole, …]. A series has a hole where no row came for more than one step. */
+export function onOneGrid(list) {
+  const hole = [null, null, null];
+  const grid = new Map();
+  list.forEach((series, column) => {
+    const put = (t, triple) => {
+      let row = grid.get(t);
+      if (!row) {
+        row = [t, ...list.map(() => hole)];
+        grid.set(t, row);
+      }
+      row[column + 1] = triple;
+    };
+    let last = null;
+    for (const [t, min, mean, max] of series.rows) {
+      if (last !== null && t - last > 1.5 * series.step_ms) put(last + series.step_ms, hole);
+      put(t, mean === null ? hole : [min, mean, max]);
+      last = t;
+    }
+  });
+  return [...grid.values()].sort((a, b) => a[0] - b[0]);
+}
+
+/** Less than the whole of a step, beyond what rounding leaves away. */
+const wholeShare = 0.995;
+
+/** Spans [from, until] in which a value was not good all the time; a step that is not over at `end` is not judged. */
+export function doubtful(list, end) {
+  const spans = [];
+  for (const series of list) {
+    let open = null;
+    for (const [t, , , , good] of series.rows) {
+      if (good < wholeShare && t + series.step_ms <= end) {
+        if (open && t - open[1] <= series.step_ms) open[1] = t + series.step_ms;
+        else spans.push(open = [t, t + series.step_ms]);
+      } else {
+        open = null;
+      }
+    }
+  }
+  return spans;
+}
+
+export function summary(series) {
+  let min = Infinity;
+  let max = -Infinity;
+  let sum = 0;
+  let n = 0;
+  for (const [, low, mean, high] of series.rows) {
+    if (mean === null) continue;
+    min = Math.min(min, low);
+    max = Math.max(max, high);
+    sum += mean;
+    ++n;
+  }
+  return n ? {min, max, mean: sum / n, last: series.rows.at(-1)[2]} : null;
+}
+
+/** The row of a series at a time, or null: the last that begins before it and still holds. */
+export function rowAt(series, time) {
+  const {rows} = series;
+  let low = 0;
+  let high = rows.length;
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (rows[middle][0] <= time) low = middle + 1;
+    else high = middle;
+  }
+  const row = rows[low - 1];
+  return row && time - row[0] <= 1.5 * series.step_ms ? row : null;
+}

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// Who looks at the page and what he may do; the login form.
+import {get, post} from './api.js';
+import {h, setText} from './dom.js';
+
+export const session = {needs_token: false, logged_in: false, acknowledge: false, history: false, events: false};
+
+export async function askSession() {
+  Object.assign(session, await get('session'));
+  return session;
+}
+
+export const logOut = () => post('/logout');
+
+/** Shows the form; done() once the gateway has taken the token. */
+export function showLogin(main, done) {
+  const problem = h('p', {class: 'problem', role: 'alert', hidden: true});
+  const token = h('input', {id: 'token', type: 'password', autocomplete: 'current-password', required: true});
+  const form = h('form', {class: 'login'}, h('h1', {}, 'Log in'),
+      h('label', {for: 'token'}, 'Token of this gateway'), token, h('button', {type: 'submit'}, 'Log in'), problem);
+  form.addEventListener('submit', async (event) => {
+    event.preventDefault();
+    try {
+      await post('/login', {token: token.value});
+      done();
+    } catch (error) {
+      problem.hidden = false;
+      setText(problem, error.message);
+      token.select();
+    }
+  });
+  main.replaceChildren(form);
+  token.focus();
+}

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the page knows of points: their descriptions, fetched when a view needs them, and their values, from the stream.
+import {get} from './api.js';
+import {emit, on} from './bus.js';
+import {now} from './clock.js';
+
+/** id → {value, quality, text, at}: at is the gateway's time of the reading in milliseconds, or null. */
+const values = new Map();
+let described = null;  // promise of all points
+let dirty = new Set();
+let asked = false;
+let generation = null;
+
+function keep(id, value, quality, text, at) {
+  const known = values.get(id);
+  if (known) {
+    known.value = value;
+    known.quality = quality;
+    known.text = text;
+    known.at = at;
+  } else {
+    values.set(id, {value, quality, text, at});
+  }
+}
+
+function tellSoon() {
+  if (asked) return;
+  asked = true;
+  requestAnimationFrame(() => {
+    asked = false;
+    const ids = dirty;
+    dirty = new Set();
+    emit('values', ids);
+  });
+}
+
+/** A snapshot or the changes of the stream. */
+export function take(data, whole) {
+  if (whole) {
+    if (generation !== null && generation !== data.generation) forget();
+    generation = data.generation;
+    values.clear();
+  }
+  for (const [id, value, quality, text, at] of data.values) {
+    keep(id, value, quality, text, at);
+    dirty.add(id);
+  }
+  tellSoon();
+}
+
+export const valueOf = (id) => values.get(id);
+
+function adopt(answer) {
+  for (const point of answer.points) {
+    point.name = `${point.line}.${point.device}.${point.point}`;
+    point.haystack = `${point.name} ${point.description || ''}`.toLowerCase();
+    if (!values.has(point.id)) {
+      const at = point.age_ms === null ? null : now() - point.age_ms;
+      keep(point.id, point.value, point.quality, point.quality_text, at);
+    }
+  }
+  return answer.points;
+}
+
+/** Lets the browser paint between two long steps. */
+const breath = (result) => new Promise((resolve) => setTimeout(resolve, 0, result));
+
+/** All points of the gateway, described; fetched once and again behind a reload. */
+export function allPoints() {
+  if (!described) {
+    const mine = get('points').then(breath).then(adopt).then(breath);
+    described = mine;
+    mine.catch(() => {
+      if (described === mine) described = null;
+    });
+  }
+  return described;
+}
+
+export const pointsOf = (device) => get('points', {device}).then(adopt);
+
+/** Points whose name or description has every word of the text. */
+export function matching(points, text) {
+  const words = text.toLowerCase().split(/\s+/).filter(Boolean);
+  if (!words.length) return points;
+  return points.filter((point) => words.every((word) => point.haystack.includes(word)));
+}
+
+function forget() {
+  described = null;
+  values.clear();
+  emit('points');
+}
+
+on('reload', forget);
+on('link', ({state, before}) => {
+  // Another gateway, or the same with another configuration, may have come back.
+  if (state === 'live' && before === 'lost') {
+    described = null;
+    emit('points');
+  }
+});

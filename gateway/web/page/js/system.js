@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+// Modbus clients and routes, DDS, what is kept, and the configuration in force.
+import {get} from './api.js';
+import {age, now, setAge} from './clock.js';
+import {aged, counted, heardAgo} from './columns.js';
+import {DataTable} from './data_table.js';
+import {h, setText} from './dom.js';
+import {ageText, bytes, civilSeconds, count, micros} from './format.js';
+import {Facts, Headline, Problem, section, Sentences} from './parts.js';
+import {gatewayAdvice} from './overview.js';
+import {watchStatus} from './status.js';
+
+const last = aged('Last', heardAgo);
+
+const clientColumns = [
+  {title: 'Client', class: 'name', text: (c) => c.peer},
+  {title: 'On', text: (c) => c.listener},
+  {title: 'Priority', text: (c) => c.priority},
+  counted('Requests', (c) => c.requests),
+  counted('Exceptions', (c) => c.exceptions),
+  counted('Waiting', (c) => c.outstanding),
+  {title: 'Bytes in', class: 'num', text: (c) => bytes(c.bytes_in)},
+  {title: 'Bytes out', class: 'num', text: (c) => bytes(c.bytes_out)},
+  last,
+];
+
+const routeColumns = [
+  {title: 'Units', class: 'name', text: (r) => r.units},
+  {title: 'Route to', text: (r) => r.target},
+  counted('Requests', (r) => r.requests),
+  counted('OK', (r) => r.ok),
+  counted('Refused', (r) => r.refused),
+  counted('No reply', (r) => r.no_reply),
+  counted('Too late', (r) => r.expired),
+  counted('Queue full', (r) => r.busy),
+  counted('Client left', (r) => r.dropped),
+  {title: 'Mean wait', class: 'num', text: (r) => micros(r.mean_wait_us)},
+  {title: 'Last trouble', class: 'said', text: (r) => r.last_trouble || '–'},
+];
+
+/** A route, and below it a row for each unit where it has served several. */
+const withUnits = (route) => [route, ...(route.by_unit.length < 2 ? [] : route.by_unit.map((unit) =>
+  ({...unit, units: `unit ${unit.unit}`, target: route.target, last_trouble: ''})))];
+
+const masterColumns = [
+  {title: 'Master on', class: 'name', text: (m) => m.port},
+  {title: 'Port', text: (m) => m.port_state},
+  counted('Frames', (m) => m.frames),
+  counted('Damaged', (m) => m.damaged),
+  last,
+];
+
+function keptFacts(status) {
+  const {events, history, audit} = status;
+  const state = (part) => (part ? `${part.state}${part.trouble ? `: ${part.trouble}` : ''}` : 'off');
+  return [
+    ['Events', events ? `${state(events)}; numbers ${count(events.oldest)} to ${count(events.newest)}, `
+      + `${count(events.left_out)} left out` : 'off'],
+    ['Event file', events ? events.file : '–'],
+    ['History', history ? `${state(history)}; ${count(history.points)} points, ${bytes(history.bytes)} of `
+      + `${bytes(history.limit)}, ${count(history.dropped)} dropped` : 'off'],
+    ['History folder', history ? history.folder : '–'],
+    ['Oldest day', history && history.oldest ? history.oldest.slice(0, 10) : '–'],
+    ['Audit', audit ? `${state(audit)}; ${audit.mode}, ${count(audit.lost)} lost` : 'off'],
+  ];
+}
+
+function ddsFacts(dds) {
+  if (!dds) return [['State', 'off']];
+  return [
+    ['State', dds.state],
+    ['Domain', dds.domain],
+    ['Subscribers', count(dds.subscribers)],
+    ['Samples', `${count(dds.samples)} published, ${count(dds.refused)} refused`],
+    ['Last sign of life', dds.heard_ms === null ? 'never' : `${ageText(dds.heard_ms)} before this status`],
+    ['Process lost', `${count(dds.times_lost)} times${dds.last_end ? `, last: ${dds.last_end}` : ''}`],
+    ['Events', dds.events ? dds.events.text : '–'],
+    ['Datagrams', dds.datagrams.text],
+    ['Write requests', dds.requests ? dds.requests.text : 'not taken'],
+  ];
+}
+
+function configurationPart() {
+  const figures = new Facts();
+  const text = h('pre', {tabindex: '0', 'aria-label': 'Configuration in force'});
+  const trial = new Sentences();
+  const problem = new Problem();
+  const left = age();
+  let applied = null;
+  const fetchText = () => get('configuration').then((configuration) => {
+    problem.paint(null);
+    setText(text, configuration.text);
+  }, (error) => {
+    applied = null;
+    problem.paint(error);
+  });
+  return {
+    element: section('Configuration in force', trial.element, figures.element, problem.element, text),
+    paint(configuration) {
+      if (!configuration) {
+        figures.paint([['File', 'none: this is the demo']]);
+        return;
+      }
+      if (configuration.applied !== applied) {
+        applied = configuration.applied;
+        fetchText();
+      }
+      setAge(left, Date.parse(configuration.applied));
+      figures.paint([['File', configuration.file], ['Applied', civilSeconds(configuration.applied)], ['In force since', left],
+        ['On trial', configuration.confirm_until ? `until ${civilSeconds(configuration.confirm_until)}` : 'no']]);
+      trial.paint([
+        ...(configuration.confirm_until ? [{kind: 'warn', text: 'This configuration is on trial: it is taken back '
+          + `at ${civilSeconds(configuration.confirm_until)} unless \`baudgate confirm\` is called.`}] : []),
+        ...(configuration.not_the_file ? [configuration.not_the_file] : []), ...configuration.advice]);
+    },
+  };
+}
+
+export function system(root) {
+  const headline = new Headline('System');
+  const problem = new Problem();
+  const advice = new Sentences();
+  const figures = new Facts();
+  const dds = new Facts();
+  const kept = new Facts();
+  const clients = new DataTable({columns: clientColumns, key: (c) => `${c.peer} ${c.listener}`, caption: 'Modbus clients',
+    empty: 'No Modbus client is connected.'});
+  const routes = new DataTable({columns: routeColumns, key: (r) => `${r.units} ${r.target}`, caption: 'Routes',
+    empty: 'There are no routes.'});
+  const masters = new DataTable({columns: masterColumns, key: (m) => m.port, caption: 'Serial masters',
+    empty: 'There are no serial masters.'});
+  const configuration = configurationPart();
+  root.append(headline.element, problem.element, advice.element, figures.element, section('Modbus clients', clients.element),
+      section('Routes', routes.element), section('Serial masters', masters.element),
+      h('div', {class: 'side-by-side'}, section('DDS', dds.element), section('Kept on the disk', kept.element)),
+      configuration.element);
+  return watchStatus('', (status) => {
+    const heard = now();
+    problem.paint(null);
+    advice.paint(gatewayAdvice(status));
+    headline.paint(gatewayAdvice(status).length ? 'warn' : 'fine', `${status.gateway}: baudgate ${status.version}`);
+    figures.paint([['Up for', ageText(status.uptime_ms)], ['Its clock', civilSeconds(status.time)],
+      ['Lines', count(status.lines.length)], ['Devices', count(status.lines.reduce((n, l) => n + l.devices.length, 0))]]);
+    clients.paint(status.modbus.clients.map((c) => ({...c, heard})));
+    routes.paint(status.modbus.routes.flatMap(withUnits));
+    masters.paint(status.modbus.masters.map((m) => ({...m, heard})));
+    dds.paint(ddsFacts(status.dds));
+    kept.paint(keptFacts(status));
+    configuration.paint(status.configuration);
+  }, (error) => problem.paint(error));
+}

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+// Light or dark: as the system says, or as the reader has chosen. Runs before the first paint.
+(() => {
+  const dark = matchMedia('(prefers-color-scheme: dark)');
+  const chosen = () => {
+    try {
+      return localStorage.getItem('theme') || 'auto';
+    } catch {
+      return 'auto';
+    }
+  };
+  const apply = () => {
+    const theme = chosen() === 'auto' ? (dark.matches ? 'dark' : 'light') : chosen();
+    document.documentElement.dataset.theme = theme;
+    dispatchEvent(new Event('theme'));
+  };
+  dark.addEventListener('change', apply);
+  apply();
+  addEventListener('DOMContentLoaded', () => {
+    const select = document.getElementById('theme');
+    select.value = chosen();
+    select.addEventListener('change', () => {
+      try {
+        localStorage.setItem('theme', select.value);
+      } catch {
+        // A browser that stores nothing forgets the choice with the page.
+      }
+      apply();
+    });
+  });
+})();

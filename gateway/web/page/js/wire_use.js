@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+// Who used the wire: the difference of two statuses up to a minute apart; of the first alone, since the start.
+const windowMs = 60000;
+
+export class WireUse {
+  constructor() {
+    this.past = [];
+    this.span = 'since the start';
+  }
+
+  take(line, uptime) {
+    const sample = {uptime, busy: line.busy_ms, devices: new Map(line.devices.map((d) => [d.name, d.busy_ms]))};
+    if (this.past.length && this.past.at(-1).uptime >= uptime) this.past = [];
+    this.past.push(sample);
+    while (this.past.length > 2 && this.past[1].uptime <= uptime - windowMs) this.past.shift();
+    const first = this.past[0];
+    const enough = uptime - first.uptime >= 5000;
+    const from = enough ? first : {uptime: 0, busy: 0, devices: new Map()};
+    const elapsed = uptime - from.uptime || 1;
+    this.span = enough ? `last ${Math.round(elapsed / 1000)} s` : 'since the start';
+    const rows = line.devices.map((d) => ({name: d.name, share: (d.busy_ms - (from.devices.get(d.name) || 0)) / elapsed}));
+    const ofDevices = rows.reduce((sum, row) => sum + row.share, 0);
+    const busy = Math.max(ofDevices, (line.busy_ms - from.busy) / elapsed);
+    rows.sort((a, b) => b.share - a.share);
+    rows.push({name: 'routes, writes and drains', share: busy - ofDevices});
+    rows.push({name: 'nobody', share: Math.max(0, 1 - busy)});
+    return rows;
+  }
+}
