@@ -12,7 +12,7 @@ import {alarmsLink, deviceLink} from './links.js';
 import {crumbs, Facts, Headline, Problem, section, Sentences} from './parts.js';
 import {watchStatus} from './status.js';
 import {liveTrace} from './trace.js';
-import {WireUse} from './wire_use.js';
+import {WireUse, minuteOf} from './wire_use.js';
 
 function facts(line) {
   const failed = Object.entries(line.outcomes).filter(([name, n]) => name !== 'ok' && n > 0);
@@ -38,6 +38,8 @@ const useColumns = [
   barred('Part of the time', (row) => [row.share, percent(row.share)]),
 ];
 
+const minuteColumns = [{...useColumns[0], title: 'For'}, useColumns[1]];
+
 const deviceColumns = [
   marked('State', (d) => [deviceTrouble(d).shape, d.state]),
   linked('Device', (d) => [d.name, deviceLink({line: d.line, device: d.name})]),
@@ -61,6 +63,7 @@ export function line(root, name) {
   const use = new WireUse();
   const useTable = new DataTable({columns: useColumns, key: (r) => r.name, caption: 'Who used the wire'});
   const usePart = section('Who used the wire', useTable.element);
+  const minute = new DataTable({columns: minuteColumns, key: (r) => r.name, caption: 'What the last minute went to'});
   const devices = new DataTable({columns: deviceColumns, key: (d) => d.name, caption: `Devices of ${name}`,
     empty: 'This line has no devices: only routes lead to it.', rowClass: (d) => `rank-${deviceTrouble(d).shape}`});
   const trace = new DataTable({columns: exchangeColumns(true), key: (e) => e.key, caption: `Exchanges of ${name}`,
@@ -69,7 +72,7 @@ export function line(root, name) {
   root.append(crumbs(['Overview', '#/overview']), headline.element, about, problem.element, advice.element,
       h('p', {class: 'controls no-print'}, h('a', {href: alarmsLink({line: name})}, 'Its events')), figures.element,
       section('Devices', devices.element), h('div', {class: 'side-by-side'}, usePart,
-          section('Round trips', chart.element)),
+          section('What the last minute went to', minute.element), section('Round trips', chart.element)),
       section('Trace', live.element, trace.element));
   get('recorded', {line: name}).then(({records}) => live.begin(exchangesOf(records)), () => {});
   const end = watchStatus(name, (status) => {
@@ -82,6 +85,7 @@ export function line(root, name) {
     figures.paint(facts(mine));
     chart.paint(mine.round_trips);
     useTable.paint(use.take(mine, status.uptime_ms));
+    minute.paint(minuteOf(mine));
     setText(usePart.firstChild, `Who used the wire (${use.span})`);
     devices.paint(mine.devices.map((d) => ({...d, line: name, heard}))
         .sort((a, b) => deviceTrouble(a).rank - deviceTrouble(b).rank));

@@ -22,8 +22,24 @@ export class WireUse {
     const ofDevices = rows.reduce((sum, row) => sum + row.share, 0);
     const busy = Math.max(ofDevices, (line.busy_ms - from.busy) / elapsed);
     rows.sort((a, b) => b.share - a.share);
-    rows.push({name: 'routes, writes and drains', share: busy - ofDevices});
+    rows.push({name: 'routes and drains', share: busy - ofDevices});
     rows.push({name: 'nobody', share: Math.max(0, 1 - busy)});
     return rows;
   }
+}
+
+const kinds = [
+  ['polls', 'polls'],
+  ['probes', 'probes'],
+  ['routes', 'requests of clients'],
+  ['writes', 'writes, with the reads behind them'],
+  ['silence', 'exchanges without an answer'],
+  ['drains', 'silence behind exchanges'],
+];
+
+// What the last minute of a line went to.
+export function minuteOf(line) {
+  const rows = kinds.map(([key, name]) => ({name, share: line.minute[key]}));
+  const idle = 1 - rows.reduce((sum, row) => sum + row.share, 0);
+  return [...rows, {name: 'idle', share: Math.max(0, idle)}];
 }
