@@ -197,10 +197,10 @@ void Ledger::OnExchange(const Member& member, const ExchangeEnd& end, bool mute,
     status.busy = Of(member).busy;
     if (outcome != Outcome::ok) status.last_reason = end.reason;
     status.learned = roster_.AsDevice(member)->conversation->WhatIsLearned();
-    // A server that ends the connection may have said why.
-    const bool lost = end.outcome == Outcome::line_down;
-    if (!mute && (!lost || end.finding.bytes > 0)) status.findings.Add(end.finding);
-    if (!mute && !lost) Count(member, answered, status);
+    if (!mute && end.outcome != Outcome::line_down) {
+      status.findings.Add(end.finding);
+      Count(member, answered, status);
+    }
     if (!answered) return;
     status.last_ok = now_.instant;
     status.last_ok_wall = now_.wall;
@@ -227,6 +227,11 @@ void Ledger::Count(const Member& member, bool answered, DeviceStatus& status) {
 void Ledger::OnMore(const Member& member, const Finding& finding) {
   Of(member).symptom = finding.symptom;
   Change(member, [&](DeviceStatus& status) { status.findings.Amend(finding); });
+}
+
+void Ledger::OnCutOff(const Member& member, const Finding& finding) {
+  if (finding.bytes == 0) return;
+  Change(member, [&](DeviceStatus& status) { status.findings.Add(finding); });
 }
 
 void Ledger::OnTask(const Member& member, bool answered) {

@@ -72,6 +72,8 @@ class Ledger {
   void OnUnasked(const Member& member, Outcome outcome, const std::string& reason);
   /// More has come behind its last exchange, which looks otherwise now.
   void OnMore(const Member& member, const Finding& finding);
+  /// The connection has ended with its exchange: whoever ended it may have said why.
+  void OnCutOff(const Member& member, const Finding& finding);
   /// A task has ended, all its repeats included.
   void OnTask(const Member& member, bool answered);
   /// A poll has.

@@ -80,7 +80,10 @@ void Poller::OnClosed(Now now, Override why) {
   Advance(now);
   ledger_.OnClosed(why);
   const std::string reason = ledger_.WhyClosed();
-  Hear(line_.OnClosed());
+  LineNews news = line_.OnClosed();
+  const bool cut_off = news.end.has_value() && run_.job() != nullptr;
+  if (cut_off) ledger_.OnCutOff(*run_.job()->member, examiner_.End(Outcome::line_down));
+  Hear(std::move(news));
   echo_.OnClosed();
   run_.OnClosed(reason);
   for (const auto& device : roster_.devices()) {

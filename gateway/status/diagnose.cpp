@@ -160,8 +160,7 @@ Sentences Patience(const DeviceStatus& status) {
   const Duration reply = status.timing.reply.value_or(Duration{});
   return {fmt::format(
       "late: its replies come after timing.reply ({} ms) is over, and it is waited for {} ms "
-      "longer: "
-      "set timing: {{ reply: {}ms }} at the device",
+      "longer: set timing: {{ reply: {}ms }} at the device",
       Milliseconds(reply), Milliseconds(status.patience),
       50 * (Milliseconds(reply + status.patience) / 50 + 2))};
 }
@@ -275,7 +274,7 @@ Sentences DiagnoseDevice(const LineStatus& line, const DeviceRecord& device,
   }
   if (line.port != LineStatus::Port::open) return {};
   if (status.unasked && status.exchanges == 0) return Silence(device, now);
-  if (status.exchanges == 0) return {"not asked yet"};
+  if (status.exchanges == 0 && status.findings.size() == 0) return {"not asked yet"};
   // A server that ends the connection may have said what it is.
   const bool told = status.findings.Count(Symptom::other_protocol) > 0 ||
                     status.findings.Count(Symptom::text) > 0;

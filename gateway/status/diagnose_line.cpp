@@ -22,12 +22,32 @@ constexpr std::size_t kProof = 2;
 /// So many errors of the driver for an exchange.
 constexpr double kNotableErrors = 0.02;
 
-std::string Closed(const config::Line& line, const LineStatus& status, Now now) {
+/// What answers there in place of a device; null: nothing that is known.
+const Finding* OtherService(std::span<const DeviceRecord> devices) {
+  for (const DeviceRecord& one : devices) {
+    for (const Symptom symptom : {Symptom::other_protocol, Symptom::text}) {
+      if (one.status.findings.Count(symptom) > 0) return &one.status.findings.Last(symptom);
+    }
+  }
+  return nullptr;
+}
+
+/// Empty: none is there.
+std::string SayOtherService(const config::Line& line, std::span<const DeviceRecord> devices) {
+  const Finding* const other = OtherService(devices);
+  if (other == nullptr || !line.port.starts_with("tcp://")) return {};
+  return "no device is behind " + line.port + " (" + other->cause +
+         "): " + (other->remedy.empty() ? "check the port" : other->remedy);
+}
+
+std::string Closed(const config::Line& line, const LineStatus& status,
+                   std::span<const DeviceRecord> devices, Now now) {
   if (status.port == LineStatus::Port::released) {
     return fmt::format(
         "released: the port is lent until {}; 'baudgate release {} --end' takes it back",
         ClockText(status.released_until), line.name);
   }
+  if (std::string other = SayOtherService(line, devices); !other.empty()) return other;
   const std::string since = status.port_since == WallTime{}
                                 ? std::string()
                                 : " for " + FormatAge(now.wall - status.port_since);
@@ -37,16 +57,8 @@ std::string Closed(const config::Line& line, const LineStatus& status, Now now) 
 
 std::string Lost(const config::Line& line, std::uint32_t times,
                  std::span<const DeviceRecord> devices) {
+  if (std::string other = SayOtherService(line, devices); !other.empty()) return other;
   if (line.port.starts_with("tcp://")) {
-    for (const DeviceRecord& one : devices) {
-      for (const Symptom symptom : {Symptom::other_protocol, Symptom::text}) {
-        if (one.status.findings.Count(symptom) == 0) continue;
-        const Finding& finding = one.status.findings.Last(symptom);
-        return fmt::format("the connection was lost {}: no device is behind it ({}): {}",
-                           Times(times), finding.cause,
-                           finding.remedy.empty() ? "check the port" : finding.remedy);
-      }
-    }
     return fmt::format(
         "the connection was lost {}: look at the serial server (in use by another client, its "
         "connection limit, an inactivity time, its power) and at the network",
@@ -136,7 +148,7 @@ bool IsExplained(std::span<const DeviceRecord> devices) {
 
 Sentences DiagnoseLine(const config::Line& line, const LineStatus& status,
                        std::span<const DeviceRecord> devices, Now now, Instant started) {
-  if (status.port != LineStatus::Port::open) return {Closed(line, status, now)};
+  if (status.port != LineStatus::Port::open) return {Closed(line, status, devices, now)};
   Sentences found;
   const bool nobody = AbsentTogether(devices);
   if (status.cut_since) {

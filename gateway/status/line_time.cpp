@@ -62,6 +62,11 @@ std::string WhyNoTime(std::span<const DeviceRecord> devices, const DeviceRecord*
   const auto name = [device](const DeviceRecord& one) {
     return device != nullptr && one.device == device->device ? "it" : one.device->name;
   };
+  const bool disturbed = std::ranges::any_of(devices, [](const DeviceRecord& one) {
+    const Findings& findings = one.status.findings;
+    return findings.Count(Symptom::other_master) + findings.Count(Symptom::master_beside) > 1;
+  });
+  if (disturbed) return {};  // and the line has a sentence about that
   // It has a sentence of its own, and so needs no other.
   if (waste >= kMuchWaste && (device == nullptr || wasteful->device == device->device)) return {};
   if (waste >= kMuchWaste) {

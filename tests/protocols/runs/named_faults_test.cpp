@@ -171,7 +171,7 @@ const FaultRow kFaults[] = {
          return reply;
        });
      },
-     "eighth bit", "gap|second master|power", false, IsSevenBit},
+     "eighth bit", "gap|second master|power", true, IsSevenBit},
     {"only echo",
      [](Stage stage) {
        stage.rig->echo = [](View request) { return Bytes(request.begin(), request.end()); };
