@@ -140,7 +140,9 @@ class Watch {
   }
 
   void Take(const PointEvent& event, Instant now) {
-    if (order_.IsWriteOnly(event.sample.point)) return;
+    // People need no row for what never has a value; programs get all that is published.
+    const bool never_read = event.sample.seq == 0 && order_.IsWriteOnly(event.sample.point);
+    if (!options_.json && never_read) return;
     if (!Matches(event.sample)) {
       if (filtered_++ == 0) first_filtered_ = Clock();
       return;
