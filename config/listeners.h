@@ -12,7 +12,7 @@ namespace baudgate::config {
 
 /// A place alone ("0.0.0.0:502", "/dev/ttyS1") or a map of keys.
 Listener ReadListener(const YamlNode& node, LoadContext& context);
-/// Who may connect: networks or addresses, at least one.
+/// The networks and addresses that may connect; at least one.
 std::vector<Network> ReadAllow(const YamlNode& node, Problems& problems);
 
 }  // namespace baudgate::config

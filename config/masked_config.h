@@ -11,7 +11,7 @@
 
 namespace baudgate::config {
 
-/// Of all options that a protocol declares secret.
+/// The names of all options that a protocol declares secret.
 std::set<std::string> SecretKeys(const Catalog& catalog);
 
 /// The same YAML with "***" in place of what stands behind a secret key, or a key that is likely

@@ -14,7 +14,7 @@
 
 namespace baudgate::config {
 
-/// `problems` also has what can not be: beyond loopback without a token.
+/// A server that listens beyond loopback without a token is a problem.
 Web ReadWeb(const YamlNode& node, Problems& problems);
 
 }  // namespace baudgate::config

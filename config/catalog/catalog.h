@@ -35,8 +35,8 @@ struct Catalog {
   const Protocol* FindProtocol(const std::string& name) const;
   /// The error says which are installed, and which of them is meant.
   Result<const Protocol*> NeedProtocol(const std::string& name, const std::string& port = {}) const;
-  /// Of a name that is not installed, the one that is most likely meant: by a slip of the pen, or
-  /// by what people call it (Protocol::also_called). Null: none is near.
+  /// The installed protocol that a wrong name most likely means: a misspelt one, or what people
+  /// call it (Protocol::also_called). Null: none is near.
   const Protocol* MeantProtocol(const std::string& name, const std::string& port = {}) const;
   /// Whose frames masters of RTU listeners send; null when it is not installed.
   const Protocol* RtuProtocol() const;

@@ -13,7 +13,7 @@ namespace baudgate::config {
 
 struct AlarmSetting {
   AlarmPriority priority = AlarmPriority::medium;  ///< none: `off`
-  /// What is wrong raises its alarm when it has lasted so long.
+  /// A trouble raises its alarm once it has lasted this long.
   Duration delay = std::chrono::seconds(30);
 
   bool on() const { return priority != AlarmPriority::none; }

@@ -51,7 +51,7 @@ enum class Symptom : std::uint8_t {
   endless,         ///< it does not stop
   noise,           ///< bytes in which nothing can be recognised
 };
-inline constexpr std::size_t kSymptoms = 35;
+inline constexpr std::size_t kSymptoms = static_cast<std::size_t>(Symptom::noise) + 1;
 
 struct Finding {
   Symptom symptom = Symptom::clean;

@@ -51,6 +51,11 @@ std::optional<Found> FindReply(const Hearing& hearing, View heard) {
 
 bool IsWhole(const Hearing& hearing, View heard) { return FindReply(hearing, heard).has_value(); }
 
+/// A whole reply stands at the front. One look of the rule, however much there is.
+bool StartsWithReply(const Hearing& hearing, View heard) {
+  return hearing.protocol->reply_rule(heard, *hearing.expect, true).kind == Cut::Kind::frame;
+}
+
 Duration ArrivalOf(const Hearing& hearing, std::size_t byte) {
   Duration after{};
   for (const Arrival& arrival : hearing.arrivals) {
@@ -146,16 +151,20 @@ bool IsWholeText(const Hearing& hearing, View heard) {
   return std::ranges::all_of(heard, IsPrintable) && (heard.back() == '\r' || heard.back() == '\n');
 }
 
+/// Its last byte is missing, whatever that was.
 bool IsWholeWithEnd(const Hearing& hearing, View heard) {
+  while (!heard.empty() && (heard.front() == '\r' || heard.front() == '\n'))
+    heard = heard.subspan(1);
+  if (heard.empty()) return false;
   // Where nothing is checked, every beginning of a text is whole with an end.
   Bytes shorter(heard.begin(), heard.end());
   shorter.back() = '\r';
-  if (IsWhole(hearing, shorter)) return false;
+  if (StartsWithReply(hearing, shorter)) return false;
   Bytes longer(heard.begin(), heard.end());
   longer.push_back(0);
   for (int last = 0; last < 256; ++last) {
     longer.back() = static_cast<std::uint8_t>(last);
-    if (IsWhole(hearing, longer)) return true;
+    if (StartsWithReply(hearing, longer)) return true;
   }
   return false;
 }
@@ -184,21 +193,24 @@ bool IsWholeWithoutEighthBit(const Hearing& hearing, View heard) {
   return !std::ranges::equal(cleared, heard) && IsWhole(hearing, cleared);
 }
 
-/// Its first byte is missing, whatever that was; or its first two, those of the request.
+/// Its first byte is missing, whatever that was; or its first two or three, of which two are those
+/// of the request.
 bool IsWholeBehindLostHead(const Hearing& hearing, View heard) {
   Bytes longer(heard.size() + 1);
   std::ranges::copy(heard, longer.begin() + 1);
   for (int first = 0; first < 256; ++first) {
     longer[0] = static_cast<std::uint8_t>(first);
-    const auto found = FindReply(hearing, longer);
-    if (found && found->begin == 0) return true;
+    if (StartsWithReply(hearing, longer)) return true;
   }
-  for (int third = 0; third < 256 && hearing.request.size() > 2; ++third) {
-    Bytes three(hearing.request.begin(), hearing.request.begin() + 2);
-    if (third > 0) three.push_back(static_cast<std::uint8_t>(third));
-    Append(three, heard);
-    const auto found = FindReply(hearing, three);
-    if (found && found->begin == 0) return true;
+  if (hearing.request.size() < 2) return false;
+  Bytes head(hearing.request.begin(), hearing.request.begin() + 2);
+  const std::size_t two = head.size();
+  Append(head, heard);
+  if (StartsWithReply(hearing, head)) return true;
+  head.insert(head.begin() + static_cast<std::ptrdiff_t>(two), 0);
+  for (int third = 0; third < 256; ++third) {
+    head[two] = static_cast<std::uint8_t>(third);
+    if (StartsWithReply(hearing, head)) return true;
   }
   return false;
 }
@@ -328,7 +340,12 @@ Finding Plain(const Hearing& hearing) {
 
 std::optional<Finding> Words(const Hearing& hearing, View heard) {
   if (!IsWords(hearing, heard) || BeginsLikeReply(hearing, heard)) return std::nullopt;
-  return Finding{.symptom = Symptom::text, .bytes = heard.size(), .cause = Quote(heard)};
+  // What comes behind a password may repeat it.
+  const bool secret = !hearing.expect->secrets.empty();
+  return Finding{
+      .symptom = Symptom::text,
+      .bytes = heard.size(),
+      .cause = secret ? std::string("behind a password, and so not shown") : Quote(heard)};
 }
 
 Finding Examine(const Hearing& hearing) {

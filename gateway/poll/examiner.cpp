@@ -52,6 +52,7 @@ Finding Examiner::End(Outcome outcome) {
     Open& last = open_[member_->place].last;
     last.answered = true;
     last.reply = frame_;
+    greeting_.clear();  // it has kept nobody from answering
   }
   const bool plain = ProvesLife(outcome) && heard_.size() == frame_.size();
   Finding finding = plain ? Plain(Heard()) : Look();

@@ -35,7 +35,7 @@ void Ledger::OnTime(Now now, bool busy, const Member* member, bool drains) {
   const Duration passed = now.instant - now_.instant;
   if (open_ && busy) {
     counters_.busy += passed;
-    (drains ? spent_[static_cast<std::size_t>(LineUse::drains)] : exchange_) += passed;
+    drains ? under_way_.OnDrained(passed) : under_way_.OnExchangeTime(passed);
     if (member != nullptr) Of(*member).busy += passed;
     if (member != nullptr && drains) Of(*member).drained += passed;
   }
@@ -44,7 +44,7 @@ void Ledger::OnTime(Now now, bool busy, const Member* member, bool drains) {
   if (now.instant - minute_began_ < 1min) return;
   use_ = UseSince(minute_began_);
   shares_ = SharesSince(minute_began_);
-  spent_ = {};
+  under_way_.Begin();
   minute_began_ = now.instant;
   busy_before_minute_ = counters_.busy;
 }
@@ -52,8 +52,7 @@ void Ledger::OnTime(Now now, bool busy, const Member* member, bool drains) {
 void Ledger::OnOpened() {
   open_ = true;
   use_.reset();
-  spent_ = {};
-  exchange_ = {};
+  under_way_.Reset();
   minute_began_ = now_.instant;
   busy_before_minute_ = counters_.busy;
   silent_from_.reset();
@@ -175,8 +174,7 @@ void Ledger::CountMissed() {
 void Ledger::OnExchange(const Member& member, const ExchangeEnd& end, bool mute, bool probe,
                         bool routed, LineUse use) {
   const bool answered = ProvesLife(end.outcome) && !mute;
-  spent_[static_cast<std::size_t>(ProvesLife(end.outcome) ? use : LineUse::silence)] +=
-      std::exchange(exchange_, {});
+  under_way_.OnEnd(ProvesLife(end.outcome) ? use : LineUse::silence);
   Of(member).symptom = end.finding.symptom;
   const Outcome outcome = routed && ProvesLife(end.outcome) ? Outcome::ok : end.outcome;
   CountMissed();
@@ -394,13 +392,8 @@ double Ledger::UseSince(Instant began) const {
 }
 
 LineShares Ledger::SharesSince(Instant began) const {
-  LineShares shares{};
   const Duration whole = now_.instant - began;
-  if (whole < kShortestUse) return shares;
-  for (std::size_t i = 0; i < kLineUses; ++i) {
-    shares[i] = static_cast<double>(spent_[i].count()) / static_cast<double>(whole.count());
-  }
-  return shares;
+  return whole < kShortestUse ? LineShares{} : under_way_.SharesOf(whole);
 }
 
 void Ledger::ShowLine(Duration notice_bound) {

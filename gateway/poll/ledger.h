@@ -3,7 +3,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <deque>
 #include <functional>
@@ -15,6 +14,7 @@
 #include "gateway/base/time.h"
 #include "gateway/poll/burst.h"
 #include "gateway/poll/late_answers.h"
+#include "gateway/poll/line_minute.h"
 #include "gateway/poll/poller_listener.h"
 #include "gateway/poll/roster.h"
 #include "gateway/poll/schedule.h"
@@ -151,12 +151,11 @@ class Ledger {
   Burst others_;                       // echoes that differed
   Instant minute_began_{};
   Duration busy_before_minute_{};
-  std::array<Duration, kLineUses> spent_{};  // in the minute under way
-  Duration exchange_{};                      // in the exchange under way
-  LineShares shares_{};                      // as use_
-  std::optional<double> use_;                // of the last full minute; nothing before there is one
-  std::optional<Instant> silent_from_;       // nobody has answered since
-  Instant last_failure_{};                   // of an exchange
+  LineMinute under_way_;
+  LineShares shares_{};                 // as use_
+  std::optional<double> use_;           // of the last full minute; nothing before there is one
+  std::optional<Instant> silent_from_;  // nobody has answered since
+  Instant last_failure_{};              // of an exchange
 };
 
 }  // namespace baudgate

@@ -174,6 +174,27 @@ TEST(Examine, ProtocolsRecogniseWhatIsNearlyTheirs) {
   }
 }
 
+TEST(Examine, WhatComesBehindAPasswordIsNotQuoted) {
+  const auto& setup = RealLine("Spa9600");
+  const config::Device device = LineOf(setup).devices[0];
+  const Bytes request = ToBytes(">1WV160:234:44\r");
+  const Expectation expect = setup.protocol->expect(request, device.options);
+  ASSERT_FALSE(expect.secrets.empty());
+  const Bytes heard = ToBytes("password is wrong: 234\r\n");
+  const Arrival arrivals[] = {{0, 20ms}};
+  const Finding finding = Examine({.protocol = setup.protocol,
+                                   .options = &device.options,
+                                   .request = request,
+                                   .expect = &expect,
+                                   .outcome = Outcome::corrupt,
+                                   .heard = heard,
+                                   .arrivals = arrivals,
+                                   .reply = 100ms,
+                                   .gap = 50ms});
+  EXPECT_EQ(finding.symptom, text);
+  EXPECT_EQ(finding.cause.find("234"), std::string::npos) << finding.cause;
+}
+
 TEST(Examine, AChecksumThatIsNotConfigured) {
   const auto& setup = RealLine("Dcon9600");
   config::Device device = LineOf(setup).devices[0];
