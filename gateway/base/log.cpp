@@ -6,8 +6,10 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <condition_variable>
 #include <csignal>
+#include <cstdio>
 #include <ctime>
 #include <memory>
 #include <mutex>
@@ -50,12 +52,21 @@ spdlog::level::level_enum LevelOf(Level level) {
 /// Nothing: standard error is not the journal.
 std::unique_ptr<Journal> g_journal;
 
+std::atomic<std::uint64_t> g_dropped = 0;
+
+void PrintToError(spdlog::level::level_enum weight, const std::string& text) {
+  spdlog::log(weight, "{}", text);
+  if (std::ferror(stderr) == 0) return;
+  ++g_dropped;
+  std::clearerr(stderr);
+}
+
 /// A journal that takes nothing just now gets the line as any program's standard error does.
 void Print(Level level, const About& about, const std::string& text) {
   const auto weight = LevelOf(level);
-  if (!g_journal) return spdlog::log(weight, "{}", text);
+  if (!g_journal) return PrintToError(weight, text);
   if (!spdlog::should_log(weight) || g_journal->Send(level, about, text)) return;
-  spdlog::log(weight, "<{}>{}", Priority(level), text);
+  PrintToError(weight, fmt::format("<{}>{}", Priority(level), text));
 }
 
 using Repeats = std::vector<Folder::Repeat>;
@@ -135,6 +146,8 @@ void ForgetRepeats() {
   const MutexLock lock(g_mutex);
   TheFolder() = Folder();
 }
+
+std::uint64_t Dropped() { return g_dropped; }
 
 void Write(Level level, const std::string& text) { Write(level, About{}, text); }
 

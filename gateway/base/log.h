@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include <cstdint>
 #include <string>
 #include <utility>
 #include <vector>
@@ -39,6 +40,9 @@ void Write(Level level, const std::string& key, const std::string& text);
 /// Never folded: an act of somebody, of which each stands for itself.
 void WriteAct(Level level, const std::string& text);
 void WriteAct(Level level, const About& about, const std::string& text);
+
+/// Lines that neither the journal nor standard error took.
+std::uint64_t Dropped();
 
 /// Tells at once what is held back, so that a log that ends here ends with the true state.
 /// Thread-safe.

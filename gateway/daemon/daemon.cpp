@@ -230,6 +230,7 @@ void Daemon::Impl::StartControl() {
 /// Opens the port before anything is asked on a line.
 WebOutput::Prepared Daemon::Impl::PrepareWeb() {
   web::LiveApi::Links links{store, lines, GatewayForStatus()};
+  links.protocol = [this](const std::string& name) { return catalog.FindProtocol(name); };
   if (reloader) links.configuration = [this] { return reloader->ConfigurationText(); };
   web = std::make_unique<WebOutput>(std::move(links));
   return web->Prepare(config.web);

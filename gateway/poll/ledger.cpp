@@ -399,6 +399,7 @@ LineShares Ledger::SharesSince(Instant began) const {
 void Ledger::ShowLine(Duration notice_bound) {
   store_.UpdateLine(line_, [&](LineStatus& status) {
     static_cast<LineCounters&>(status) = counters_;
+    status.spent = under_way_.spent();
     status.use = use_ ? *use_ : UseSince(minute_began_);
     status.minute = use_ ? shares_ : SharesSince(minute_began_);
     status.notice_bound = notice_bound;

@@ -54,12 +54,18 @@ Json RoundTripsJson(const RoundTrips& trips) {
   return json;
 }
 
-/// Of the last hour.
+/// Of the last hour. `minutes`: the part of each in which it answered, null where it was not asked.
 Json HourJson(const DeviceStatus& status, Instant now) {
   const MinuteCounts hour = status.hour.Sum(now);
+  Json minutes = Json::array();
+  for (const MinuteCounts& minute : status.hour.All(now)) {
+    const bool asked = minute.up + minute.down > Duration::zero();
+    minutes.push_back(asked ? Json(std::round(Availability(minute) * 100) / 100) : Json(nullptr));
+  }
   return {{"answered", hour.answered}, {"failed", hour.failed},
           {"repeats", hour.repeats},   {"missed", hour.missed},
-          {"outages", hour.outages},   {"availability", Availability(hour)}};
+          {"outages", hour.outages},   {"availability", Availability(hour)},
+          {"minutes", minutes}};
 }
 
 Json SinceJson(std::optional<Duration> age) {

@@ -44,4 +44,14 @@ MinuteCounts LastHour::Sum(Instant now, std::size_t full_minutes) const {
   return sum;
 }
 
+std::array<MinuteCounts, LastHour::kMinutes> LastHour::All(Instant now) const {
+  const std::int64_t first = NumberOf(now) - static_cast<std::int64_t>(kMinutes) + 1;
+  std::array<MinuteCounts, kMinutes> all;
+  for (const Minute& minute : minutes_) {
+    const auto place = static_cast<std::size_t>(minute.number - first);
+    if (minute.number >= first && place < kMinutes) all[place] = minute.tally;
+  }
+  return all;
+}
+
 }  // namespace baudgate

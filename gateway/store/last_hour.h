@@ -36,6 +36,8 @@ class LastHour {
   MinuteCounts& At(Instant now);
   /// The minute under way and so many full ones before it, at most kMinutes in all.
   MinuteCounts Sum(Instant now, std::size_t full_minutes = kMinutes - 1) const;
+  /// Each of them, the minute under way last.
+  std::array<MinuteCounts, kMinutes> All(Instant now) const;
 
  private:
   struct Minute {

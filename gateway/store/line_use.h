@@ -7,6 +7,8 @@
 #include <cstdint>
 #include <string_view>
 
+#include "gateway/base/time.h"
+
 namespace baudgate {
 
 enum class LineUse : std::uint8_t {
@@ -25,6 +27,8 @@ constexpr std::string_view Name(LineUse use) {
   return kNames[static_cast<std::size_t>(use)];
 }
 
+/// How long, by what for.
+using LineTimes = std::array<Duration, kLineUses>;
 /// Parts of a time, each 0 to 1; what is missing to 1 the line was idle.
 using LineShares = std::array<double, kLineUses>;
 

@@ -72,7 +72,24 @@ Response LiveApi::Alarms(const Request& request, Now now) {
 }
 
 Response LiveApi::Recorded(const Request& request, Now now) {
-  return Asked(request, "recorded", {{"line", false, "target"}, {"device"}}, now);
+  Response raw = Asked(request, "recorded", {{"line", false, "target"}, {"device"}}, now);
+  const auto line = control::FindTarget(*config_, request.Query("line").value_or(""));
+  if (raw.status != 200 || !line) return raw;
+  Json answer = Json::parse(raw.body, nullptr, false);
+  FrameLines frames(DecodersFor(*line, request.Query("device").value_or("")));
+  Json lines = Json::array();
+  const auto add = [&lines](const std::vector<std::string>& whole) {
+    for (const std::string& frame : whole) lines.push_back(frame);
+  };
+  for (const Json& record : answer["records"]) add(frames.Take(record.get<std::string>()));
+  add(frames.Flush());
+  answer["records"] = std::move(lines);
+  return JsonResponse(answer);
+}
+
+Decoders LiveApi::DecodersFor(const control::Target& target, const std::string& device) const {
+  if (!links_.protocol) return {};
+  return DecodersOf(config_->lines[target.line], links_.protocol, device);
 }
 
 Result<std::uint32_t> LiveApi::DeviceNamed(const std::string& name) const {
@@ -125,7 +142,7 @@ Response LiveApi::TraceStream(const Request& request, Now) {
   if (!line) return Problem(404, line.error());
   std::erase_if(traces_, [](const auto& trace) { return trace.expired(); });
   if (traces_.size() >= kMostTraces) return Problem(503, "too many traces are looked at");
-  auto trace = std::make_shared<LiveTrace>();
+  auto trace = std::make_shared<LiveTrace>(DecodersFor(*line, ""));
   const std::weak_ptr<LiveTrace> weak = trace;
   auto queue = links_.lines.Trace(line->line, [weak, &io = io_] {
     asio::post(io, [weak] {

@@ -24,6 +24,7 @@ class LiveApi {
     control::GatewayInfo info;
     /// The YAML in force, without its secrets; empty: nobody knows it.
     std::function<Result<std::string>()> configuration{};
+    FindProtocol protocol{};  ///< of what goes over a line; empty: only bytes are shown
   };
   /// All of it outlives this; everything is called on the thread of `io`.
   LiveApi(const config::Config& config, Links links, asio::io_context& io);
@@ -59,6 +60,7 @@ class LiveApi {
   Response Metrics(const Request& request, Now now);
   Response Asked(const Request& request, std::string_view command,
                  std::initializer_list<Part> parts, Now now);
+  Decoders DecodersFor(const control::Target& target, const std::string& device) const;
   Result<std::uint32_t> DeviceNamed(const std::string& name) const;
 
   const config::Config* config_;

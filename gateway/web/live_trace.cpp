@@ -14,15 +14,24 @@ std::ptrdiff_t LiveTrace::Read(std::span<char> into) {
     if (ended_) return kEnd;
     text_.clear();
     sent_ = 0;
-    for (const TraceRecord& record : queue_->Take()) {
-      text_ += "event: record\ndata: {\"record\":" + JsonText(ToText(record)) + "}\n\n";
+    const std::vector<TraceRecord> records = queue_->Take();
+    for (const TraceRecord& record : records) Append(frames_.Take(ToText(record)));
+    if (beat_.exchange(false)) {
+      // A beat is longer than what belongs together is apart.
+      if (records.empty() && frames_.waits()) Append(frames_.Flush());
+      text_ += "event: beat\ndata: {}\n\n";
     }
-    if (beat_.exchange(false)) text_ += "event: beat\ndata: {}\n\n";
   }
   const std::size_t bytes = std::min(into.size(), text_.size() - sent_);
   std::memcpy(into.data(), text_.data() + sent_, bytes);
   sent_ += bytes;
   return static_cast<std::ptrdiff_t>(bytes);
+}
+
+void LiveTrace::Append(const std::vector<std::string>& frames) {
+  for (const std::string& frame : frames) {
+    text_ += "event: record\ndata: {\"record\":" + JsonText(frame) + "}\n\n";
+  }
 }
 
 void LiveTrace::SetWake(std::function<void()> wake) {

@@ -1,4 +1,4 @@
-// A stream of what goes over a line: the records of a trace as server-sent events.
+// A stream of what goes over a line: the frames of a trace as server-sent events.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -6,8 +6,11 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "gateway/base/guarded.h"
+#include "gateway/decode/frame_lines.h"
 #include "gateway/trace/trace_text.h"
 #include "gateway/web/request.h"
 
@@ -15,6 +18,7 @@ namespace baudgate::web {
 
 class LiveTrace final : public Stream {
  public:
+  explicit LiveTrace(Decoders decoders) : frames_(std::move(decoders)) {}
   /// Where its records come from; before the first Read.
   void SetQueue(std::shared_ptr<TraceQueue> queue) { queue_ = std::move(queue); }
 
@@ -30,7 +34,10 @@ class LiveTrace final : public Stream {
   void End();
 
  private:
+  void Append(const std::vector<std::string>& frames);
+
   std::shared_ptr<TraceQueue> queue_;
+  FrameLines frames_;
   std::string text_;
   std::size_t sent_ = 0;
   std::atomic<bool> beat_ = false;

@@ -5,10 +5,12 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <array>
 #include <cmath>
 #include <fstream>
 #include <iterator>
 
+#include "gateway/base/log.h"
 #include "gateway/web/series.h"
 
 namespace baudgate::web {
@@ -29,6 +31,10 @@ std::string Escaped(std::string_view text) {
   }
   return out;
 }
+
+/// By LineUse.
+constexpr std::array<std::string_view, kLineUses> kWhy = {"poll",  "probe",   "route",
+                                                          "write", "silence", "drain"};
 
 /// The lines of one metric, which stand together.
 class Lines {
@@ -85,7 +91,9 @@ class Store {
   void AddLine(const config::Line& line, const LineStatus& status) {
     const std::string labels = fmt::format("line=\"{}\"", Escaped(line.name));
     up_.Add(labels, status.port == LineStatus::Port::open ? 1 : 0);
-    busy_.Add(labels, Seconds(status.busy));
+    for (std::size_t i = 0; i < kLineUses; ++i) {
+      busy_.Add(fmt::format("{},why=\"{}\"", labels, kWhy[i]), Seconds(status.spent[i]));
+    }
     const RoundTrips& trips = status.round_trips;
     std::uint64_t below = 0;
     for (std::size_t octave = 0; octave < kDurationBuckets; ++octave) {
@@ -150,6 +158,19 @@ void AppendOne(Family family, std::string_view labels, double value, std::string
   lines.AppendTo(out);
 }
 
+void AppendModbus(const modbus::TrafficStatus& traffic, std::string& out) {
+  AppendOne(Family::modbus_clients, "", static_cast<double>(traffic.clients.size()), out);
+  Lines requests(Family::modbus_requests);
+  for (const modbus::FunctionCount& count : traffic.functions) {
+    requests.Add(
+        fmt::format("listener=\"{}\",function=\"{}\",exception=\"{}\"", Escaped(count.listener),
+                    count.function > 0 ? fmt::to_string(count.function) : "other",
+                    count.exception > 0 ? fmt::to_string(count.exception) : "none"),
+        static_cast<double>(count.requests));
+  }
+  requests.AppendTo(out);
+}
+
 double ProcessorSeconds() {
   rusage usage{};
   ::getrusage(RUSAGE_SELF, &usage);
@@ -174,8 +195,11 @@ std::string MetricsText(const config::Config& config, const PointStore& store,
   std::string text;
   AppendOne(Family::build_info, fmt::format("version=\"{}\"", Escaped(info.version)), 1, text);
   Store(config, store, now).AppendTo(text);
-  const std::size_t clients = info.traffic != nullptr ? info.traffic->Traffic().clients.size() : 0;
-  AppendOne(Family::modbus_clients, "", static_cast<double>(clients), text);
+  AppendModbus(info.traffic != nullptr ? info.traffic->Traffic() : modbus::TrafficStatus{}, text);
+  if (info.dds) {
+    AppendOne(Family::dds_samples, "", static_cast<double>(info.dds().written), text);
+  }
+  AppendOne(Family::log_dropped, "", static_cast<double>(log::Dropped()), text);
   if (info.events != nullptr) {
     const events::EventsState state = info.events->state();
     Lines alarms(Family::alarms);

@@ -6,11 +6,12 @@
 namespace baudgate::web {
 
 std::size_t SeriesOf(const config::Config& config) {
-  // version, clients, two of alarms, three of the process
-  std::size_t series = 7;
+  // version, clients, log, two of alarms, three of the process
+  std::size_t series = 8;
+  if (config.dds.enabled) ++series;
   for (const config::Line& line : config.lines) {
     if (line.name.empty()) continue;
-    series += 2 + kDurationBuckets + 2;  // up and busy; buckets, sum and count
+    series += 1 + kLineUses + kDurationBuckets + 2;  // up, busy; buckets, sum and count
     for (const config::Device& device : line.devices) {
       series += kDeviceStates + kOutcomeCount - 1 + 1;
       for (const config::Point& point : device.points) {

@@ -30,17 +30,20 @@ enum class Family : std::size_t {
   point_quality,
   point_age,
   modbus_clients,
+  modbus_requests,
+  dds_samples,
+  log_dropped,
   alarms,
   cpu,
   memory,
   started,
 };
 
-inline constexpr std::array<Metric, 15> kMetrics = {{
+inline constexpr std::array<Metric, 18> kMetrics = {{
     {"baudgate_build_info", "gauge", "version", "The version of the gateway; always 1."},
     {"baudgate_line_up", "gauge", "line", "1 while the port of the line is open, else 0."},
-    {"baudgate_line_busy_seconds_total", "counter", "line",
-     "Time in exchanges and in the silences after them."},
+    {"baudgate_line_busy_seconds_total", "counter", "line,why",
+     "Time in exchanges and in the silences after them, by what for."},
     {"baudgate_exchange_duration_seconds", "histogram", "line",
      "Round trips of exchanges with a good reply."},
     {"baudgate_device_state", "gauge", "line,device,state",
@@ -56,6 +59,11 @@ inline constexpr std::array<Metric, 15> kMetrics = {{
     {"baudgate_point_age_seconds", "gauge", "line,device,point",
      "Time since the last reading; absent before the first."},
     {"baudgate_modbus_clients", "gauge", "", "Modbus clients that are connected."},
+    {"baudgate_modbus_requests_total", "counter", "listener,function,exception",
+     "Requests of Modbus clients that were answered."},
+    {"baudgate_dds_samples_total", "counter", "", "Samples that were published."},
+    {"baudgate_log_dropped_total", "counter", "",
+     "Lines of the log that nobody took: neither the journal nor standard error."},
     {"baudgate_alarms", "gauge", "state", "Alarms that are active, and that wait for somebody."},
     {"process_cpu_seconds_total", "counter", "", "Processor time of the gateway."},
     {"process_resident_memory_bytes", "gauge", "", "Memory of the gateway."},
@@ -63,7 +71,8 @@ inline constexpr std::array<Metric, 15> kMetrics = {{
 }};
 constexpr const Metric& Of(Family family) { return kMetrics[static_cast<std::size_t>(family)]; }
 
-/// At most, while all is good.
+/// At most, while all is good, without those of Modbus requests: each listener has one for every
+/// function and exception that it has answered.
 std::size_t SeriesOf(const config::Config& config);
 
 }  // namespace baudgate::web

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "gateway/base/text.h"
-#include "gateway/cli/offline/trace_line.h"
+#include "gateway/decode/trace_line.h"
 
 namespace baudgate {
 namespace {

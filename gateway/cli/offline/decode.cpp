@@ -10,7 +10,7 @@
 #include "gateway/base/exit_code.h"
 #include "gateway/base/shown.h"
 #include "gateway/cli/offline/captures.h"
-#include "gateway/cli/offline/exchange_decoder.h"
+#include "gateway/cli/offline/traced_decoder.h"
 #include "gateway/cli/terminal/wrap.h"
 
 namespace baudgate {
@@ -57,9 +57,9 @@ std::string ToProse(const DecodedExchange& decoded, const Capture& capture, std:
 }
 
 /// A decoder for each device that the head names; what the words say holds for all.
-class Decoders {
+class TracedDecoders {
  public:
-  Decoders(const DecodeOptions& options, const config::Catalog& catalog)
+  TracedDecoders(const DecodeOptions& options, const config::Catalog& catalog)
       : options_(options), catalog_(catalog) {}
 
   Status Begin(const std::vector<TracedDevice>& devices) {
@@ -82,7 +82,7 @@ class Decoders {
       if (key.empty()) traced.protocol = ProtocolOfOthers();
       if (!options_.profile.empty()) traced.profile = options_.profile;
       traced.set.insert(traced.set.end(), options_.set.begin(), options_.set.end());
-      auto decoder = ExchangeDecoder::Create(traced, catalog_);
+      auto decoder = MakeDecoder(traced, catalog_);
       if (!decoder) return {Error{decoder.error()}, nullptr};
       found = decoders_.emplace(key, std::move(*decoder)).first;
     }
@@ -104,22 +104,13 @@ class Decoders {
 
 }  // namespace
 
-std::string ValueText(const DecodedValue& value) {
-  const auto* number = std::get_if<double>(&value.value);
-  const std::string shown = number != nullptr ? FormatValue(*number) : ToText(value.value);
-  std::string text = value.name + " " + (shown.empty() ? "-" : shown);
-  if (!value.unit.empty()) text += " " + value.unit;
-  if (!IsGood(value.quality)) text += " (" + std::string(Name(value.quality)) + ")";
-  return Harmless(text);
-}
-
 int RunDecode(const DecodeOptions& options, const config::Catalog& catalog, std::istream& in,
               std::ostream& out, std::ostream& err) {
   const auto fail = [&err](int code, const std::string& why) {
     err << "baudgate: " << why << "\n";
     return code;
   };
-  Decoders decoders(options, catalog);
+  TracedDecoders decoders(options, catalog);
   if (!options.protocol.empty() || !options.profile.empty()) {
     if (const Status begun = decoders.Begin({}); !begun) {
       return fail(kExitBadConfiguration, begun.error());

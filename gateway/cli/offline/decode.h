@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "config/catalog/catalog.h"
-#include "gateway/cli/offline/exchange_decoder.h"
 
 namespace baudgate {
 
@@ -22,9 +21,6 @@ struct DecodeOptions {
   bool prose = false;              ///< for people; else one JSON object a line
   std::size_t width = 0;           ///< of prose, characters a line; 0: no limit
 };
-
-/// "current_l1 0.5 xIn", "current_l2 - xIn (bad: not connected)".
-std::string ValueText(const DecodedValue& value);
 
 /// Each exchange: outcome, reason, values; of a trace also the time and the device. Exit codes: 0
 /// done (whatever the outcomes), 2 a line of the input is no hex, or nothing says which protocol it

@@ -7,8 +7,9 @@
 
 #include "gateway/base/shown.h"
 #include "gateway/cli/client/control_client.h"
+#include "gateway/cli/offline/traced_decoder.h"
 #include "gateway/cli/terminal/stop_signals.h"
-#include "gateway/cli/trace/frame_lines.h"
+#include "gateway/decode/frame_lines.h"
 
 namespace baudgate {
 namespace {
@@ -31,7 +32,7 @@ class TracePrinter {
       out_ << head.back() << '\n';
     }
     out_.flush();
-    if (!options.bytes) frames_.emplace(head, catalog);
+    if (!options.bytes) frames_.emplace(DecodersOf(head, catalog));
   }
 
   void Print(const std::string& record) {

@@ -180,11 +180,15 @@ std::size_t RequestDesk::BytesOnWire(std::size_t frame) const {
 
 void RequestDesk::Answer(const ModbusRequest& request, Instant now) {
   ClientRecord::Add(record_->bytes_out, BytesOnWire(ReplySize(request)));
+  record_->functions->Add(request.function);
   wire_.Answer(request, points_.responder(), now);
 }
 
 void RequestDesk::Answer(View frame, Instant now) {
   ClientRecord::Add(record_->bytes_out, BytesOnWire(frame.size()));
+  const std::uint8_t function = FunctionOf(frame);
+  const bool refused = (function & kExceptionBit) != 0 && frame.size() > kMbapHeader + 1;
+  record_->functions->Add(function & ~kExceptionBit, refused ? frame[kMbapHeader + 1] : 0);
   wire_.Answer(frame, now);
 }
 

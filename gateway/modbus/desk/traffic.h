@@ -73,10 +73,19 @@ struct ClosedListener {
   std::string why;    ///< "address already in use; …"
 };
 
+/// Requests of all clients of a listener by what was asked and how it was answered.
+struct FunctionCount {
+  std::string listener;        ///< config::Listener::Place()
+  std::uint8_t function = 0;   ///< 0: one that is in no standard
+  std::uint8_t exception = 0;  ///< 0: none
+  std::uint64_t requests = 0;
+};
+
 struct TrafficStatus {
   std::vector<ClientStatus> clients;  ///< connected now, by id
   std::vector<MasterStatus> masters;  ///< in the order in which they were configured
   std::vector<ClosedListener> closed;
+  std::vector<FunctionCount> functions;  ///< that were asked since the start
   /// In the order of the file that runs; after them one for broadcasts, if any.
   std::vector<RouteStatus> routes;
 };

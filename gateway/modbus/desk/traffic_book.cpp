@@ -84,6 +84,9 @@ std::shared_ptr<ClientRecord> TrafficBook::Enter(const std::string& peer,
   record->priority = priority;
   record->since = since;
   const MutexLock lock(mutex_);
+  auto& functions = functions_[record->listener];
+  if (!functions) functions = std::make_shared<FunctionCounters>();
+  record->functions = functions;
   record->id = next_client_++;
   clients_.emplace(record->id, record);
   return record;
@@ -168,6 +171,9 @@ TrafficStatus TrafficBook::Status(const Now& now) const {
   for (const auto& [id, record] : clients_) status.clients.push_back(StatusOf(*record, now));
   for (const auto& [number, master] : masters_) status.masters.push_back(master);
   status.closed = closed_;
+  for (const auto& [listener, counters] : functions_) {
+    counters->AppendTo(listener, status.functions);
+  }
   for (const std::size_t number : shown_) status.routes.push_back(routes_[number]);
   if (broadcasts_.requests > 0) status.routes.push_back(broadcasts_);
   return status;

@@ -15,6 +15,7 @@
 #include "config/model/listener.h"
 #include "gateway/base/guarded.h"
 #include "gateway/base/time.h"
+#include "gateway/modbus/desk/function_counters.h"
 #include "gateway/modbus/desk/route_list.h"
 #include "gateway/modbus/desk/traffic.h"
 #include "gateway/requests/routed.h"
@@ -26,6 +27,7 @@ struct ClientRecord {
   std::uint64_t id = 0;
   std::string peer;
   std::string listener;
+  std::shared_ptr<FunctionCounters> functions{};  // of the listener
   config::Priority priority = config::Priority::normal;
   WallTime since{};
   std::atomic<Instant> last_request = Instant::min();
@@ -87,6 +89,8 @@ class TrafficBook {
 
   mutable Mutex mutex_;
   std::map<std::uint64_t, std::shared_ptr<ClientRecord>> clients_ BAUDGATE_GUARDED_BY(mutex_);
+  std::map<std::string, std::shared_ptr<FunctionCounters>> functions_
+      BAUDGATE_GUARDED_BY(mutex_);  // by listener
   std::uint64_t next_client_ BAUDGATE_GUARDED_BY(mutex_) = 1;
   std::map<std::size_t, MasterStatus> masters_ BAUDGATE_GUARDED_BY(mutex_);
   std::size_t next_master_ BAUDGATE_GUARDED_BY(mutex_) = 0;

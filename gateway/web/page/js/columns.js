@@ -3,7 +3,7 @@
 import {age, setAge} from './clock.js';
 import {h, markedText, setText} from './dom.js';
 import {count} from './format.js';
-import {Bar} from './parts.js';
+import {Bar, HourStrip} from './parts.js';
 
 /** A shape and a word: of(item) is [shape, word]. */
 export const marked = (title, of) => ({
@@ -47,6 +47,18 @@ export const barred = (title, of) => ({
     return bar;
   },
   paint: (bar, item) => bar.paint(...of(item)),
+});
+
+/** The last hour of a device in minutes. */
+export const lastHour = (title) => ({
+  title,
+  class: 'hour-cell',
+  make: (cell) => {
+    const strip = new HourStrip();
+    cell.append(strip.element);
+    return strip;
+  },
+  paint: (strip, device) => strip.paint(device.hour),
 });
 
 /** press(value): of(item) is {value, label, hidden?}. */

@@ -6,10 +6,10 @@ import {age, now, setAge} from './clock.js';
 import {DataTable} from './data_table.js';
 import {h} from './dom.js';
 import {exchangeColumns, exchangesOf} from './exchanges.js';
-import {count, deviceTrouble, hourShare, micros, okShare, percent, qualityKind} from './format.js';
+import {count, deviceAdvice, deviceTrouble, micros, okShare, percent, qualityKind} from './format.js';
 import {histogram} from './histogram.js';
 import {alarmsLink, lineLink} from './links.js';
-import {crumbs, Facts, Headline, Problem, section, Sentences} from './parts.js';
+import {crumbs, Facts, Headline, HourStrip, Problem, section, Sentences} from './parts.js';
 import {PointTable} from './point_table.js';
 import {repeat, watchStatus} from './status.js';
 import {matching, pointsOf, valueOf} from './store.js';
@@ -78,8 +78,9 @@ function mapPart(name) {
   return {element: details, print};
 }
 
-function facts(device, answered) {
+function facts(device, answered, strip) {
   const {outcomes, hour} = device;
+  strip.paint(hour);
   setAge(answered, device.age_ms === null ? null : now() - device.age_ms);
   const failed = Object.entries(outcomes).filter(([name, n]) => name !== 'ok' && n > 0);
   return [
@@ -88,7 +89,8 @@ function facts(device, answered) {
     ['Exchanges', count(device.exchanges)],
     ['OK', percent(okShare(device))],
     ['Not OK', failed.map(([name, n]) => `${name} ${count(n)}`).join(', ') || 'none'],
-    ['Last hour', `${hourShare(hour)}, outages: ${hour.outages}`],
+    ['Last hour', strip.element],
+    ['Outages, last hour', count(hour.outages)],
     ['Retries', count(device.retries)],
     ['Missed polls', count(device.missed)],
     ['Late', count(device.late)],
@@ -107,6 +109,7 @@ export function device(root, name, parameters) {
   const advice = new Sentences();
   const figures = new Facts();
   const answered = age();
+  const strip = new HourStrip();
   const chart = histogram();
   const points = pointsPart(name, parameters.point);
   const map = mapPart(name);
@@ -115,8 +118,8 @@ export function device(root, name, parameters) {
   root.append(crumbs(['Overview', '#/overview'], [line, lineLink(line)]), headline.element, about, problem.element,
       advice.element, h('p', {class: 'controls no-print'}, h('a', {href: alarmsLink({device: name})}, 'Its events'),
           map.print),
-      figures.element, points.element, h('div', {class: 'side-by-side'}, section('Round trips', chart.element),
-          section('Last exchanges', exchanges.element)), map.element);
+      figures.element, points.element, section('Last exchanges', exchanges.element),
+      section('Round trips', chart.element), map.element);
   const ends = [points.end,
     watchStatus(name, (status) => {
       const mine = status.lines[0].devices[0];
@@ -124,12 +127,12 @@ export function device(root, name, parameters) {
       headline.paint(deviceTrouble(mine).shape, `${name}: ${mine.state}`);
       about.textContent = `${mine.protocol}, address ${mine.address}, profile ${mine.profile}`
         + (mine.unit === null ? ', not on Modbus' : `, Modbus unit ${mine.unit}`);
-      advice.paint([...(mine.trouble ? [{kind: 'bad', text: mine.trouble}] : []), ...mine.advice]);
-      figures.paint(facts(mine, answered));
+      advice.paint([...(mine.trouble ? [{kind: 'bad', text: mine.trouble}] : []), ...deviceAdvice(status.lines[0], mine)]);
+      figures.paint(facts(mine, answered, strip));
       chart.paint(mine.round_trips);
     }, (error) => problem.paint(error)),
-    repeat(() => get('recorded', {line}), ({records}) => {
-      exchanges.paint(exchangesOf(records).filter((e) => e.device === short).slice(-shownExchanges).reverse());
+    repeat(() => get('recorded', {line, device: short}), ({records}) => {
+      exchanges.paint(exchangesOf(records).slice(-shownExchanges).reverse());
     }, () => {}, 3000),
   ];
   return () => ends.forEach((end) => end());

@@ -22,7 +22,14 @@ export function setClass(element, name) {
   if (element.className !== name) element.className = name;
 }
 
-const svgName = 'http://www.w3.org/2000/svg';
+/** As h, of the vocabulary of pictures. */
+export function svg(tag, attributes = {}, ...children) {
+  const element = document.createElementNS('http://www.w3.org/2000/svg', tag);
+  for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
+  element.append(...children);
+  return element;
+}
+
 const shapes = {
   fine: 'M6 2.5a3.5 3.5 0 1 0 .01 0z',
   info: 'M6 1.5a4.5 4.5 0 1 0 .01 0zM6 5v4M6 3v1',
@@ -34,19 +41,16 @@ const shapes = {
 
 /** A small shape beside a word: the shape differs as well as the colour. */
 export function mark(kind) {
-  const svg = document.createElementNS(svgName, 'svg');
-  svg.setAttribute('viewBox', '0 0 12 12');
-  svg.setAttribute('aria-hidden', 'true');
-  svg.append(document.createElementNS(svgName, 'path'));
-  setMark(svg, kind);
-  return svg;
+  const shape = svg('svg', {'viewBox': '0 0 12 12', 'aria-hidden': 'true'}, svg('path'));
+  setMark(shape, kind);
+  return shape;
 }
 
-export function setMark(svg, kind) {
-  if (svg.dataset.kind === kind) return;
-  svg.dataset.kind = kind;
-  svg.setAttribute('class', `mark ${kind}`);
-  svg.firstChild.setAttribute('d', shapes[kind]);
+export function setMark(shape, kind) {
+  if (shape.dataset.kind === kind) return;
+  shape.dataset.kind = kind;
+  shape.setAttribute('class', `mark ${kind}`);
+  shape.firstChild.setAttribute('d', shapes[kind]);
 }
 
 /** A shape and a word: paint(kind, text). */

@@ -1,17 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
-// Turns the records of a trace into whole exchanges: one request, its reply and its outcome.
+// Turns the frames of a trace into whole exchanges: one request, its reply, what it means and its outcome.
 
 const form = /^(\S+) (\S+) ([<>=])\s?(.*)$/;
 
+const bytesOf = (hex) => hex.split(' ').filter(Boolean);
+const codesOf = (bytes) => bytes.map((b) => (b === '**' ? 42 : parseInt(b, 16)));
+const isText = (code) => code >= 32 && code < 127;
+
+/** What stands behind a frame: what it means, or only its bytes as characters. */
+function meaningOf(hex, text) {
+  const codes = codesOf(bytesOf(hex));
+  const same = codes.every((code, i) => (text[i] ?? '.') === (isText(code) ? String.fromCharCode(code) : '.'));
+  return same && text.length <= codes.length ? '' : text;
+}
+
 /** Text where every byte is one, else the bytes in hex. */
 function shown(hex) {
-  const bytes = hex.split(' ').filter(Boolean);
-  const codes = bytes.map((b) => (b === '**' ? 42 : parseInt(b, 16)));
-  if (!codes.every((c) => (c >= 32 && c < 127) || c === 10 || c === 13)) return bytes.join(' ');
+  const bytes = bytesOf(hex);
+  const codes = codesOf(bytes);
+  if (!codes.every((c) => isText(c) || c === 10 || c === 13)) return bytes.join(' ');
   return codes.map((c) => (c === 13 ? '\\r' : c === 10 ? '\\n' : String.fromCharCode(c))).join('');
 }
 
-/** Takes records one by one and gives back an exchange when one has ended. */
+/** Takes frames one by one and gives back an exchange when one has ended. */
 export class ExchangeReader {
   constructor() {
     this.open = new Map();
@@ -22,17 +33,19 @@ export class ExchangeReader {
     const parts = form.exec(record);
     if (!parts) {
       const [time, ...rest] = record.split(' ');
-      return {key: `${record} ${++this.count}`, time, device: '', request: rest.join(' '), reply: '', outcome: 'note'};
+      return {key: `${record} ${++this.count}`, time, device: '', request: rest.join(' '), reply: '', meaning: '', outcome: 'note'};
     }
     const [, time, device, sign, rest] = parts;
-    const hex = rest.split(' | ')[0];
+    const bar = rest.indexOf(' | ');
+    const hex = bar < 0 ? rest : rest.slice(0, bar);
     if (sign === '>') {
-      this.open.set(device, {key: `${time} ${device}`, time, device, sent: hex, received: ''});
+      this.open.set(device, {key: `${time} ${device}`, time, device, sent: hex, received: '', meaning: ''});
       return null;
     }
-    const exchange = this.open.get(device) || {key: `${time} ${device}`, time, device, sent: '', received: ''};
+    const exchange = this.open.get(device) || {key: `${time} ${device}`, time, device, sent: '', received: '', meaning: ''};
     if (sign === '<') {
       exchange.received += ` ${hex}`;
+      if (bar >= 0) exchange.meaning ||= meaningOf(hex, rest.slice(bar + 3));
       this.open.set(device, exchange);
       return null;
     }
@@ -54,6 +67,7 @@ export function exchangeColumns(withDevice) {
     ...(withDevice ? [{title: 'Device', class: 'name', text: (e) => e.device}] : []),
     {title: 'Request', class: 'code', text: (e) => e.request},
     {title: 'Reply', class: 'code', text: (e) => e.reply || '–'},
+    {title: 'Means', class: 'means', text: (e) => e.meaning},
     {title: 'Outcome', class: 'outcome', text: (e) => e.outcome},
   ];
 }

@@ -84,6 +84,10 @@ export function lineState(line) {
   return line.echo_lost_since ? `${line.port_state}, no echo` : line.port_state;
 }
 
+/** What the gateway says of a device: while the port is not open, what it says of its line. */
+export const deviceAdvice = (line, device) =>
+  (device.advice.length || line.port_state === 'open' ? device.advice : line.advice);
+
 /** The part of the last hour in which a device answered; nothing where it was not asked. */
 export const hourShare = ({answered, failed, availability}) => (answered + failed ? percent(availability) : '–');
 

@@ -6,7 +6,7 @@ import {aged, barred, counted, heardAgo, linked, marked, said} from './columns.j
 import {DataTable} from './data_table.js';
 import {h, setText} from './dom.js';
 import {exchangeColumns, exchangesOf} from './exchanges.js';
-import {ageText, bytes, civilSeconds, count, deviceTrouble, lineState, lineTrouble, micros, okShare, percent} from './format.js';
+import {ageText, bytes, civilSeconds, count, deviceAdvice, deviceTrouble, lineState, lineTrouble, micros, okShare, percent} from './format.js';
 import {histogram} from './histogram.js';
 import {alarmsLink, deviceLink} from './links.js';
 import {crumbs, Facts, Headline, Problem, section, Sentences} from './parts.js';
@@ -87,7 +87,7 @@ export function line(root, name) {
     useTable.paint(use.take(mine, status.uptime_ms));
     minute.paint(minuteOf(mine));
     setText(usePart.firstChild, `Who used the wire (${use.span})`);
-    devices.paint(mine.devices.map((d) => ({...d, line: name, heard}))
+    devices.paint(mine.devices.map((d) => ({...d, line: name, advice: deviceAdvice(mine, d), heard}))
         .sort((a, b) => deviceTrouble(a).rank - deviceTrouble(b).rank));
   }, (error) => problem.paint(error));
   return () => {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // How the gateway, its lines and its devices are, trouble first.
 import {now} from './clock.js';
-import {aged, barred, counted, heardAgo, linked, marked, said} from './columns.js';
+import {aged, barred, counted, heardAgo, lastHour, linked, marked, said} from './columns.js';
 import {DataTable} from './data_table.js';
-import {count, deviceTrouble, hourShare, lineState, lineTrouble, micros, okShare, percent, plural} from './format.js';
+import {count, deviceAdvice, deviceTrouble, lineState, lineTrouble, micros, okShare, percent, plural} from './format.js';
 import {deviceLink, lineLink} from './links.js';
 import {Headline, Problem, section, Sentences} from './parts.js';
 import {watchStatus} from './status.js';
@@ -28,7 +28,7 @@ const deviceColumns = [
   said(),
   aged('Answered', heardAgo),
   {title: 'OK', class: 'num', text: (device) => percent(okShare(device))},
-  {title: 'Last hour', class: 'num', text: (device) => hourShare(device.hour)},
+  lastHour('Last hour'),
   {title: 'Mean', class: 'num', text: (device) => micros(device.round_trips.mean_us)},
   {title: 'Good points', class: 'num', text: ({points}) => `${points.good} of ${points.count}`},
 ];
@@ -83,7 +83,7 @@ export function overview(root) {
     problem.paint(null);
     const heard = now();
     const all = status.lines.flatMap((line) => line.devices.map((device) =>
-      ({...device, line: line.name, full: `${line.name}.${device.name}`, heard})));
+      ({...device, line: line.name, full: `${line.name}.${device.name}`, advice: deviceAdvice(line, device), heard})));
     headline.paint(...health(status, all));
     advice.paint(gatewayAdvice(status));
     // Sorting is stable: within one rank the order is that of the configuration.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Small parts that several views share.
-import {h, mark, setMark, setText} from './dom.js';
+import {h, mark, setMark, setText, svg} from './dom.js';
+import {hourShare} from './format.js';
 
 /** A list of named figures, painted anew from [[title, text], …]. */
 export class Facts {
@@ -86,6 +87,31 @@ export function select(label, options, value, change) {
   const element = h('select', {onchange: () => change(element.value)},
       options.map(([key, text]) => h('option', {value: key, selected: key === value}, text)));
   return h('label', {class: 'field'}, h('span', {}, label), element);
+}
+
+/**
+ * The last hour, a column a minute: below the part in which a device answered, above it the rest. Minutes in which it
+ * was not asked are empty. A text beside it says the number.
+ */
+export class HourStrip {
+  constructor() {
+    this.up = svg('path', {class: 'up'});
+    this.down = svg('path', {class: 'down'});
+    this.text = h('span', {class: 'bar-text'});
+    this.element = h('span', {class: 'hour'}, svg('svg', {'viewBox': '0 0 60 10', 'preserveAspectRatio': 'none',
+      'aria-hidden': 'true'}, this.up, this.down), this.text);
+  }
+
+  paint(hour) {
+    setText(this.text, hourShare(hour));
+    const minutes = hour.minutes.join();
+    if (minutes === this.minutes) return;
+    this.minutes = minutes;
+    const columns = hour.minutes.map((share, i) => [i, share * 10, share === null]).filter(([, , empty]) => !empty);
+    this.up.setAttribute('d', columns.map(([i, high]) => `M${i} 10h1v${-high}h-1z`).join(''));
+    this.down.setAttribute('d', columns.filter(([, high]) => high < 10).map(([i, high]) =>
+      `M${i} 0h1v${10 - high}h-1z`).join(''));
+  }
 }
 
 /** A share of a whole as a bar; a text beside it says the number. */

@@ -2,7 +2,7 @@
 // The legend of trends: which line is which point, and its figures.
 import {pressed} from './columns.js';
 import {DataTable} from './data_table.js';
-import {h, setText} from './dom.js';
+import {h, setText, svg} from './dom.js';
 import {civilSeconds, valueText} from './format.js';
 import {dashes} from './plot.js';
 import * as picked from './picked.js';
@@ -12,22 +12,18 @@ import {session} from './session.js';
 const short = (value) => (value === undefined || value === null ? '–' : valueText(Number(value.toPrecision(6))));
 
 function sample(cell) {
-  const svg = document.createElementNS('http://www.w3.org/2000/svg', 'svg');
-  const line = document.createElementNS('http://www.w3.org/2000/svg', 'path');
-  svg.setAttribute('viewBox', '0 0 36 8');
-  svg.setAttribute('aria-hidden', 'true');
-  line.setAttribute('d', 'M0 4h36');
-  svg.append(line);
-  cell.append(svg);
-  return {svg, line};
+  const line = svg('path', {d: 'M0 4h36'});
+  const picture = svg('svg', {'viewBox': '0 0 36 8', 'aria-hidden': 'true'}, line);
+  cell.append(picture);
+  return {picture, line};
 }
 
 export function trendTable() {
   let time = null;
   let shown = [];
   const columns = [
-    {title: 'Line', class: 'sample', make: sample, paint: ({svg, line}, {number}) => {
-      svg.setAttribute('class', `series-${number}`);
+    {title: 'Line', class: 'sample', make: sample, paint: ({picture, line}, {number}) => {
+      picture.setAttribute('class', `series-${number}`);
       line.setAttribute('stroke-dasharray', (dashes[number] || []).join(' '));
     }},
     {title: 'Point', class: 'said', text: (one) => one.series.point + (one.failure ? `\n${one.failure}` : '')},

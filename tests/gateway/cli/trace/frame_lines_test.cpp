@@ -1,6 +1,6 @@
 // Records of a trace as whole frames, decoded.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/cli/trace/frame_lines.h"
+#include "gateway/decode/frame_lines.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "gateway/cli/offline/decode.h"
+#include "gateway/cli/offline/traced_decoder.h"
 #include "protocols/all_protocols.h"
 
 namespace baudgate {
@@ -28,7 +29,7 @@ const std::vector<std::string> kTraceHead = {"# line io, port /dev/ttyUSB0 9600 
                                              "# device ai-1, protocol dcon"};
 
 std::string Frames(const std::string& records) {
-  FrameLines frames(kTraceHead, Protocols());
+  FrameLines frames(DecodersOf(kTraceHead, Protocols()));
   std::string text;
   const auto print = [&text](const std::vector<std::string>& lines) {
     for (const std::string& line : lines) text += line + "\n";

@@ -1,5 +1,5 @@
-// What the exchanges of one device mean, by the rules and codecs of the daemon. For `decode` and
-// `trace`.
+// What the exchanges of one device mean, by the rules and codecs of the daemon. For `decode`,
+// `trace` and the page.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -7,12 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "config/catalog/catalog.h"
 #include "config/model/line.h"
 #include "gateway/base/quality.h"
-#include "gateway/base/result.h"
 #include "gateway/base/value.h"
-#include "gateway/cli/offline/captures.h"
+#include "gateway/decode/capture.h"
+#include "protocols/protocol.h"
 
 namespace baudgate {
 
@@ -23,6 +22,9 @@ struct DecodedValue {
   Quality quality{};
   bool is_point = false;
 };
+
+/// "current_l1 0.5 xIn", "current_l2 - xIn (bad: not connected)".
+std::string ValueText(const DecodedValue& value);
 
 /// Where a trace tells how an exchange ended, that is its outcome: times decide, too. The reason
 /// says what the bytes alone would be where that differs, and there are no values then. Where a
@@ -37,16 +39,14 @@ struct DecodedExchange {
 
 class ExchangeDecoder {
  public:
-  /// The error says what of protocol, profile and options is wrong; the catalog outlives it.
-  static Result<ExchangeDecoder> Create(const TracedDevice& traced, const config::Catalog& catalog);
+  /// `line` has this one device, with every option; the protocol is the device's.
+  ExchangeDecoder(config::Line line, const Protocol& protocol);
 
   DecodedExchange Decode(const Capture& capture);
   /// How many bytes of the reply the first whole frame ends behind; all where there is none.
   std::size_t FirstFrame(const Capture& capture) const;
 
  private:
-  ExchangeDecoder(config::Line line, const Protocol& protocol);
-
   std::unique_ptr<config::Line> line_;  // of the one device, which must not move
   const Protocol* protocol_;
   std::unique_ptr<Bus> bus_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/cli/trace/frame_lines.h"
+#include "gateway/decode/frame_lines.h"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "gateway/base/text.h"
-#include "gateway/cli/offline/decode.h"
 
 namespace baudgate {
 namespace {
@@ -36,14 +35,17 @@ std::string MeaningOf(const DecodedExchange& decoded) {
 
 }  // namespace
 
-FrameLines::FrameLines(const std::vector<std::string>& head, const config::Catalog& catalog) {
-  for (const std::string& line : head) {
-    const auto device = ReadTracedDevice(line);
-    if (!device) continue;
-    // Where its profile is a file that is not here, its bytes are shown as they are.
-    auto decoder = ExchangeDecoder::Create(*device, catalog);
-    if (decoder) decoders_.emplace(device->name, std::move(*decoder));
+Decoders DecodersOf(const config::Line& line, const FindProtocol& find, const std::string& only) {
+  Decoders decoders;
+  config::Line one = line;
+  for (const config::Device& device : line.devices) {
+    if (!only.empty() && device.name != only) continue;
+    const Protocol* const protocol = find(device.protocol);
+    if (protocol == nullptr) continue;
+    one.devices.assign(1, device);
+    decoders.emplace(device.name, ExchangeDecoder(one, *protocol));
   }
+  return decoders;
 }
 
 std::vector<std::string> FrameLines::Take(const std::string& record) {

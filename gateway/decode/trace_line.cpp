@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/cli/offline/trace_line.h"
+#include "gateway/decode/trace_line.h"
 
 #include <algorithm>
 #include <string>

@@ -11,26 +11,35 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
-#include "config/catalog/catalog.h"
 #include "gateway/base/time.h"
-#include "gateway/cli/offline/exchange_decoder.h"
-#include "gateway/cli/offline/trace_line.h"
+#include "gateway/decode/exchange_decoder.h"
+#include "gateway/decode/trace_line.h"
 
 namespace baudgate {
+
+/// By the name of the device.
+using Decoders = std::map<std::string, ExchangeDecoder>;
+using FindProtocol = std::function<const Protocol*(const std::string&)>;
+/// Of the devices of a running line, or of the one. Where a protocol is not found, the device has
+/// none.
+Decoders DecodersOf(const config::Line& line, const FindProtocol& find,
+                    const std::string& only = "");
 
 class FrameLines {
  public:
   /// Bytes that nobody asked for and that come later than this stand in a line of their own.
   static constexpr Duration kApart = 50ms;
 
-  /// `head`: comments of the gateway (gateway/trace/trace_head.h); the catalog outlives it.
-  FrameLines(const std::vector<std::string>& head, const config::Catalog& catalog);
+  /// Bytes of a device without a decoder are shown as they are.
+  explicit FrameLines(Decoders decoders) : decoders_(std::move(decoders)) {}
 
   /// Lines that are whole with this record.
   std::vector<std::string> Take(const std::string& record);
@@ -55,9 +64,9 @@ class FrameLines {
   void FlushHeld(const std::string& meaning, std::size_t first_frame,
                  std::vector<std::string>& lines);
 
-  std::map<std::string, ExchangeDecoder> decoders_;  // by device
-  std::optional<Capture> exchange_;                  // that is under way
-  Duration asked_{};                                 // when, of the day
+  Decoders decoders_;
+  std::optional<Capture> exchange_;  // that is under way
+  Duration asked_{};                 // when, of the day
   Held held_;
 };
 

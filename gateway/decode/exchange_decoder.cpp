@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/cli/offline/exchange_decoder.h"
+#include "gateway/decode/exchange_decoder.h"
 
 #include <algorithm>
 #include <optional>
 #include <utility>
 
-#include "gateway/cli/offline/make_line.h"
+#include "gateway/base/shown.h"
 #include "gateway/line/assembler.h"
 #include "gateway/store/conversion.h"
 
@@ -106,16 +106,13 @@ DecodedValue ToValue(const Reading& reading, const config::Device& device) {
 
 }  // namespace
 
-Result<ExchangeDecoder> ExchangeDecoder::Create(const TracedDevice& traced,
-                                                const config::Catalog& catalog) {
-  // Requests name their device; this address only has to be a valid one.
-  auto line =
-      MakeLine({.protocol = traced.protocol,
-                .devices = {{.profile = traced.profile, .address = "1", .set = traced.set}}},
-               catalog);
-  if (!line) return Error{line.error()};
-  const Protocol& protocol = *catalog.FindProtocol(line->devices.front().protocol);
-  return ExchangeDecoder(std::move(*line), protocol);
+std::string ValueText(const DecodedValue& value) {
+  const auto* number = std::get_if<double>(&value.value);
+  const std::string shown = number != nullptr ? FormatValue(*number) : ToText(value.value);
+  std::string text = value.name + " " + (shown.empty() ? "-" : shown);
+  if (!value.unit.empty()) text += " " + value.unit;
+  if (!IsGood(value.quality)) text += " (" + std::string(Name(value.quality)) + ")";
+  return Harmless(text);
 }
 
 ExchangeDecoder::ExchangeDecoder(config::Line line, const Protocol& protocol)
