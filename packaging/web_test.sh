@@ -1,26 +1,32 @@
 #!/usr/bin/env bash
-# Tests the page in a browser, against a mock server or a running gateway, and takes pictures of every view.
-# usage: packaging/web_test.sh [--url URL] [--device LINE.DEVICE] [--pictures FOLDER] [--axe axe.min.js] [--only WORD]
-#   --url       the page of a running gateway; what needs the mock server is then left out
-#   --pictures  where the pictures go (build/web_pictures)
-#   --axe       the accessibility checker axe-core; fetched by npm into a folder that goes when it is not given
+# Tests the page in a browser and the metrics with Prometheus' own tool, and takes pictures of every view.
+# usage: packaging/web_test.sh [PART…] [--only WORD] [--pictures FOLDER] [--axe axe.min.js]
+#        packaging/web_test.sh --url URL [--device LINE.DEVICE]     the page of a running gateway, as far as one can look only
+#   mock       the page before a server that answers from samples
+#   gateway    the page of a gateway with twins, which are killed
+#   metrics    promtool check metrics, test rules
+#   pictures   into build/web_pictures, or the folder
+# Without a part all of them. --axe: the accessibility checker axe-core; without it npm fetches it into a folder that goes.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . packaging/prepare.sh
 
-pictures=build/web_pictures axe='' url='' options=()
+pictures=build/web_pictures axe='' url='' options=() parts=()
 while [ $# -gt 0 ]; do
   case $1 in
+    mock | gateway | metrics | pictures) parts+=("$1"); shift; continue ;;
     --pictures) pictures=$2 ;;
     --axe) axe=$2 ;;
     --url) url=$2; options+=(--url "$2") ;;
     --device | --only) options+=("$1" "$2") ;;
-    *) sed -n '2,7s/^# \?//p' "$0" >&2; exit 2 ;;
+    *) sed -n '2,9s/^# \?//p' "$0" >&2; exit 2 ;;
   esac
   shift 2
 done
+[ ${#parts[@]} -gt 0 ] || parts=(mock gateway metrics pictures)
+wanted() { [[ " ${parts[*]} " = *" $1 "* ]]; }
 
-packages=(python3 python3-selenium chromium chromium-driver libjs-dygraphs)
+packages+=(python3-selenium chromium chromium-driver prometheus)
 install_packages
 work=$(mktemp -d)
 mock=''
@@ -34,15 +40,32 @@ if [ -z "$axe" ] && command -v npm >/dev/null; then
 fi
 [ -n "$axe" ] || say "without npm and --axe accessibility is not checked"
 
-say "testing the page"
 # The interpreter of the system: selenium is a package of it.
-/usr/bin/python3 packaging/web_test/test_page.py "${options[@]}" ${axe:+--axe "$axe"}
-
-if [ -z "$url" ]; then
+page() { /usr/bin/python3 packaging/web_test/test_page.py "$@" "${options[@]}" ${axe:+--axe "$axe"}; }
+if [ -n "$url" ]; then
+  page
+  exit
+fi
+if wanted mock; then
+  say "testing the page before samples"
+  page
+fi
+if wanted gateway || wanted metrics; then
+  build_product baudgate
+fi
+if wanted gateway; then
+  say "testing the page of a gateway with twins"
+  page --gateway build/release/baudgate
+fi
+if wanted metrics; then
+  say "testing the metrics"
+  /usr/bin/python3 packaging/web_test/metrics.py build/release/baudgate | promtool check metrics
+  promtool test rules packaging/prometheus/baudgate.rules.test.yml
+fi
+if wanted pictures; then
   /usr/bin/python3 packaging/web_test/mock.py --port 0 >"$work/url" &
   mock=$!
   while [ ! -s "$work/url" ]; do sleep 0.1; done
-  url=$(cat "$work/url")
   say "pictures in $pictures"
-  /usr/bin/python3 packaging/web_test/shots.py "$url" "$pictures"
+  /usr/bin/python3 packaging/web_test/shots.py "$(cat "$work/url")" "$pictures"
 fi

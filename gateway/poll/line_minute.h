@@ -24,7 +24,7 @@ class LineMinute {
   void OnDrained(Duration passed) { Of(LineUse::drains) += passed; }
   void OnEnd(LineUse use) { Of(use) += std::exchange(exchange_, {}); }
 
-  const LineTimes& spent() const { return spent_; }
+  const TimeByUse& spent() const { return spent_; }
   /// Parts of `whole`, which is not zero.
   LineShares SharesOf(Duration whole) const {
     LineShares shares{};
@@ -38,8 +38,8 @@ class LineMinute {
  private:
   Duration& Of(LineUse use) { return spent_[static_cast<std::size_t>(use)]; }
 
-  LineTimes spent_{};
-  LineTimes before_{};  // the minute
+  TimeByUse spent_{};
+  TimeByUse before_{};  // the minute
   Duration exchange_{};
 };
 

@@ -29,7 +29,7 @@ struct LineCounters {
   std::uint64_t echoes = 0;       ///< echo: off: the request itself came back
   std::uint64_t probes = 0;       ///< exchanges with devices that do not answer
   Duration busy{};                ///< in exchanges and drains
-  LineTimes spent{};              ///< that, by what for; of an exchange when it has ended
+  TimeByUse spent{};              ///< that, by what for; of an exchange when it has ended
   RoundTrips round_trips;
 
   std::uint64_t Count(Outcome outcome) const { return outcomes[static_cast<std::size_t>(outcome)]; }

@@ -28,7 +28,7 @@ constexpr std::string_view Name(LineUse use) {
 }
 
 /// How long, by what for.
-using LineTimes = std::array<Duration, kLineUses>;
+using TimeByUse = std::array<Duration, kLineUses>;
 /// Parts of a time, each 0 to 1; what is missing to 1 the line was idle.
 using LineShares = std::array<double, kLineUses>;
 

@@ -37,7 +37,9 @@ TEST_F(Web, ShowsWhatTheLinesRead) {
   Json status = Get("/api/v1/status");
   const Json same = Status();
   EXPECT_EQ(status["lines"].size(), same["lines"].size());
-  EXPECT_THAT(HttpClient(web_).Get("/metrics").body, HasSubstr("baudgate_line_up{line=\"io\"} 1"));
+  const std::string metrics = HttpClient(web_).Get("/metrics").body;
+  EXPECT_THAT(metrics, HasSubstr("baudgate_line_up{line=\"io\"} 1"));
+  EXPECT_THAT(metrics, HasSubstr("baudgate_line_busy_seconds_total{line=\"io\",why=\"poll\"} 0."));
   EXPECT_THAT(Get("/api/v1/configuration")["text"].get<std::string>(), HasSubstr("web:"));
   HttpClient stream(web_);
   EXPECT_EQ(stream.Open("/api/v1/points/stream").status, 200);
@@ -46,6 +48,22 @@ TEST_F(Web, ShowsWhatTheLinesRead) {
     event = stream.NextEvent().value_or("");
   }
   EXPECT_THAT(event, HasSubstr("\"good\""));
+}
+
+TEST_F(Web, FramesAreWholeAndSayWhatTheyMean) {
+  StartAll(WithWeb());
+  const Json points = Get("/api/v1/points?device=io.io-1");
+  const auto name = points["points"][0]["point"].get<std::string>();
+  const std::string meaning = " | " + name + " ";
+  const Json recorded = Get("/api/v1/recorded?line=io&device=io-1");
+  EXPECT_THAT(recorded["records"].dump(), HasSubstr(meaning));
+  HttpClient stream(web_);
+  EXPECT_EQ(stream.Open("/api/v1/trace?line=io").status, 200);
+  std::string event = stream.NextEvent().value_or("");
+  while (!event.empty() && event.find(meaning) == std::string::npos) {
+    event = stream.NextEvent().value_or("");
+  }
+  EXPECT_THAT(event, HasSubstr("event: record"));
 }
 
 TEST_F(Web, ComesMovesAndGoesByReload) {

@@ -109,6 +109,10 @@ TEST_F(LedgerTest, AMinuteIsSplitByWhatItsTimeWentTo) {
   for (std::size_t i = 0; i < kLineUses; ++i) {
     EXPECT_DOUBLE_EQ(minute[i], expected[i]) << Name(static_cast<LineUse>(i));
   }
+  ledger_.OnTime(At(66s), true, &a_);
+  ledger_.OnExchange(a_, good, false, false);
+  ledger_.ShowLine({});
+  EXPECT_EQ(store_.ReadLine(0).spent, (TimeByUse{12s, 0s, 6s, 0s, 3s, 3s})) << "since the start";
   const MinuteCounts counts = StatusOf(a_).hour.Sum(At(18s).instant);
   EXPECT_EQ(counts.answered, 2U);
   EXPECT_EQ(counts.failed, 1U);

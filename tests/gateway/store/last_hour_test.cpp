@@ -25,5 +25,18 @@ TEST(LastHour, ForgetsWhatIsOlder) {
   EXPECT_DOUBLE_EQ(Availability({}), 1);
 }
 
+TEST(LastHour, HasEachOfItsMinutes) {
+  LastHour hour;
+  const Instant start = Instant() + 100h;
+  hour.At(start).up = 60s;
+  hour.At(start + 59min).down = 20s;
+  const auto all = hour.All(start + 59min);
+  EXPECT_EQ(all.front().up, 60s);
+  EXPECT_EQ(all.back().down, 20s);
+  EXPECT_EQ(all[1].up + all[1].down, 0s);
+  EXPECT_EQ(hour.All(start + 60min).front().up, 0s) << "it is over";
+  EXPECT_EQ(hour.All(start + 60min)[58].down, 20s);
+}
+
 }  // namespace
 }  // namespace baudgate

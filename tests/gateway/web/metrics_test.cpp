@@ -26,6 +26,7 @@ class MetricsTest : public ::testing::Test {
     control::SetOpen(store_, 0, "serial");
     control::AddExchanges(store_, 0, Outcome::ok, 3, kNow);
     control::AddExchanges(store_, 0, Outcome::no_reply, 1, kNow);
+    store_.UpdateLine(0, [](LineStatus& status) { status.spent = {1s, 0s, 0s, 0s, 2s, 0s}; });
     Put(0, {Value(1.25), Quality::good});
     Put(1, {Value(0.5), {Quality::bad_sensor_failure, Reason::open_sensor}});
   }
@@ -49,6 +50,8 @@ TEST_F(MetricsTest, AreTheStoreAsText) {
            "baudgate_build_info{version=\"1.2.3\"} 1\n",
            "baudgate_line_up{line=\"bay-1\"} 1\n",
            "baudgate_line_up{line=\"io\"} 0\n",
+           "baudgate_line_busy_seconds_total{line=\"bay-1\",why=\"silence\"} 2\n",
+           "baudgate_log_dropped_total 0\n",
            "baudgate_exchange_duration_seconds_bucket{line=\"bay-1\",le=\"+Inf\"} 3\n",
            "baudgate_exchange_duration_seconds_count{line=\"bay-1\"} 3\n",
            "baudgate_device_state{line=\"bay-1\",device=\"feeder-1\",state=\"online\"} 1\n",
@@ -83,6 +86,33 @@ TEST_F(MetricsTest, TheLinesOfAMetricStandTogetherBehindItsType) {
     } else if (!line.starts_with('#')) {
       EXPECT_TRUE(line.starts_with(current)) << line;
     }
+  }
+}
+
+class FakeTraffic final : public modbus::TrafficSource {
+ public:
+  modbus::TrafficStatus Traffic() const override {
+    modbus::TrafficStatus status;
+    status.functions = {{"0.0.0.0:502", 4, 0, 12}, {"0.0.0.0:502", 0, 1, 3}};
+    return status;
+  }
+};
+
+TEST_F(MetricsTest, RequestsAndSamplesAreCounted) {
+  const FakeTraffic traffic;
+  control::GatewayInfo info{"1.2.3", control::kStarted, &traffic};
+  info.dds = [] {
+    dds::LinkState state;
+    state.written = 77;
+    return state;
+  };
+  const std::string text = MetricsText(config_, store_, info, kNow);
+  for (const char* line : {"baudgate_modbus_requests_total{listener=\"0.0.0.0:502\",function=\"4\","
+                           "exception=\"none\"} 12\n",
+                           "baudgate_modbus_requests_total{listener=\"0.0.0.0:502\",function="
+                           "\"other\",exception=\"1\"} 3\n",
+                           "baudgate_dds_samples_total 77\n"}) {
+    EXPECT_THAT(text, HasSubstr(line));
   }
 }
 

@@ -115,10 +115,11 @@ export function device(root, name, parameters) {
   const map = mapPart(name);
   const exchanges = new DataTable({columns: exchangeColumns(false), key: (e) => e.key,
     caption: `Last exchanges of ${name}`, empty: 'Nothing was exchanged yet.'});
+  const last = section('Last exchanges', exchanges.element);
   root.append(crumbs(['Overview', '#/overview'], [line, lineLink(line)]), headline.element, about, problem.element,
       advice.element, h('p', {class: 'controls no-print'}, h('a', {href: alarmsLink({device: name})}, 'Its events'),
-          map.print),
-      figures.element, points.element, section('Last exchanges', exchanges.element),
+          h('button', {type: 'button', onclick: () => last.scrollIntoView()}, 'Go to the last exchanges'), map.print),
+      figures.element, points.element, last,
       section('Round trips', chart.element), map.element);
   const ends = [points.end,
     watchStatus(name, (status) => {

@@ -67,7 +67,7 @@ export function exchangeColumns(withDevice) {
     ...(withDevice ? [{title: 'Device', class: 'name', text: (e) => e.device}] : []),
     {title: 'Request', class: 'code', text: (e) => e.request},
     {title: 'Reply', class: 'code', text: (e) => e.reply || '–'},
-    {title: 'Means', class: 'means', text: (e) => e.meaning},
+    {title: 'Meaning', class: 'means', text: (e) => e.meaning},
     {title: 'Outcome', class: 'outcome', text: (e) => e.outcome},
   ];
 }
