@@ -5,6 +5,7 @@
 #   mock       the page before a server that answers from samples
 #   gateway    the page of a gateway with twins, which are killed
 #   metrics    promtool check metrics, test rules
+#   hostile    a minute of floods, foreign hosts, path tricks, slow readers and half-open connections
 #   pictures   into build/web_pictures, or the folder
 # Without a part all of them. --axe: the accessibility checker axe-core; without it npm fetches it into a folder that goes.
 set -euo pipefail
@@ -14,16 +15,16 @@ cd "$(dirname "$0")/.."
 pictures=build/web_pictures axe='' url='' options=() parts=()
 while [ $# -gt 0 ]; do
   case $1 in
-    mock | gateway | metrics | pictures) parts+=("$1"); shift; continue ;;
+    mock | gateway | metrics | hostile | pictures) parts+=("$1"); shift; continue ;;
     --pictures) pictures=$2 ;;
     --axe) axe=$2 ;;
     --url) url=$2; options+=(--url "$2") ;;
     --device | --only) options+=("$1" "$2") ;;
-    *) sed -n '2,9s/^# \?//p' "$0" >&2; exit 2 ;;
+    *) sed -n '2,10s/^# \?//p' "$0" >&2; exit 2 ;;
   esac
   shift 2
 done
-[ ${#parts[@]} -gt 0 ] || parts=(mock gateway metrics pictures)
+[ ${#parts[@]} -gt 0 ] || parts=(mock gateway metrics hostile pictures)
 wanted() { [[ " ${parts[*]} " = *" $1 "* ]]; }
 
 packages+=(python3-selenium chromium chromium-driver prometheus)
@@ -50,7 +51,7 @@ if wanted mock; then
   say "testing the page before samples"
   page
 fi
-if wanted gateway || wanted metrics; then
+if wanted gateway || wanted metrics || wanted hostile; then
   build_product baudgate
 fi
 if wanted gateway; then
@@ -61,6 +62,10 @@ if wanted metrics; then
   say "testing the metrics"
   /usr/bin/python3 packaging/web_test/metrics.py build/release/baudgate | promtool check metrics
   promtool test rules packaging/prometheus/baudgate.rules.test.yml
+fi
+if wanted hostile; then
+  say "attacking a gateway for a minute"
+  /usr/bin/python3 packaging/web_test/hostile.py build/release/baudgate
 fi
 if wanted pictures; then
   /usr/bin/python3 packaging/web_test/mock.py --port 0 >"$work/url" &

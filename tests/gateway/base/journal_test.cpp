@@ -3,6 +3,8 @@
 #include "gateway/base/journal.h"
 
 #include <gmock/gmock.h>
+#include <fcntl.h>
+#include <spdlog/spdlog.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -46,6 +48,22 @@ TEST(Journal, AnInheritedVariableIsNotEnough) {
   EXPECT_TRUE(IsJournal(STDERR_FILENO));
   ::unsetenv("JOURNAL_STREAM");
   EXPECT_FALSE(IsJournal(STDERR_FILENO));
+}
+
+TEST(Log, LinesThatNobodyTakesAreCounted) {
+  Begin(Level::info);
+  const std::uint64_t before = Dropped();
+  const int kept = ::dup(STDERR_FILENO);
+  const int full = ::open("/dev/full", O_WRONLY);
+  ::dup2(full, STDERR_FILENO);
+  Write(Level::info, "nobody reads this");
+  ::dup2(kept, STDERR_FILENO);
+  ::close(full);
+  ::close(kept);
+  EXPECT_EQ(Dropped(), before + 1);
+  Write(Level::info, "this is read");
+  EXPECT_EQ(Dropped(), before + 1);
+  spdlog::drop("baudgate");
 }
 
 /// The log as the program uses it.

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/modbus/desk/traffic.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -23,6 +24,22 @@ class TrafficTest : public DeskTest {
                                      counters.broadcasts + under_way);
   }
 };
+
+TEST_F(TrafficTest, RequestsOfAListenerAreCountedByFunctionAndAnswer) {
+  Enter(wire_, config::Priority::high);
+  Ask(1, "03 00 00 00 01");
+  Ask(1, "03 00 00 00 01");
+  Ask(1, "03 00 09 00 01");
+  Ask(1, "6F");
+  desks_[0]->Close();
+  std::vector<std::string> counts;
+  for (const FunctionCount& count : Traffic().functions) {
+    counts.push_back(fmt::format("{} {} {} {}", count.listener, count.function, count.exception,
+                                 count.requests));
+  }
+  EXPECT_THAT(counts, testing::ElementsAre("127.0.0.1:1502 3 0 2", "127.0.0.1:1502 3 2 1",
+                                           "127.0.0.1:1502 0 1 1"));
+}
 
 TEST_F(TrafficTest, AClientsRequestsAndBytes) {
   Add(1, 20, 20);
