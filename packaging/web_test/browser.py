@@ -51,6 +51,10 @@ class Browser:
     def text(self, selector="main"):
         return self.run("const e = document.querySelector(arguments[0]); return e && e.checkVisibility() ? e.innerText : ''", selector)
 
+    def texts(self, selector):
+        """Of all that there are now; those that are empty are left out."""
+        return self.run("return [...document.querySelectorAll(arguments[0])].map(e => e.innerText).filter(Boolean)", selector)
+
     def wait(self, what, condition, seconds=30):
         end = time.time() + seconds
         while True:

@@ -15,7 +15,7 @@ import urllib.parse
 import urllib.request
 
 HERE = pathlib.Path(__file__).resolve().parent
-TOKEN = "a token of the test 0123456789"
+TOKEN = "a-token-of-the-test-0123456789"
 
 
 class LeftOut(Exception):
@@ -43,12 +43,13 @@ class Remote:
         raise LeftOut("this needs the mock server, or a gateway of the test's own")
 
     kill = viewers = another
+    unkept = ""
 
 
 class Mock:
     """The mock server as a process of its own."""
 
-    device, victim, trends = "bay-1.feeder-1", "panel.meter-5", [
+    device, victim, unkept, trends = "bay-1.feeder-1", "panel.meter-5", "bay-1.feeder-1.none", [
         "io.ai-4.input_1", "io.ai-4.input_2", "panel.incomer.voltage_l1", "panel.incomer.current_l1"]
     ALARM = "breaker <img src=x onerror=alert(1)> tripped"
 
@@ -96,7 +97,7 @@ class Mock:
 class Gateway:
     """A gateway with twins on ptys, and one line whose port is not there."""
 
-    device, victim, trends = "bay-1.feeder-1", "panel.meter-5", [
+    device, victim, unkept, trends = "bay-1.feeder-1", "panel.meter-5", "spare.ai-9.input_0", [
         "io.ai-1.input_1", "io.ai-1.input_2", "panel.meter-5.voltage_l1", "panel.meter-5.current_l1"]
     TWINS = {"bay-1": ("spaj140c", "9600 7E1", ""), "io": ("owen-mv110-8a", "115200 8N1", ""),
              "panel": ("generic-meter", "19200 8E1", "modbus_rtu"), "plant": ("generic-meter", "19200 8E1", "modbus_rtu")}
@@ -119,20 +120,20 @@ class Gateway:
             file.chmod(0o600)
             web += f", token: {{ file: {file} }}"
         device = "{{ name: {}, address: {}, profile: {}, unit: {} }}".format
-        line = "  - {{ name: {}, port: {}, serial: {}, protocol: {}, alarms: high, devices: [ {} ] }}\n".format
+        line = "  - {{ name: {}, port: {}, serial: {}, protocol: {}, alarms: {{ priority: high, delay: 1s }}, devices: [ {} ] }}\n".format
         at = lambda name: self.folder / name
         text = (f"gateway: {{ name: page-test, socket: {at('gate.sock')} }}\nweb: {{ {web} }}\nevents: {{}}\n"
                 f"modbus: {{ listen: [ \"127.0.0.1:{self.modbus}\" ] }}\n")
-        text += "history: { points: [ \"*.*.*\" ] }\n" if history else ""
+        text += "history: { points: [ { match: \"spare.*.*\", log: off }, { match: \"*.*.*\" } ] }\n" if history else ""
         text += "lines:\n"
         text += line("bay-1", at("bay-1"), "9600 7E1", "spabus", device("feeder-1", 1, "spaj140c", 1))
         text += line("io", at("io"), "115200 8N1", "dcon", device("ai-1", 1, "owen-mv110-8a", 11))
         text += line("panel", at("panel"), "19200 8E1", "modbus_rtu", device("meter-5", 1, "generic-meter", 21))
         text += line("plant", at("plant"), "19200 8E1", "modbus_rtu", device("meter-6", 1, "generic-meter", 22))
         text += line("spare", at("none"), "9600 8N1", "dcon", device("ai-9", 9, "icpdas-i-7017", 30))
-        for number in range(-(-points // (123 * 50))):
-            units = ", ".join(device(f"unit-{n}", n + 1, "spaj140c", 40 + number * 50 + n) for n in range(50))
-            text += line(f"bay-{10 + number}", at("none"), "9600 7E1", "spabus", units)
+        devices = [device(f"unit-{n}", n + 1, "spaj140c", 40 + n) for n in range(-(-points // 123))]
+        for first in range(0, len(devices), 40):
+            text += line(f"bay-{10 + first}", at(f"none-{first}"), "9600 7E1", "spabus", ", ".join(devices[first:first + 40]))
         return text
 
     def twin(self, line):
@@ -170,7 +171,9 @@ class Gateway:
         self.twins["panel"].send_signal(signal.SIGSTOP)
 
     def alarm(self):
+        """A port that goes; its link too, as the next pty of the machine may get its number."""
         end(self.twins["plant"])
+        (self.folder / "plant").unlink()
         return "plant"
 
     def hang(self):
