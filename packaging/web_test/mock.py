@@ -217,7 +217,7 @@ class Handler(BaseHTTPRequestHandler):
         return self.gateway.map_of(query["device"])
 
     def get_recorded(self, query):
-        return self.gateway.recorded(query["line"])
+        return self.gateway.recorded(query["line"], query.get("device", ""))
 
     def get_configuration(self, query):
         text = "gateway: { name: substation-7 }\nweb: { listen: 127.0.0.1:8502, token: \"**\" }\nlines:\n" + "".join(

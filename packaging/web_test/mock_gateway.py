@@ -269,9 +269,10 @@ class Gateway:
             {"point": p.name, "table": p.table, "address": p.address, "count": p.count, "type": p.type,
              "unit": p.unit, "access": p.access} for p in mine if p.table is not None]}
 
-    def recorded(self, line):
-        records = list(SAMPLES["recorded"].get(line, SAMPLES["recorded"]["bay-1"]))
-        return {"records": records}
+    def recorded(self, line, device=""):
+        """Of another device than that of the samples none."""
+        records = SAMPLES["recorded"].get(line, SAMPLES["recorded"]["bay-1"])
+        return {"records": [r for r in records if not device or r.split()[1] == device]}
 
     def trace_record(self, line, n):
         records = self.recorded(line)["records"] or ["00:00:00.000000 # nothing on the line"]
