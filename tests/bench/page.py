@@ -55,15 +55,22 @@ def watch(port, count, ready, stop):
     """Viewers who read everything and keep nothing."""
     ask = f"GET /api/v1/points/stream HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\n\r\n".encode()
     selector = selectors.DefaultSelector()
+
+    def read(patience):
+        for key, _ in selector.select(patience):
+            if not key.fileobj.recv(1 << 20):
+                sys.exit("a viewer was dropped")
+
     for _ in range(count):
         viewer = socket.create_connection(("127.0.0.1", port))
         viewer.sendall(ask)
         selector.register(viewer, selectors.EVENT_READ)
-    ready.set()
+        read(0)
+    settled = time.monotonic() + 2  # the snapshots
     while not stop.is_set():
-        for key, _ in selector.select(0.1):
-            if not key.fileobj.recv(1 << 20):
-                sys.exit("a viewer was dropped")
+        read(0.1)
+        if time.monotonic() > settled:
+            ready.set()
 
 
 class Client(threading.Thread):
@@ -134,13 +141,15 @@ class Bench:
         ready, stop = multiprocessing.Event(), multiprocessing.Event()
         viewers = multiprocessing.Process(target=watch, args=(self.web, VIEWERS, ready, stop))
         viewers.start()
-        ready.wait()
-        time.sleep(1)  # the snapshots
+        ready.wait(60)
         try:
             return measure()
         finally:
             stop.set()
             viewers.join()
+            time.sleep(2)  # until the gateway has noticed that they are gone: it has room for 256
+            if viewers.exitcode:
+                sys.exit(1)
 
     def scrape(self):
         """Processor time of one scrape, in milliseconds."""

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/base/journal.h"
 
-#include <gmock/gmock.h>
 #include <fcntl.h>
+#include <gmock/gmock.h>
 #include <spdlog/spdlog.h>
 #include <sys/stat.h>
 #include <unistd.h>
