@@ -35,7 +35,7 @@ std::string MeaningOf(const DecodedExchange& decoded) {
 
 }  // namespace
 
-Decoders DecodersOf(const config::Line& line, const FindProtocol& find, const std::string& only) {
+Decoders DecodersOf(const config::Line& line, const ProtocolFinder& find, const std::string& only) {
   Decoders decoders;
   config::Line one = line;
   for (const config::Device& device : line.devices) {

@@ -27,10 +27,10 @@ namespace baudgate {
 
 /// By the name of the device.
 using Decoders = std::map<std::string, ExchangeDecoder>;
-using FindProtocol = std::function<const Protocol*(const std::string&)>;
+using ProtocolFinder = std::function<const Protocol*(const std::string&)>;
 /// Of the devices of a running line, or of the one. Where a protocol is not found, the device has
 /// none.
-Decoders DecodersOf(const config::Line& line, const FindProtocol& find,
+Decoders DecodersOf(const config::Line& line, const ProtocolFinder& find,
                     const std::string& only = "");
 
 class FrameLines {

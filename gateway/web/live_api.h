@@ -24,7 +24,7 @@ class LiveApi {
     control::GatewayInfo info;
     /// The YAML in force, without its secrets; empty: nobody knows it.
     std::function<Result<std::string>()> configuration{};
-    FindProtocol protocol{};  ///< of what goes over a line; empty: only bytes are shown
+    ProtocolFinder protocol{};  ///< of what goes over a line; empty: only bytes are shown
   };
   /// All of it outlives this; everything is called on the thread of `io`.
   LiveApi(const config::Config& config, Links links, asio::io_context& io);

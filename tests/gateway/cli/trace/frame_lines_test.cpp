@@ -96,7 +96,7 @@ TEST(FrameLines, AreWholeAndDecoded) {
 }
 
 TEST(FrameLines, OnlyBytesThatNobodyAskedForAreNotWaitedWith) {
-  FrameLines frames(kTraceHead, Protocols());
+  FrameLines frames(DecodersOf(kTraceHead, Protocols()));
   frames.Take("04:05:06.000000 ai-1 > 23 30 31 0D | #01.");
   frames.Take("04:05:06.010000 ai-1 < 3E | >");
   EXPECT_FALSE(frames.waits()) << "the end of the exchange comes";
