@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Measures the figures of docs/performance.md on this machine, each as a ratio in one run.
-# usage: packaging/bench.sh [line] [dead] [modbus] [routes] [drive] [delay] [scale] [cost] [crowd] [history] [tag] [harm] [image] [participants] [events] [reload]    all but the last three without arguments; a quarter of an hour
+# usage: packaging/bench.sh [line] [dead] [modbus] [routes] [drive] [delay] [scale] [cost] [crowd] [history] [tag] [harm] [image] [participants] [events] [reload] [page]    all but the last four without arguments; a quarter of an hour
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . packaging/prepare.sh
@@ -11,7 +11,7 @@ apart=()
 others=()
 for part in "$@"; do
   case $part in
-    image | participants | events | reload) apart+=("$part") ;;
+    image | participants | events | reload | page) apart+=("$part") ;;
     *) others+=("$part") ;;
   esac
 done
@@ -23,5 +23,6 @@ for part in "${apart[@]}"; do
     participants) build/release/baudgate_dds_bench participants build/release/baudgate "${SUBSCRIBERS:-20}" ;;
     events) tests/bench/event_to_dds.py build/release ;;
     reload) tests/bench/reload.py build/release ;;
+    page) tests/bench/page.py build/release ;;
   esac
 done
