@@ -52,7 +52,7 @@ std::vector<std::string> FrameLines::Take(const std::string& record) {
   std::vector<std::string> lines;
   const TraceLine line = ReadTraceLine(record);
   if (line.mark == '<') {
-    const bool joins = held_.device == line.device &&
+    const bool joins = held_.device == line.device && held_.reply.size() < kMostBytes &&
                        (exchange_ || Between(held_.last, TimeOfDay(line.time)) <= kApart);
     if (!joins) FlushHeld({}, held_.reply.size(), lines);
     Hold(line);

@@ -37,6 +37,8 @@ class FrameLines {
  public:
   /// Bytes that nobody asked for and that come later than this stand in a line of their own.
   static constexpr Duration kApart = 50ms;
+  /// More than that is no frame: it stands in several lines.
+  static constexpr std::size_t kMostBytes = 8192;
 
   /// Bytes of a device without a decoder are shown as they are.
   explicit FrameLines(Decoders decoders) : decoders_(std::move(decoders)) {}

@@ -105,6 +105,15 @@ TEST(FrameLines, OnlyBytesThatNobodyAskedForAreNotWaitedWith) {
   EXPECT_TRUE(frames.waits());
 }
 
+TEST(FrameLines, WhatNeverEndsIsNotCollectedForEver) {
+  FrameLines frames({});
+  std::string piece = "04:05:06.000000 - <";
+  for (int i = 0; i < 1024; ++i) piece += " 41";
+  std::size_t lines = 0;
+  for (int i = 0; i < 100; ++i) lines += frames.Take(piece).size();
+  EXPECT_EQ(lines, 100 * 1024 / FrameLines::kMostBytes);
+}
+
 TEST(FrameLines, DecodeReadsThemLikeTheRecords) {
   for (const FrameCase& one : kFrameCases) {
     const auto decoded = [](const std::string& text) {
