@@ -134,8 +134,11 @@ DecodedExchange ExchangeDecoder::Decode(const Capture& capture) {
 std::size_t ExchangeDecoder::FirstFrame(const Capture& capture) const {
   const auto frame = CutReply(capture, *protocol_, line_->devices.front().options).frame;
   if (!frame) return capture.reply.size();
-  const auto found = std::ranges::search(capture.reply, *frame);
-  return static_cast<std::size_t>(found.end() - capture.reply.begin());
+  // Not std::ranges::search: clang 14, which builds the fuzz targets, cannot compile it.
+  const auto found =
+      std::search(capture.reply.begin(), capture.reply.end(), frame->begin(), frame->end());
+  if (found == capture.reply.end()) return capture.reply.size();
+  return static_cast<std::size_t>(found - capture.reply.begin()) + frame->size();
 }
 
 }  // namespace baudgate
