@@ -110,7 +110,11 @@ class Gateway:
         self.file = self.folder / "baudgate.yaml"
         self.file.write_text(self.configuration(points, token, acknowledge, history))
         self.twins = {line: self.twin(line) for line in self.TWINS}
-        self.start()
+        try:
+            self.start()
+        except RuntimeError:
+            self.end()
+            raise
 
     def configuration(self, points, token, acknowledge, history):
         web = f"listen: 127.0.0.1:{self.port}, acknowledge: {'allow' if acknowledge else 'deny'}"
