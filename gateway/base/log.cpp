@@ -2,12 +2,13 @@
 #include "gateway/base/log.h"
 
 #include <fmt/chrono.h>
-#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/sinks/base_sink.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <condition_variable>
 #include <csignal>
+#include <cstdlib>
 #include <ctime>
 #include <memory>
 #include <mutex>
@@ -19,12 +20,14 @@
 #include "gateway/base/guarded.h"
 #include "gateway/base/journal.h"
 #include "gateway/base/log_folder.h"
+#include "gateway/base/log_outlet.h"
 #include "gateway/base/time.h"
 
 namespace baudgate::log {
 namespace {
 
 constexpr auto kLookEvery = 5s;
+constexpr auto kFlushAtMost = 500ms;
 
 Mutex g_mutex;
 
@@ -49,6 +52,20 @@ spdlog::level::level_enum LevelOf(Level level) {
 
 /// Nothing: standard error is not the journal.
 std::unique_ptr<Journal> g_journal;
+
+/// Made by Begin, and never destroyed: whoever logs last still finds it.
+Outlet* g_outlet = nullptr;
+
+/// The form of a line is spdlog's, the way out is the outlet's.
+class OutletSink : public spdlog::sinks::base_sink<std::mutex> {
+ protected:
+  void sink_it_(const spdlog::details::log_msg& message) override {
+    spdlog::memory_buf_t line;
+    formatter_->format(message, line);
+    g_outlet->Put(fmt::to_string(line));
+  }
+  void flush_() override {}
+};
 
 /// A journal that takes nothing just now gets the line as any program's standard error does.
 void Print(Level level, const About& about, const std::string& text) {
@@ -120,14 +137,27 @@ void PrintOrHold(bool passed, Level level, const About& about, const std::string
 
 void Begin(Level least, const std::string& socket) {
   if (IsJournal(STDERR_FILENO)) g_journal = std::make_unique<Journal>(socket);
-  auto logger = spdlog::stderr_logger_mt("baudgate");
+  if (g_outlet == nullptr) {
+    g_outlet = new Outlet(STDERR_FILENO);
+    std::atexit(Flush);
+  }
+  auto logger = std::make_shared<spdlog::logger>("baudgate", std::make_shared<OutletSink>());
   logger->set_pattern(g_journal ? "%v" : "%Y-%m-%d %H:%M:%S.%e %-7l %v");
   logger->set_level(LevelOf(least));
-  logger->flush_on(spdlog::level::trace);
   spdlog::set_default_logger(std::move(logger));
 }
 
 void SetLeast(Level least) { spdlog::default_logger()->set_level(LevelOf(least)); }
+
+void Plain(const std::string& text) {
+  if (g_outlet != nullptr) g_outlet->Put(text);
+}
+
+void Flush() {
+  if (g_outlet != nullptr) g_outlet->Flush(kFlushAtMost);
+}
+
+std::uint64_t Dropped() { return g_outlet == nullptr ? 0 : g_outlet->dropped(); }
 
 void TellRepeats() { PrintRepeats(&Folder::All); }
 

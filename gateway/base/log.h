@@ -1,4 +1,5 @@
 // The one log: lines on standard error, one per change of state, each naming its line and device.
+// Nobody who logs waits for whoever reads: what finds no room is dropped and counted.
 // Repeats are folded: a text that comes again within a minute is counted, and told when the minute
 // is over.
 // SPDX-License-Identifier: Apache-2.0
@@ -6,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include <cstdint>
 #include <string>
 #include <utility>
 #include <vector>
@@ -39,6 +41,14 @@ void Write(Level level, const std::string& key, const std::string& text);
 /// Never folded: an act of somebody, of which each stands for itself.
 void WriteAct(Level level, const std::string& text);
 void WriteAct(Level level, const About& about, const std::string& text);
+
+/// As it is, without time and level. `text` ends with a line feed.
+void Plain(const std::string& text);
+
+/// Waits until the reader has taken all, half a second at most. An exit does it by itself.
+void Flush();
+/// Lines that nobody took in time.
+std::uint64_t Dropped();
 
 /// Tells at once what is held back, so that a log that ends here ends with the true state.
 /// Thread-safe.
