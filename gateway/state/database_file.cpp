@@ -107,6 +107,12 @@ OpenedDatabase OpenDatabase(const fs::path& file, const DatabaseKind& kind, cons
                             bool put_aside) {
   OpenedDatabase opened;
   std::error_code none;
+  if (vfs.empty()) {
+    if (auto why = WhyNoFile(file)) {
+      opened.error = *std::move(why);
+      return opened;
+    }
+  }
   if (put_aside && fs::exists(file, none) && PutAside(file).empty()) {
     opened.error = file.string() + " is damaged, and can not be renamed";
     return opened;

@@ -99,7 +99,7 @@ TEST_F(Process, StartsRunsAndStopsAlthoughNobodyReadsItsLog) {
   const auto twin = StartTwin("io", "module", "1");
   const std::string file = Write("baudgate.yaml", Yaml()).string();
   Child daemon({"/bin/sh", "-c", "exec \"$@\" 2>" + fifo, "sh", BAUDGATE_BINARY, "run", "-c", file},
-               directory());
+               directory(), Environment());
   EXPECT_TRUE(EventuallyFloat(client, 1, 0, 100.25F));
   daemon.Signal(SIGTERM);
   EXPECT_EQ(daemon.WaitForEnd(10s), 0);
@@ -111,7 +111,7 @@ TEST_F(Process, WritesNoLogIntoItsOwnFilesWhereDescriptorsAreClosed) {
   const std::string file = Write("baudgate.yaml", Yaml()).string();
   Child daemon(
       {"/bin/sh", "-c", "exec \"$@\" 0<&- 1>&- 2>&-", "sh", BAUDGATE_BINARY, "run", "-c", file},
-      directory());
+      directory(), Environment());
   EXPECT_TRUE(EventuallyFloat(client, 1, 0, 100.25F));
   const std::filesystem::path files = "/proc/" + std::to_string(daemon.id()) + "/fd";
   for (const char* standard : {"0", "1", "2"}) {
@@ -133,7 +133,7 @@ TEST_F(Process, AsProcessOneItEndsOnSignalsAndTakesOrphans) {
   Child outside({"unshare", "-r", "-p", "-f", "--kill-child", "/bin/sh", "-c",
                  "(sh -c 'sleep 0.2; : > " + first + "' &) ; exec \"$@\"", "sh", BAUDGATE_BINARY,
                  "run", "-c", file},
-                directory());
+                directory(), Environment());
   EXPECT_TRUE(EventuallyFloat(client, 1, 0, 100.25F));
   ASSERT_TRUE(Eventually([&] { return std::filesystem::exists(first); }));
   const auto children_of = [](pid_t parent) {
