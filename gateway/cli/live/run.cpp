@@ -58,7 +58,7 @@ void WaitForStop(const sigset_t& signals, Daemon& daemon) {
 
 Result<std::string> ReadText(const std::string& file, Kind kind = Kind::regular) {
   auto text = ReadWhole(file, kind);
-  if (!text) return Error{std::string("can not be read: ") + std::strerror(errno)};
+  if (!text) return Error{std::string("cannot be read: ") + std::strerror(errno)};
   return *std::move(text);
 }
 
