@@ -6,9 +6,12 @@
 #include "gateway/cli/commands.h"
 #include "gateway/cli/terminal/output.h"
 #include "gateway/daemon/modules.h"
+#include "gateway/process_start.h"
 
 int main(int argc, char** argv) {
   using namespace baudgate;
+  HoldStandardDescriptors();
+  SplitFromInit();
   CLI::App app("baudgate: SPA Bus, DCON, SET-4TM and Modbus lines to Modbus TCP and DDS",
                "baudgate");
   app.set_version_flag("--version", std::string("baudgate ") + kVersion);

@@ -13,6 +13,7 @@
 #include "transports/port_lock.h"
 #include "transports/serial_settings.h"
 #include "transports/stream_pump.h"
+#include "transports/tty_mode.h"
 
 namespace baudgate {
 namespace {
@@ -36,6 +37,7 @@ class SerialPort final : public Transport {
   void Send(View bytes) override;
   void DropUnsent() override;
   Status Apply(const config::SerialSettings& serial) override;
+  std::optional<std::string> Restore() override;
   PortCounters Counters() const override;
   bool KeepsBitRate() const override { return session_ && keeps_bit_rate_; }
   std::string Describe() const override { return "serial " + port_ + " " + serial_.ToString(); }
@@ -57,6 +59,7 @@ class SerialPort final : public Transport {
   bool keeps_bit_rate_ = false;
   int stuck_ = 0;                ///< requests in a row that were given up before they were out
   bool settings_known_ = false;  ///< the port is set to serial_, not to the rest of a failed Apply
+  std::optional<TtyMode> mode_;  ///< as the driver has taken these settings
   ParmrkDecoder marks_;
   SoftwareParity parity_;
   std::uint32_t earlier_parity_errors_ = 0;  ///< before the last Apply
@@ -105,6 +108,7 @@ Result<Descriptor> SerialPort::Prepare() {
   FlushInput(*fd);
   keeps_bit_rate_ = !IsPty(*fd);
   settings_known_ = true;
+  mode_ = TtyMode::Read(*fd);
   stuck_ = 0;
   marks_ = ParmrkDecoder();
   parity_ = SoftwareParity(serial_.software_parity ? serial_.parity : config::Parity::none);
@@ -156,11 +160,22 @@ Status SerialPort::Apply(const config::SerialSettings& serial) {
     const int fd = session_->stream().native_handle();
     if (const Status set = ApplySerialSettings(fd, OnTheWire(serial), port_); !set) return set;
     settings_known_ = true;
+    mode_ = TtyMode::Read(fd);
     earlier_parity_errors_ += parity_.errors();
     parity_ = SoftwareParity(serial.software_parity ? serial.parity : config::Parity::none);
   }
   serial_ = serial;
   return {};
+}
+
+std::optional<std::string> SerialPort::Restore() {
+  if (!session_ || !settings_known_ || !mode_) return std::nullopt;
+  const int fd = session_->stream().native_handle();
+  const auto now = TtyMode::Read(fd);
+  if (!now || *now == *mode_) return std::nullopt;
+  // What cannot be set again is seen, and said, the next time.
+  if (ApplySerialSettings(fd, OnTheWire(serial_), port_)) FlushInput(fd);
+  return mode_->ChangesTo(*now);
 }
 
 void SerialPort::OnRead(View raw) {

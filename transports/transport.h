@@ -5,6 +5,7 @@
 
 #include <asio/io_context.hpp>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "config/model/line.h"
@@ -55,6 +56,9 @@ class Transport {
   /// Other settings on the open port, for buses that are switched per device. Takes effect at once,
   /// without waiting for output: between exchanges only.
   virtual Status Apply(const config::SerialSettings& serial) = 0;
+  /// Where another program has changed the settings of the open port, they are set again; says
+  /// what was changed: "echo is on, input comes by whole lines".
+  virtual std::optional<std::string> Restore() { return std::nullopt; }
   virtual PortCounters Counters() const { return {}; }
   /// Characters take their time: a tty with a UART behind it, as far as one can tell.
   virtual bool KeepsBitRate() const { return false; }

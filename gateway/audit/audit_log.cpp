@@ -131,6 +131,7 @@ void AuditLog::WriteDue() {
   Status status;
   if (const auto opened = file_.Open()) {
     if (!opened->put_aside.empty()) options_.warn("audit: " + opened->put_aside);
+    if (opened->lost) options_.warn("audit: " + *opened->lost);
     if (!opened->ok) status = Error{opened->error};
     const MutexLock lock(mutex_);
     if (opened->new_file) book_.NewFile();

@@ -2,14 +2,13 @@
 #include "gateway/base/log.h"
 
 #include <fmt/chrono.h>
-#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/sinks/base_sink.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
-#include <atomic>
 #include <condition_variable>
 #include <csignal>
-#include <cstdio>
+#include <cstdlib>
 #include <ctime>
 #include <memory>
 #include <mutex>
@@ -21,12 +20,14 @@
 #include "gateway/base/guarded.h"
 #include "gateway/base/journal.h"
 #include "gateway/base/log_folder.h"
+#include "gateway/base/log_outlet.h"
 #include "gateway/base/time.h"
 
 namespace baudgate::log {
 namespace {
 
 constexpr auto kLookEvery = 5s;
+constexpr auto kFlushAtMost = 500ms;
 
 Mutex g_mutex;
 
@@ -52,21 +53,26 @@ spdlog::level::level_enum LevelOf(Level level) {
 /// Nothing: standard error is not the journal.
 std::unique_ptr<Journal> g_journal;
 
-std::atomic<std::uint64_t> g_dropped = 0;
+/// Made by Begin, and never destroyed: whoever logs last still finds it.
+Outlet* g_outlet = nullptr;
 
-void PrintToError(spdlog::level::level_enum weight, const std::string& text) {
-  spdlog::log(weight, "{}", text);
-  if (std::ferror(stderr) == 0) return;
-  ++g_dropped;
-  std::clearerr(stderr);
-}
+/// The form of a line is spdlog's, the way out is the outlet's.
+class OutletSink : public spdlog::sinks::base_sink<std::mutex> {
+ protected:
+  void sink_it_(const spdlog::details::log_msg& message) override {
+    spdlog::memory_buf_t line;
+    formatter_->format(message, line);
+    g_outlet->Put(fmt::to_string(line));
+  }
+  void flush_() override {}
+};
 
 /// A journal that takes nothing just now gets the line as any program's standard error does.
 void Print(Level level, const About& about, const std::string& text) {
   const auto weight = LevelOf(level);
-  if (!g_journal) return PrintToError(weight, text);
+  if (!g_journal) return spdlog::log(weight, "{}", text);
   if (!spdlog::should_log(weight) || g_journal->Send(level, about, text)) return;
-  PrintToError(weight, fmt::format("<{}>{}", Priority(level), text));
+  spdlog::log(weight, "<{}>{}", Priority(level), text);
 }
 
 using Repeats = std::vector<Folder::Repeat>;
@@ -131,14 +137,27 @@ void PrintOrHold(bool passed, Level level, const About& about, const std::string
 
 void Begin(Level least, const std::string& socket) {
   if (IsJournal(STDERR_FILENO)) g_journal = std::make_unique<Journal>(socket);
-  auto logger = spdlog::stderr_logger_mt("baudgate");
+  if (g_outlet == nullptr) {
+    g_outlet = new Outlet(STDERR_FILENO);
+    std::atexit(Flush);
+  }
+  auto logger = std::make_shared<spdlog::logger>("baudgate", std::make_shared<OutletSink>());
   logger->set_pattern(g_journal ? "%v" : "%Y-%m-%d %H:%M:%S.%e %-7l %v");
   logger->set_level(LevelOf(least));
-  logger->flush_on(spdlog::level::trace);
   spdlog::set_default_logger(std::move(logger));
 }
 
 void SetLeast(Level least) { spdlog::default_logger()->set_level(LevelOf(least)); }
+
+void Plain(const std::string& text) {
+  if (g_outlet != nullptr) g_outlet->Put(text);
+}
+
+void Flush() {
+  if (g_outlet != nullptr) g_outlet->Flush(kFlushAtMost);
+}
+
+std::uint64_t Dropped() { return g_outlet == nullptr ? 0 : g_outlet->dropped(); }
 
 void TellRepeats() { PrintRepeats(&Folder::All); }
 
@@ -146,8 +165,6 @@ void ForgetRepeats() {
   const MutexLock lock(g_mutex);
   TheFolder() = Folder();
 }
-
-std::uint64_t Dropped() { return g_dropped; }
 
 void Write(Level level, const std::string& text) { Write(level, About{}, text); }
 

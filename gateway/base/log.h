@@ -1,4 +1,5 @@
 // The one log: lines on standard error, one per change of state, each naming its line and device.
+// Nobody who logs waits for whoever reads: what finds no room is dropped and counted.
 // Repeats are folded: a text that comes again within a minute is counted, and told when the minute
 // is over.
 // SPDX-License-Identifier: Apache-2.0
@@ -41,7 +42,12 @@ void Write(Level level, const std::string& key, const std::string& text);
 void WriteAct(Level level, const std::string& text);
 void WriteAct(Level level, const About& about, const std::string& text);
 
-/// Lines that neither the journal nor standard error took.
+/// As it is, without time and level. `text` ends with a line feed.
+void Plain(const std::string& text);
+
+/// Waits until the reader has taken all, half a second at most. An exit does it by itself.
+void Flush();
+/// Lines that neither the journal nor standard error took, or not in time.
 std::uint64_t Dropped();
 
 /// Tells at once what is held back, so that a log that ends here ends with the true state.

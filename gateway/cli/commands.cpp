@@ -44,7 +44,7 @@ void AddRun(CLI::App& app, Action& action) {
   auto file = std::make_shared<std::string>();
   AddConfig(*command, *file);
   command->callback([file, &action] {
-    action = [file](const auto& catalog) { return RunDaemon(*file, catalog, std::cerr); };
+    action = [file](const auto& catalog) { return RunDaemon(*file, catalog); };
   });
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/control/control_server.h"
 
+#include <fcntl.h>
 #include <sys/stat.h>
 #include <sys/un.h>
 #include <unistd.h>
@@ -94,6 +95,7 @@ Status ControlServer::Bind(const std::string& path) {
     acceptor_.close(ignored);
     return Error{path + ": " + failed.message()};
   }
+  HoldReserve();
   path_ = path;
   inode_ = InodeOf(path);
   Accept();
@@ -114,6 +116,7 @@ void ControlServer::Stop() {
   for (const auto& [key, session] : std::exchange(sessions_, {})) {
     session->Close(R"({"end":"the gateway is stopping"})");
   }
+  if (reserve_ >= 0) ::close(std::exchange(reserve_, -1));
   if (!path_.empty() && InodeOf(path_) == inode_) ::unlink(path_.c_str());
 }
 
@@ -122,6 +125,10 @@ void ControlServer::Accept() {
     if (failed == asio::error::operation_aborted || stopped_) return;
     if (!failed) Welcome(std::move(socket));
     if (!failed || failed == asio::error::connection_aborted) return Accept();
+    if (failed == asio::error::no_descriptors && reserve_ >= 0) {
+      ::close(std::exchange(reserve_, -1));
+      return Accept();
+    }
     retry_.expires_after(kAcceptPause);
     retry_.async_wait([this](const asio::error_code& stopped) {
       if (!stopped) Accept();
@@ -129,18 +136,34 @@ void ControlServer::Accept() {
   });
 }
 
+/// Whoever has been connected longest and asks nothing leaves.
+void ControlServer::MakeRoom() {
+  std::shared_ptr<ControlSession> oldest;
+  for (const auto& [key, session] : sessions_) {
+    if (session->is_idle() && (!oldest || session->number() < oldest->number())) oldest = session;
+  }
+  if (oldest) oldest->Close();
+}
+
+void ControlServer::HoldReserve() {
+  if (reserve_ < 0 && !stopped_) reserve_ = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
+}
+
 void ControlServer::Welcome(ControlSession::Socket socket) {
   asio::error_code ignored;
-  if (sessions_.size() >= limits_.clients) {
-    const std::string refused =
-        ErrorLine("busy", std::to_string(limits_.clients) +
-                              " clients are connected already; end one, for example a trace");
+  if (sessions_.size() >= limits_.clients) MakeRoom();
+  if (sessions_.size() >= limits_.clients + limits_.short_clients) {
     socket.non_blocking(true, ignored);
-    socket.write_some(asio::buffer(refused + "\n"), ignored);
+    socket.write_some(asio::buffer(ControlSession::TooMany(limits_) + "\n"), ignored);
     return;
   }
-  const auto closed = [this](ControlSession& session) { sessions_.erase(&session); };
-  auto session = std::make_shared<ControlSession>(std::move(socket), service_, limits_, closed);
+  const auto closed = [this](ControlSession& session) {
+    sessions_.erase(&session);
+    HoldReserve();
+  };
+  const bool may_trace = sessions_.size() < limits_.clients;
+  auto session =
+      std::make_shared<ControlSession>(std::move(socket), service_, limits_, may_trace, closed);
   sessions_.emplace(session.get(), session);
   session->Start();
 }

@@ -41,6 +41,8 @@ class ControlServer {
  private:
   Status Bind(const std::string& path);
   void Accept();
+  void MakeRoom();
+  void HoldReserve();
   void Welcome(ControlSession::Socket socket);
 
   const config::Config& config_;
@@ -49,6 +51,7 @@ class ControlServer {
   asio::local::stream_protocol::acceptor acceptor_;
   asio::steady_timer retry_;
   std::map<ControlSession*, std::shared_ptr<ControlSession>> sessions_;
+  int reserve_ = -1;  // a descriptor for one client more where the process has none left
   std::string path_;
   std::uint64_t inode_ = 0;  // of the socket file, so that only our own is removed
   bool stopped_ = false;

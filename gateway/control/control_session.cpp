@@ -31,14 +31,20 @@ std::uint64_t NextNumber() {
 
 }  // namespace
 
+std::string ControlSession::TooMany(const Limits& limits) {
+  return ErrorLine("busy", std::to_string(limits.clients) +
+                               " clients are connected already; end one, for example a trace");
+}
+
 ControlSession::ControlSession(Socket socket, RequestHandler& service, const Limits& limits,
-                               std::function<void(ControlSession&)> closed)
+                               bool may_trace, std::function<void(ControlSession&)> closed)
     : socket_(std::move(socket)),
       patience_(socket_.get_executor()),
       service_(service),
       limits_(limits),
       on_closed_(std::move(closed)),
-      client_{UserOf(socket_.native_handle()), NextNumber()} {}
+      client_{UserOf(socket_.native_handle()), NextNumber()},
+      may_trace_(may_trace) {}
 
 void ControlSession::Start() {
   BePatient();
@@ -105,8 +111,10 @@ void ControlSession::Handle(std::string_view request) {
     });
   };
   BePatient();
+  asked_ = true;
   Reply reply = service_.Answer(request, client_, ReadClocks(), later);
   if (reply.text.empty()) return;
+  if (reply.trace && !may_trace_) return Send(TooMany(limits_));
   Send(std::move(reply.text));
   if (reply.trace) StartTrace(std::move(*reply.trace));
 }
@@ -114,6 +122,7 @@ void ControlSession::Handle(std::string_view request) {
 void ControlSession::Send(std::string text, bool last) {
   out_ = std::move(text);
   out_ += '\n';
+  asked_ = false;
   sending_ = true;
   if (!trace_) BePatient();
   asio::async_write(socket_, asio::buffer(out_),

@@ -17,6 +17,8 @@ namespace baudgate::control {
 
 struct Limits {
   std::size_t clients = 16;
+  /// Beyond them, for who has one question, such as a confirmation: without traces.
+  std::size_t short_clients = 2;
   std::size_t request = 4096;  ///< bytes of one request line
   Duration patience = 10s;     ///< for a whole request, and for a whole answer
 };
@@ -25,12 +27,20 @@ class ControlSession : public std::enable_shared_from_this<ControlSession> {
  public:
   using Socket = asio::local::stream_protocol::socket;
   /// `service` outlives every session that is not closed; `closed` is called once, at the end.
-  ControlSession(Socket socket, RequestHandler& service, const Limits& limits,
+  /// `may_trace`: else a trace is refused as too many.
+  ControlSession(Socket socket, RequestHandler& service, const Limits& limits, bool may_trace,
                  std::function<void(ControlSession&)> closed);
+
+  /// What somebody is told who finds no place.
+  static std::string TooMany(const Limits& limits);
 
   void Start();
   /// A trace of a line that is gone ends.
   void OnReload(const config::Config& config);
+  /// Between two requests, or before its first: it may make room for others.
+  bool is_idle() const { return !asked_ && !sending_ && !trace_; }
+  /// They rise.
+  std::uint64_t number() const { return client_.number; }
   /// `farewell`: a last line for whoever follows a trace.
   void Close(const std::string& farewell = {});
 
@@ -53,7 +63,9 @@ class ControlSession : public std::enable_shared_from_this<ControlSession> {
   std::array<char, 4096> chunk_{};
   std::string in_;        // what came and is not answered yet
   std::string out_;       // being sent
+  bool asked_ = false;    // its request has no answer yet
   bool sending_ = false;  // out_ belongs to the socket
+  const bool may_trace_;
   TraceWish wish_;
   std::shared_ptr<TraceQueue> trace_;
   bool closed_ = false;

@@ -8,13 +8,13 @@
 namespace baudgate {
 
 std::unique_ptr<history::HistoryLog> MakeHistory(const config::Config& config, PointStore& store,
-                                                 std::filesystem::path folder,
-                                                 std::string why_no_folder) {
+                                                 HistoryPlace place) {
   history::HistoryLog::Options options;
   options.config = &config;
   options.store = &store;
-  options.folder = std::move(folder);
-  options.why_no_folder = std::move(why_no_folder);
+  options.folder = std::move(place.folder);
+  options.why_no_folder = std::move(place.why_no_folder);
+  options.ready = std::move(place.ready);
   options.clocks = ReadClocks;
   options.warn = [](const std::string& text) { log::Warn("{}", text); };
   options.inform = [](const std::string& text) { log::Info("{}", text); };

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -11,9 +12,14 @@
 
 namespace baudgate {
 
-/// Before the lines start. `folder` empty: `why_no_folder`. `config` and `store` outlive it.
+struct HistoryPlace {
+  std::filesystem::path folder{};  ///< empty: there is no place for it
+  std::string why_no_folder{};
+  std::function<Status()> ready{};  ///< as in HistoryLog
+};
+
+/// Before the lines start. `config` and `store` outlive it.
 std::unique_ptr<history::HistoryLog> MakeHistory(const config::Config& config, PointStore& store,
-                                                 std::filesystem::path folder,
-                                                 std::string why_no_folder);
+                                                 HistoryPlace place);
 
 }  // namespace baudgate

@@ -75,6 +75,7 @@ void LineDriver::Stop(Now now, std::function<void()> stopped) {
 /// And nothing that would open it again.
 void LineDriver::ClosePort() {
   check_at_.reset();
+  look_at_.reset();
   retries_.Stop();
   connection_ = Connection::fresh;
   rest_.End();
@@ -106,13 +107,14 @@ void LineDriver::OnOpened(Now now) {
   connection_ = config_.is_network() ? Connection::fresh : Connection::proven;
   retries_.OnOpened();
   if (announced_) Announce();
-  CountErrors();
+  LookAtPort();
   if (config_.is_network()) check_at_ = now.instant + kGreeting;
   poller_.OnOpened(now, port_.KeepsBitRate());
   Settle();
 }
 
 void LineDriver::Announce() {
+  times_restored_ = 0;
   const std::string text = port_.Describe();
   log::Info({.line = config_.name}, "open ({})", text);
   ShowPort(LineStatus::Port::open, text);
@@ -158,6 +160,7 @@ void LineDriver::Lost(const std::string& reason) {
   open_ = false;
   rest_.End();
   check_at_.reset();
+  look_at_.reset();
   poller_.OnClosed(now_);
   if (connection_ == Connection::proven) return Down(reason);
   connection_ = Connection::useless;
@@ -184,6 +187,29 @@ void LineDriver::ShowPort(LineStatus::Port port, const std::string& text, WallTi
     status.released_until = released_until;
   });
   recorder_.OnPort(fmt::format("port {}: {}", Name(port), text), now_);
+}
+
+void LineDriver::LookAtPort() {
+  CountErrors();
+  CheckSettings();
+  if (listens_ && !config_.is_network()) look_at_ = now_.instant + kCountErrorsEvery;
+}
+
+/// ModemManager, brltty, a getty and stty do that, and each exchange fails from then on.
+void LineDriver::CheckSettings() {
+  const auto changes = port_.Restore();
+  if (!changes) return;
+  ++times_restored_;
+  log::WarnFolded(config_.name + " restored",
+                  "line {}: another program has changed the settings of {} ({}); they are set "
+                  "again. Find it with 'baudgate ports'; docs/ports.md names the usual ones",
+                  config_.name, config_.port, *changes);
+  const auto times =
+      times_restored_ == 1 ? std::string("once") : fmt::format("{} times", times_restored_);
+  ShowPort(LineStatus::Port::open,
+           fmt::format("{}; another program has changed its settings {}, last {} ({}); they were "
+                       "set again",
+                       port_.Describe(), times, FormatWallTime(now_.wall), *changes));
 }
 
 void LineDriver::CountErrors() {
@@ -269,6 +295,7 @@ void LineDriver::OnBytes(View bytes, Now now) {
 }
 
 void LineDriver::Send(View bytes, const config::SerialSettings& serial) {
+  if (now_.instant - errors_counted_ >= kCountErrorsEvery) LookAtPort();
   if (&serial != applied_) {
     const Status status = port_.Apply(serial);
     if (!status) log::Warn({.line = config_.name}, "{}", status.error());
@@ -280,7 +307,6 @@ void LineDriver::Send(View bytes, const config::SerialSettings& serial) {
     port_.Close();
     port_.Open();
   }
-  if (now_.instant - errors_counted_ >= kCountErrorsEvery) CountErrors();
 }
 
 void LineDriver::Submit(WriteCommand command, Now now) {
@@ -327,6 +353,7 @@ void LineDriver::OnTimer(Now now) {
   }
   if (is_due(lent_until_)) EndLoan();
   if (is_due(check_at_)) CheckConnection();
+  if (is_due(look_at_)) LookAtPort();
   if (is_due(poller_.Deadline())) poller_.OnTimer(now);
   Settle();
 }
@@ -338,7 +365,7 @@ void LineDriver::Settle() {
 
 std::optional<Instant> LineDriver::Deadline() const {
   std::optional<Instant> soonest = poller_.Deadline();
-  for (const auto& at : {check_at_, lent_until_, patience_until_}) {
+  for (const auto& at : {check_at_, look_at_, lent_until_, patience_until_}) {
     if (at && (!soonest || *at < *soonest)) soonest = at;
   }
   return soonest;

@@ -116,6 +116,8 @@ class LineDriver final : private PollerListener {
   void Lend(Duration time);
   void EndLoan();
   void ShowPort(LineStatus::Port port, const std::string& text, WallTime released_until = {});
+  void LookAtPort();
+  void CheckSettings();
   void CountErrors();
   void Settle();
 
@@ -146,6 +148,8 @@ class LineDriver final : private PollerListener {
   bool out_of_service_ = false;  // the points, since the port was lent
   bool stopping_ = false;
   Instant errors_counted_{};
+  std::optional<Instant> look_at_;  // at the settings of a port to which nothing is sent
+  std::uint64_t times_restored_ = 0;
   std::atomic<bool> open_ = false;
 };
 

@@ -1,17 +1,31 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/daemon/records.h"
 
+#include <functional>
 #include <utility>
 
 #include "gateway/base/log.h"
 #include "gateway/daemon/history_path.h"
 
 namespace baudgate {
+namespace {
+
+/// For a disk that does not answer; lines and listeners wait as long at a start.
+constexpr Duration kFolderPatience = 2s;
+
+std::function<Status()> ReadyOf(std::shared_ptr<StateFolder> folder) {
+  return [folder = std::move(folder)]() -> Status {
+    if (const auto failure = folder->Open()) return Error{failure->text};
+    return {};
+  };
+}
+
+}  // namespace
 
 Status Records::Open(const config::Config& config, const Links& links) {
   if (Status status = OpenFolder(config); !status) return status;
   EventsPlace place;
-  if (Status status = PlaceEvents(config, why_no_state_, place); !status) return status;
+  if (Status status = PlaceEvents(config, place); !status) return status;
   if (Status status = PlaceHistory(config); !status) return status;
   StartHistory(config, links.store);
   writes_ = std::make_unique<WritePath>(config, links.store, links.lines, place);
@@ -19,7 +33,7 @@ Status Records::Open(const config::Config& config, const Links& links) {
   place.in_memory = !keeps_events_;
   if (place.in_memory) place.file.clear();
   MakeEvents(config, links, place);
-  if (state_) {
+  if (state_ && why_no_state_.empty()) {
     memory_ = std::make_unique<DeviceMemory>(
         state_->path() / "devices.json", config,
         [](const std::string& trouble) { log::Warn("{}", trouble); });
@@ -46,51 +60,58 @@ void Records::MakeEvents(const config::Config& config, const Links& links,
 }
 
 Status Records::OpenFolder(const config::Config& config) {
-  if (state_) return {};
   const auto path = StateFolderOf(StatePlaces::Here(config.state), config.name);
-  StateFolder::Failure failure{false, "there is no place for it"};
-  if (!path.empty()) state_ = StateFolder::Open(path, failure);
-  if (failure.in_use) return Error{failure.text};
-  why_no_state_ = failure.text;
-  return {};
+  if (!state_ && path.empty()) {
+    why_no_state_ = "there is no place for it";
+    return {};
+  }
+  if (!state_) state_ = std::make_shared<StateFolder>(path);
+  const auto failure = StateFolder::OpenWithin(state_, kFolderPatience);
+  why_no_state_ = failure ? failure->text : std::string();
+  if (!failure || !failure->in_use) return {};
+  state_.reset();
+  return Error{failure->text};
 }
 
 /// In a folder of their own, if the configuration gives one.
-Status Records::PlaceEvents(const config::Config& config, const std::string& why_no_state,
-                            EventsPlace& place) {
+Status Records::PlaceEvents(const config::Config& config, EventsPlace& place) {
   constexpr const char* kEventsFile = "events.db";
-  StateFolder::Failure failure{false, why_no_state};
+  std::shared_ptr<StateFolder> folder = state_;
   if (const auto path = EventsFolderOf(config); !path.empty()) {
-    databases_ = StateFolder::Open(path, failure);
-    if (failure.in_use) return Error{failure.text};
-    if (databases_) place.file = databases_->path() / kEventsFile;
-  } else if (state_) {
-    place.file = state_->path() / kEventsFile;
+    databases_ = folder = std::make_shared<StateFolder>(path);
+    const auto failure = StateFolder::OpenWithin(folder, kFolderPatience);
+    if (failure && failure->in_use) return Error{failure->text};
   }
-  place.why_no_file = "there is no state folder for it: " + failure.text;
+  place.why_no_file = "there is no state folder for it: " + why_no_state_;
+  if (!folder) return {};
+  place.file = folder->path() / kEventsFile;
+  place.turn->ready = ReadyOf(folder);
   return {};
 }
 
 /// In a folder of its own, if the configuration gives one.
 Status Records::PlaceHistory(const config::Config& config) {
-  StateFolder::Failure failure{false, why_no_state_};
   const auto path = HistoryFolderOf(config);
-  const StateFolder* folder = state_.get();
+  history_folder_ = state_;
   if (!path.empty() && databases_ && databases_->path() == path) {
-    folder = databases_.get();
+    history_folder_ = databases_;
   } else if (!path.empty() && config.history.on()) {
-    histories_ = StateFolder::Open(path, failure);
-    if (failure.in_use) return Error{failure.text};
-    folder = histories_.get();
+    history_folder_ = std::make_shared<StateFolder>(path);
+    const auto failure = StateFolder::OpenWithin(history_folder_, kFolderPatience);
+    if (failure && failure->in_use) return Error{failure->text};
   }
-  if (folder != nullptr) history_folder_ = folder->path();
-  why_no_history_folder_ = "there is no folder for it: " + failure.text;
   return {};
 }
 
 void Records::StartHistory(const config::Config& config, PointStore& store) {
   if (!config.history.on()) return;
-  auto history = MakeHistory(config, store, history_folder_, why_no_history_folder_);
+  HistoryPlace place;
+  place.why_no_folder = "there is no folder for it: " + why_no_state_;
+  if (history_folder_) {
+    place.folder = history_folder_->path();
+    place.ready = ReadyOf(history_folder_);
+  }
+  auto history = MakeHistory(config, store, std::move(place));
   const MutexLock lock(mutex_);
   history_ = std::move(history);
 }

@@ -64,8 +64,8 @@ class Records {
     const MutexLock lock(mutex_);
     return history_.get();
   }
-  /// Null: nothing is kept, or there is no place for it.
-  const StateFolder* state() const { return state_.get(); }
+  /// Null: nothing is kept, or it could not be had at the start.
+  const StateFolder* state() const { return why_no_state_.empty() ? state_.get() : nullptr; }
   const std::string& why_no_state() const { return why_no_state_; }
 
   /// From time to time, on any thread, until EndEvents: what is wrong long enough raises alarms.
@@ -78,19 +78,16 @@ class Records {
 
  private:
   void MakeEvents(const config::Config& config, const Links& links, const EventsPlace& place);
-  Status PlaceEvents(const config::Config& config, const std::string& why_no_state,
-                     EventsPlace& place);
+  Status PlaceEvents(const config::Config& config, EventsPlace& place);
   Status PlaceHistory(const config::Config& config);
   void StartHistory(const config::Config& config, PointStore& store);
   std::vector<AlarmDesk::DiskState> LookAtDisks(Now now) BAUDGATE_REQUIRES(mutex_);
 
-  std::unique_ptr<StateFolder> state_;
-  std::string why_no_state_;
+  std::shared_ptr<StateFolder> state_;  // null: there is no place for it
+  std::string why_no_state_;            // at the start; empty: it could be had
   std::unique_ptr<DeviceMemory> memory_;
-  std::unique_ptr<StateFolder> databases_;  // null: they lie in `state_`
-  std::unique_ptr<StateFolder> histories_;  // null: it lies in `state_` or `databases_`
-  std::filesystem::path history_folder_;    // empty: there is none
-  std::string why_no_history_folder_;
+  std::shared_ptr<StateFolder> databases_;       // null: they lie in `state_`
+  std::shared_ptr<StateFolder> history_folder_;  // null: there is no place for it
   mutable Mutex mutex_;
   std::unique_ptr<history::HistoryLog> history_ BAUDGATE_GUARDED_BY(mutex_);  // null: none is kept
   std::unique_ptr<WritePath> writes_;

@@ -75,6 +75,7 @@ void Reloader::Start() {
     const Status status = OpenFolder();
     if (!status) log::Warn("the configuration is not kept: {}", status.error());
   }
+  WatchFile();
   loop_.Start();
 }
 
@@ -103,7 +104,10 @@ Status Reloader::OpenFolder() {
 
 void Reloader::Stop() {
   if (!std::exchange(started_, false)) return;
-  loop_.Stop([this] { timer_.cancel(); });
+  loop_.Stop([this] {
+    timer_.cancel();
+    file_timer_.cancel();
+  });
 }
 
 control::ReloadState Reloader::state() const {
@@ -250,6 +254,7 @@ void Reloader::BeginTrial(Duration time, const reload::Healths& before) {
   }
   const MutexLock lock(mutex_);
   state_.not_the_file.clear();
+  state_.file_changed.clear();
   until_.reset();
   if (probation_.running()) until_ = probation_.until();
 }
@@ -299,6 +304,29 @@ void Reloader::Watch() {
     if (why) return TakeBack(*why);
     Watch();
   });
+}
+
+void Reloader::WatchFile() {
+  file_timer_.expires_after(kLookAtFile);
+  file_timer_.async_wait([this](const asio::error_code& stopped) {
+    if (stopped) return;
+    LookAtFile();
+    WatchFile();
+  });
+}
+
+/// What was taken back has a sentence of its own.
+void Reloader::LookAtFile() {
+  const auto text = options_.read();
+  std::string note;
+  if (!text) {
+    note = options_.file + " " + text.error();
+  } else if (*text != runs_->text && state().not_the_file.empty()) {
+    note = options_.file +
+           " differs from what runs; 'baudgate reload --dry-run' says in what, "
+           "'baudgate reload --confirm 60s' takes it";
+  }
+  Show([&](control::ReloadState& state) { state.file_changed = note; });
 }
 
 /// The file stays as it is: it is the user's, and may not be ours to write.

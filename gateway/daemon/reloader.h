@@ -86,6 +86,7 @@ class Reloader final : public control::ReloadDesk {
 
  private:
   static constexpr Duration kLook = 250ms;
+  static constexpr Duration kLookAtFile = 5s;
 
   /// A text that was applied, and what it and the profiles said then.
   struct Applied {
@@ -106,6 +107,8 @@ class Reloader final : public control::ReloadDesk {
   std::string OnTrial() const;
   control::ReloadAnswer DoConfirm(const std::string& by);
   void Watch();
+  void WatchFile();
+  void LookAtFile();
   void TakeBack(const std::string& why);
   Status OpenFolder();
   Status Keep(const std::string& text, bool trial);
@@ -116,6 +119,7 @@ class Reloader final : public control::ReloadDesk {
   const Links links_;
   LoopThread loop_{"reload"};
   asio::steady_timer timer_{loop_.io()};
+  asio::steady_timer file_timer_{loop_.io()};
   reload::Probation probation_;
   std::shared_ptr<const Applied> runs_;       // see SetRuns
   std::shared_ptr<const Applied> confirmed_;  // another than that while one is on trial

@@ -100,6 +100,7 @@ Status EventLog::Open() {
   auto opened = file_.Open();
   if (!opened) return {};
   if (!opened->put_aside.empty()) options_.warn("events: " + opened->put_aside);
+  if (opened->lost) options_.warn("events: " + *opened->lost);
   if (!opened->ok) return Error{opened->error};
   if (options_.feed) {
     options_.feed->cursors().OnOpened(opened->contents.cursors);

@@ -256,11 +256,11 @@ std::vector<Source> EventQueue::Done(Round& round, const Status& status, std::in
       kept = book_.Kept(round.batches.size());
       records_.erase(records_.begin(),
                      records_.begin() + static_cast<std::ptrdiff_t>(round.records.size()));
-      state_.oldest = oldest;
       if (round.ends_alarms) EndUnwatched();
     } else {
       ends_alarms_ = ends_alarms_ || round.ends_alarms;
     }
+    if (oldest > 0) state_.oldest = oldest;  // known as well while the disk is full
     if (!status && round.acks.empty()) round.acks = acks_.Take();
     Show(status ? Disk::fine : Disk::failing, status ? std::string() : status.error());
   }

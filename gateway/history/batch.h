@@ -21,8 +21,9 @@
 namespace baudgate::history {
 
 /// Why there is a gap before a run.
-enum class RunBegin : std::uint8_t { started, dropped, clock };
-inline constexpr std::array<std::string_view, 3> kRunBegins = {"started", "dropped", "clock"};
+enum class RunBegin : std::uint8_t { started, dropped, clock, standstill };
+inline constexpr std::array<std::string_view, 4> kRunBegins = {"started", "dropped", "clock",
+                                                               "standstill"};
 inline std::string_view Name(RunBegin why) { return kRunBegins[static_cast<std::size_t>(why)]; }
 
 struct Run {

@@ -93,6 +93,7 @@ DayFile::Opened DayFile::Open(bool damaged) {
   Opened opened;
   OpenedDatabase file = OpenDatabase(path_, kValues, vfs_, damaged);
   opened.put_aside = std::move(file.put_aside);
+  opened.lost = std::move(file.lost);
   error_ = std::move(file.error);
   if (!file.database) return opened;
   damaged_ = false;

@@ -32,7 +32,8 @@ class DayFile {
 
   struct Opened {
     bool ok = false;
-    std::string put_aside{};    ///< see OpenedDatabase
+    std::string put_aside{};  ///< see OpenedDatabase
+    std::optional<std::string> lost{};
     std::int64_t last_run = 0;  ///< that the file knows
   };
   /// `damaged`: it was found so while it was in use.

@@ -173,7 +173,8 @@ void HistoryLog::WriteOnce(bool last) {
     const MutexLock lock(mutex_);
     writing_since_ = clocks.instant;
   }
-  Status status = files_.Open(clocks);
+  Status status = options_.ready ? options_.ready() : Status();
+  if (status) status = files_.Open(clocks);
   if (status) {
     Batch batch;
     if (!files_.waits()) {

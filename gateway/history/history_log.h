@@ -33,6 +33,8 @@ class HistoryLog final : public HistorySource {
     PointStore* store = nullptr;   ///< before the lines start
     std::filesystem::path folder;  ///< empty: there is no place for it
     std::string why_no_folder{};
+    /// The folder is there, and ours; asked before its files are opened. Empty: it is.
+    std::function<Status()> ready{};
     std::string vfs{};  ///< as in Database
     std::function<Now()> clocks;
     /// One line when the disk begins to fail, and one when it is well again; from any thread.

@@ -43,6 +43,7 @@ class DayReader {
 
   bool ok() const { return ok_; }
   const std::string& error() const { return database_.error(); }
+  bool damaged_chunk() const { return damaged_chunk_; }
   bool knows() const { return point_.has_value(); }
   Millis day() const { return day_; }
 
@@ -74,7 +75,10 @@ class DayReader {
     Statement::Step step = chunks.Next();
     for (; step == Statement::Step::row && out.size() < most; step = chunks.Next()) {
       auto entries = DecodeChunk(chunks.Blob(0));
-      if (!entries) continue;  // the others are as good as they were
+      if (!entries) {  // the others are as good as they were
+        damaged_chunk_ = true;
+        continue;
+      }
       for (Entry& entry : *entries) take(std::move(entry));
     }
     if (step == Statement::Step::failed) return false;
@@ -105,6 +109,7 @@ class DayReader {
   Millis day_;
   Database database_;
   bool ok_ = false;
+  bool damaged_chunk_ = false;
   std::optional<std::int64_t> point_;
   config::Type type_ = config::Type::float64;
 };
@@ -113,33 +118,40 @@ class PageReader {
  public:
   PageReader(fs::path folder, const PageQuery& query) : folder_(std::move(folder)), query_(query) {}
 
-  Result<Page> Read() {
-    if (Status status = OpenDays(); !status) return Error{status.error()};
+  Page Read() {
+    OpenDays();
     page_.next = query_.after;
     for (auto run = runs_.lower_bound(query_.after.run); run != runs_.end(); ++run) {
-      const Status status = ReadRun(run);
-      if (!status) return Error{status.error()};
+      ReadRun(run);
       if (page_.more) break;
     }
     return std::move(page_);
   }
 
  private:
-  Status OpenDays() {
+  void OpenDays() {
     for (const Shelf::Day& day : LookAtShelf(folder_).days) {
       if (day.day >= query_.until || day.day + kDay <= query_.since) continue;
       auto reader = std::make_unique<DayReader>(folder_, day.day, query_.point);
-      // One that is being removed, or damaged, hides nothing but itself.
-      if (!reader->ok() || !reader->ReadRuns(runs_)) continue;
+      // One that is damaged hides nothing but itself; one that is being removed is no loss.
+      if (!reader->ok() || !reader->ReadRuns(runs_)) {
+        std::error_code none;
+        if (fs::exists(folder_ / DayFileName(day.day), none)) NoteUnread(*reader, reader->error());
+        continue;
+      }
       page_.known = page_.known || reader->knows();
       days_.push_back(std::move(reader));
     }
-    return {};
   }
 
-  Status ReadRun(std::map<std::int64_t, Run>::const_iterator run) {
+  void NoteUnread(const DayReader& day, const std::string& why) {
+    const std::string text = DayFileName(day.day()) + ": " + why;
+    if (std::ranges::find(page_.unread, text) == page_.unread.end()) page_.unread.push_back(text);
+  }
+
+  void ReadRun(std::map<std::int64_t, Run>::const_iterator run) {
     const bool goes_on = run->first == query_.after.run;
-    if (goes_on && query_.after.time == kNever) return {};
+    if (goes_on && query_.after.time == kNever) return;
     Millis after = std::max(query_.since, std::numeric_limits<Millis>::min() + 1) - 1;
     if (goes_on) after = std::max(after, query_.after.time);
     bool knew = false;
@@ -148,14 +160,16 @@ class PageReader {
       knew = knew || day->knows();
       std::vector<Entry> entries;
       const std::size_t room = kPage - page_.records.size();
-      const bool ok = day->ReadEntries(run->first, after, query_.until, room + 1, entries);
-      const std::string error = ok ? std::string() : day->error();
+      if (!day->ReadEntries(run->first, after, query_.until, room + 1, entries)) {
+        NoteUnread(*day, day->error());
+      } else if (day->damaged_chunk()) {
+        NoteUnread(*day, "some of its values are damaged");
+      }
       day->End();
-      if (!ok) return Error{DayFileName(day->day()) + ": " + error};
       for (Entry& entry : entries) {
         if (page_.records.size() == kPage) {
           page_.more = true;
-          return {};
+          return;
         }
         after = entry.time;
         page_.next = {run->first, after};
@@ -163,7 +177,6 @@ class PageReader {
       }
     }
     AddGap(run, knew);
-    return {};
   }
 
   void AddGap(std::map<std::int64_t, Run>::const_iterator run, bool knew) {

@@ -47,6 +47,8 @@ struct Page {
   Cursor next{};
   bool more = false;
   bool known = false;  ///< some file has the point
+  /// Files that could not be read, or not whole, and why: what they hold is missing here.
+  std::vector<std::string> unread{};
 };
 
 Result<Page> ReadPage(const std::filesystem::path& folder, const PageQuery& query);

@@ -138,7 +138,9 @@ void Recorder::Look(Now now, std::size_t room, Batch& out) {
   const Duration passed = now.instant - last_.instant;
   const Duration stepped = now.wall - last_.wall - passed;
   const WallTime without = last_.wall + passed;
+  const Millis looked = ToMillis(last_.wall);
   last_ = now;
+  if (passed > kStandstill) return EndStandstill(looked, now, out);
   if (stepped > kStep || stepped < -kStep) SetClock(ToMillis(without), ToMillis(now.wall), out);
   if (!recording_ && room >= 2 * points_.size())
     BeginRun(RunBegin::dropped, ToMillis(now.wall), out);
@@ -164,15 +166,41 @@ void Recorder::BeginAnew(Now now, std::size_t room, Batch& out) {
   if (recording_) BeginRun(RunBegin::dropped, ToMillis(now.wall), out);
 }
 
+void Recorder::ForgetSpans(Millis time, Batch& out) {
+  Roll([&](Rollup& rollup) { rollup.Forget(time, ended_); }, out);
+}
+
+/// What nobody looked at is a gap. Points begin anew with what the store says of them now: their
+/// values may be too old.
+void Recorder::EndStandstill(Millis old_time, Now now, Batch& out) {
+  ForgetSpans(old_time, out);
+  if (recording_) run_.until = std::max(run_.until, old_time);
+  for (Point& point : points_) point.latest.reset();
+  BeginRun(RunBegin::standstill, ToMillis(now.wall), out);
+  TakeAll(now, out);
+}
+
+void Recorder::TakeAll(Now now, Batch& out) {
+  for (std::uint32_t device = 0; device < numbers_.size(); ++device) {
+    seen_.clear();
+    store_.Read(device, [&](const DeviceRecord& record) {
+      for (std::uint32_t point = 0; point < numbers_[device].size(); ++point) {
+        const PointNumber number = numbers_[device][point];
+        if (number == kNone) continue;
+        const PointRecord& held = record.points[point];
+        seen_.push_back({number, held.value, QualityAt(record, point, now.instant), held.seq,
+                         held.source_time});
+      }
+    });
+    for (Seen& seen : seen_) TakeOne(seen, ToMillis(now.wall), out);
+  }
+}
+
 void Recorder::SetClock(Millis old_time, Millis new_time, Batch& out) {
-  for (PointNumber number = 0; number < points_.size(); ++number) {
-    Point& point = points_[number];
-    const std::optional<double> value = point.latest ? NumberOf(*point.latest) : std::nullopt;
-    point.minute.Forget(old_time, ended_);
-    Emit(number, kMinute, out);
-    point.hour.Forget(old_time, ended_);
-    Emit(number, kHour, out);
+  ForgetSpans(old_time, out);
+  for (Point& point : points_) {
     if (!point.latest) continue;
+    const std::optional<double> value = NumberOf(*point.latest);
     point.minute.Set(new_time, value, false, ended_);
     point.hour.Set(new_time, value, false, ended_);
   }
@@ -197,7 +225,7 @@ void Recorder::Tick(Now now, std::size_t room, Batch& out) {
 void Recorder::End(Now now, Batch& out) {
   Look(now, 0, out);
   const Millis time = ToMillis(now.wall);
-  Roll([&](Rollup& rollup) { rollup.Forget(time, ended_); }, out);
+  ForgetSpans(time, out);
   if (recording_) run_.until = std::max(run_.until, time);
   out.SetRun(run_);
 }

@@ -26,6 +26,8 @@ class Recorder {
  public:
   /// A clock that goes faster or slower than this between two looks was set.
   static constexpr Duration kStep = 250ms;
+  /// Nobody looked for longer than this: the process was stopped, or its machine was.
+  static constexpr Duration kStandstill = 5s;
   /// Spans end so long after their time: a reading that was taken before comes until then.
   static constexpr Millis kSettle = 2 * kSecond;
 
@@ -71,6 +73,9 @@ class Recorder {
   void Keep(PointNumber number, const Entry& entry, Batch& out);
   void BeginRun(RunBegin why, Millis now, Batch& out);
   void SetClock(Millis old_time, Millis new_time, Batch& out);
+  void EndStandstill(Millis old_time, Now now, Batch& out);
+  void TakeAll(Now now, Batch& out);
+  void ForgetSpans(Millis time, Batch& out);
   void Emit(PointNumber number, Millis width, Batch& out);
   template <typename Each>
   void Roll(Each each, Batch& out);

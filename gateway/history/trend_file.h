@@ -31,6 +31,7 @@ class TrendFile {
   struct Opened {
     bool ok = false;
     std::string put_aside{};
+    std::optional<std::string> lost{};
     std::int64_t last_run = 0;
   };
   /// `damaged`: it was found so while it was in use.

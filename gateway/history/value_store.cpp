@@ -39,7 +39,7 @@ Status ValueStore::Open(Now clocks) {
   for (const Millis day : looked) {
     auto file = std::make_unique<DayFile>(folder_ / DayFileName(day), names_, vfs_);
     const DayFile::Opened opened = file->Open();
-    if (!opened.put_aside.empty()) news_.push_back({opened.put_aside});
+    NoteFile(opened.put_aside, opened.lost);
     if (!opened.ok) return Error{file->error()};
     last = std::max(last, opened.last_run);
     if (day == today) days_[day] = std::move(file);
@@ -51,11 +51,16 @@ Status ValueStore::Open(Now clocks) {
   return {};
 }
 
+void ValueStore::NoteFile(const std::string& put_aside, const std::optional<std::string>& lost) {
+  if (!put_aside.empty()) news_.push_back({put_aside});
+  if (lost) news_.push_back({*lost});
+}
+
 Status ValueStore::OpenTrends() {
   if (trends_) return {};
   auto file = std::make_unique<TrendFile>(folder_ / kTrendsFile, names_, vfs_);
   const TrendFile::Opened opened = file->Open(std::exchange(damaged_trends_, false));
-  if (!opened.put_aside.empty()) news_.push_back({opened.put_aside});
+  NoteFile(opened.put_aside, opened.lost);
   if (!opened.ok) return Error{file->error()};
   known_run_ = std::max(known_run_, opened.last_run);
   trends_ = std::move(file);
@@ -68,7 +73,7 @@ Result<DayFile*> ValueStore::FileOf(Millis day) {
   auto fresh = std::make_unique<DayFile>(folder_ / DayFileName(day), names_, vfs_);
   const bool damaged = damaged_day_ == day;
   const DayFile::Opened opened = fresh->Open(damaged);
-  if (!opened.put_aside.empty()) news_.push_back({opened.put_aside});
+  NoteFile(opened.put_aside, opened.lost);
   if (!opened.put_aside.empty() || (damaged && opened.ok)) CutRun();
   if (!opened.ok) {
     days_.erase(day);
@@ -229,7 +234,7 @@ Status ValueStore::Clear(Millis now) {
   }
   shelf_ = LookAtShelf(folder_);
   if (shelf_.bytes() <= Ceiling(limits_.bytes)) return {};
-  return Error{fmt::format("history.limit of {} MB is reached: {}",
+  return Error{fmt::format("history.limit of {} MB is reached: {}; raise it, or keep fewer points",
                            limits_.bytes / config::kMegabyte, Largest(shelf_))};
 }
 

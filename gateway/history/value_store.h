@@ -59,6 +59,7 @@ class ValueStore {
   const Shelf& shelf() const { return shelf_; }
 
  private:
+  void NoteFile(const std::string& put_aside, const std::optional<std::string>& lost);
   Status OpenTrends();
   Result<DayFile*> FileOf(Millis day);
   void Number(Batch& batch) const;

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "gateway/state/file_health.h"
+
 namespace baudgate {
 namespace {
 
@@ -17,6 +19,12 @@ constexpr int kBusyMs = 250;
 void Database::Closer::operator()(sqlite3* handle) const { sqlite3_close_v2(handle); }
 
 Database::Database(const std::string& path, Mode mode, const std::string& vfs) {
+  if (vfs.empty()) {
+    if (auto why = WhyNoFile(path)) {
+      error_ = *std::move(why);
+      return;
+    }
+  }
   const int flags =
       mode == Mode::write ? SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE : SQLITE_OPEN_READONLY;
   sqlite3* handle = nullptr;
@@ -28,6 +36,11 @@ Database::Database(const std::string& path, Mode mode, const std::string& vfs) {
     handle_.reset();
     return;
   }
+  if (mode == Mode::write && sqlite3_db_readonly(handle, "main") == 1) {
+    handle_.reset();
+    error_ = WhyReadOnly(path);
+    return;
+  }
   sqlite3_extended_result_codes(handle, 1);
   sqlite3_busy_timeout(handle, kBusyMs);
 }
@@ -37,6 +50,8 @@ bool Database::Fail(int code) {
   if (error_.empty() || error_ == "not an error") error_ = sqlite3_errstr(code);
   std::ranges::replace(error_, '\n', ' ');  // what it quotes of the schema may have lines
   const int base = code & 0xFF;
+  if (base == SQLITE_FULL) error_ += "; make room on it";
+  if (base == SQLITE_IOERR) error_ += "; look at the disk (dmesg)";
   damaged_ = base == SQLITE_CORRUPT || base == SQLITE_NOTADB;
   return false;
 }

@@ -3,7 +3,10 @@
 
 #include <fmt/format.h>
 
+#include <optional>
 #include <system_error>
+
+#include "gateway/state/file_health.h"
 
 namespace baudgate {
 namespace {
@@ -32,7 +35,9 @@ bool Migrate(Database& database, const DatabaseKind& kind, std::int64_t version)
 Look LookAt(Database& database, const DatabaseKind& kind, std::string& why) {
   const auto whole = [&](const char* sql) {
     const Value value = database.First(sql);
-    return std::holds_alternative<std::int64_t>(value) ? std::get<std::int64_t>(value) : -1;
+    return std::holds_alternative<std::int64_t>(value)
+               ? std::optional(std::get<std::int64_t>(value))
+               : std::nullopt;
   };
   const auto broken = [&] {
     why = database.error();
@@ -48,10 +53,10 @@ Look LookAt(Database& database, const DatabaseKind& kind, std::string& why) {
   if (!database.Execute(std::string(kind.pragmas))) return broken();
   const Value check = database.First("PRAGMA quick_check(1)");
   if (!HasValue(check)) return broken();
-  const std::int64_t application = whole("PRAGMA application_id");
-  const std::int64_t version = whole("PRAGMA user_version");
-  const std::int64_t tables = whole("SELECT count(*) FROM sqlite_schema");
-  if (application < 0 || version < 0 || tables < 0) return broken();
+  const auto application = whole("PRAGMA application_id");
+  const auto version = whole("PRAGMA user_version");
+  const auto tables = whole("SELECT count(*) FROM sqlite_schema");
+  if (!application || !version || !tables) return broken();
   if (ToText(check) != "ok") {
     why = ToText(check);
     return Look::damaged;
@@ -61,12 +66,16 @@ Look LookAt(Database& database, const DatabaseKind& kind, std::string& why) {
     why = "it is another program's";
     return Look::damaged;
   }
+  if (version < 0) {
+    why = fmt::format("its version is {}", *version);
+    return Look::damaged;
+  }
   if (version > kind.version()) {
-    why = fmt::format("a newer baudgate has made it (version {}, this one knows {})", version,
+    why = fmt::format("a newer baudgate has made it (version {}, this one knows {})", *version,
                       kind.version());
     return Look::newer;
   }
-  return Migrate(database, kind, version) ? Look::fine : broken();
+  return Migrate(database, kind, *version) ? Look::fine : broken();
 }
 
 /// With its log, which belongs to it. The new name; empty: it can not be renamed.
@@ -98,6 +107,12 @@ OpenedDatabase OpenDatabase(const fs::path& file, const DatabaseKind& kind, cons
                             bool put_aside) {
   OpenedDatabase opened;
   std::error_code none;
+  if (vfs.empty()) {
+    if (auto why = WhyNoFile(file)) {
+      opened.error = *std::move(why);
+      return opened;
+    }
+  }
   if (put_aside && fs::exists(file, none) && PutAside(file).empty()) {
     opened.error = file.string() + " is damaged, and can not be renamed";
     return opened;
@@ -107,13 +122,18 @@ OpenedDatabase OpenDatabase(const fs::path& file, const DatabaseKind& kind, cons
     std::unique_ptr<Database> database;
     std::string why = "it is empty: what it held is lost";
     Look look = Look::damaged;
-    if (!vfs.empty() || !IsEmpty(file)) {
+    const auto damage = vfs.empty() ? HeadDamage(file) : std::nullopt;
+    if (damage) {
+      why = *damage;
+    } else if (!vfs.empty() || !IsEmpty(file)) {
+      if (vfs.empty()) opened.lost = LogDamage(file);
       database = std::make_unique<Database>(file.string(), Database::Mode::write, vfs);
       why = database->error();
       look = database->is_open() ? LookAt(*database, kind, why) : Look::failed;
     }
     if (look == Look::fine) {
       opened.database = std::move(database);
+      if (opened.lost) *opened.lost = file.string() + ": " + *opened.lost;
       return opened;
     }
     opened.error = fmt::format("{}: {}", file.string(), why);

@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -29,6 +30,8 @@ struct OpenedDatabase {
   std::string error{};
   /// One line for the log: a damaged file was put aside and a new one begun; empty: it was not.
   std::string put_aside{};
+  /// One line for the log: what its write-ahead log has lost. Nothing: it has lost nothing.
+  std::optional<std::string> lost{};
 };
 
 /// In WAL mode. One that is damaged, or empty, is renamed to FILE.bad, or .bad2 and so on; one of a

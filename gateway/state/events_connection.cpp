@@ -15,11 +15,15 @@ EventsConnection::EventsConnection(std::filesystem::path path, std::string vfs,
 /// written over by the next one. Another connection might take it for done, and it would be
 /// doubled.
 EventsConnection::Opened EventsConnection::Open() {
+  if (turn_->ready) {
+    if (Status status = turn_->ready(); !status) return {.error = status.error()};
+  }
   // Another connection may have put it aside meanwhile: what is there now is a new one.
   const bool was_damaged = std::exchange(damaged_, false);
   const bool again = was_damaged && file_ == turn_->file;
   OpenedEvents events = OpenEvents(path_, vfs_, again);
-  Opened opened{false, std::move(events.error), std::move(events.put_aside), false};
+  Opened opened{false, std::move(events.error), std::move(events.put_aside), std::move(events.lost),
+                false};
   const bool aside = again || !opened.put_aside.empty();
   if (aside && events.database) ++turn_->file;
   opened.new_file = was_damaged || std::exchange(gone_, false) || aside;

@@ -26,7 +26,8 @@ class EventsConnection {
     bool ok = false;
     std::string error{};
     std::string put_aside{};  ///< see OpenedEvents
-    bool new_file = false;    ///< rows that were written before are not in it
+    std::optional<std::string> lost{};
+    bool new_file = false;  ///< rows that were written before are not in it
   };
   /// Not open. With the turn.
   Opened Open();

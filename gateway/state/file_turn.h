@@ -8,8 +8,10 @@
 
 #include <condition_variable>
 #include <cstdint>
+#include <functional>
 
 #include "gateway/base/guarded.h"
+#include "gateway/base/result.h"
 
 namespace baudgate {
 
@@ -27,6 +29,8 @@ class FileTurn {
     FileTurn& turn_;
   };
 
+  /// What must be so before the file is opened: its folder is there, and ours. Empty: nothing.
+  std::function<Status()> ready;
   /// How often the file has been put aside. With a Hold.
   std::uint64_t file = 0;
 

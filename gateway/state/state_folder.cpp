@@ -9,7 +9,9 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
+#include <future>
 #include <system_error>
+#include <thread>
 #include <utility>
 
 #include "gateway/state/versions.h"
@@ -113,31 +115,48 @@ fs::path HistoryFolderOf(const config::Config& config) {
   return OwnFolderOf(config.history.directory, config);
 }
 
-std::unique_ptr<StateFolder> StateFolder::Open(const fs::path& path, Failure& failure) {
+std::optional<StateFolder::Failure> StateFolder::Open() {
+  const MutexLock guard(mutex_);
+  if (lock_ >= 0) return std::nullopt;
   std::error_code error;
-  fs::create_directories(path, error);
-  const fs::path file = path / "lock";
-  const int lock = error ? -1 : ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, kLockMode);
+  fs::create_directories(path_, error);
+  const fs::path file = path_ / "lock";
+  const int lock =
+      error ? -1 : ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NONBLOCK, kLockMode);
   if (lock < 0) {
     const std::string why = error ? error.message() : std::strerror(errno);
-    failure = {false, path.string() + ": " + why};
-    return nullptr;
+    return Failure{false, path_.string() + ": " + why};
   }
   if (::flock(lock, LOCK_EX | LOCK_NB) != 0) {
-    failure = {true, "the state folder " + path.string() +
-                         " is in use: another baudgate of this gateway.name runs; stop it, or give "
-                         "this one another gateway.name or gateway.state"};
     ::close(lock);
-    return nullptr;
+    return Failure{true, "the state folder " + path_.string() +
+                             " is in use: another baudgate of this gateway.name runs; stop it, or "
+                             "give this one another gateway.name or gateway.state"};
   }
-  if (std::string newer = NewerStateIn(path); !newer.empty()) {
-    failure = {true, std::move(newer)};
+  if (std::string newer = NewerStateIn(path_); !newer.empty()) {
     ::close(lock);
-    return nullptr;
+    return Failure{true, std::move(newer)};
   }
-  return std::unique_ptr<StateFolder>(new StateFolder(path, lock));
+  lock_ = lock;
+  return std::nullopt;
 }
 
-StateFolder::~StateFolder() { ::close(lock_); }
+std::optional<StateFolder::Failure> StateFolder::OpenWithin(
+    const std::shared_ptr<StateFolder>& folder, Duration patience) {
+  auto opening = std::make_shared<std::promise<std::optional<Failure>>>();
+  auto opened = opening->get_future();
+  try {
+    std::thread([folder, opening] { opening->set_value(folder->Open()); }).detach();
+  } catch (const std::system_error&) {
+    return folder->Open();  // no thread is left for it
+  }
+  if (opened.wait_for(patience) == std::future_status::ready) return opened.get();
+  return Failure{false, folder->path().string() + ": its disk does not answer"};
+}
+
+StateFolder::~StateFolder() {
+  const MutexLock guard(mutex_);
+  if (lock_ >= 0) ::close(lock_);
+}
 
 }  // namespace baudgate

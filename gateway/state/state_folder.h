@@ -5,10 +5,13 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
+#include <utility>
 
 #include "config/catalog/catalog.h"
 #include "config/model/config.h"
+#include "gateway/base/guarded.h"
 
 namespace baudgate {
 
@@ -49,27 +52,34 @@ std::filesystem::path EventsFolderOf(const config::Config& config);
 /// The same of the values that are kept (history.directory).
 std::filesystem::path HistoryFolderOf(const config::Config& config);
 
+/// A folder that cannot be made or written at the start may be so later: whoever needs it asks
+/// again. From any thread.
 class StateFolder {
  public:
   struct Failure {
     /// By another process, or by a newer baudgate whose files are there: the gateway must not
-    /// start. Else it can not be made or written.
+    /// start. Else it cannot be made or written, or its disk does not answer.
     bool in_use = false;
     std::string text;
   };
-  /// Makes the folder where it is not there, and locks it.
-  static std::unique_ptr<StateFolder> Open(const std::filesystem::path& path, Failure& failure);
+
+  explicit StateFolder(std::filesystem::path path) : path_(std::move(path)) {}
   ~StateFolder();
   StateFolder(const StateFolder&) = delete;
   StateFolder& operator=(const StateFolder&) = delete;
 
+  /// Makes the folder where it is not there, and locks it, once. As long as the disk takes.
+  std::optional<Failure> Open();
+  /// The same; a disk that takes longer than `patience` goes on opening it meanwhile.
+  static std::optional<Failure> OpenWithin(const std::shared_ptr<StateFolder>& folder,
+                                           Duration patience);
+
   const std::filesystem::path& path() const { return path_; }
 
  private:
-  StateFolder(std::filesystem::path path, int lock) : path_(std::move(path)), lock_(lock) {}
-
-  std::filesystem::path path_;
-  int lock_;
+  const std::filesystem::path path_;
+  Mutex mutex_;
+  int lock_ BAUDGATE_GUARDED_BY(mutex_) = -1;
 };
 
 }  // namespace baudgate

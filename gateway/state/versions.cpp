@@ -35,6 +35,8 @@ constexpr std::size_t kApplicationAt = 68;
 constexpr std::size_t kHead = 72;
 
 std::string Head(const fs::path& file, std::size_t most) {
+  std::error_code none;
+  if (!fs::is_regular_file(file, none)) return {};
   std::ifstream in(file, std::ios::binary);
   std::string bytes(most, '\0');
   in.read(bytes.data(), static_cast<std::streamsize>(most));

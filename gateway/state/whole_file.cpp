@@ -2,6 +2,7 @@
 #include "gateway/state/whole_file.h"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <array>
@@ -50,9 +51,17 @@ int RemoveFile(const std::filesystem::path& file) {
   return 0;
 }
 
-std::optional<std::string> ReadWhole(const std::filesystem::path& file) {
-  const int in = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
+std::optional<std::string> ReadWhole(const std::filesystem::path& file, Kind kind) {
+  // The open of a FIFO would wait for a writer.
+  const int wait = kind == Kind::any ? 0 : O_NONBLOCK;
+  const int in = ::open(file.c_str(), O_RDONLY | O_CLOEXEC | wait);
   if (in < 0) return std::nullopt;
+  struct stat found {};
+  if (kind == Kind::regular && (::fstat(in, &found) != 0 || !S_ISREG(found.st_mode))) {
+    ::close(in);
+    errno = S_ISDIR(found.st_mode) ? EISDIR : EINVAL;
+    return std::nullopt;
+  }
   std::string text;
   std::array<char, 16384> part;
   int error = 0;

@@ -18,7 +18,7 @@ Json AdviceOf(const audit::AuditState& state) {
     text += state.require ? "; writes to points are refused (audit: require)"
                           : "; writes are sent all the same, their records wait in memory";
     if (state.waiting > 0) text += ", " + Plural(state.waiting, "record");
-    advice.push_back(text + ": make room on the disk, or mend it");
+    advice.push_back(text);
   }
   if (state.lost > 0) {
     advice.push_back(Plural(state.lost, "record") + " of writes lost since the start: there was " +

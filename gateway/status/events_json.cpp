@@ -16,7 +16,7 @@ Json AdviceOf(const events::EventsState& state) {
   if (state.trouble.empty()) return advice;
   std::string text = state.trouble + "; devices are not asked for events until it works again";
   if (state.waiting > 0) text += ", and " + Plural(state.waiting, "message") + " of theirs wait";
-  advice.push_back(text + ": make room on the disk, or mend it");
+  advice.push_back(text);
   return advice;
 }
 

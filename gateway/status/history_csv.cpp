@@ -30,6 +30,7 @@ std::string GapText(const nlohmann::ordered_json& record) {
   const std::string why = FieldOf(record, "gap");
   const std::string until = FieldOf(record, "until");
   if (why == "clock") return "gap: the clock was set to " + until;
+  if (why == "standstill") return "gap: the gateway stood still until " + until;
   if (why == "dropped") return "gap: the disk took no values until " + until;
   if (why == "overwritten") return "gap: the meter has it no more, until " + until;
   return "gap: the gateway was down until " + until;

@@ -15,8 +15,7 @@ Json AdviceOf(const history::HistoryState& state) {
   Json advice = Json::array();
   if (!state.trouble.empty()) {
     advice.push_back(state.trouble +
-                     "; values wait, and are dropped when there is no room for more: make room on "
-                     "the disk or mend it, or raise history.limit");
+                     "; values wait, and are dropped when there is no room for more");
   }
   if (state.counters.dropped > 0) {
     advice.push_back(Plural(state.counters.dropped, "value") +
@@ -71,7 +70,8 @@ Json PageJson(const history::Page& page, const std::string& point) {
   }
   return {{"records", std::move(records)},
           {"next", Json::array({page.next.run, page.next.time})},
-          {"more", page.more}};
+          {"more", page.more},
+          {"unread", page.unread}};
 }
 
 Json PageJson(const history::TrendPage& page, const std::string& point) {

@@ -18,6 +18,9 @@ struct ReloadState {
   std::optional<WallTime> confirm_until{};
   /// Why `file` is not what runs: a sentence; empty: it is, for all that is known.
   std::string not_the_file;
+  /// What was found when the file was looked at last: it differs from what runs, or cannot be read.
+  /// A sentence; empty: neither.
+  std::string file_changed;
 };
 
 }  // namespace baudgate::control

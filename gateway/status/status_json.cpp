@@ -236,11 +236,13 @@ Json ReloadJson(const ReloadState& state) {
                      " unless somebody writes 'baudgate confirm'");
   }
   if (!state.not_the_file.empty()) advice.push_back(state.not_the_file);
+  if (!state.file_changed.empty()) advice.push_back(state.file_changed);
   return {{"file", state.file},
           {"folder", state.folder},
           {"applied", TimeJson(state.applied)},
           {"confirm_until", state.confirm_until ? TimeJson(*state.confirm_until) : Json(nullptr)},
           {"not_the_file", state.not_the_file},
+          {"file_changed", state.file_changed},
           {"advice", std::move(advice)}};
 }
 

@@ -1,7 +1,14 @@
 // The daemon as a process: start, readiness, stop, crash, and what it says when it can not start.
 // SPDX-License-Identifier: Apache-2.0
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <signal.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <iterator>
+#include <sstream>
 
 #include "tests/support/raw_client.h"
 #include "tests/system/notify_socket.h"
@@ -78,6 +85,67 @@ TEST_F(Process, OtherSignalsDoNotEndIt) {
   EXPECT_TRUE(client.Input(0, 9000, 1).ok());
   daemon->Signal(SIGTERM);
   EXPECT_EQ(daemon->WaitForEnd(10s), 0);
+}
+
+/// A stalled log reader, a terminal after Ctrl-S, `docker logs`: full from the start.
+TEST_F(Process, StartsRunsAndStopsAlthoughNobodyReadsItsLog) {
+  const std::string fifo = (directory() / "log").string();
+  ASSERT_EQ(::mkfifo(fifo.c_str(), 0600), 0);
+  const int reader = ::open(fifo.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
+  ASSERT_GE(reader, 0);
+  const std::string filler(4096, '#');
+  while (::write(reader, filler.data(), filler.size()) > 0) continue;
+
+  const auto twin = StartTwin("io", "module", "1");
+  const std::string file = Write("baudgate.yaml", Yaml()).string();
+  Child daemon({"/bin/sh", "-c", "exec \"$@\" 2>" + fifo, "sh", BAUDGATE_BINARY, "run", "-c", file},
+               directory(), Environment());
+  EXPECT_TRUE(EventuallyFloat(client, 1, 0, 100.25F));
+  daemon.Signal(SIGTERM);
+  EXPECT_EQ(daemon.WaitForEnd(10s), 0);
+  ::close(reader);
+}
+
+TEST_F(Process, WritesNoLogIntoItsOwnFilesWhereDescriptorsAreClosed) {
+  const auto twin = StartTwin("io", "module", "1");
+  const std::string file = Write("baudgate.yaml", Yaml()).string();
+  Child daemon(
+      {"/bin/sh", "-c", "exec \"$@\" 0<&- 1>&- 2>&-", "sh", BAUDGATE_BINARY, "run", "-c", file},
+      directory(), Environment());
+  EXPECT_TRUE(EventuallyFloat(client, 1, 0, 100.25F));
+  const std::filesystem::path files = "/proc/" + std::to_string(daemon.id()) + "/fd";
+  for (const char* standard : {"0", "1", "2"}) {
+    EXPECT_EQ(std::filesystem::read_symlink(files / standard), "/dev/null") << standard;
+  }
+  daemon.Signal(SIGTERM);
+  EXPECT_EQ(daemon.WaitForEnd(10s), 0);
+}
+
+/// As the only process of a container.
+TEST_F(Process, AsProcessOneItEndsOnSignalsAndTakesOrphans) {
+  if (RunToEnd({"unshare", "-r", "-p", "-f", "true"}, directory()).code != 0) {
+    GTEST_SKIP() << "this system lets nobody make process namespaces";
+  }
+  const auto twin = StartTwin("io", "module", "1");
+  const std::string file = Write("baudgate.yaml", Yaml()).string();
+  const std::string first = (directory() / "first").string();
+  // The shell becomes process 1, and is replaced; its other child loses its parent at once.
+  Child outside({"unshare", "-r", "-p", "-f", "--kill-child", "/bin/sh", "-c",
+                 "(sh -c 'sleep 0.2; : > " + first + "' &) ; exec \"$@\"", "sh", BAUDGATE_BINARY,
+                 "run", "-c", file},
+                directory(), Environment());
+  EXPECT_TRUE(EventuallyFloat(client, 1, 0, 100.25F));
+  ASSERT_TRUE(Eventually([&] { return std::filesystem::exists(first); }));
+  const auto children_of = [](pid_t parent) {
+    const std::string id = std::to_string(parent);
+    std::istringstream text(ReadWholeFile("/proc/" + id + "/task/" + id + "/children"));
+    return std::vector<pid_t>(std::istream_iterator<pid_t>(text), {});
+  };
+  const std::vector<pid_t> inits = children_of(outside.id());
+  ASSERT_EQ(inits.size(), 1u);
+  EXPECT_TRUE(Eventually([&] { return children_of(inits[0]).size() == 1; })) << "an orphan is left";
+  ::kill(inits[0], SIGTERM);
+  EXPECT_EQ(outside.WaitForEnd(10s), 0);
 }
 
 TEST_F(Process, StopsWhileNothingAnswersAndPortsAreAbsent) {

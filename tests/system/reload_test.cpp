@@ -283,6 +283,20 @@ TEST_F(Reload, ThatLosesADeviceIsTakenBackAtOnce) {
   EXPECT_TRUE(EventuallyFloat(client, kModuleUnit, 0, 100.25F));
 }
 
+TEST_F(Reload, StatusSaysThatTheFileWasEditedAndNotReloaded) {
+  StartAll(YamlWithSocket());
+  const auto said = [this] { return Status()["configuration"]["file_changed"].get<std::string>(); };
+  SetFile(WithSlowerIo());
+  ASSERT_TRUE(Eventually([&] { return !said().empty(); }));
+  EXPECT_THAT(said(),
+              HasSubstr("differs from what runs; 'baudgate reload --dry-run' says in what"));
+  ASSERT_EQ(Ask({"reload"}).code, 0);
+  EXPECT_EQ(said(), "");
+  std::filesystem::remove(file());
+  ASSERT_TRUE(Eventually([&] { return !said().empty(); }));
+  EXPECT_THAT(said(), HasSubstr("cannot be read: No such file"));
+}
+
 /// With the command of docs/reload.md.
 TEST_F(Reload, ThatWasTakenBackLeavesACopyOfWhatWasConfirmed) {
   StartAll(YamlWithSocket());

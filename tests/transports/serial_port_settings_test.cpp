@@ -2,6 +2,7 @@
 // impossible.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
+#include <termios.h>
 
 #include "tests/transports/serial_port_fixture.h"
 #include "transports/damage.h"
@@ -27,6 +28,29 @@ TEST_F(SerialPortTest, SoftwareParityOnTheWire) {
   port_->Close();
   Open();
   EXPECT_EQ(port_->Counters().parity, 0U) << "counted since the port was opened";
+}
+
+/// `stty sane`, ModemManager, brltty: whoever may open the port.
+TEST_F(SerialPortTest, SettingsThatAnotherProgramChangesAreSetAgainAndNamed) {
+  Open();
+  EXPECT_EQ(port_->Restore(), std::nullopt);
+  termios sane{};
+  const int far = far_->stream().native_handle();  // the kernel takes both ends for the same
+  ASSERT_EQ(::tcgetattr(far, &sane), 0);
+  sane.c_lflag |= ICANON | ECHO | ISIG;
+  sane.c_iflag |= ICRNL | IXON;
+  sane.c_oflag |= OPOST;
+  ::cfsetspeed(&sane, B38400);
+  ASSERT_EQ(::tcsetattr(far, TCSANOW, &sane), 0);
+  const std::string changes = port_->Restore().value_or("nothing");
+  for (const char* change : {"became 38400", "echo is on", "input comes by whole lines",
+                             "input is translated", "output is translated", "XON/XOFF is on"}) {
+    EXPECT_NE(changes.find(change), std::string::npos) << change << ": " << changes;
+  }
+  EXPECT_EQ(port_->Restore(), std::nullopt);
+  far_->Write({0x0D});
+  ASSERT_TRUE(WaitForReceived(1));
+  EXPECT_EQ(listener_.received, Bytes{0x0D}) << "raw again";
 }
 
 TEST_F(SerialPortTest, ApplySwitchesTheOpenPort) {

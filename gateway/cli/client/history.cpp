@@ -5,9 +5,11 @@
 
 #include <algorithm>
 #include <array>
+#include <set>
 #include <utility>
 #include <vector>
 
+#include "gateway/base/exit_code.h"
 #include "gateway/cli/client/control_client.h"
 #include "gateway/cli/client/history_stream.h"
 #include "gateway/cli/client/record_pages.h"
@@ -105,6 +107,18 @@ int PointsOf(const HistoryOptions& options, ControlClient& client, std::ostream&
   return 0;
 }
 
+/// True: something is missing in what was printed.
+bool TellUnread(const std::vector<HistoryStream>& streams, std::ostream& err) {
+  std::set<std::string> told;
+  for (const HistoryStream& stream : streams) {
+    for (const std::string& text : stream.unread()) {
+      if (told.insert(text).second)
+        err << "baudgate: " << text << "; its values are missing here\n";
+    }
+  }
+  return !told.empty();
+}
+
 }  // namespace
 
 int RunHistory(const HistoryOptions& options, std::ostream& out, std::ostream& err) {
@@ -133,6 +147,7 @@ int RunHistory(const HistoryOptions& options, std::ostream& out, std::ostream& e
     }
     if (oldest == nullptr) {
       printer.Flush();
+      if (TellUnread(streams, err)) return kExitCanNot;
       if (!any) (options.json || options.csv ? err : out) << "nothing is kept of that time\n";
       return 0;
     }

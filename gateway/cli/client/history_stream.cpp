@@ -40,6 +40,7 @@ int HistoryStream::Fetch() {
     std::this_thread::sleep_for(kLookForHistory);  // it has only just started
   }
   page_ = answer.value("records", Json::array());
+  for (const Json& text : answer.value("unread", Json::array())) unread_.push_back(text);
   at_ = 0;
   done_ = !answer.value("more", false);
   request_["after"] = answer.value("next", Json::array());

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <ostream>
 #include <string>
+#include <vector>
 
 #include "gateway/cli/client/control_client.h"
 #include "gateway/cli/client/history.h"
@@ -24,6 +25,8 @@ class HistoryStream {
   /// The next record; null: there is none. The exit code when it can not be read, which is told.
   int Next(const Json*& record);
   void Pop() { ++at_; }
+  /// Files that could not be read so far, and why.
+  const std::vector<std::string>& unread() const { return unread_; }
 
  private:
   int Fetch();
@@ -32,6 +35,7 @@ class HistoryStream {
   Json request_;
   std::ostream& err_;
   Json page_ = Json::array();
+  std::vector<std::string> unread_;
   std::size_t at_ = 0;
   bool done_ = false;
 };

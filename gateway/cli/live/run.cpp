@@ -7,15 +7,19 @@
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
+#include <condition_variable>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <optional>
 #include <sstream>
 #include <system_error>
+#include <thread>
 
 #include "config/loader.h"
 #include "config/masked_config.h"
 #include "gateway/base/exit_code.h"
+#include "gateway/base/guarded.h"
 #include "gateway/base/log.h"
 #include "gateway/base/version.h"
 #include "gateway/cli/offline/check.h"
@@ -29,6 +33,8 @@ namespace baudgate {
 namespace {
 
 constexpr auto kLookEvery = 1000ms;
+/// Below TimeoutStopSec of the service.
+constexpr auto kStopWithin = 4s;
 
 /// A tenth of WatchdogSec, a second at most; systemd gets nine tries to be late.
 timespec LookInterval(std::uint64_t watchdog_us) {
@@ -50,9 +56,9 @@ void WaitForStop(const sigset_t& signals, Daemon& daemon) {
   }
 }
 
-Result<std::string> ReadText(const std::string& file) {
-  auto text = ReadWhole(file);
-  if (!text) return Error{std::string("can not be read: ") + std::strerror(errno)};
+Result<std::string> ReadText(const std::string& file, Kind kind = Kind::regular) {
+  auto text = ReadWhole(file, kind);
+  if (!text) return Error{std::string("cannot be read: ") + std::strerror(errno)};
   return *std::move(text);
 }
 
@@ -94,7 +100,7 @@ Choice Choose(const std::string& file, const config::Catalog& catalog, std::ostr
     return config::MaskedConfig(running, config::SecretKeys(catalog));
   };
   reload.notify = [](const std::string& state) { sd_notify(0, state.c_str()); };
-  const auto text = ReadText(file);
+  const auto text = ReadText(file, Kind::any);
   choice.loaded = text ? config::LoadText(*text, file, catalog) : config::LoadFile(file, catalog);
   PrintProblems(choice.loaded.problems, err);
   if (!text || !choice.loaded.ok()) return choice;
@@ -122,9 +128,45 @@ Choice Choose(const std::string& file, const config::Catalog& catalog, std::ostr
   return choice;
 }
 
+/// Ends the process when its stop takes too long: a file, a disk or a driver does not answer.
+class StopGuard {
+ public:
+  StopGuard()
+      : thread_([this] {
+          MutexLock lock(mutex_);
+          const auto until = std::chrono::steady_clock::now() + kStopWithin;
+          while (!stopped_) {
+            if (!lock.WaitUntil(changed_, until)) break;
+          }
+          if (stopped_) return;
+          log::Fail(
+              "the stop takes longer than {} s: a file, a disk or a driver does not answer; "
+              "the gateway ends without it",
+              kStopWithin / 1s);
+          log::Flush();
+          std::_Exit(kExitCanNot);
+        }) {}
+  ~StopGuard() {
+    {
+      const MutexLock lock(mutex_);
+      stopped_ = true;
+    }
+    changed_.notify_one();
+    thread_.join();
+  }
+  StopGuard(const StopGuard&) = delete;
+  StopGuard& operator=(const StopGuard&) = delete;
+
+ private:
+  Mutex mutex_;
+  std::condition_variable changed_;
+  bool stopped_ BAUDGATE_GUARDED_BY(mutex_) = false;
+  std::thread thread_;
+};
+
 }  // namespace
 
-int RunDaemon(const std::string& file, const config::Catalog& catalog, std::ostream& err) try {
+int RunDaemon(const std::string& file, const config::Catalog& catalog) try {
   // Blocked before any thread starts, so that all of them inherit it and only this one takes them.
   sigset_t signals;
   sigemptyset(&signals);
@@ -135,28 +177,35 @@ int RunDaemon(const std::string& file, const config::Catalog& catalog, std::ostr
   // SIGXFSZ: a write beyond a limit of file sizes fails, as on a full disk.
   for (const int ignored : {SIGPIPE, SIGUSR1, SIGUSR2, SIGXFSZ}) signal(ignored, SIG_IGN);
 
-  Choice choice = Choose(file, catalog, err);
+  std::ostringstream problems;
+  Choice choice = Choose(file, catalog, problems);
+  log::Plain(problems.str());
   if (!choice.loaded.ok()) return kExitBadConfiguration;
+  std::optional<StopGuard> stop_guard;  // ends after the gateway, whose end it guards
   Daemon daemon(std::move(choice.loaded.config), catalog);
   choice.reload.summary = [&daemon] { return daemon.Summary(); };
   daemon.SetReload(std::move(choice.reload));
   if (const Status status = daemon.Start(); !status) {
-    err << "baudgate: " << status.error() << "\n";
+    log::Plain("baudgate: " + status.error() + "\n");
     return kExitCanNot;
   }
   log::Info("baudgate {} runs: {}", kVersion, daemon.Summary());
   sd_notifyf(0, "READY=1\nSTATUS=%s", daemon.Summary().c_str());
 
   WaitForStop(signals, daemon);
+  stop_guard.emplace();
   sd_notify(0, "STOPPING=1");
   log::Info("baudgate stops");
   // Without destructors: they would wait for the driver.
-  if (!daemon.Stop()) std::_Exit(0);
+  if (!daemon.Stop()) {
+    log::Flush();
+    std::_Exit(0);
+  }
   return 0;
 } catch (const std::system_error& failed) {
-  err << "baudgate: the system has no file descriptor or no thread left: "
-      << failed.code().message()
-      << "; raise LimitNOFILE and TasksMax of the service (ulimit -n, ulimit -u)\n";
+  log::Plain(
+      "baudgate: the system has no file descriptor or no thread left: " + failed.code().message() +
+      "; raise LimitNOFILE and TasksMax of the service (ulimit -n, ulimit -u)\n");
   return kExitCanNot;
 }
 

@@ -3,14 +3,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <ostream>
 #include <string>
 
 #include "config/catalog/catalog.h"
 
 namespace baudgate {
 
-/// Exit codes: 0 stopped in order, 3 bad configuration, 4 an output could not be opened.
-int RunDaemon(const std::string& file, const config::Catalog& catalog, std::ostream& err);
+/// Exit codes: 0 stopped in order, 3 bad configuration, 4 an output could not be opened, or the
+/// stop took too long.
+int RunDaemon(const std::string& file, const config::Catalog& catalog);
 
 }  // namespace baudgate

@@ -36,6 +36,7 @@ class FakePort final : public Transport {
   void Send(View bytes) override { sent.emplace_back(bytes.begin(), bytes.end()); }
   void DropUnsent() override {}
   Status Apply(const config::SerialSettings&) override { return {}; }
+  std::optional<std::string> Restore() override { return std::exchange(changed, {}); }
   std::string Describe() const override { return "fake"; }
 
   int opens = 0;
@@ -43,6 +44,7 @@ class FakePort final : public Transport {
   bool open_on_demand = false;   // a server that takes every connection
   bool opens_by_itself = false;  // right now
   std::deque<Bytes> sent;
+  std::optional<std::string> changed;  // by another program
 };
 
 class FakeRetries final : public PortRetries {
@@ -176,6 +178,22 @@ TEST_F(LocalPort, HasWorkedOnceItOpens) {
   EXPECT_EQ(status().port_text, "gone");
   EXPECT_EQ(status().times_lost, 1U);
   EXPECT_FALSE(driver_->is_open());
+}
+
+TEST_F(LocalPort, SaysThatAnotherProgramHasChangedItsSettings) {
+  Open();
+  Pass(2s);
+  EXPECT_EQ(status().port_text, "fake");
+  port_.changed = "echo is on";
+  Pass(2s);
+  EXPECT_THAT(status().port_text, HasSubstr("changed its settings once, last "));
+  EXPECT_THAT(status().port_text, HasSubstr("(echo is on); they were set again"));
+  port_.changed = "9600 7E1 became 38400 8N1";
+  Pass(2s);
+  EXPECT_THAT(status().port_text, HasSubstr("changed its settings 2 times"));
+  Lose("unplugged");
+  Open();
+  EXPECT_EQ(status().port_text, "fake");
 }
 
 TEST_F(LocalPort, TellsWhatIsToBeKept) {

@@ -113,7 +113,10 @@ TEST_F(RecorderTest, AFullQueueIsAGap) {
   EXPECT_EQ(recorder_->counters().dropped, 2U);
   EXPECT_EQ(out_.runs.back().until, kBegin + 1000) << "until the first that was dropped";
   out_ = {};
-  Pass(10s);
+  for (int n = 0; n < 10; ++n) {
+    Pass(1s);
+    recorder_->Tick(now_, 0, out_);
+  }
   Take(1000);
   EXPECT_THAT(Kept(), ElementsAre("2/0@12000=3")) << "anew, what is known";
   ASSERT_EQ(out_.runs.size(), 2U);
@@ -141,6 +144,31 @@ TEST_F(RecorderTest, AClockThatIsSetBeginsARun) {
   Set(0, 2);
   Take();
   EXPECT_EQ(Kept().back(), "3/0@3603000=2");
+}
+
+/// SIGSTOP, suspend, a virtual machine without a processor.
+TEST_F(RecorderTest, WhatNobodyLookedAtIsAGap) {
+  Set(0, 10);
+  Set(2, 20);
+  Take();
+  Pass(1s);
+  recorder_->Tick(now_, 1000, out_);
+  Pass(15s);
+  recorder_->Tick(now_, 1000, out_);
+  ASSERT_EQ(out_.runs.size(), 2U);
+  EXPECT_EQ(out_.runs[0].until, kBegin + 1000);
+  EXPECT_EQ(out_.runs[1].why, RunBegin::standstill);
+  EXPECT_EQ(out_.runs[1].began, kBegin + 16000);
+  EXPECT_THAT(Kept(), ElementsAre("1/0@0=10", "1/1@0=20", "2/0@16000=", "2/1@16000="))
+      << "by now they are too old to be good";
+  // One second of 17 was good.
+  Pass(1s);
+  recorder_->End(now_, out_);
+  Millis good = 0;
+  for (const TrendRow& trend : out_.trends) {
+    if (trend.point == 0 && trend.width == kMinute) good += trend.trend.good;
+  }
+  EXPECT_EQ(good, 1000);
 }
 
 TEST_F(RecorderTest, SpansAreOfEveryReading) {

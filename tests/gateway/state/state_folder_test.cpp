@@ -34,15 +34,17 @@ TEST(StateFolder, TheFirstPlaceThatIsGiven) {
 
 TEST(StateFolder, IsMadeAndLockedUntilItsOwnerEnds) {
   const fs::path path = Scratch("locked") / "deep" / "plant";
-  StateFolder::Failure failure;
-  auto first = StateFolder::Open(path, failure);
-  ASSERT_NE(first, nullptr) << failure.text;
+  auto first = std::make_shared<StateFolder>(path);
+  ASSERT_FALSE(first->Open());
+  EXPECT_FALSE(first->Open()) << "it is ours already";
   EXPECT_TRUE(fs::is_directory(path));
-  EXPECT_EQ(StateFolder::Open(path, failure), nullptr);
-  EXPECT_TRUE(failure.in_use);
-  EXPECT_NE(failure.text.find("another gateway.name"), std::string::npos);
+  StateFolder second(path);
+  const auto failure = StateFolder::OpenWithin(std::make_shared<StateFolder>(path), 10s);
+  ASSERT_TRUE(failure);
+  EXPECT_TRUE(failure->in_use);
+  EXPECT_NE(failure->text.find("another gateway.name"), std::string::npos);
   first.reset();
-  EXPECT_NE(StateFolder::Open(path, failure), nullptr);
+  EXPECT_FALSE(second.Open());
 }
 
 TEST(StateFolder, IsWantedWhereSomethingCanBeWritten) {
@@ -69,10 +71,14 @@ TEST(StateFolder, IsWantedWhereSomethingCanBeWritten) {
 TEST(StateFolder, SaysWhyItCanNotBeMade) {
   const fs::path file = Scratch("file");
   std::ofstream(file) << "no folder";
-  StateFolder::Failure failure;
-  EXPECT_EQ(StateFolder::Open(file / "plant", failure), nullptr);
-  EXPECT_FALSE(failure.in_use);
-  EXPECT_NE(failure.text.find("Not a directory"), std::string::npos) << failure.text;
+  StateFolder folder(file / "plant");
+  const auto failure = folder.Open();
+  ASSERT_TRUE(failure);
+  EXPECT_FALSE(failure->in_use);
+  EXPECT_NE(failure->text.find("Not a directory"), std::string::npos) << failure->text;
+  // What stands in the way goes, and the folder is there.
+  fs::remove(file);
+  EXPECT_FALSE(folder.Open());
 }
 
 }  // namespace

@@ -46,13 +46,13 @@ class Versions : public ::testing::Test {
   /// The sentence, and that nothing was changed.
   void ExpectRefused(const std::string& file, const std::string& versions) const {
     const auto before = Files();
-    StateFolder::Failure failure;
-    EXPECT_EQ(StateFolder::Open(folder_, failure), nullptr);
-    EXPECT_TRUE(failure.in_use) << "it must not start without its state";
-    EXPECT_EQ(failure.text, (folder_ / file).string() + " was written by a newer baudgate (" +
-                                versions +
-                                "); nothing was changed. Start the newer one, or give this one "
-                                "another gateway.state");
+    const auto failure = StateFolder(folder_).Open();
+    ASSERT_TRUE(failure);
+    EXPECT_TRUE(failure->in_use) << "it must not start without its state";
+    EXPECT_EQ(failure->text, (folder_ / file).string() + " was written by a newer baudgate (" +
+                                 versions +
+                                 "); nothing was changed. Start the newer one, or give this one "
+                                 "another gateway.state");
     EXPECT_EQ(Files(), before);
   }
 
@@ -70,8 +70,7 @@ TEST_F(Versions, TodaysAndForeignFilesAreFine) {
     ASSERT_TRUE(foreign.Execute("CREATE TABLE t (x); PRAGMA user_version=99"));
     EXPECT_EQ(NewerStateIn(folder_), "") << "while it is open, with a log";
   }
-  StateFolder::Failure failure;
-  EXPECT_NE(StateFolder::Open(folder_, failure), nullptr) << failure.text;
+  EXPECT_FALSE(StateFolder(folder_).Open());
   EXPECT_EQ(NewerStateIn(folder_ / "none"), "");
 }
 

@@ -1,0 +1,28 @@
+// What can be told of a database from its bytes, before SQLite opens it: whether it is a file at
+// all, whether its head makes sense, and whether its write-ahead log has lost what was committed.
+// Source: https://www.sqlite.org/fileformat.html, sections 1.3 and 4.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+namespace baudgate {
+
+/// Why it must not be opened: the file, its log or its index is a FIFO, a folder or a device, which
+/// might block for ever. Nothing: all are regular files, or not there.
+std::optional<std::string> WhyNoFile(const std::filesystem::path& file);
+
+/// What keeps this process from writing to a file that is there, and what helps.
+std::string WhyReadOnly(const std::filesystem::path& file);
+
+/// What is wrong with the first 100 bytes. SQLite itself calls some of it "readonly" or
+/// "unsupported". Nothing: they make sense, or there are none.
+std::optional<std::string> HeadDamage(const std::filesystem::path& file);
+
+/// SQLite reads the log up to the first frame that is damaged and says nothing of those behind it.
+/// A last transaction that is torn is no loss: it was never committed. Nothing: nothing is lost.
+std::optional<std::string> LogDamage(const std::filesystem::path& file);
+
+}  // namespace baudgate
