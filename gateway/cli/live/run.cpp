@@ -52,7 +52,7 @@ void WaitForStop(const sigset_t& signals, Daemon& daemon) {
 
 Result<std::string> ReadText(const std::string& file) {
   auto text = ReadWhole(file);
-  if (!text) return Error{std::string("can not be read: ") + std::strerror(errno)};
+  if (!text) return Error{std::string("cannot be read: ") + std::strerror(errno)};
   return *std::move(text);
 }
 
@@ -116,8 +116,8 @@ Choice Choose(const std::string& file, const config::Catalog& catalog, std::ostr
   }
   PrintProblems(choice.loaded.problems, err);
   if (!choice.loaded.ok()) {
-    err << "baudgate: what was confirmed is " << copy << ", and can not be run; change " << file
-        << ", and the next start takes it\n";
+    err << "baudgate: the confirmed configuration " << copy << " cannot be run; change " << file
+        << ", and the next start uses it\n";
   }
   return choice;
 }

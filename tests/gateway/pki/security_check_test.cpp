@@ -89,8 +89,9 @@ TEST_F(SecurityCheck, AKeyThatIsNotTheCertificates) {
 
 TEST_F(SecurityCheck, AKeyThatEverybodyCanRead) {
   fs::permissions(files_.key, fs::perms::others_read, fs::perm_options::add);
-  EXPECT_THAT(Found(), ElementsAre("warning key: g/key.pem can be read by everybody; chmod o= "
-                                   "takes that away"));
+  EXPECT_THAT(
+      Found(),
+      ElementsAre("warning key: g/key.pem can be read by everybody; mend that with chmod o="));
 }
 
 TEST_F(SecurityCheck, AKeyWithAPassword) {
@@ -120,7 +121,7 @@ TEST_F(SecurityCheck, MissingAndDamagedFiles) {
     EXPECT_FALSE(CheckSecurity(files_, kNow).FirstError().empty()) << file;
     fs::remove(file);
     EXPECT_THAT(CheckSecurity(files_, kNow).FirstError(),
-                HasSubstr(file + " can not be read: No such file or directory"));
+                HasSubstr(file + " cannot be read: No such file or directory"));
     WriteText(file, text);
     fs::permissions(file, fs::perms::owner_read | fs::perms::owner_write);
   }

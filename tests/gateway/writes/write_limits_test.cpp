@@ -74,7 +74,7 @@ TEST(WriteLimits, WhatTheDeviceCanNotBeSetToIsNotRounded) {
   config::Point point = SettingOf(Type::uint16);
   point.scale = 10;
   EXPECT_EQ(Inexact(point, std::int64_t{50}), "");
-  EXPECT_EQ(Inexact(point, std::int64_t{46}), "the device can not be set to 46, but to 50");
+  EXPECT_EQ(Inexact(point, std::int64_t{46}), "the device cannot be set to 46, but to 50");
   point.scale = 0.01;
   EXPECT_EQ(Inexact(point, std::int64_t{12}), "");
   point.scale = 1;

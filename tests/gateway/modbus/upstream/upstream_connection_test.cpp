@@ -124,7 +124,7 @@ TEST_F(UpstreamConnectionTest, ARefusedConnectionIsNotTriedForEveryRequest) {
   EXPECT_EQ(first.outcome, Outcome::line_down);
   EXPECT_FALSE(first.sent);
   EXPECT_THAT(first.reason, HasSubstr("server 127.0.0.1:" + std::to_string(port) +
-                                      " can not be reached: Connection refused"));
+                                      " cannot be reached: Connection refused"));
   ScriptedServer back(io_, port);
   ASSERT_TRUE(upstream.Submit(Make({})));
   EXPECT_EQ(Wait(asked_.back()).reason, first.reason);
