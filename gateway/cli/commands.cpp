@@ -162,7 +162,7 @@ void AddSimulate(CLI::App& app, Action& action) {
 }
 
 void AddDecode(CLI::App& app, Action& action) {
-  auto* command = app.add_subcommand("decode", "Say what captured exchanges mean");
+  auto* command = app.add_subcommand("decode", "Decode captured exchanges");
   auto options = std::make_shared<DecodeOptions>();
   auto file = std::make_shared<std::string>();
   command->add_option("--protocol", options->protocol, "Protocol, if no head of a trace names it");
@@ -193,7 +193,7 @@ void AddDecode(CLI::App& app, Action& action) {
 }
 
 void AddDemo(CLI::App& app, Action& action) {
-  auto* command = app.add_subcommand("demo", "Twins, gateway and a live table, without hardware");
+  auto* command = app.add_subcommand("demo", "Run twins, a gateway and a live table, without hardware");
   auto options = std::make_shared<DemoOptions>();
   AddSeconds(*command, options->seconds);
   command->add_option("--port", options->port, "Modbus TCP port")

@@ -65,8 +65,8 @@ TEST_F(SecurityCheck, Times) {
                   "permissions: g/permissions.p7s have expired on 2031-11-21; have new ones "
                   "signed"));
   EXPECT_THAT(Found(kNow - 48h),
-              ElementsAre(StartsWith("ca: g/ca.pem is valid from 2026-11-21T00:00:00.000Z on only"),
-                          StartsWith("identity: g/identity.pem is valid from ")));
+              ElementsAre(StartsWith("ca: g/ca.pem is not valid before 2026-11-21T00:00:00.000Z"),
+                          StartsWith("identity: g/identity.pem is not valid before ")));
 }
 
 TEST_F(SecurityCheck, OfAnotherAuthority) {
