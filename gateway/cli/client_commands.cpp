@@ -207,7 +207,8 @@ void AddHistory(CLI::App& app, Action& action) {
 }
 
 void AddSettings(CLI::App& app, Action& action) {
-  auto* settings = app.add_subcommand("settings", "Keep, compare and restore the settings of a relay");
+  auto* settings =
+      app.add_subcommand("settings", "Keep, compare and restore the settings of a relay");
   settings->require_subcommand(1);
   const auto add = [&](const char* name, const char* help, bool needs_file, auto run) {
     auto* command = settings->add_subcommand(name, help);

@@ -193,7 +193,8 @@ void AddDecode(CLI::App& app, Action& action) {
 }
 
 void AddDemo(CLI::App& app, Action& action) {
-  auto* command = app.add_subcommand("demo", "Run twins, a gateway and a live table, without hardware");
+  auto* command =
+      app.add_subcommand("demo", "Run twins, a gateway and a live table, without hardware");
   auto options = std::make_shared<DemoOptions>();
   AddSeconds(*command, options->seconds);
   command->add_option("--port", options->port, "Modbus TCP port")
