@@ -268,8 +268,9 @@ TEST_F(Reload, ThatIsTakenBackAfterAKillWithoutItsCopySaysWhatToDo) {
   std::filesystem::remove(ConfirmedCopy());
   const Finished start = Command({"run", "-c", file().string()});
   EXPECT_EQ(start.code, 3);
-  EXPECT_THAT(start.errors, AllOf(HasSubstr("what was confirmed is " + ConfirmedCopy().string()),
-                                  HasSubstr("change " + file().string())));
+  EXPECT_THAT(start.errors,
+              AllOf(HasSubstr("the confirmed configuration " + ConfirmedCopy().string()),
+                    HasSubstr("change " + file().string())));
   daemon = StartDaemon(WithSlowerIo() + "# meant\n");
   EXPECT_TRUE(EventuallyLogged(*daemon, "a configuration was on trial when the gateway ended"));
 }

@@ -63,7 +63,7 @@ TEST_F(UpstreamConnectionTest, GarbageEndsTheConnection) {
   server_.Write("48 54 54 50 2F 31 2E 31");
   const RoutedReply& reply = Wait(asked);
   EXPECT_EQ(reply.outcome, Outcome::no_reply);
-  EXPECT_THAT(reply.reason, HasSubstr("no Modbus TCP"));
+  EXPECT_THAT(reply.reason, HasSubstr("not Modbus TCP"));
   EXPECT_TRUE(RunUntil(io_, [&] { return server_.session(0).ended(); }));
 }
 
