@@ -131,7 +131,8 @@ TEST(WriteLimits, WholeNumbersToo) {
 /// 7.5 with its words exchanged.
 TEST(WriteLimits, AFloat32InTheWrongOrderIsSeen) {
   const config::Point point = SettingOf(Type::float32);
-  EXPECT_THAT(WhyOutside(point, 2.329518567093576e-41), HasSubstr("is the word order of the float"));
+  EXPECT_THAT(WhyOutside(point, 2.329518567093576e-41),
+              HasSubstr("is the word order of the float"));
   EXPECT_EQ(WhyOutside(point, 0.0), "");
   EXPECT_EQ(WhyOutside(point, -1e-30), "");
 }
