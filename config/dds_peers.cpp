@@ -75,7 +75,7 @@ void ReadDdsPeers(MapReader& map, Dds& dds, Problems& problems) {
     if (!*multicast && dds.peers.empty() && dds.discovery_servers.empty()) {
       problems.Warning(map.MarkOf("multicast"),
                        "multicast: off, and there are neither peers nor discovery_servers: only "
-                       "who asks this gateway finds it");
+                       "participants that ask this gateway find it");
     }
   }
 }

@@ -142,8 +142,7 @@ void BlameProfile(const MapReader& map, const RawProfile& raw, LoadContext& cont
     return;
   }
   context.problems.Error(map.MarkOf("profile"), "profile: " + Quoted(raw.profile.name) + " of " +
-                                                    map.what() + " has errors; they stand in " +
-                                                    raw.file);
+                                                    map.what() + " has errors; see " + raw.file);
 }
 
 // What a line is decides for all its devices whether there are serial settings.
@@ -152,7 +151,7 @@ void CheckOwnTcp(const Protocol& protocol, const LineContext& of, const Keys& ke
   CheckTcp(protocol, {}, keys, problems);
   if (of.protocol == nullptr || protocol.tcp == of.protocol->tcp) return;
   problems.Error(keys.MarkOf("protocol"),
-                 "protocol: " + std::string(protocol.name) + " can not share a line with " +
+                 "protocol: " + std::string(protocol.name) + " cannot share a line with " +
                      std::string(of.protocol->name) + "; give it a line of its own");
 }
 

@@ -86,12 +86,12 @@ void ReadDeviceEvents(MapReader& map, bool given, Device& device) {
                                             "' are not kept: write 'events: {}' at the top level");
   }
   if (!device.events || has_table || has_points) return;
-  map.problems().Warning(
-      map.MarkOf("events"),
-      "events: " +
-          (device.profile.empty() ? "there is no profile with a"
-                                  : Quoted(device.profile) + " has no") +
-          " table of events: they come without texts, and none come where the protocol has none");
+  map.problems().Warning(map.MarkOf("events"),
+                         "events: " +
+                             (device.profile.empty() ? "there is no profile with a"
+                                                     : Quoted(device.profile) + " has no") +
+                             " table of events: its events have no texts, and there are none if "
+                             "the protocol has none");
 }
 
 std::vector<EventText> ReadEventTable(const YamlNode& node,

@@ -142,7 +142,7 @@ std::vector<PointEvent> ReadPointEvents(MapReader& map, const Point& point) {
   Problems& problems = map.problems();
   if (point.access == Access::write) {
     problems.Error(node->mark(),
-                   "events: '" + point.name + "' is only written; nobody knows what it is");
+                   "events: '" + point.name + "' can only be written, so nobody knows its value");
   }
   const auto nodes = node->kind() == YamlNode::Kind::list
                          ? ReadList(*node, "events", kMostEvents, problems)

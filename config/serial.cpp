@@ -144,11 +144,12 @@ void ReadSerialExtras(MapReader& line, SerialSettings& serial) {
     meant.parity = given->meaning == MapParity::none   ? Parity::none
                    : given->meaning == MapParity::even ? Parity::even
                                                        : Parity::odd;
-    line.problems().Error(node->mark(), "parity: " + Quoted(node->text()) +
-                                            " belongs to the serial settings; write for example "
-                                            "serial: " +
-                                            meant.ToString() +
-                                            " (here stands who makes it: hardware or software)");
+    line.problems().Error(node->mark(),
+                          "parity: " + Quoted(node->text()) +
+                              " belongs to the serial settings; write for example "
+                              "serial: " +
+                              meant.ToString() +
+                              " (this key says who makes the parity: hardware or software)");
   } else if (const auto software = line.OneOf("parity", kWhoMakesParity)) {
     serial.software_parity = *software;
     CheckSoftwareParity(serial, line.MarkOf("parity"), line.problems());

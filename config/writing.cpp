@@ -150,7 +150,7 @@ class Resolver {
     }
     const Point& found = (*points)[*point];
     if (found.access == Access::write) {
-      return Complain(interlock, "can not be read, so that nobody knows what it is");
+      return Complain(interlock, "cannot be read, so nobody knows its value");
     }
     const auto value = ValueOf(found, std::get<std::string>(interlock.is));
     if (!value) {
@@ -158,7 +158,8 @@ class Resolver {
                                      Quoted(std::get<std::string>(interlock.is)));
     }
     if (&found == &guarded) {
-      return Complain(interlock, "guards itself: once it is another, it could never be written");
+      return Complain(interlock,
+                      "guards itself: with any other value it could never be written again");
     }
     if (const auto* only = std::get_if<std::string>(&interlock.only)) {
       const auto guards = ValueOf(guarded, *only);

@@ -42,6 +42,14 @@ marked() {
   done | sort -u
 }
 
+# Slips of English, in documents and in the sentences that the program prints.
+slips='can not|be had|lest|a SPA|informations'
+if git grep -nwE "$slips" -- '*.md' || git grep -nE "^[^/]*\"[^\"]*\b($slips)\b" -- '*.cpp' '*.h' '*.js' ':!gateway/web/*.cpp'; then
+  echo "lint: write these in plain English: cannot, be found, so that not, an SPA, information" >&2
+  exit 1
+fi
+echo "lint: no slip of English that is known here"
+
 files '*.h' '*.cpp' | xargs -r clang-format-14 --dry-run -Werror
 echo "lint: format is as .clang-format says"
 

@@ -80,7 +80,7 @@ std::string Conflict(const std::string& port, std::optional<pid_t> holder) {
 Status Lock(int fd, const std::string& port) {
   if (flock(fd, LOCK_EX | LOCK_NB) != 0) {
     if (errno == EWOULDBLOCK) return Error{Conflict(port, LockHolder(fd))};
-    return Error{"can not lock " + port + ": " + std::strerror(errno)};
+    return Error{"cannot lock " + port + ": " + std::strerror(errno)};
   }
   // On a pty the flag would outlive us for as long as the other side keeps the pair open.
   if (IsPty(fd)) return {};
@@ -90,7 +90,7 @@ Status Lock(int fd, const std::string& port) {
     return Error{Conflict(port, std::nullopt)};
   }
   if (ioctl(fd, TIOCEXCL) != 0) {
-    return Error{"can not take " + port + " for this program alone: " + std::strerror(errno)};
+    return Error{"cannot take " + port + " for this program alone: " + std::strerror(errno)};
   }
   return {};
 }
@@ -122,7 +122,7 @@ std::string OpenErrorText(const std::string& port, int error) {
     case EIO:
       return port + " exists but does not work (input/output error); is there hardware behind it?";
     default:
-      return "can not open " + port + ": " + std::strerror(error);
+      return "cannot open " + port + ": " + std::strerror(error);
   }
 }
 

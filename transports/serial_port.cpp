@@ -103,7 +103,7 @@ Result<Descriptor> SerialPort::Prepare() {
   descriptor.assign(*fd, error);
   if (error) {
     CloseDescriptor(*fd);
-    return Error{"can not watch " + port_ + ": " + error.message()};
+    return Error{"cannot watch " + port_ + ": " + error.message()};
   }
   FlushInput(*fd);
   keeps_bit_rate_ = !IsPty(*fd);

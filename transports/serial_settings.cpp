@@ -104,7 +104,7 @@ Status ApplyRs485(int fd, const config::Rs485& wanted, const std::string& port) 
   if (const Status same = CompareRs485(wanted, FromDriver(actual), port); !same) return same;
   if (actual.flags == asked.flags) return {};
   return Error{"the driver of " + port +
-               " does not keep RTS as `rts_active_high` says, before, during and after sending; "
+               " does not set RTS as `rts_active_high` says, before, during and after sending; "
                "use an adapter that switches direction by itself"};
 }
 
@@ -162,14 +162,14 @@ Status CompareSettings(const config::SerialSettings& asked, const config::Serial
                           " and does " + actual.ToString();
   const long difference = std::labs(static_cast<long>(asked.baud) - actual.baud);
   if (difference * 1000 > static_cast<long>(asked.baud) * kBaudTolerancePerMille) {
-    return Error{did + "; this port can not do that bit rate"};
+    return Error{did + "; this port cannot do that bit rate"};
   }
   if (asked.data_bits != actual.data_bits || asked.parity != actual.parity) {
     const bool helps = asked.data_bits == 7 && asked.parity != config::Parity::none;
-    return Error{did + (helps ? "; set `parity: software`" : "; this port can not do that format")};
+    return Error{did + (helps ? "; set `parity: software`" : "; this port cannot do that format")};
   }
   if (asked.stop_bits != actual.stop_bits) {
-    return Error{did + "; this port can not do that number of stop bits"};
+    return Error{did + "; this port cannot do that number of stop bits"};
   }
   if (asked.rtscts != actual.rtscts) {
     return Error{"the driver of " + port + " has no RTS/CTS flow control; remove `rtscts`"};
@@ -193,7 +193,7 @@ Status CompareRs485(const config::Rs485& asked, const config::Rs485& actual,
   compare("delay_before_send", delay(asked.delay_before_send), delay(actual.delay_before_send));
   compare("delay_after_send", delay(asked.delay_after_send), delay(actual.delay_after_send));
   if (differences.empty()) return {};
-  return Error{"the driver of " + port + " can not do this `rs485:`: with it " + differences +
+  return Error{"the driver of " + port + " cannot do this `rs485:`: with it " + differences +
                "; write what it can do, or use an adapter that switches direction by itself"};
 }
 

@@ -173,8 +173,7 @@ void TcpClient::Connect(const AttemptPtr& attempt, const std::vector<tcp::endpoi
       attempt->socket, endpoints, [attempt](const std::error_code& error, const tcp::endpoint&) {
         if (attempt->owner == nullptr) return;
         if (!error) return attempt->owner->OnConnected(attempt);
-        attempt->owner->Fail("can not connect to " + attempt->owner->port_ + ": " +
-                             error.message() +
+        attempt->owner->Fail("cannot connect to " + attempt->owner->port_ + ": " + error.message() +
                              "; does a server listen there (a serial server in raw TCP mode), "
                              "and is it free?");
       });
@@ -258,7 +257,7 @@ void TcpClient::AwaitAcknowledgement() {
 Status TcpClient::Apply(const config::SerialSettings& serial) {
   if (SameSettings(serial, serial_)) return {};
   return Error{"the serial settings behind " + port_ +
-               " are set in the serial server; they can not be switched to " + serial.ToString() +
+               " are set in the serial server; they cannot be switched to " + serial.ToString() +
                " from here"};
 }
 

@@ -16,7 +16,7 @@ void CheckPaces(const Paces& paces, const std::string& device, const Mark& mark,
   const auto warn = [&](const std::string& what, const std::string& whose, const std::string& why) {
     problems.Warning(mark, "device '" + device + "': " + what + " of the " + whose +
                                " does not count: its profile says " + why +
-                               "; write it at the device if it shall");
+                               "; write it at the device to use it");
   };
   const auto compare = [&](const char* key, const auto& own, const auto& profile,
                            const auto& line) {

@@ -91,7 +91,7 @@ void CheckWriting(const Point& point, const Keys& keys, Problems& problems) {
   }
   for (const std::string_view key : {"select", "select_time", "allow_when"}) {
     if (keys.Has(key) && point.access == Access::read) {
-      error(key, "'" + point.name + "' is only read; it stands where something is written");
+      error(key, "'" + point.name + "' can only be read; this key is for points that are written");
     }
   }
   if (keys.Has("select_time") && !writing.select) {

@@ -172,14 +172,14 @@ Result<std::string> ReadWholeFile(const std::string& path) {
   std::error_code error;
   if (std::filesystem::is_directory(path, error)) return Error{"is a directory, not a file"};
   std::ifstream file(path, std::ios::binary);
-  if (!file) return Error{std::string("can not be opened: ") + std::strerror(errno)};
+  if (!file) return Error{std::string("cannot be opened: ") + std::strerror(errno)};
   std::string text;
   std::vector<char> chunk(std::size_t{1} << 16U);
   while (file.read(chunk.data(), static_cast<std::streamsize>(chunk.size())) || file.gcount() > 0) {
     text.append(chunk.data(), static_cast<std::size_t>(file.gcount()));
     if (text.size() > kLargestText) return Error{"is larger than 16 MiB"};
   }
-  if (file.bad()) return Error{"can not be read"};
+  if (file.bad()) return Error{"cannot be read"};
   return text;
 }
 

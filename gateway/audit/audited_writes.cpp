@@ -138,7 +138,7 @@ bool AuditedWrites::HandOn() {
   const auto done = next.command.done;
   if (!kept && require_) {
     const std::string why = next.kept ? log_.Trouble() : "too many records wait already";
-    done({.end = WriteEnd::denied, .reason = "its record can not be kept: " + why});
+    done({.end = WriteEnd::denied, .reason = "its record cannot be kept: " + why});
   } else if (!inner_.Submit(std::move(next.command))) {
     done({.end = WriteEnd::busy, .reason = "too many writes wait for the line"});
   }

@@ -51,14 +51,13 @@ void AddSince(CLI::App& command, std::optional<WallTime>& since) {
 }
 
 void AddStatus(CLI::App& app, Action& action) {
-  auto* command =
-      app.add_subcommand("status", "What the running gateway says of lines and devices");
+  auto* command = app.add_subcommand("status", "Show the state of lines and devices");
   auto options = std::make_shared<StatusOptions>();
   command->add_option("TARGET", options->target, "LINE or LINE.DEVICE; everything if not given");
   auto* json = command->add_flag("--json", options->json, "Print one JSON object");
   auto* watch = command
                     ->add_flag("--watch", options->watch,
-                               "Draw it again each second, the worst first, until Ctrl-C")
+                               "Show it again each second, the worst first, until Ctrl-C")
                     ->excludes(json);
   AddSeconds(*command, options->seconds)->needs(watch);
   AddSocket(*command, options->socket);
@@ -81,7 +80,7 @@ void AddRelease(CLI::App& app, Action& action) {
   auto options = std::make_shared<ReleaseOptions>();
   command->add_option("LINE", options->line, "Line")->required();
   auto* time = AddDuration(*command, "--for", options->time, "How long, 10min if not given");
-  command->add_flag("--end", options->end, "Take it back now")->excludes(time);
+  command->add_flag("--end", options->end, "Take the port back now")->excludes(time);
   AddSocket(*command, options->socket);
   command->callback([options, &action] {
     action = [=](const auto&) { return RunRelease(*options, std::cout, std::cerr); };
@@ -94,9 +93,8 @@ void AddTrace(CLI::App& app, Action& action) {
   command->add_option("LINE", options->line, "Line")->required();
   command->add_option("--device", options->device, "Only this device");
   auto* last =
-      command->add_flag("--last", options->last, "What has been, from the flight recorder");
-  command->add_flag("--bytes", options->bytes,
-                    "Bytes as they arrive, in place of whole frames and what they mean");
+      command->add_flag("--last", options->last, "The last frames, from the flight recorder");
+  command->add_flag("--bytes", options->bytes, "Bytes as they arrive, in place of decoded frames");
   AddSeconds(*command, options->seconds)->excludes(last);
   AddSocket(*command, options->socket);
   command->callback([options, &action] {
@@ -105,9 +103,9 @@ void AddTrace(CLI::App& app, Action& action) {
 }
 
 void AddWrites(CLI::App& app, Action& action) {
-  auto* command = app.add_subcommand("writes", "Who has written what, and what became of it");
+  auto* command = app.add_subcommand("writes", "Show who has written what, and the result");
   auto options = std::make_shared<WritesOptions>();
-  command->add_flag("--follow", options->follow, "Go on with what comes");
+  command->add_flag("--follow", options->follow, "Then show each new one");
   AddSince(*command, options->since);
   command->add_flag("--json", options->json, "Print one JSON object a line");
   AddSocket(*command, options->socket);
@@ -120,10 +118,10 @@ void AddWrites(CLI::App& app, Action& action) {
 }
 
 void AddEvents(CLI::App& app, Action& action) {
-  auto* command = app.add_subcommand(
-      "events", "What has happened, in devices and to the gateway, oldest first");
+  auto* command =
+      app.add_subcommand("events", "Show events of devices and of the gateway, oldest first");
   auto options = std::make_shared<EventsOptions>();
-  command->add_flag("--follow", options->follow, "Go on with what comes");
+  command->add_flag("--follow", options->follow, "Then show each new one");
   command->add_option("--from", options->from, "The first number (seq)")
       ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1} << 62U));
   command->add_option("--device", options->device, "Only this device: DEVICE or LINE.DEVICE");
@@ -140,9 +138,10 @@ void AddEvents(CLI::App& app, Action& action) {
 }
 
 void AddAlarms(CLI::App& app, Action& action) {
-  auto* command = app.add_subcommand("alarms", "What is wrong, or was and nobody has seen it");
+  auto* command = app.add_subcommand(
+      "alarms", "Show what is wrong, and what was wrong and is not acknowledged");
   auto options = std::make_shared<AlarmsOptions>();
-  command->add_flag("--follow", options->follow, "Go on with what changes");
+  command->add_flag("--follow", options->follow, "Then show each change");
   command->add_flag("--json", options->json, "Print one JSON object a line");
   AddSocket(*command, options->socket);
   command->callback([options, &action] {
@@ -154,7 +153,7 @@ void AddAlarms(CLI::App& app, Action& action) {
 }
 
 void AddAck(CLI::App& app, Action& action) {
-  auto* command = app.add_subcommand("ack", "Acknowledge alarms: somebody has seen them");
+  auto* command = app.add_subcommand("ack", "Acknowledge alarms");
   auto options = std::make_shared<AckOptions>();
   command
       ->add_option("TARGET", options->target,
@@ -167,7 +166,8 @@ void AddAck(CLI::App& app, Action& action) {
 }
 
 void AddHistory(CLI::App& app, Action& action) {
-  auto* command = app.add_subcommand("history", "Values that were kept, or what they come to");
+  auto* command =
+      app.add_subcommand("history", "Show values of the past, or their means, minima and maxima");
   auto options = std::make_shared<HistoryOptions>();
   command
       ->add_option("POINT", options->points,
@@ -189,7 +189,7 @@ void AddHistory(CLI::App& app, Action& action) {
         if (*every > 24h * 31) throw CLI::ValidationError("--every", "31d at most");
         options->every = *every;
       },
-      "Means, minima and maxima of so long, for example 15min");
+      "Means, minima and maxima of such spans, for example 15min");
   every->excludes(billing);
   auto* json = command->add_flag("--json", options->json, "Print one JSON object a line");
   command->add_flag("--csv", options->csv, "Print a table for spreadsheets")->excludes(json);
@@ -207,7 +207,8 @@ void AddHistory(CLI::App& app, Action& action) {
 }
 
 void AddSettings(CLI::App& app, Action& action) {
-  auto* settings = app.add_subcommand("settings", "Settings of a relay: keep, compare, restore");
+  auto* settings =
+      app.add_subcommand("settings", "Keep, compare and restore the settings of a relay");
   settings->require_subcommand(1);
   const auto add = [&](const char* name, const char* help, bool needs_file, auto run) {
     auto* command = settings->add_subcommand(name, help);
@@ -232,12 +233,12 @@ void AddSettings(CLI::App& app, Action& action) {
   };
   const auto [restore, restored] =
       add("restore", "Write to the relay what differs from the file", true, run);
-  restore->add_flag("--confirm", restored->confirm, "Write; without it, it is only shown");
+  restore->add_flag("--confirm", restored->confirm, "Write; without this option it is only shown");
 }
 
 void AddPorts(CLI::App& app, Action& action) {
-  auto* command =
-      app.add_subcommand("ports", "Serial ports: what to call them, who has them, who may");
+  auto* command = app.add_subcommand(
+      "ports", "List serial ports: their names, who uses them, who may open them");
   auto options = std::make_shared<PortsOptions>();
   command->add_flag("--json", options->json, "Print one JSON object");
   AddSocket(*command, options->socket);
@@ -268,12 +269,13 @@ void AddRead(CLI::App& app, Action& action) {
 }
 
 void AddWrite(CLI::App& app, Action& action) {
-  auto* command = app.add_subcommand("write", "Write a point, and say what became of it");
+  auto* command = app.add_subcommand("write", "Write a point, and show the result");
   auto options = std::make_shared<WriteOptions>();
   command->add_option("TARGET", options->target, "LINE.DEVICE.POINT")->required();
   command->add_option("VALUE", options->value, "In the point's unit; on or off for a bool")
       ->required();
-  command->add_flag("--confirm", options->confirm, "You mean it: for points with 'select: yes'");
+  command->add_flag("--confirm", options->confirm,
+                    "Confirm the write of a point with 'select: yes'");
   command->add_flag("--json", options->json, "Print one JSON object");
   AddSocket(*command, options->socket);
   command->callback([options, &action] {
@@ -282,12 +284,12 @@ void AddWrite(CLI::App& app, Action& action) {
 }
 
 void AddReload(CLI::App& app, Action& action) {
-  auto* command = app.add_subcommand("reload", "Have the gateway take its changed file in");
+  auto* command = app.add_subcommand("reload", "Apply the changed configuration file");
   auto options = std::make_shared<ReloadCommand>();
-  auto* dry = command->add_flag("--dry-run", options->dry_run, "Only say what would change");
+  auto* dry = command->add_flag("--dry-run", options->dry_run, "Only show what would change");
   auto confirm = std::make_shared<Duration>();
   auto* given = AddDuration(*command, "--confirm", *confirm,
-                            "Take it back after this time, unless 'baudgate confirm' comes");
+                            "Go back after this time, unless 'baudgate confirm' comes");
   given->excludes(dry);
   command->add_flag("--json", options->json, "Print one JSON object");
   AddSocket(*command, options->socket);
@@ -298,7 +300,7 @@ void AddReload(CLI::App& app, Action& action) {
 }
 
 void AddConfirm(CLI::App& app, Action& action) {
-  auto* command = app.add_subcommand("confirm", "What was reloaded stays");
+  auto* command = app.add_subcommand("confirm", "Confirm the configuration on trial");
   auto options = std::make_shared<ConfirmCommand>();
   AddSocket(*command, options->socket);
   command->callback([options, &action] {
@@ -307,8 +309,8 @@ void AddConfirm(CLI::App& app, Action& action) {
 }
 
 void AddSupportBundle(CLI::App& app, Action& action) {
-  auto* command = app.add_subcommand(
-      "support-bundle", "Put what a bug report needs into one archive, without secrets");
+  auto* command =
+      app.add_subcommand("support-bundle", "Make an archive for a bug report, without secrets");
   auto options = std::make_shared<BundleOptions>();
   command->add_option("FILE", options->file, "A new file, for example bundle.tar.gz")->required();
   command->add_option("-c,--config", options->config,
@@ -339,7 +341,7 @@ void AddClientCommands(CLI::App& app, Action& action) {
   AddConfirm(app, action);
   AddPorts(app, action);
   AddInUse(app, action, "enable", "Ask a device again", true);
-  AddInUse(app, action, "disable", "Ask a device no more, until the gateway restarts", false);
+  AddInUse(app, action, "disable", "Stop asking a device, until the gateway restarts", false);
   AddSupportBundle(app, action);
 }
 

@@ -64,9 +64,9 @@ void AddCheck(CLI::App& app, Action& action) {
 void AddCerts(CLI::App& app, Action& action) {
   auto* certs = app.add_subcommand("certs", "Make certificates");
   certs->require_subcommand(1);
-  auto* command = certs->add_subcommand("dds", "An authority and identities for DDS Security");
+  auto* command = certs->add_subcommand("dds", "Make an authority and identities for DDS Security");
   auto options = std::make_shared<CertsOptions>();
-  command->add_option("DIR", options->directory, "Folder, made where it is missing")->required();
+  command->add_option("DIR", options->directory, "Folder; it is made if it is missing")->required();
   command->add_option("--gateway", options->gateways, "Name of a gateway; may be repeated")
       ->take_all();
   command->add_option("--subscribers", options->subscribers, "How many subscribers")
@@ -128,7 +128,7 @@ void AddSimulate(CLI::App& app, Action& action) {
   auto options = std::make_shared<SimulateOptions>();
   command->add_option("--profile", options->profile, "Device profile")->required();
   command->add_option("--protocol", options->protocol,
-                      "Protocol, where it is not the one whose profile it is");
+                      "Protocol, if it is not that of the profile");
   command->add_option("--address", options->address, "Address on the line")->required();
   command->add_option("--pty", options->pty, "Path at which the pty is linked")->required();
   command->add_option("--baud", options->serial, "Keep this bit rate, for example \"9600 7E1\"");
@@ -144,7 +144,7 @@ void AddSimulate(CLI::App& app, Action& action) {
               options->faults.push_back(std::move(*fault));
             }
           },
-          "Misbehave: KIND[:key=value,...], for example loss:rate=0.1; may be repeated")
+          "Give it a fault: KIND[:key=value,...], for example loss:rate=0.1; may be repeated")
       ->take_all();
   command->add_option_function<std::string>(
       "--events",
@@ -162,16 +162,15 @@ void AddSimulate(CLI::App& app, Action& action) {
 }
 
 void AddDecode(CLI::App& app, Action& action) {
-  auto* command = app.add_subcommand("decode", "Say what captured exchanges mean");
+  auto* command = app.add_subcommand("decode", "Decode captured exchanges");
   auto options = std::make_shared<DecodeOptions>();
   auto file = std::make_shared<std::string>();
-  command->add_option("--protocol", options->protocol,
-                      "Protocol, where no head of a trace says it");
+  command->add_option("--protocol", options->protocol, "Protocol, if no head of a trace names it");
   command->add_option("--profile", options->profile, "Device profile, for names and units");
   command->add_option("--set", options->set, "Device option, key=value")->take_all();
-  command->add_option("--device", options->device, "Of a trace, only this device");
+  command->add_option("--device", options->device, "Only this device of a trace");
   auto json = std::make_shared<bool>(false);
-  command->add_flag("--json", *json, "Print one JSON object a line, in a terminal as elsewhere");
+  command->add_flag("--json", *json, "Print one JSON object a line, also in a terminal");
   command
       ->add_option("FILE", *file,
                    "What 'trace' printed, or lines \"> hex\" and \"< hex\"; - for standard input")
@@ -194,7 +193,8 @@ void AddDecode(CLI::App& app, Action& action) {
 }
 
 void AddDemo(CLI::App& app, Action& action) {
-  auto* command = app.add_subcommand("demo", "Twins, gateway and a live table, without hardware");
+  auto* command =
+      app.add_subcommand("demo", "Run twins, a gateway and a live table, without hardware");
   auto options = std::make_shared<DemoOptions>();
   AddSeconds(*command, options->seconds);
   command->add_option("--port", options->port, "Modbus TCP port")

@@ -48,24 +48,23 @@ Json PastPage(const Json& request, events::PastQuery query, const KeptValues& ke
   const std::string point = TextOf(request, "point");
   if (NumberOf(request, "every_ms").value_or(0) != 0) {
     return ErrorJson(kUsage, config::Quoted(point) +
-                                 " is kept by the spans of the meter: --every "
-                                 "can not make others of them");
+                                 " is kept in the spans of the meter, so --every does not apply");
   }
   query.since = TimeOf(request, "since_ms");
   query.until = TimeOf(request, "until_ms");
   if (const auto after = CursorOf(request)) query.after = {after->run, after->time};
   const events::EventsState state = kept.events->state();  // before the page, as above
   const auto page = kept.events->ReadPast(query);
-  if (!page) return ErrorJson(kUnavailable, "the history can not be read: " + page.error());
+  if (!page) return ErrorJson(kUnavailable, "the history cannot be read: " + page.error());
   if (!page->known && state.disk != Disk::opening) {
     if (const Status known = KnowsDevice(kept.config, query.line, query.device); !known) {
       return ErrorJson(kUnknown, known.error());
     }
-    return ErrorJson(kUnknown,
-                     "nothing is kept of " + config::Quoted(point) +
-                         ": load profiles of a meter are, where it says load_profile: [1] "
-                         "(load_1.active_import), and billing readings, where it says "
-                         "billing: [month] (month.active_import)");
+    return ErrorJson(
+        kUnknown,
+        "nothing is kept of " + config::Quoted(point) +
+            ": a meter with load_profile: [1] keeps load profiles (load_1.active_import), and one "
+            "with billing: [month] keeps billing readings (month.active_import)");
   }
   Json json = PageJson(*page, point);
   json["history"] = EventsJson(state);
@@ -92,7 +91,7 @@ Json HistoryPage(const Json& request, const KeptValues& kept) {
     query.until = NumberOf(request, "until_ms").value_or(query.until);
     if (const auto next = CursorOf(request)) query.since = std::max(query.since, next->time);
     const auto page = kept.history->ReadTrends(query);
-    if (!page) return ErrorJson(kUnavailable, "the history can not be read: " + page.error());
+    if (!page) return ErrorJson(kUnavailable, "the history cannot be read: " + page.error());
     known = page->known;
     json = PageJson(*page, point);
   } else {
@@ -101,7 +100,7 @@ Json HistoryPage(const Json& request, const KeptValues& kept) {
     query.until = NumberOf(request, "until_ms").value_or(query.until);
     if (const auto next = CursorOf(request)) query.after = *next;
     const auto page = kept.history->Read(query);
-    if (!page) return ErrorJson(kUnavailable, "the history can not be read: " + page.error());
+    if (!page) return ErrorJson(kUnavailable, "the history cannot be read: " + page.error());
     known = page->known;
     json = PageJson(*page, point);
   }

@@ -201,8 +201,8 @@ Reply RequestHandler::Trace(const Json& request, bool recorded) {
 Reply RequestHandler::Writes(const Json& request) {
   if (info_.audit == nullptr) {
     return Refused(kUnavailable,
-                   "nothing of this gateway can be written, so that there are no records of "
-                   "writes: no device has 'write: allow', and no route can be written through");
+                   "nothing of this gateway can be written, so there are no records of writes: no "
+                   "device has 'write: allow', and no route can be written through");
   }
   audit::PageQuery query;
   if (TextOf(request, "order") == "settled") query.order = audit::PageQuery::Order::settled;
@@ -210,7 +210,7 @@ Reply RequestHandler::Writes(const Json& request) {
   query.since = SinceOf(request);
   const audit::AuditState state = info_.audit->state();  // before the page: it may open meanwhile
   const auto page = info_.audit->Read(query);
-  if (!page) return Refused(kUnavailable, "the records of writes can not be read: " + page.error());
+  if (!page) return Refused(kUnavailable, "the records of writes cannot be read: " + page.error());
   Json json = PageJson(*page);
   json["audit"] = AuditJson(state);
   return {Dump(json)};
@@ -228,7 +228,7 @@ Reply RequestHandler::Events(const Json& request) {
   query.device = dot == std::string::npos ? target : target.substr(dot + 1);
   const events::EventsState state = info_.events->state();  // before the page, as above
   const auto page = info_.events->Read(query);
-  if (!page) return Refused(kUnavailable, "the events can not be read: " + page.error());
+  if (!page) return Refused(kUnavailable, "the events cannot be read: " + page.error());
   if (page->records.empty() && !target.empty()) {
     if (const Status known = KnowsDevice(*config_, query.line, query.device); !known) {
       return Refused(kUnknown, known.error());

@@ -348,7 +348,7 @@ void LineDriver::OnTimer(Now now) {
   const auto is_due = [&](const std::optional<Instant>& at) { return at && *at <= now.instant; };
   if (is_due(patience_until_) && poller_.IsWriting()) {
     log::Warn({.line = config_.name},
-              "a write is broken off; what it has opened, such as a password, may stay open");
+              "a write is broken off; a password that it has opened may stay open");
     GoOn();
   }
   if (is_due(lent_until_)) EndLoan();

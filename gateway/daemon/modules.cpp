@@ -49,7 +49,7 @@ Result<const Protocol*> LoadModule(const fs::path& path) {
   const std::string theirs = tag == nullptr ? "an older plugin contract" : tag();
   if (theirs != kContractTag) {
     return Error{path.string() + " was built for " + theirs + ", this daemon for " + kContractTag +
-                 "; build the module together with the daemon, or install those of one release"};
+                 "; build the module together with the daemon, or install both from one release"};
   }
   return entry();
 }

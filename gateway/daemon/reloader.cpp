@@ -52,8 +52,8 @@ std::string Joined(const std::vector<std::string>& sentences) {
 
 std::string TakenBack(const std::string& file, const std::string& why) {
   return fmt::format(
-      "{} was taken back: {}; what was confirmed before runs, and will at every start at which the "
-      "file is still what was taken back",
+      "{} was taken back: {}; the confirmed configuration runs, now and at every start until the "
+      "file is changed",
       file, why);
 }
 
@@ -93,8 +93,8 @@ Status Reloader::OpenFolder() {
   const auto trial = kept.trial();
   if (trial == reload::KeptConfigs::Trial::running) {
     log::Warn(
-        "a configuration was on trial when the gateway ended, and nobody has confirmed it; {} is "
-        "another since then, and runs as confirmed",
+        "a configuration was on trial when the gateway ended, and nobody has confirmed it; {} has "
+        "been edited since, and runs as confirmed",
         options_.file);
   }
   const bool settled = trial == reload::KeptConfigs::Trial::none;
@@ -285,7 +285,7 @@ control::ReloadAnswer Reloader::DoConfirm(const std::string& by) {
                                 (state().not_the_file.empty() ? "" : ": " + state().not_the_file));
   }
   if (const Status status = options_.kept->Confirm(); !status) {
-    return Failed(kCanNotBe, "it can not be confirmed: " + status.error());
+    return Failed(kCanNotBe, "it cannot be confirmed: " + status.error());
   }
   BeginTrial(Duration::zero(), {});
   log::Act(Level::info, "the configuration is confirmed by {}", by);

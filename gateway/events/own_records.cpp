@@ -51,9 +51,9 @@ constexpr Words kWords[] = {
 EventRecord StartRecord(const std::string& version, const LastRun& before, WallTime at) {
   std::string text = "baudgate " + version + " has started";
   if (before.end == LastRun::End::in_order) {
-    text += "; the one before had ended in order";
+    text += "; the run before ended in order";
   } else if (before.end == LastRun::End::broken_off) {
-    text += "; the one before was broken off after " + FormatWallTime(before.last);
+    text += "; the run before was broken off after " + FormatWallTime(before.last);
   }
   return OwnRecord(OwnCode::started, std::move(text), at);
 }
@@ -71,7 +71,7 @@ EventRecord DiskTroubleRecord(const std::string& file, std::string_view trouble,
 EventRecord LeftOutRecord(std::uint64_t events, const EventRecord& last, WallTime since,
                           WallTime at) {
   EventRecord record = OwnRecord(OwnCode::left_out,
-                                 Plural(events, "event") + " like the next left out since " +
+                                 Plural(events, "event") + " like the next one left out since " +
                                      FormatWallTime(since) + ": too many",
                                  at);
   record.line = last.line;

@@ -51,7 +51,7 @@ bool EchoWatch::OnExchangeEnd(const Request& request, ExchangeEnd& end) {
   if (!rest.collision || !asked || end.outcome == Outcome::line_down) return false;
   unechoed_ = rest.bytes.empty() ? unechoed_ + 1 : 0;
   end.reason = rest.bytes.empty() ? "no reply, and not even the echo of the request"
-                                  : "the echo of the request stopped in its midst";
+                                  : "the echo of the request broke off";
   return true;
 }
 

@@ -41,7 +41,7 @@ Result<std::string> ReadFile(const std::string& path) {
   std::string text(kLongestFile + 1, '\0');
   if (!file || !file.read(text.data(), static_cast<std::streamsize>(text.size())).eof()) {
     if (file) return Error{"is longer than 1 MiB"};
-    return Error{std::string("can not be read: ") + std::strerror(errno != 0 ? errno : EIO)};
+    return Error{std::string("cannot be read: ") + std::strerror(errno != 0 ? errno : EIO)};
   }
   text.resize(static_cast<std::size_t>(file.gcount()));
   return text;

@@ -100,7 +100,7 @@ class Checker {
     const WallTime from = TimeOf(X509_get0_notBefore(one.get()));
     const WallTime until = TimeOf(X509_get0_notAfter(one.get()));
     if (now_ < from) {
-      Wrong(key, file, "is valid from " + FormatWallTime(from) + " on only; is the clock right?");
+      Wrong(key, file, "is not valid before " + FormatWallTime(from) + "; is the clock right?");
     } else if (now_ > until) {
       Wrong(key, file, "has expired on " + Day(until) + "; have a new one issued");
     } else if (until - now_ < kWarnBefore) {
@@ -136,7 +136,7 @@ class Checker {
     if (!text) return;
     struct ::stat about {};
     if (::stat(security_.key.c_str(), &about) == 0 && (about.st_mode & (S_IROTH | S_IWOTH)) != 0) {
-      Warn("key", security_.key, "can be read by everybody; chmod o= takes that away");
+      Warn("key", security_.key, "can be read by everybody; mend that with chmod o=");
     }
     const PrivateKey key = ParseKey(*text, report_.password);
     if (!key) {

@@ -31,8 +31,8 @@ Outcome JobRun::Judge(View frame, bool may_be_echo, Instant now) {
   answer = {};
   if (may_be_echo) {
     answer.reason =
-        "a good reply equals its request, and this bus echoes requests: nobody need have answered; "
-        "set 'echo: strip' at the line";
+        "a good reply equals its request, and this bus echoes requests: perhaps nobody has "
+        "answered; set 'echo: strip' at the line";
     return answer.outcome = Outcome::unexpected;
   }
   Device* const device = roster_.AsDevice(*job.member);
@@ -227,7 +227,7 @@ void JobRun::OnRoutedAnswer(const ExchangeEnd& end) {
     job.sending = true;
     return ledger_.OnRetry(member);
   }
-  Finish(Outcome::unexpected, "the reply may be that to an earlier request, whose own never came");
+  Finish(Outcome::unexpected, "the reply may belong to an earlier request that got none");
 }
 
 void JobRun::TakeAnswer() {

@@ -129,8 +129,8 @@ void Ledger::OnSecondReply(const Member& member) {
   Change(member, [](DeviceStatus& status) { ++status.doubled; });
   if (std::exchange(Of(member).told_second, true)) return;
   listener_.OnWarning(member.index,
-                      "a second, different reply came behind one: replies come twice, or one "
-                      "request late; what was read just before is read again");
+                      "a second, different reply came behind the first: replies come twice, or one "
+                      "request late; the values read just before are read again");
 }
 
 void Ledger::OnRetry(const Member& member) {
@@ -336,8 +336,7 @@ void Ledger::OnMemory(Device& device) {
 
 void Ledger::OnReplaced(const Member& member) {
   const std::string text =
-      "it identifies itself otherwise than before: another device answers here, and everything is "
-      "read anew";
+      "it tells another name than before: another device answers here, and everything is read anew";
   listener_.OnNews({.what = News::What::replaced, .device = member.index, .text = text});
   listener_.OnWarning(member.index, text);
 }

@@ -53,8 +53,7 @@ void Speaker::Keep(EventBatch batch, Said& said) {
     said.lost = events;
     if (std::exchange(told_lost_, true)) return;
     said.warning = fmt::format(
-        "{} of its events wait for the disk: what it says from now on is lost and counted, until "
-        "some are kept",
+        "{} of its events wait for the disk: further ones are lost and counted until some are kept",
         Unkept::kMost);
     return;
   }

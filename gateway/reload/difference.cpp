@@ -154,7 +154,7 @@ std::string SentenceOf(const LineChange& line) {
     case Fate::same:
       break;
     case Fate::outputs:
-      return begin + "goes on, shown otherwise: " + line.what;
+      return begin + "goes on, with other settings of outputs: " + line.what;
     case Fate::changed:
       return begin + "begins anew: " + line.what;
     case Fate::added:

@@ -25,9 +25,9 @@ std::optional<std::string> Probation::Look(Instant now, const Healths& healths) 
   for (const std::string& device : well_) {
     const auto found = healths.find(device);
     if (found == healths.end()) continue;
-    if (found->second == Health::ill) return device + " was well before, and is not any more";
+    if (found->second == Health::ill) return device + " worked before, and does not any more";
     if (found->second == Health::unknown && now >= settled_) {
-      return device + " was well before, and has not answered since";
+      return device + " worked before, and has not answered since";
     }
   }
   if (now < *until_) return std::nullopt;

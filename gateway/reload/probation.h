@@ -4,7 +4,7 @@
 //
 //   Begin(0 s, 60 s, {bay-1.a})
 //   Look(5 s, a well)       nothing
-//   Look(5 s, a offline)    "bay-1.a was well before, and is not any more"
+//   Look(5 s, a offline)    "bay-1.a worked before, and does not any more"
 //   Look(60 s)              "nobody has confirmed it in time"
 // SPDX-License-Identifier: Apache-2.0
 #pragma once

@@ -59,11 +59,11 @@ Status Pty::OpenPair() {
   char name[64];
   if (master_ < 0 || grantpt(master_) != 0 || unlockpt(master_) != 0 ||
       ptsname_r(master_, name, sizeof name) != 0) {
-    return Error{"can not make a pseudo terminal: " + LastError()};
+    return Error{"cannot make a pseudo terminal: " + LastError()};
   }
   slave_path_ = name;
   slave_ = open(name, O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
-  if (slave_ < 0) return Error{"can not open " + slave_path_ + ": " + LastError()};
+  if (slave_ < 0) return Error{"cannot open " + slave_path_ + ": " + LastError()};
   return MakeRaw(slave_);
 }
 
@@ -84,10 +84,10 @@ Status Pty::MakeLink(const std::string& link) {
   const std::string fresh = link + ".new-" + std::to_string(getpid());
   (void)unlink(fresh.c_str());
   if (symlink(slave_path_.c_str(), fresh.c_str()) != 0) {
-    return Error{"can not make the link " + link + ": " + LastError()};
+    return Error{"cannot make the link " + link + ": " + LastError()};
   }
   if (rename(fresh.c_str(), link.c_str()) != 0) {
-    const Error error{"can not make the link " + link + ": " + LastError()};
+    const Error error{"cannot make the link " + link + ": " + LastError()};
     (void)unlink(fresh.c_str());
     return error;
   }

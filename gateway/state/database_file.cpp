@@ -47,7 +47,7 @@ Look LookAt(Database& database, const DatabaseKind& kind, std::string& why) {
   const Value mode = database.First("PRAGMA journal_mode=WAL");
   if (!HasValue(mode)) return broken();
   if (ToText(mode) != "wal") {
-    why = "its folder can not be written";
+    why = "its folder cannot be written";
     return Look::failed;
   }
   if (!database.Execute(std::string(kind.pragmas))) return broken();
@@ -63,7 +63,7 @@ Look LookAt(Database& database, const DatabaseKind& kind, std::string& why) {
   }
   const bool fresh = application == 0 && version == 0 && tables == 0;
   if (!fresh && application != kind.application) {
-    why = "it is another program's";
+    why = "it belongs to another program";
     return Look::damaged;
   }
   if (version < 0) {
@@ -114,13 +114,13 @@ OpenedDatabase OpenDatabase(const fs::path& file, const DatabaseKind& kind, cons
     }
   }
   if (put_aside && fs::exists(file, none) && PutAside(file).empty()) {
-    opened.error = file.string() + " is damaged, and can not be renamed";
+    opened.error = file.string() + " is damaged, and cannot be renamed";
     return opened;
   }
   for (int tries = 0; tries < 2; ++tries) {
     const bool was_there = !vfs.empty() || fs::exists(file, none);
     std::unique_ptr<Database> database;
-    std::string why = "it is empty: what it held is lost";
+    std::string why = "it is empty: its content is lost";
     Look look = Look::damaged;
     const auto damage = vfs.empty() ? HeadDamage(file) : std::nullopt;
     if (damage) {
@@ -143,7 +143,7 @@ OpenedDatabase OpenDatabase(const fs::path& file, const DatabaseKind& kind, cons
     if (look != Look::damaged) return opened;
     const fs::path to = PutAside(file);
     if (to.empty()) return opened;
-    opened.put_aside = fmt::format("{} is damaged ({}) and is {} now; a new one is begun",
+    opened.put_aside = fmt::format("{} is damaged ({}) and was renamed to {}; a new one begins",
                                    file.string(), why, to.filename().string());
   }
   return opened;

@@ -54,8 +54,8 @@ void DeviceMemory::Read() {
   if (!root.is_object() || devices == root.end() || !devices->is_array()) {
     fs::rename(file_, file_.string() + ".bad", error);
     warn_(
-        fmt::format("state: {} can not be read and is {}.bad now: what was remembered "
-                    "of devices is lost",
+        fmt::format("state: {} cannot be read and was renamed to {}.bad: what was remembered of "
+                    "devices is lost",
                     file_.string(), file_.filename().string()));
     return;
   }
@@ -167,7 +167,7 @@ void DeviceMemory::Write(const std::string& text) {
     failing_ = false;
   } else if (!std::exchange(failing_, true)) {
     warn_(
-        fmt::format("state: can not write {}: {}; what was learned of devices is kept with the "
+        fmt::format("state: cannot write {}: {}; what was learned of devices is kept with the "
                     "next change",
                     file_.string(), std::strerror(error)));
   }

@@ -139,7 +139,7 @@ void Recordings::Write(const Recording& recording) {
     fs::remove(part, ignored);
     if (!std::exchange(failing_, true)) {
       warn_(
-          fmt::format("recordings: can not write to {}: {}; traces of failures are not kept until "
+          fmt::format("recordings: cannot write to {}: {}; traces of failures are not kept until "
                       "this works again",
                       folder_.string(), error.message()));
     }

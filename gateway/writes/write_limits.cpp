@@ -42,7 +42,7 @@ std::string WhyInexact(const config::Point& point, const Value& value, const Val
   if (!number) return {};  // a text
   const Decimal difference = Abs(Decimal::Of(back).value_or(0) - *number);
   if (difference > SlackOf(value, Abs(*number) + Abs(point.offset))) {
-    return "the device can not be set to " + number->ToText() + ", but to " + ToText(back);
+    return "the device cannot be set to " + number->ToText() + ", but to " + ToText(back);
   }
   const auto digits = Decimal::Of(raw);
   if (!point.writing.decimals || !digits) return {};
@@ -58,7 +58,7 @@ std::string WhyOutside(const config::Point& point, const Value& value) {
   const bool single = point.type == config::Type::float32;
   const double size = Abs(*number).ToDouble();
   if (single && size != 0 && size < std::numeric_limits<float>::min()) {
-    return number->ToText() + " is next to nothing: are the words of the float in order?";
+    return number->ToText() + " is almost zero: is the word order of the float right?";
   }
   if (writing.min && *number < *writing.min) {
     return number->ToText() + " is below the least that may be written, " +

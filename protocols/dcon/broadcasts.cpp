@@ -20,7 +20,8 @@ std::optional<std::string> Sampling::WhyNot(bool first) {
   overtaken_ = overtaken ? overtaken_ + 1 : 0;
   if (!first) return "the module has not heard the last #**: its sample is an older one";
   if (!before) return "the module's sample may be an older one: the next one counts";
-  if (overtaken) return "of several samples nobody knows which one the module has told";
+  if (overtaken)
+    return "several samples are under way, and it is not known which one the module has sent";
   return std::nullopt;
 }
 

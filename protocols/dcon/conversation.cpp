@@ -218,8 +218,8 @@ Then DconConversation::OnSent(const Task&, const Request& request, Instant now) 
 
 std::string DconConversation::WhatIsLearned() const {
   if (!sampling_.IsOvertaken()) return {};
-  return "its samples ($4) are overtaken by those of other modules: give all that are to be read "
-         "together the same poll";
+  return "its samples ($4) are overtaken by those of other modules: modules that are read together "
+         "need the same poll";
 }
 
 /// A question was answered; the task goes on, unless the module is another one.

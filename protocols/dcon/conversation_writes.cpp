@@ -18,7 +18,7 @@ Result<Request> DconConversation::AskWrite(const Task& task, Instant now) {
   if (!task.also.empty()) return AskGroup(task, now);
   const config::Point& point = device_.points[task.point];
   const auto& write = writes_[task.point];
-  if (!write) return Error{"point " + point.name + " can not be written"};
+  if (!write) return Error{"point " + point.name + " cannot be written"};
   const auto command = FormatWrite(*write, task.value);
   if (!command) return Error{"point " + point.name + ": " + command.error()};
   return MakeRequest(*command);

@@ -220,7 +220,7 @@ DecodedReply DecodeRead(const Command& request, std::optional<Form> wanted, std:
                                          "; set counter_checksum to the end that this module uses");
   }
   if (!LeadFits(form, reply.lead)) {
-    return Fail(Outcome::unexpected, "reply " + Shown(frame) + " has not the form that " +
+    return Fail(Outcome::unexpected, "reply " + Shown(frame) + " does not have the form that " +
                                          request.text + " asks for; it may be a late one");
   }
   // With INIT* grounded a module answers at 00 and tells its stored address here.

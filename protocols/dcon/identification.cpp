@@ -203,9 +203,9 @@ DeviceTrouble Identification::Judge(std::string_view configuration) {
     const auto read = ParseRead(point.read);
     if (point.access == config::Access::write || !read || read->command == "$3") continue;
     if (read->command == kAskSample && IsAnalogOutput(*type)) {
-      return Complaint("type " + code +
-                       " is an analog output, and $AA4 would store what it puts "
-                       "out for power-up");
+      return Complaint(
+          "type " + code +
+          " is an analog output, and $AA4 would store its present output for power-up");
     }
     if (IsNumber(read->form) && (*format & 3U) != static_cast<unsigned>(settings_.format)) {
       return Complaint("data format '" + std::string(WordOf(*format)) + "', the profile says " +

@@ -107,7 +107,7 @@ Error ReadError(std::string_view text, std::string_view what) {
 Error UnknownCommand(std::string_view text, std::string_view command) {
   for (const Forbidden& forbidden : kForbidden) {
     if (command.starts_with(forbidden.prefix)) {
-      return ReadError(text, std::string(forbidden.why) + "; it can not be polled");
+      return ReadError(text, std::string(forbidden.why) + "; it cannot be polled");
     }
   }
   return ReadError(text,
@@ -230,7 +230,7 @@ Status CheckReadType(const config::Point& point, const ReadAddress& read) {
 }
 
 Status CheckWriteType(const config::Point& point, const WriteAddress& write) {
-  if (point.type == config::Type::string) return Error{"text can not be written to a DCON output"};
+  if (point.type == config::Type::string) return Error{"text cannot be written to a DCON output"};
   using Kind = WriteAddress::Kind;
   const bool action = write.kind == Kind::action;
   if (action && point.access != config::Access::write) {

@@ -97,9 +97,8 @@ std::vector<Doubt> DoubtsOf(const config::Device& device) {
   if (address && *address == 0) {
     doubts.push_back(
         {kNoPoint,
-         "0 is that of every module which is started with INIT* grounded, whatever it is set to: "
-         "one such module would answer in this one's place; give this module another address, 1 "
-         "to 255"});
+         "0 is also the address of every module that is started with INIT* grounded: such a module "
+         "would answer in place of this one; give this module another address, 1 to 255"});
   }
   const Settings settings = ReadSettings(device.options);
   if (settings.host_watchdog > Duration::zero() && device.poll > settings.host_watchdog) {

@@ -38,12 +38,11 @@ constexpr auto kTable = SettingsTable(
     Bind<&Settings::open>(option::Texts("open", "+888888", "Fields that mean an open sensor.")),
     Bind<&Settings::nines>(option::Flag(
         "nines", "false",
-        "Five nines mean over range, with '-' under range, wherever their point is (OWEN).")),
+        "Five nines mean over range, with '-' under range, with the point anywhere (OWEN).")),
     Bind<&Settings::swap_bytes>(option::Flag(
         "swap_bytes", "false", "The two bytes of a 16-bit digital reply come in the other order.")),
     Bind<&Settings::invert>(option::Integer(
-        "invert", "0", 0, 65535,
-        "Bits of a 16-bit digital reply that read the wrong way round, as a mask.")),
+        "invert", "0", 0, 65535, "Bits of a 16-bit digital reply that are inverted, as a mask.")),
     Bind<&Settings::data_address>(option::Flag(
         "data_address", "false", "Replies with '>' carry the module's address (Trycom TRP-C68).")),
     Bind<&Settings::write_ack_address>(option::Flag(
@@ -53,7 +52,7 @@ constexpr auto kTable = SettingsTable(
         "Place of the checksum in counter replies; I-7080 and CB-7080 send it in front.")),
     Bind<&Settings::counter_maximum>(
         option::Integer("counter_maximum", "4294967295", 1, 4294967295.0,
-                        "Count behind which a counter goes on at 0, for totals.")),
+                        "The count after which a counter goes on at 0, for totals.")),
     Bind<&Settings::count_rate>(option::Real(
         "count_rate", "100000", 0, 0,
         "Pulses a second at most; a total takes no larger step for a roll-over. 0: any.")),

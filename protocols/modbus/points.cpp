@@ -38,11 +38,12 @@ constexpr DecoderSpec kDecoders[] = {
     {"holding 200", "holding registers as the point's own type (03, written by 06 and 16)"},
     {"input 3", "input registers as the point's own type (04)"},
     {"holding 200 uint16",
-     "what the registers hold where it is not the point's type: int8, uint8, int16, uint16, int24, "
+     "the form of the registers, if it is not the point's type: int8, uint8, int16, uint16, int24, "
      "uint24, "
      "int32, uint32, int48, uint48, int64, uint64, float32, float64, bcd16, bcd32, bcd48, bcd64"},
     {"holding 200 float32 CDAB",
-     "with the order of its bytes: ABCD, CDAB, BADC, DCBA or CDABGHEF, over the device's `order`"},
+     "with the order of its bytes: ABCD, CDAB, BADC, DCBA or CDABGHEF, in place of the device's "
+     "`order`"},
     {"holding 8[b3]", "one bit of a register, 0 = lowest; a bool, written by mask (22)"},
     {"holding 8[b3-b5]", "several bits of a register as a number, written by mask (22)"},
     {"holding 200 int16 scale(203)",
@@ -56,7 +57,7 @@ constexpr DecoderSpec kDecoders[] = {
     {"exception status", "eight bits (07), or one: exception status[b3]"},
     {"event counter", "completed requests (11); event status: FFFF while one is under way"},
     {"message counter", "messages on the line (12)"},
-    {"server id", "the text in what the device says of itself (17); server id[0]: its first byte"},
+    {"server id", "the text in the device's reply to 17; server id[0]: the first byte of that"},
     {"identification product",
      "vendor, product, revision, url, name, model, application, or an object 0x80...0xFF (43/14)"},
 };
@@ -284,7 +285,7 @@ Status CheckType(std::string_view text, const Point& point, const Place& place) 
   const bool speaks = place.table == Table::server || place.table == Table::identity;
   if (speaks && point.group != config::Group::once) {
     return Wrong(text,
-                 "is what a device says of itself, and need not be polled: write group: once");
+                 "is what a device says about itself, and need not be polled: write group: once");
   }
   return {};
 }
@@ -335,18 +336,18 @@ Result<Place> WritePlace(const Point& point) {
   if (const Status status = CheckType(text, point, *place); !status) {
     return Error{"write " + status.error()};
   }
-  if (place->form == Form::text) return Error{"the meaning of a code can not be written"};
-  if (place->form == Form::date) return Error{"a date can not be written"};
+  if (place->form == Form::text) return Error{"the meaning of a code cannot be written"};
+  if (place->form == Form::date) return Error{"a date cannot be written"};
   if (place->scale) {
     return Error{
-        "a number with a scale register can not be written: the register is the device's; "
+        "a number with a scale register cannot be written: the register is the device's; "
         "write the number itself in a point of its own"};
   }
   if (place->form == Form::int8 || place->form == Form::uint8) {
-    return Error{"one byte of a register can not be written without the other"};
+    return Error{"one byte of a register cannot be written without the other"};
   }
   if (place->form == Form::int24 || place->form == Form::uint24) {
-    return Error{"three bytes of two registers can not be written without the fourth"};
+    return Error{"three bytes of two registers cannot be written without the fourth"};
   }
   if (place->count > kMostWrittenRegisters) {
     return Error{"write " + Wrong(text, "is longer than one request can write").message};

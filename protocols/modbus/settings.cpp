@@ -39,10 +39,11 @@ constexpr auto kTable = SettingsTable(
         "bit_write", "mask", "mask,read_write",
         "mask changes bits of a register with function 22; read_write reads the register twice "
         "and writes it with the bits changed, for devices without function 22.")),
-    Bind<&Settings::probe_by_loopback>(option::Choice(
-        "probe", "read", "read,loopback",
-        "What proves whose reply it is, and finds a silent device: a read of a length that no "
-        "poll has, or loopback (function 08), which many devices do not know.")),
+    Bind<&Settings::probe_by_loopback>(
+        option::Choice("probe", "read", "read,loopback",
+                       "The request that proves whose reply it is, and finds a silent device: a "
+                       "read of a length that no "
+                       "poll has, or loopback (function 08), which many devices do not know.")),
     Bind<&Settings::missing_zero>(option::Choice(
         "missing", "exception", "exception,zero",
         "Of a simulated device: registers without a point answer exception 02, or read 0 "

@@ -142,7 +142,7 @@ Status Writing::OnRead(std::uint16_t value) {
     const std::string was = HexWord(seen_.back());
     Forget();
     return Error{"holding " + std::to_string(bits_.address) + " changed from " + was + " to " +
-                 HexWord(value) + " between two reads, so its other bits can not be kept; " +
+                 HexWord(value) + " between two reads, so its other bits cannot be kept; " +
                  "nothing was written"};
   }
   seen_.push_back(value);

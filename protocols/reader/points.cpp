@@ -15,13 +15,13 @@ constexpr DecoderSpec kDecoders[] = {
     {"tag",
      "the last tag, ten hex digits, or the last text; tag@3: the one three before it, up to 15"},
     {"high, middle, low", "the 48 bits of a tag, 16 each; high@3"},
-    {"counter", "number of the tag, one more for each; counter@3"},
+    {"counter", "number of the tag; each new one has one more; counter@3"},
     {"time", "when it came, in seconds since 1970 UTC; time@3"},
     {"present", "whether a tag is there: one came within `present`, and no 'no tag' since"},
     {"repeats", "how often the same tag came again within `same_tag`"},
     {"message", "the latest message, new or not"},
     {"number", "the one number in it; number 4-11: the one in its characters 4 to 11"},
-    {"identity", "what the reader says that it is; commands: ask"}};
+    {"identity", "the name that the reader tells; commands: ask"}};
 // In the order of Item::Kind.
 constexpr std::array<std::string_view, 11> kNames = {"tag",     "high",   "middle",  "low",
                                                      "counter", "time",   "present", "repeats",
@@ -63,7 +63,7 @@ Status CheckPoint(const config::Point& point) {
   const bool flag = item->kind == Kind::present;
   if (text != (point.type == config::Type::string)) {
     return Error{text ? "it is a text: give it type: string(20)"
-                      : "it is no text: give it a type of numbers"};
+                      : "it is no text: give it a number type"};
   }
   if (flag != (point.type == config::Type::boolean)) {
     return Error{flag ? "it is true or false: give it type: bool"

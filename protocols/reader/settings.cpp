@@ -16,21 +16,22 @@ constexpr auto kTable = SettingsTable(
     Bind<&Settings::end, ParseCharacter>(
         option::Text("end", "0x0D", "Last character of a text; empty: length or silence ends it.")),
     Bind<&Settings::length>(option::Integer(
-        "length", "0", 0, 120, "A text has exactly so many characters between these; 0: any.")),
+        "length", "0", 0, 120, "Exact number of characters between start and end; 0: any.")),
     Bind<&Settings::most>(
         option::Integer("most", "80", 1, 120, "A text that is longer is damaged.")),
-    Bind<&Settings::idle>(option::Time("idle", "100ms", "So much silence ends a message.")),
+    Bind<&Settings::idle>(option::Time("idle", "100ms", "This silence ends a message.")),
     Bind<&Settings::whole>(option::Time("whole", "2s", "A message that takes longer is damaged.")),
-    Bind<&Settings::same_tag>(
-        option::Time("same_tag", "2s",
-                     "The same again, so soon after the last time, is no new one; 0s: it is.")),
-    Bind<&Settings::present>(option::Time(
-        "present", "2s", "It counts as present for so long; 0s: until the reader says 'no tag'.")),
-    Bind<&Settings::asks>(option::Choice("commands", "none", "none,ask",
-                                         "none: nothing is ever sent. ask: r reads, i says "
-                                         "what the reader is; form: tag only.")),
+    Bind<&Settings::same_tag>(option::Time(
+        "same_tag", "2s",
+        "The same tag again within this time is no new tag; 0s: every message is one.")),
+    Bind<&Settings::present>(
+        option::Time("present", "2s",
+                     "A tag counts as present for this time; 0s: until the reader says 'no tag'.")),
+    Bind<&Settings::asks>(option::Choice(
+        "commands", "none", "none,ask",
+        "none: nothing is ever sent. ask: r reads, i asks for the reader's name; form: tag only.")),
     Bind<&Settings::answer>(
-        option::Time("answer", "1s", "So long it may take to answer a command.")));
+        option::Time("answer", "1s", "How long the reader may take to answer a command.")));
 
 }  // namespace
 
@@ -43,7 +44,7 @@ Status CheckOptions(const config::Options& options) {
   const Settings settings = ReadSettings(options);
   if (settings.length > settings.most) return Error{"length is more than most"};
   if (settings.start && settings.start == settings.end) {
-    return Error{"start and end are the same character: nobody could tell one from the other"};
+    return Error{"start and end are the same character, so they cannot be told apart"};
   }
   if (settings.idle < 1ms) return Error{"idle must be at least 1ms"};
   if (settings.whole < settings.idle) return Error{"whole must not be shorter than idle"};
@@ -52,8 +53,8 @@ Status CheckOptions(const config::Options& options) {
   if (settings.answer < 1ms) return Error{"answer must be at least 1ms"};
   if (settings.same_tag < 2 * settings.answer) {
     return Error{
-        "with commands: ask same_tag must be at least twice answer: an answer that is late "
-        "would be another tag"};
+        "with commands: ask, same_tag must be at least twice answer: a late answer would count as "
+        "another tag"};
   }
   return {};
 }

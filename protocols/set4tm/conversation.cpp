@@ -306,9 +306,9 @@ std::string MeterConversation::WhatIsLearned() const {
     const std::string shown = one->Shown();
     if (!shown.empty()) say(shown);
   }
-  if (latch_.refused()) say("does not tell when it latched: what it latched is not served");
+  if (latch_.refused()) say("does not tell when it latched: its latched values are not served");
   if (latch_.Missed(line_latch_.number())) {
-    say("has not heard the latest latch: what it latched is not served");
+    say("has not heard the latest latch: its latched values are not served");
   }
   if (identification_.multiplier() > 1) {
     say("times by its multiplier " + std::to_string(identification_.multiplier()));

@@ -81,7 +81,7 @@ Cut ReplyRule(View held, const Expectation& expect, bool idle) {
   };
   if (held.size() >= longest && EndsInChecksum(held.first(longest), checksum)) {
     if (!IsStatusAndZeros(held.first(longest), checksum)) return whole(longest);
-    return Cut::Discard(1, Outcome::corrupt, "status and zeros can not be told from data");
+    return Cut::Discard(1, Outcome::corrupt, "status and zeros cannot be told from data");
   }
   if (another && held.size() >= longest) return cut::BadChecksum();
   if (!idle) return Cut::NeedMore();

@@ -51,7 +51,7 @@ constexpr DecoderRow kDecoders[] = {
 
 constexpr DecoderSpec kSpecs[] = {
     {"float_le@n",
-     "IEEE-754 single, low byte first (08 1B, 08 23); primary value by the ratios that count"},
+     "IEEE-754 single, low byte first (08 1B, 08 23); primary value, with the ratios in force"},
     {"u8@n", "unsigned byte"},
     {"i8@n", "signed byte (temperature: 08 01 i8@1)"},
     {"u16_be@n", "unsigned 16 bit, high byte first"},
@@ -82,7 +82,7 @@ constexpr DecoderSpec kSpecs[] = {
      "seconds "
      "since 1970"},
     {"flag@nn", "bit E-nn (1 to 40) of the status word, 08 0A"},
-    {"alarm@n", "any bit of the status word but E-38, E-39, E-40"},
+    {"alarm@n", "any bit of the status word except E-38, E-39, E-40"},
 };
 
 const DecoderRow& RowOf(Decoder decoder) { return kDecoders[static_cast<std::size_t>(decoder)]; }
@@ -262,7 +262,7 @@ Status CheckPoint(const config::Point& point) {
   }
   if (point.access != config::Access::read || !point.write.empty()) {
     return Error{
-        "SET-4TM points are read only, but for one that is only written: write: \"03 0B\" "
+        "SET-4TM points can only be read, except one that can only be written: write: \"03 0B\" "
         "corrects the clock"};
   }
   const auto field = ParseField(point.read);

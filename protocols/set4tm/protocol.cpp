@@ -30,7 +30,7 @@ Status CheckClockCare(const config::Device& device, const Settings& settings) {
   constexpr Duration kMost = 120s;
   if (settings.correct_clock <= Duration::zero()) return {};
   if (settings.correct_clock < kLeast || settings.correct_clock > settings.correct_clock_most) {
-    return Error{"correct_clock: from 2s up to what correct_clock_most says, or 0s for never"};
+    return Error{"correct_clock: give 2s up to correct_clock_most, or 0s for never"};
   }
   if (settings.correct_clock_most > kMost) {
     return Error{"correct_clock_most: a meter's clock can be corrected by 120s at most"};
@@ -136,15 +136,16 @@ std::vector<Doubt> Doubts(const config::Device& device) {
     return field && ReadsLatched(field->pdu);
   });
   if (settings.latch > Duration::zero() && !reads_latched) {
-    doubts.push_back({kNoPoint,
-                      "of a meter with `latch` of which nothing latched is read; give it points "
-                      "with read: \"08 1B 01 rr ...\", \"08 1B 03 rr ...\" or \"08 14 rr ...\""});
+    doubts.push_back(
+        {kNoPoint, device.address +
+                       " has `latch`, and no point reads a latched value; give it points "
+                       "with read: \"08 1B 01 rr ...\", \"08 1B 03 rr ...\" or \"08 14 rr ...\""});
   }
   if (device.events && !settings.time_zone) {
     doubts.push_back(
-        {kNoPoint,
-         "of a meter whose events have no time; give the zone of its clock, as time_zone: "
-         "\"+03:00\""});
+        {kNoPoint, device.address +
+                       " has events without a time; give the zone of its clock, as time_zone: "
+                       "\"+03:00\""});
   }
   return doubts;
 }

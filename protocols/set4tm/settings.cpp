@@ -82,10 +82,9 @@ constexpr auto kTable = SettingsTable(
         "current_ratio", "0", 0, 100'000,
         "Current transformer ratio (Kt) in place of the meter's, for currents, powers and "
         "energy; 0: ask the meter.")),
-    Bind<&Settings::floats>(option::Choice(
-        "floats", "primary", "primary,secondary",
-        "Whether the meter's floats are multiplied by the ratios in it already, as its "
-        "description says.")),
+    Bind<&Settings::floats>(option::Choice("floats", "primary", "primary,secondary",
+                                           "Whether the meter's floats are already multiplied by "
+                                           "its ratios, as its description says.")),
     Bind<&Settings::power_coefficient>(
         option::Real("power_coefficient", "0", 0, 1000,
                      "Coefficient Kc of integer powers; 0: by the meter's build variant.")),
@@ -100,20 +99,19 @@ constexpr auto kTable = SettingsTable(
         "time_zone", "",
         "Of the meter's clock: +03:00, or \"+01:00 eu\" if it follows summer time. For the times "
         "of events; without it they have none of the meter's.")),
-    Bind<&Settings::correct_clock>(option::Time(
-        kCorrectClock, "0s",
-        "From such a drift on the gateway corrects the meter's clock by itself, once a "
-        "day; 0s: never. Needs time_zone and the points clock_drift and "
-        "clock_correction.")),
+    Bind<&Settings::correct_clock>(
+        option::Time(kCorrectClock, "0s",
+                     "The drift from which the gateway corrects the meter's clock by itself, once "
+                     "a day; 0s: never. Needs time_zone and the points clock_drift and "
+                     "clock_correction.")),
     Bind<&Settings::correct_clock_most>(
         option::Time(kCorrectClockMost, "60s",
-                     "A larger drift is only told; at most 120s, which is what the meter takes.")),
+                     "A larger drift is only reported; at most 120s, the meter's own limit.")),
     Bind<&Settings::latch>(option::Time(
         "latch", "0s",
         "How often the broadcast FE 03 08 tells all meters of the line to keep the values of that "
-        "moment (1min to 24h, at whole multiples of it); what they have kept is then served only "
-        "of "
-        "a meter that has heard it. 0s: never.")),
+        "moment (1min to 24h, at whole multiples of it); kept values are served only of meters "
+        "that have heard it. 0s: never.")),
     Bind<&Settings::journal_records>(option::Integer(
         "journal_records", "10", 1, 20, "Records that the meter keeps in each journal.")),
     Bind<&Settings::load_profiles, ParseLoads>(

@@ -47,7 +47,7 @@ StatusMeaning ByCode(std::uint8_t code, bool opening) {
     case 0x9:
       return {Outcome::refused, "payment register overflow", std::nullopt, {}};
     case 0xA:
-      return {Outcome::refused, "the request can not be executed", std::nullopt, {}};
+      return {Outcome::refused, "the request cannot be executed", std::nullopt, {}};
     case kMeterSilent:
       return {Outcome::no_reply,
               "the communicator says that the meter does not answer",

@@ -166,7 +166,7 @@ const DeviceTrouble& EventSession::remark() const {
   static const DeviceTrouble kNone;
   static const DeviceTrouble kRefused{Reason::none, "gives no events: it refuses L"};
   static const DeviceTrouble kFailed{Reason::none,
-                                     "its events can not be read: no good reply to L or B comes"};
+                                     "its events cannot be read: no good reply to L or B comes"};
   if (refusals_ >= kMostRefusals) return kRefused;
   return failures_ >= kManyFailures ? kFailed : kNone;
 }

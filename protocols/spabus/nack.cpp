@@ -32,7 +32,7 @@ constexpr NackRule kRules[] = {
      true,
      true},
     {Outcome::refused,
-     "the item can not be read or written now; it may be blocked, read-only, write-only or behind "
+     "the item cannot be read or written now; it may be blocked, read-only, write-only or behind "
      "a password",
      {},
      true},

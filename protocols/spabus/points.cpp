@@ -66,7 +66,7 @@ Status CheckRead(const config::Point& point) {
   }
   const std::uint32_t number = address->number.value_or(0);
   if (category == 'V' && number >= kPasswordItems.first && number <= kPasswordItems.last) {
-    return Error{"'" + point.read + "' is the password and can not be read"};
+    return Error{"'" + point.read + "' is the password and cannot be read"};
   }
   return {};
 }
@@ -81,7 +81,7 @@ Status CheckWrite(const config::Point& point) {
   }
   const std::string_view why = Forbidden(*address);
   if (!why.empty()) {
-    return Error{"'" + text + "' can not be written through the gateway: " + std::string(why)};
+    return Error{"'" + text + "' cannot be written through the gateway: " + std::string(why)};
   }
   return {};
 }
@@ -109,21 +109,19 @@ std::vector<ReadPoint> ReadablePoints(std::span<const config::Point> points) {
 std::vector<Doubt> DoubtsOf(const config::Device& device) {
   std::vector<Doubt> doubts;
   if (const auto slave = ParseSlave(device.address); slave && *slave > kBroadcast) {
-    doubts.push_back(
-        {kNoPoint, std::to_string(*slave) +
-                       " lies behind the broadcast number 900, where no known device "
-                       "can be set to; write the one that the device shows, 1 to 899"});
+    doubts.push_back({kNoPoint, std::to_string(*slave) +
+                                    " lies beyond the broadcast number 900, which no known device "
+                                    "can have; write the number that the device shows, 1 to 899"});
   }
   for (std::size_t i = 0; i < device.points.size(); ++i) {
     const config::Point& point = device.points[i];
     if (!point.writing.allowed) continue;
     const auto item = WriteAddress(point);
     if (!item || item->category != 'O') continue;
-    doubts.push_back(
-        {i, "can be written: " + FormatAddress(*item) +
-                " is an output of a protection relay, and whoever may write to it may "
-                "trip a breaker; name in `write` of the device only what is meant, and "
-                "say permit: read at listeners that need not"});
+    doubts.push_back({i, "can be written: " + FormatAddress(*item) +
+                             " is an output of a protection relay, and whoever may write to it may "
+                             "trip a breaker; name only the needed points in `write` of the "
+                             "device, and set permit: read at listeners that need not write"});
   }
   return doubts;
 }

@@ -28,7 +28,7 @@ std::optional<Recognised> Recognise(View request, View heard, const config::Opti
         continue;
       return Recognised{Recognised::What::other_master,
                         "another master speaks on the line: it has asked " + Slave(*other.slave),
-                        "a SPA bus has one master: take the other one away"};
+                        "an SPA bus has one master: take the other one away"};
     }
     const auto reply = ParseReply(message);
     if (!reply || !asked || reply->slave == *asked || MatchingReadings(message, false) == 0)

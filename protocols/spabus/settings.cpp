@@ -41,10 +41,10 @@ constexpr auto kTable = SettingsTable(
                      "How often they are told date and time (D), where they know it; 0s: never."))),
     Bind<&Settings::date_zone>(option::OnLine(option::Choice(
         "date_zone", "local", "local,standard,utc",
-        "What D counts hours in: local time of this machine, without its summer time, or UTC."))),
-    Bind<&Settings::clock_delay>(option::OnLine(option::Time(
-        "clock_delay", "0s",
-        "How long converters hold T and D up, beyond the time of their characters."))));
+        "The hours of D: local time of this machine, without its summer time, or UTC."))),
+    Bind<&Settings::clock_delay>(option::OnLine(
+        option::Time("clock_delay", "0s",
+                     "How long converters delay T and D, beyond the time of their characters."))));
 
 int Covered(Continuation continuation) {
   switch (continuation) {

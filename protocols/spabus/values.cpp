@@ -114,12 +114,12 @@ std::string RoundTo(std::string text, std::size_t decimals) {
 }
 
 Result<std::string> EncodeText(const std::string& text) {
-  if (text.empty()) return Error{"an empty text can not be written to an SPA device"};
+  if (text.empty()) return Error{"an empty text cannot be written to an SPA device"};
   if (text.size() > kLongestText) return Error{"an SPA text item has at most 131 characters"};
   for (const char c : text) {
     if (IsReserved(c) || !IsPrintable(static_cast<std::uint8_t>(c))) {
       return Error{"'" + Printable(ToBytes(text)) +
-                   "' can not be written: only printable ASCII without < > : / &"};
+                   "' cannot be written: only printable ASCII without < > : / &"};
     }
   }
   return text;
@@ -206,7 +206,8 @@ Result<std::string> EncodeValue(const Value& value, const config::Point& point) 
     return Error{"'" + point.name + "' takes a number, not a text"};
   }
   const double number = ToDouble(value);
-  if (!std::isfinite(number)) return Error{"'" + point.name + "' can not be set to no number"};
+  if (!std::isfinite(number))
+    return Error{"'" + point.name + "' cannot be set to a value that is not a number"};
   const Limits limits = LimitsOf(IsScaled(point) ? Type::float64 : point.type);
   if (number < limits.low || number > limits.high) {
     return Error{ToText(value) + " is outside the range of '" + point.name + "' (" +

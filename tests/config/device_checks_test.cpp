@@ -102,13 +102,13 @@ TEST(DeviceChecks, OneAddressInAnySpelling) {
 
 TEST(DeviceChecks, WarnsOfAddressesThatAreHardlyMeant) {
   EXPECT_EQ(ProblemsOfTwo("protocol: spabus", "address: 1", "address: 901"),
-            "t.yaml:4:23: warning: device 'e': address 901 lies behind the broadcast number 900, "
-            "where no known device can be set to; write the one that the device shows, 1 to 899\n");
+            "t.yaml:4:23: warning: device 'e': address 901 lies beyond the broadcast number 900, "
+            "which no known device can have; write the number that the device shows, 1 to 899\n");
   EXPECT_EQ(ProblemsOfTwo("protocol: spabus", "address: 1", "address: 899"), "");
   EXPECT_EQ(ProblemsOfTwo("protocol: dcon", "address: 1", "address: 0x00"),
-            "t.yaml:4:23: warning: device 'e': address 0 is that of every module which is started "
-            "with INIT* grounded, whatever it is set to: one such module would answer in this "
-            "one's place; give this module another address, 1 to 255\n");
+            "t.yaml:4:23: warning: device 'e': address 0 is also the address of every module that "
+            "is started with INIT* grounded: such a module would answer in place of this one; give "
+            "this module another address, 1 to 255\n");
 }
 
 TEST(DeviceChecks, WarnsOfARelaysOutputsThatCanBeWritten) {
@@ -116,10 +116,9 @@ TEST(DeviceChecks, WarnsOfARelaysOutputsThatCanBeWritten) {
       ProblemsOf(
           "spabus",
           "profile: spaj140c, write: [output_trip], points: [{ name: output_trip, access: rw }]"),
-      "t.yaml:3:76: warning: device 'd': point 'output_trip' can be written: O13 is an "
-      "output of a protection relay, and whoever may write to it may trip a breaker; name in "
-      "`write` of the device only what is meant, and say permit: read at listeners that need "
-      "not\n");
+      "t.yaml:3:76: warning: device 'd': point 'output_trip' can be written: O13 is an output of a "
+      "protection relay, and whoever may write to it may trip a breaker; name only the needed "
+      "points in `write` of the device, and set permit: read at listeners that need not write\n");
   EXPECT_EQ(ProblemsOf("spabus", "profile: spaj140c"), "") << "its own rows are no doubt";
 }
 
@@ -193,15 +192,13 @@ TEST(DeviceChecks, ModbusTcpHasNoSerialLine) {
                      "echo: strip"),
             "t.yaml:2:72: error: serial: modbus_tcp has no serial line; remove the key\n"
             "t.yaml:2:88: error: echo: modbus_tcp has no serial line; remove the key\n");
-  EXPECT_EQ(
-      problems("protocol: modbus_tcp, port: \"tcp://10.0.0.5:502\"",
-               "address: 1, protocol: modbus_rtu"),
-      "t.yaml:3:36: error: protocol: modbus_rtu can not share a line with modbus_tcp; give it "
-      "a line of its own\n");
-  EXPECT_EQ(
-      problems("protocol: modbus_rtu, port: /dev/l", "address: 1, protocol: modbus_tcp"),
-      "t.yaml:3:36: error: protocol: modbus_tcp can not share a line with modbus_rtu; give it "
-      "a line of its own\n");
+  EXPECT_EQ(problems("protocol: modbus_tcp, port: \"tcp://10.0.0.5:502\"",
+                     "address: 1, protocol: modbus_rtu"),
+            "t.yaml:3:36: error: protocol: modbus_rtu cannot share a line with modbus_tcp; give it "
+            "a line of its own\n");
+  EXPECT_EQ(problems("protocol: modbus_rtu, port: /dev/l", "address: 1, protocol: modbus_tcp"),
+            "t.yaml:3:36: error: protocol: modbus_tcp cannot share a line with modbus_rtu; give it "
+            "a line of its own\n");
 }
 
 /// "#2" is answered by one number, and so is every other read of it.

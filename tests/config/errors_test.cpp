@@ -203,7 +203,7 @@ TEST(LineErrors, OneSentenceEach) {
        "the key"},
       {"name: l, port: /dev/l, protocol: fake, serial: 9600 7N1, parity: even",
        "3:70: error: parity: 'even' belongs to the serial settings; write for example serial: 9600 "
-       "7E1 (here stands who makes it: hardware or software)"},
+       "7E1 (this key says who makes the parity: hardware or software)"},
       {"name: l, protocol: fake",
        "2:3: error: line 'l' needs 'port'; for example port: "
        "/dev/ttyUSB0"},
@@ -301,7 +301,7 @@ TEST(GatewayErrors, EverythingAtOnceInTheOrderOfTheFile) {
             "t.yaml:10:65: error: point 'p': read 'B1' is not understood; write A and a number\n"
             "t.yaml:10:75: error: type: 'real' is unknown; allowed: bool, int16, uint16, int32, "
             "uint32, int64, uint64, float32, float64, string(n)\n"
-            "t.yaml:11:37: error: profile: 'broken' of device 'e' has errors; they stand in "
+            "t.yaml:11:37: error: profile: 'broken' of device 'e' has errors; see "
             "tests/config/profiles/fake/broken.yaml\n"
             "tests/config/profiles/fake/broken.yaml:3:22: error: point 'a': read 'X1' is not "
             "understood; write A and a number\n"

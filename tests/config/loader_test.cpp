@@ -135,7 +135,7 @@ TEST(Loader, MissingFileIsOneClearProblem) {
   const Loaded loaded = config::LoadFile("/nowhere/gate.yaml", FakeCatalog());
   EXPECT_FALSE(loaded.ok());
   EXPECT_EQ(Shown(loaded.problems),
-            "/nowhere/gate.yaml: error: can not be opened: No such file or directory\n");
+            "/nowhere/gate.yaml: error: cannot be opened: No such file or directory\n");
   EXPECT_EQ(Shown(config::LoadFile("config", FakeCatalog()).problems),
             "config: error: is a directory, not a file\n");
 }

@@ -187,8 +187,8 @@ TEST(Outputs, OneSentenceEach) {
        "28: warning: discovery_servers: 10.0.0.7 is not reached from interfaces, which has only "
        "loopback; add this machine's address in that network"},
       {"dds: { multicast: false }",
-       "19: warning: multicast: off, and there are neither peers nor discovery_servers: only who "
-       "asks this gateway finds it"},
+       "19: warning: multicast: off, and there are neither peers nor discovery_servers: only "
+       "participants that ask this gateway find it"},
       {"dds: { lease: 1s }", "15: error: lease: '1s' is out of range; allowed: 2s…1min"},
       {"dds: { heartbeat: 10 }",
        "19: error: heartbeat: '10' has no unit; write for example 10ms or 10s"},

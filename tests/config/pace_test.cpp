@@ -128,9 +128,9 @@ TEST(Pace, WhatAProfileOverrulesIsSaid) {
       "1ms }, devices: [{ name: d, address: 1, profile: relay }] }]\n");
   EXPECT_EQ(Shown(loaded.problems),
             "t.yaml:1:108: warning: device 'd': poll 5s of the line or gateway does not count: its "
-            "profile says 2s; write it at the device if it shall\n"
+            "profile says 2s; write it at the device to use it\n"
             "t.yaml:1:108: warning: device 'd': timing.reply 500ms of the line does not count: its "
-            "profile says 700ms, which is longer; write it at the device if it shall\n");
+            "profile says 700ms, which is longer; write it at the device to use it\n");
 }
 
 TEST(Pace, Recheck) {

@@ -91,7 +91,7 @@ TEST(PointEvents, SayWhatIsWrong) {
   EXPECT_THAT(wrong("[{ on: change }, { on: change, alarm: yes }]"),
               HasSubstr("'change' stands twice"));
   EXPECT_THAT(wrong("{ on: change }, write: B1, access: w", "bool"),
-              HasSubstr("events: 'a' is only written"));
+              HasSubstr("events: 'a' can only be written"));
 }
 
 std::string ProblemsOfTable(const std::string& events) {

@@ -74,7 +74,7 @@ class ToyConversation final : public Conversation {
     const bool write = task.kind == Task::Kind::write;
     const std::size_t point = write ? task.point : queries_.at(task.query).points.front();
     const auto [how, number] = Split(device_.points[point].read);
-    if (how == 'E') return Error{"this point can not be asked"};
+    if (how == 'E') return Error{"this point cannot be asked"};
     if (how == 'S' && closing_) {
       Request request = Make("C0");
       request.closes = true;

@@ -62,7 +62,7 @@ class Reader {
 
   TranscriptScript Read() {
     std::ifstream file(path_);
-    if (!file) Fail("can not be read");
+    if (!file) Fail("cannot be read");
     for (std::string text; std::getline(file, text);) {
       ++line_;
       const std::string_view trimmed = Trim(text);

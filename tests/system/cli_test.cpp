@@ -66,7 +66,7 @@ TEST_F(Cli, OutputThatIsLostIsAFailure) {
     const Finished full = RunToEnd({"/bin/sh", "-c", BAUDGATE_BINARY " " + words + " >/dev/full"},
                                    directory(), Environment());
     EXPECT_EQ(full.code, kCannotOpen) << words;
-    EXPECT_THAT(full.errors, HasSubstr("standard output can not be written")) << words;
+    EXPECT_THAT(full.errors, HasSubstr("standard output cannot be written")) << words;
   }
 }
 

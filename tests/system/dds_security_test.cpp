@@ -78,11 +78,11 @@ TEST_F(DdsSecurity, WithoutRightFilesNothingIsPublishedUntilTheyAreRight) {
   daemon = StartDaemon(SecuredYaml());
   ASSERT_TRUE(EventuallyLogged(*daemon, "dds: the process has not begun: dds: security: key: "));
   EXPECT_TRUE(EventuallyFloat(client, kModuleUnit, 0, 100.25F)) << "lines and Modbus run";
-  EXPECT_THAT(DdsStatus().dump(), HasSubstr(key.string() + " can not be read: No such file"));
+  EXPECT_THAT(DdsStatus().dump(), HasSubstr(key.string() + " cannot be read: No such file"));
   const Finished check = Command({"check", "-c", (directory() / "baudgate.yaml").string()});
   EXPECT_EQ(check.code, 3);
   EXPECT_THAT(check.errors, HasSubstr("baudgate.yaml:3:"));
-  EXPECT_THAT(check.errors, HasSubstr("error: key: " + key.string() + " can not be read"));
+  EXPECT_THAT(check.errors, HasSubstr("error: key: " + key.string() + " cannot be read"));
   const auto open = Start(Watch(""));
   const auto watch = Start(Watch("subscriber-1"));
   fs::rename(Pki("away"), key);

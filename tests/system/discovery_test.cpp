@@ -86,7 +86,7 @@ TEST_F(Discovery, TheServerSaysWhyItCanNotBegin) {
   const auto server = StartServer();
   const Finished second = Command({"discovery-server", "--listen", At()});
   EXPECT_EQ(second.code, 4);
-  EXPECT_THAT(second.errors, HasSubstr("discovery-server: " + At() + " can not be opened: "));
+  EXPECT_THAT(second.errors, HasSubstr("discovery-server: " + At() + " cannot be opened: "));
   EXPECT_THAT(second.errors, HasSubstr("does another discovery server run here?"));
   EXPECT_EQ(Command({"discovery-server", "--listen", "192.0.2.1:11811"}).code, 4);
   const Finished name = Command({"discovery-server", "--listen", "plant"});

@@ -72,5 +72,5 @@ def result(client, unit, command):
 framing, where, unit, *commands = sys.argv[1:]
 master = connect(framing, where)
 if not master.connect():
-    sys.exit(f"{where} can not be opened")
+    sys.exit(f"{where} cannot be opened")
 print(json.dumps([result(master, int(unit), command) for command in commands]))

@@ -55,7 +55,7 @@ async def main(framing, tty, units, *ranges):
     )
     await server.start()
     if server.transport is None:
-        sys.exit(f"{tty} can not be opened")
+        sys.exit(f"{tty} cannot be opened")
     print("ready", flush=True)
     await server.serve_forever()
 

@@ -66,7 +66,8 @@ TEST_F(Reload, ThatChangesOutputsKeepsValuesAndAges) {
   SetFile(Replaced(yaml, "unit: 1, poll: 10min", "unit: 2, poll: 10min"));
   const Finished reload = Ask({"reload"});
   EXPECT_EQ(reload.code, 0) << reload.errors;
-  EXPECT_THAT(reload.output, HasSubstr("line relay: goes on, shown otherwise: unit of relay-1"));
+  EXPECT_THAT(reload.output,
+              HasSubstr("line relay: goes on, with other settings of outputs: unit of relay-1"));
   EXPECT_EQ(client.Float(2, 0), 1.25F);
   EXPECT_EQ(client.Input(1, 0, 2).exception, kNoPath);
   const Json after = LineOf(Status(), "relay");
@@ -195,7 +196,7 @@ TEST_F(Reload, ThatIsOnTrialStaysSoBehindOtherReloads) {
   ASSERT_EQ(Ask({"reload", "--confirm", "60s"}).code, 0);
   const Finished same = Ask({"reload"});
   EXPECT_EQ(same.code, 0) << same.errors;
-  EXPECT_THAT(same.output, AllOf(HasSubstr("nothing has changed\nit is taken back in "),
+  EXPECT_THAT(same.output, AllOf(HasSubstr("nothing has changed\nthe gateway goes back in "),
                                  HasSubstr("baudgate confirm")));
   daemon->Signal(SIGHUP);
   EXPECT_TRUE(
@@ -209,7 +210,7 @@ TEST_F(Reload, ThatIsOnTrialStaysSoBehindOtherReloads) {
     EXPECT_FALSE(Status()["configuration"]["confirm_until"].is_null());
   }
   const Finished other_time = Ask({"reload", "--confirm", "2s"});
-  EXPECT_THAT(other_time.output, HasSubstr("it is taken back in 2s"));
+  EXPECT_THAT(other_time.output, HasSubstr("the gateway goes back in 2s"));
   ASSERT_TRUE(EventuallyLogged(*daemon, "was taken back: nobody has confirmed it in time"));
   EXPECT_TRUE(EventuallyLogged(*daemon, "reload: line io: begins anew: poll of io-1"));
   SetFile(YamlWithSocket());
@@ -267,8 +268,9 @@ TEST_F(Reload, ThatIsTakenBackAfterAKillWithoutItsCopySaysWhatToDo) {
   std::filesystem::remove(ConfirmedCopy());
   const Finished start = Command({"run", "-c", file().string()});
   EXPECT_EQ(start.code, 3);
-  EXPECT_THAT(start.errors, AllOf(HasSubstr("what was confirmed is " + ConfirmedCopy().string()),
-                                  HasSubstr("change " + file().string())));
+  EXPECT_THAT(start.errors,
+              AllOf(HasSubstr("the confirmed configuration " + ConfirmedCopy().string()),
+                    HasSubstr("change " + file().string())));
   daemon = StartDaemon(WithSlowerIo() + "# meant\n");
   EXPECT_TRUE(EventuallyLogged(*daemon, "a configuration was on trial when the gateway ended"));
 }
@@ -279,7 +281,7 @@ TEST_F(Reload, ThatLosesADeviceIsTakenBackAtOnce) {
       Replaced(YamlWithSocket(), "address: 1, profile: module", "address: 5, profile: module");
   SetFile(wrong);
   ASSERT_EQ(Ask({"reload", "--confirm", "10s"}).code, 0);
-  ASSERT_TRUE(EventuallyLogged(*daemon, "io.io-1 was well before"));
+  ASSERT_TRUE(EventuallyLogged(*daemon, "io.io-1 worked before"));
   EXPECT_TRUE(EventuallyFloat(client, kModuleUnit, 0, 100.25F));
 }
 

@@ -132,7 +132,7 @@ TEST(CompareRs485, EachKeyThatTheDriverDoesNotKeepIsNamed) {
   actual.delay_before_send = {};
   actual.rts_active_high = false;
   EXPECT_EQ(CompareRs485(asked, actual, "/dev/ttyS2").error(),
-            "the driver of /dev/ttyS2 can not do this `rs485:`: with it rts_active_high is false, "
+            "the driver of /dev/ttyS2 cannot do this `rs485:`: with it rts_active_high is false, "
             "delay_before_send is 0ms; write what it can do, or use an adapter that switches "
             "direction by itself");
 }
@@ -148,7 +148,7 @@ TEST(CompareSettings, EveryOtherDifferenceIsAnErrorWithAHint) {
             "set `parity: software`");
   EXPECT_EQ(error(Settings(9600, 8, Parity::even, 1), k8N1),
             "the driver of /dev/ttyUSB1 was asked for 9600 8E1 and does 9600 8N1; "
-            "this port can not do that format");
+            "this port cannot do that format");
   EXPECT_NE(error(Settings(10400, 8, Parity::none, 1), k8N1).find("bit rate"), std::string::npos);
   EXPECT_NE(error(Settings(9600, 8, Parity::none, 2), k8N1).find("stop bits"), std::string::npos);
   EXPECT_NE(error(k7E1, Settings(9600, 7, Parity::odd, 1)).find("7O1"), std::string::npos);

@@ -72,7 +72,7 @@ Result<std::string> Archive::Packed() const {
   const int code = ::deflate(&stream, Z_FINISH);
   packed.resize(stream.total_out);
   ::deflateEnd(&stream);
-  if (code != Z_STREAM_END) return Error{"it can not be packed"};
+  if (code != Z_STREAM_END) return Error{"it cannot be packed"};
   return packed;
 }
 

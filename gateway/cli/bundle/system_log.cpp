@@ -12,7 +12,7 @@ Result<std::string> SystemLog() {
       "journalctl --quiet --no-pager --utc --output=short-iso-precise --lines=5000 "
       "--unit=baudgate --unit=baudgate-dds 2>/dev/null";
   const std::unique_ptr<FILE, int (*)(FILE*)> pipe(::popen(kCommand, "r"), ::pclose);
-  if (!pipe) return Error{"journalctl can not be started"};
+  if (!pipe) return Error{"journalctl cannot be started"};
   std::string text;
   std::array<char, 65536> chunk{};
   while (const std::size_t count = std::fread(chunk.data(), 1, chunk.size(), pipe.get())) {

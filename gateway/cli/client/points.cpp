@@ -40,8 +40,8 @@ void PrintPoints(const Json& points, bool read, std::ostream& out) {
 std::string Advice(const WriteOptions& options, const Json& answer) {
   const std::string needs = answer.value("needs", "");
   if (needs == "confirm") {
-    return "; it moves something: 'baudgate write " + options.target + " " + options.value +
-           " --confirm' if you mean it";
+    return "; it moves something; to confirm it, run 'baudgate write " + options.target + " " +
+           options.value + " --confirm'";
   }
   if (needs.empty()) return {};
   return "; 'write: allow', or a list of points, at the device in the configuration lets it be "
@@ -80,7 +80,7 @@ int RunRead(const ReadOptions& options, std::ostream& out, std::ostream& err) {
   }
   if (read) return 0;
   err << "baudgate: " << options.target << ": " << answer.value("reason", "")
-      << "; what is not from now is marked; see 'baudgate status'\n";
+      << "; old values are marked; see 'baudgate status'\n";
   return kNotDone;
 }
 

@@ -36,8 +36,8 @@ int RunReload(const ReloadCommand& options, std::ostream& out, std::ostream& err
   const int code = Tell(answer, out, err);
   const std::chrono::milliseconds left(answer.value("confirm_ms", std::int64_t{0}));
   if (left > 0ms) {
-    out << "it is taken back in " << FormatDuration(left)
-        << ", or when devices do not answer any more, unless you write: baudgate confirm\n";
+    out << "the gateway goes back in " << FormatDuration(left)
+        << ", or when devices stop answering, unless you run: baudgate confirm\n";
   }
   return code;
 }

@@ -122,8 +122,8 @@ Choice Choose(const std::string& file, const config::Catalog& catalog, std::ostr
   }
   PrintProblems(choice.loaded.problems, err);
   if (!choice.loaded.ok()) {
-    err << "baudgate: what was confirmed is " << copy << ", and can not be run; change " << file
-        << ", and the next start takes it\n";
+    err << "baudgate: the confirmed configuration " << copy << " cannot be run; change " << file
+        << ", and the next start uses it\n";
   }
   return choice;
 }

@@ -55,7 +55,7 @@ Result<Captures> ReadCaptures(std::istream& in) {
       return Error{"line " + std::to_string(number) + ": " + taken.error()};
     }
   }
-  if (in.bad()) return Error{"the captures can not be read; is this a file?"};
+  if (in.bad()) return Error{"the captures cannot be read; is this a file?"};
   if (captures.exchanges.empty()) {
     return Error{"no exchange here; write lines \"> hex\" and \"< hex\""};
   }

@@ -27,7 +27,7 @@ int RunCerts(const CertsOptions& options, std::ostream& out, std::ostream& err) 
   demo.writers = options.writers;
   if (demo.gateways.empty() && demo.subscribers == 0 && demo.writers == 0) {
     if (fs::exists(fs::path(folder) / "ca", error)) {
-      err << "certs: " << folder << " has an authority; say what else it shall issue, with "
+      err << "certs: " << folder << " has an authority; name what it is to issue: "
           << "--gateway NAME, --subscribers N or --writers N\n";
       return kNotWritten;
     }
@@ -42,7 +42,7 @@ int RunCerts(const CertsOptions& options, std::ostream& out, std::ostream& err) 
   }
   const auto made = pki::WriteDemoPki(demo, ReadClocks().wall);
   if (!made) {
-    err << "certs: " << made.error() << "; nothing is written over\n";
+    err << "certs: " << made.error() << "; no file is overwritten\n";
     return kNotWritten;
   }
   out << "made, valid for 5 years:\n";

@@ -18,7 +18,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr char kNoPorts[] =
     "This machine has no serial port. Plug an adapter in; if none appears, `sudo dmesg | tail` "
-    "says what the kernel thinks of it. Serial servers in the network need no port: "
+    "shows what the kernel reports. Serial servers in the network need no port: "
     "port: tcp://HOST:PORT.\n";
 /// FTDI adapters begin with 16 ms, which is long between two frames.
 constexpr int kShortLatency = 1;

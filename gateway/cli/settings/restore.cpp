@@ -159,7 +159,8 @@ void PrintPlan(const Comparison& comparison, const Plan& plan, const Denials& de
   }
   const std::size_t fixed = comparison.different.size() - plan.size();
   if (fixed > 0) {
-    out << now.target() << ": " << Count(fixed) << " that differ can only be read, and stay\n";
+    out << now.target() << ": " << Count(fixed)
+        << " that differ can only be read, and are not written\n";
   }
   for (const Difference& row : plan) {
     const auto found = denials.find(row.filed->point);
@@ -196,7 +197,7 @@ int RunSettingsRestore(const SettingsOptions& options, PointWriter& writer, std:
   if (!denials.empty()) {
     out << now.target() << " (" << now.designation
         << "): nothing is written: " << Count(denials.size()) << " of " << plan->size()
-        << " would be denied; allow what is meant, and take the rest out of the file\n";
+        << " would be denied; allow them, or remove their rows from the file\n";
     return kDiffers;
   }
   if (!options.confirm) {

@@ -28,19 +28,19 @@ Status WriteNew(const std::string& path, const std::string& text) {
   if (file < 0 && errno == EEXIST) {
     return Error{path + ": is there already; choose another name, or remove it"};
   }
-  if (file < 0) return failed("can not be made");
+  if (file < 0) return failed("cannot be made");
   std::size_t written = 0;
   while (written < text.size()) {
     const auto count = ::write(file, text.data() + written, text.size() - written);
     if (count < 0 && errno == EINTR) continue;
     if (count <= 0) {
-      Status why = failed("can not be written");
+      Status why = failed("cannot be written");
       ::close(file);
       return why;
     }
     written += static_cast<std::size_t>(count);
   }
-  if (::close(file) != 0) return failed("can not be written");
+  if (::close(file) != 0) return failed("cannot be written");
   return {};
 }
 
@@ -81,7 +81,7 @@ int RunSettingsDump(const SettingsOptions& options, std::ostream& out, std::ostr
   }
   if (sheet.designation.empty()) {
     err << "baudgate: " << options.target
-        << " has not said what it is: the file can not be compared nor restored\n";
+        << " has not said what it is: the file cannot be compared nor restored\n";
   }
   return kDiffers;
 }

@@ -30,7 +30,7 @@ sockaddr_in AddressOf(const UdpAddress& at) {
 
 Error CanNotOpen(const config::HostPort& at, int reason) {
   std::string text =
-      at.host + ":" + std::to_string(at.port) + " can not be opened: " + std::strerror(reason);
+      at.host + ":" + std::to_string(at.port) + " cannot be opened: " + std::strerror(reason);
   if (reason == EADDRINUSE) text += "; does another discovery server run here?";
   if (reason == EADDRNOTAVAIL) text += "; list this machine's addresses with: ip -4 addr";
   return Error{text};

@@ -178,7 +178,7 @@ struct AnySubscriber::Impl final : fast::DomainParticipantListener {
     Tell(topic, "");
     const fast::TypeSupport support(new AnyType(topic.type, topic.offer.type));
     if (support.register_type(participant) != ReturnCode_t::RETCODE_OK) {
-      return Tell(topic, "its type can not be used");
+      return Tell(topic, "its type cannot be used");
     }
     auto* const created =
         participant->create_topic(topic.name, topic.offer.type, fast::TOPIC_QOS_DEFAULT);

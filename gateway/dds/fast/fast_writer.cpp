@@ -262,7 +262,7 @@ Result<std::unique_ptr<SampleWriter>> CreateFastWriter(const ParticipantOptions&
                                         : "")};
   }
   if (!requests_for.empty() && !writer->Listen(requests_for)) {
-    return Error{std::string("dds: write requests can not be listened for") +
+    return Error{std::string("dds: write requests cannot be listened for") +
                  (options.security.on() ? "; do " + options.security.permissions +
                                               " let this gateway subscribe baudgate/write and "
                                               "publish baudgate/write_reply?"

@@ -43,7 +43,7 @@ Status LinkServer::Take(View packet) {
       ended_ = true;
       return {};
     default:
-      return Error{"the daemon sent a message that is not its to send"};
+      return Error{"the daemon sent a message that it must not send"};
   }
 }
 

@@ -108,16 +108,16 @@ void ProcessLink::Start(Instant now) {
   const auto program =
       options_.program.empty() ? FindProgram("baudgate-dds") : Result(options_.program);
   if (!program) {
-    return keeper_.Ended("can not be started: " + program.error() + "; install baudgate-dds", now);
+    return keeper_.Ended("cannot be started: " + program.error() + "; install baudgate-dds", now);
   }
   auto ends = MakePacketPair();
-  if (!ends) return keeper_.Ended("can not be started: " + ends.error(), now);
+  if (!ends) return keeper_.Ended("cannot be started: " + ends.error(), now);
   auto child =
       ChildProcess::Start(*program,
                           {"--link", std::to_string(kLinkDescriptor), "--parent",
                            std::to_string(::getpid()), "--memory", std::to_string(options_.memory)},
                           ends->second);
-  if (!child) return keeper_.Ended("can not be started: " + child.error(), now);
+  if (!child) return keeper_.Ended("cannot be started: " + child.error(), now);
   child_ = std::move(*child);
   Talk(std::move(ends->first), now);
 }
@@ -182,7 +182,7 @@ Status ProcessLink::Understand(View packet, Instant now) {
       return {};
     }
     default:
-      return Error{"sent a message that is not its to send"};
+      return Error{"sent a message that it must not send"};
   }
 }
 

@@ -102,7 +102,7 @@ void RequestDesk::Sweep(const Now& now) {
   const auto self = shared_from_this();
   RoutedReply nothing;
   nothing.outcome = Outcome::no_reply;
-  nothing.reason = "nothing was heard of it by its deadline";
+  nothing.reason = "nothing was known of it by its deadline";
   nothing.sent = true;  // for all that is known
   for (const auto& [number, routed] : late) {
     if (routed) {

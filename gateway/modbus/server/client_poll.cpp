@@ -21,7 +21,7 @@ Status ClientPoll::Open() {
   set_.assign(set, failed);
   if (failed) {
     ::close(set);
-    return Error{"the Modbus clients can not be waited for: " + failed.message()};
+    return Error{"the Modbus clients cannot be waited for: " + failed.message()};
   }
   return {};
 }

@@ -166,7 +166,7 @@ void Listener::Welcome(tcp::socket socket) {
   }
   if (sessions_.size() >= MostClients()) {
     return Refuse(name, points_.limits().client_share < 1
-                            ? "as many are connected already as there are file descriptors for"
+                            ? "there is no file descriptor for another client"
                             : "max_clients are connected already");
   }
   asio::error_code failed;

@@ -41,7 +41,8 @@ PassedSockets::PassedSockets() {
     if (endpoint) {
       passed_.push_back({fd, *endpoint});
     } else {
-      log::Warn("modbus: descriptor {} that was passed is no listening TCP socket; closed", fd);
+      log::Warn(
+          "modbus: systemd has passed descriptor {}, which is no listening TCP socket; closed", fd);
       ::close(fd);
     }
   }

@@ -181,7 +181,7 @@ void Upstream::Link::ExpireSent(Instant now) {
   if (expired_.size() > kMostExpired)
     expired_.erase(expired_.begin(), expired_.end() - kMostExpired);
   if (!connection_) return;
-  if (silent_ >= kSilentDeadlines) return Break("answers nothing any more");
+  if (silent_ >= kSilentDeadlines) return Break("does not answer any more");
   if (!HasHalfOfExpired()) return;
   TakeBackReads(nullptr);
   Break("left a reply unfinished");

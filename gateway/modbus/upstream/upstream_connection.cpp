@@ -49,7 +49,7 @@ void UpstreamConnection::Connect(const std::vector<tcp::endpoint>& endpoints) {
       [self = shared_from_this()](const asio::error_code& error, const tcp::endpoint&) {
         if (self->owner_ == nullptr) return;
         if (!error) return self->Begin();
-        self->owner_->OnBroken("can not be reached: " + error.message());
+        self->owner_->OnBroken("cannot be reached: " + error.message());
       });
 }
 
@@ -57,7 +57,7 @@ void UpstreamConnection::Begin() {
   WatchPeer(socket_);
   asio::error_code failed;
   socket_.non_blocking(true, failed);
-  if (failed) return owner_->OnBroken("can not be used: " + failed.message());
+  if (failed) return owner_->OnBroken("cannot be used: " + failed.message());
   connected_ = true;
   Read();
   owner_->OnConnected();
@@ -102,7 +102,7 @@ void UpstreamConnection::TakeFrames() {
     if (owner_ == nullptr) return;
   }
   const std::string defect(input_.Defect());
-  if (!defect.empty()) return owner_->OnBroken("sent what is no Modbus TCP: " + defect);
+  if (!defect.empty()) return owner_->OnBroken("sent something that is not Modbus TCP: " + defect);
   Read();
   owner_->OnFramesRead();
 }

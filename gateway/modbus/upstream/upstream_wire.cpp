@@ -113,7 +113,7 @@ void Upstream::Link::OnFrame(View frame) {
   if (refused) return AnswerSent(sent, Outcome::refused, pdu, "");
   if (pdu[0] == sent.function()) return AnswerSent(sent, Outcome::ok, pdu, "");
   AnswerSent(sent, Outcome::unexpected, {},
-             name_ + " answered what does not fit the request: " +
+             name_ + " sent an answer that does not fit the request: " +
                  ToHex(pdu.first(std::min(pdu.size(), kShownOfReply))));
 }
 

@@ -102,7 +102,7 @@ TEST_F(PointRequestsTest, AReadAsksForOnePointOrAllThatCanBeRead) {
   EXPECT_EQ(one["points"][0]["value"], 5);
   const Json all = Json::parse(Ask(R"({"command":"read","target":"io.ai-1"})"));
   EXPECT_EQ(all["points"].size(), config_.lines[1].devices[0].points.size() - 1)
-      << "trip can not be read";
+      << "trip cannot be read";
   EXPECT_EQ(lines_.calls().at(0), "user:anna reads 0 of device 2");
 }
 

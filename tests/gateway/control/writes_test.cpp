@@ -160,7 +160,7 @@ TEST_F(WritesTest, TroubleIsTold) {
   audit_.trouble = "events.db: it is damaged";
   Start();
   EXPECT_EQ(Run(), 4);
-  EXPECT_THAT(err_.str(), HasSubstr("can not be read: events.db: it is damaged"));
+  EXPECT_THAT(err_.str(), HasSubstr("cannot be read: events.db: it is damaged"));
 }
 
 TEST_F(WritesTest, ADiskThatFailsIsInTheStatus) {

@@ -23,7 +23,7 @@ TEST(Modules, OfAnotherContractAreRefusedWithoutACallIntoThem) {
   EXPECT_THAT(modules.refused,
               Contains(AllOf(HasSubstr("/other.so was built for gcc0-cxxabi0 contract 0, "),
                              HasSubstr("this daemon for " + std::string(kContractTag)),
-                             HasSubstr("install those of one release"))));
+                             HasSubstr("install both from one release"))));
   EXPECT_THAT(modules.refused,
               Contains(HasSubstr("/older.so was built for an older plugin contract")));
   EXPECT_THAT(modules.refused,

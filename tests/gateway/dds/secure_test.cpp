@@ -182,7 +182,7 @@ TEST_F(SecureTest, WithoutRightFilesThereIsNoParticipant) {
   files.ca = stranger_.In("ca/ca.pem");
   EXPECT_THAT(error(files), HasSubstr(" was not issued by "));
   files = folder_.Of("nobody");
-  EXPECT_THAT(error(files), HasSubstr("nobody/ca.pem can not be read: No such file"));
+  EXPECT_THAT(error(files), HasSubstr("nobody/ca.pem cannot be read: No such file"));
   const PkiFolder old("old");
   ASSERT_TRUE(old.Make({}, 1, ReadClocks().wall - 48h, 24h).ok());
   EXPECT_THAT(error(old.Of("subscriber-1")), HasSubstr("identity.pem has expired on "));

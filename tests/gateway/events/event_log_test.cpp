@@ -179,7 +179,7 @@ TEST_F(EventLogTest, TellsHowTheGatewayHasStartedAndEnded) {
   EXPECT_EQ(texts[0], "baudgate 1 has started");
   EXPECT_EQ(texts[1], "1");
   EXPECT_EQ(texts[2], "the gateway ends");
-  EXPECT_EQ(texts[3], "baudgate 2 has started; the one before had ended in order");
+  EXPECT_EQ(texts[3], "baudgate 2 has started; the run before ended in order");
   // A gateway that is killed writes nothing any more.
   const std::string other = (file().parent_path() / "killed.db").string();
   std::filesystem::copy(file(), other);
@@ -187,7 +187,7 @@ TEST_F(EventLogTest, TellsHowTheGatewayHasStartedAndEnded) {
   const auto next = Start(other, {}, {}, true);
   next->Started("4");
   while (next->state().newest < 8) std::this_thread::yield();
-  EXPECT_THAT(Texts(*next).back(), HasSubstr("4 has started; the one before was broken off after"));
+  EXPECT_THAT(Texts(*next).back(), HasSubstr("4 has started; the run before was broken off after"));
 }
 
 TEST_F(EventLogTest, KeepsThePlaceOfAConsumerAndReadsWhatHasLeftTheMemory) {

@@ -42,7 +42,7 @@ TEST(EventRecord, HasTheWordsOfTheProfile) {
   EXPECT_EQ(records[3].text, "") << "not in the table";
   EXPECT_EQ(records[3].code, 9U);
   EXPECT_EQ(records[3].state, EventState::message);
-  EXPECT_EQ(records[4].text, "?") << "what can not be read";
+  EXPECT_EQ(records[4].text, "?") << "what cannot be read";
   EXPECT_EQ(records[4].clock, ClockQuality::none);
   EXPECT_EQ(records[4].device_time, kHappened);
 }

@@ -75,9 +75,9 @@ TEST(OwnRecords, SayHowTheGatewayHasStartedAndEnded) {
   using End = LastRun::End;
   EXPECT_EQ(StartRecord("1", {}, kAt).text, "baudgate 1 has started");
   EXPECT_EQ(StartRecord("1", {End::in_order, kAt}, kAt).text,
-            "baudgate 1 has started; the one before had ended in order");
+            "baudgate 1 has started; the run before ended in order");
   EXPECT_EQ(StartRecord("1", {End::broken_off, kAt}, kAt).text,
-            "baudgate 1 has started; the one before was broken off after " + FormatWallTime(kAt));
+            "baudgate 1 has started; the run before was broken off after " + FormatWallTime(kAt));
   EXPECT_EQ(StartRecord("1", {}, kAt).code, 1000001U);
   EXPECT_EQ(EndRecord(kAt).code, 1000002U);
   EXPECT_EQ(EndRecord(kAt).text, "the gateway ends");

@@ -92,7 +92,7 @@ TEST_F(EchoWatchTest, VerifyNamesAnEchoThatNeverCame) {
   EXPECT_EQ(end_.reason, "no reply, and not even the echo of the request");
   Exchange(watch, read_, "?", Outcome::no_reply);
   EXPECT_TRUE(missed_);
-  EXPECT_EQ(end_.reason, "the echo of the request stopped in its midst");
+  EXPECT_EQ(end_.reason, "the echo of the request broke off");
   Exchange(watch, read_, "", Outcome::line_down);
   EXPECT_FALSE(missed_) << "the port was lost";
 }

@@ -65,8 +65,8 @@ TEST_F(SecurityCheck, Times) {
                   "permissions: g/permissions.p7s have expired on 2031-11-21; have new ones "
                   "signed"));
   EXPECT_THAT(Found(kNow - 48h),
-              ElementsAre(StartsWith("ca: g/ca.pem is valid from 2026-11-21T00:00:00.000Z on only"),
-                          StartsWith("identity: g/identity.pem is valid from ")));
+              ElementsAre(StartsWith("ca: g/ca.pem is not valid before 2026-11-21T00:00:00.000Z"),
+                          StartsWith("identity: g/identity.pem is not valid before ")));
 }
 
 TEST_F(SecurityCheck, OfAnotherAuthority) {
@@ -89,8 +89,9 @@ TEST_F(SecurityCheck, AKeyThatIsNotTheCertificates) {
 
 TEST_F(SecurityCheck, AKeyThatEverybodyCanRead) {
   fs::permissions(files_.key, fs::perms::others_read, fs::perm_options::add);
-  EXPECT_THAT(Found(), ElementsAre("warning key: g/key.pem can be read by everybody; chmod o= "
-                                   "takes that away"));
+  EXPECT_THAT(
+      Found(),
+      ElementsAre("warning key: g/key.pem can be read by everybody; mend that with chmod o="));
 }
 
 TEST_F(SecurityCheck, AKeyWithAPassword) {
@@ -120,7 +121,7 @@ TEST_F(SecurityCheck, MissingAndDamagedFiles) {
     EXPECT_FALSE(CheckSecurity(files_, kNow).FirstError().empty()) << file;
     fs::remove(file);
     EXPECT_THAT(CheckSecurity(files_, kNow).FirstError(),
-                HasSubstr(file + " can not be read: No such file or directory"));
+                HasSubstr(file + " cannot be read: No such file or directory"));
     WriteText(file, text);
     fs::permissions(file, fs::perms::owner_read | fs::perms::owner_write);
   }

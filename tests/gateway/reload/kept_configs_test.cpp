@@ -67,9 +67,9 @@ TEST_F(KeptConfigsTest, WhatIsConfirmedIsTaken) {
 TEST_F(KeptConfigsTest, WhatWasTakenBackIsNotTakenUntilTheFileDiffers) {
   ASSERT_TRUE(Add("a", false));
   ASSERT_TRUE(Add("b", true));
-  ASSERT_TRUE(Again().TakeBack("bay.a was well before"));
+  ASSERT_TRUE(Again().TakeBack("bay.a worked before"));
   EXPECT_EQ(Again().trial(), Trial::taken_back);
-  EXPECT_EQ(Again().why_taken_back(), "bay.a was well before");
+  EXPECT_EQ(Again().why_taken_back(), "bay.a worked before");
   EXPECT_TRUE(Again().IsUnconfirmed("b"));
   EXPECT_TRUE(Again().IsUnconfirmed("b")) << "at every start";
   EXPECT_FALSE(Again().IsUnconfirmed("c"));

@@ -25,7 +25,7 @@ TEST(Probation, LooksAtTimeAndDevices) {
       {"all is well", Health::well, 30s, Health::well, ""},
       {"the last moment", Health::well, 59s, Health::well, ""},
       {"nobody comes", Health::well, 60s, Health::well, "nobody has confirmed it in time"},
-      {"gone bad", Health::well, 1s, Health::ill, "bay.a was well before, and is not any more"},
+      {"gone bad", Health::well, 1s, Health::ill, "bay.a worked before, and does not any more"},
       {"bad before", Health::ill, 30s, Health::ill, ""},
       {"not asked yet", Health::well, 19s, Health::unknown, ""},
       {"not asked for long", Health::well, 20s, Health::unknown, "has not answered since"},
@@ -62,8 +62,8 @@ TEST(Probation, ThatTakesThePlaceOfAnotherKnowsWhatWasWellBeforeThat) {
     return probation.Look(kStart + after, {{"bay.a", a}, {"bay.b", b}}).value_or("");
   };
   EXPECT_EQ(look(69s, Health::unknown, Health::well), "");
-  EXPECT_THAT(look(70s, Health::unknown, Health::well), HasSubstr("bay.a was well before"));
-  EXPECT_THAT(look(60s, Health::well, Health::ill), HasSubstr("bay.b was well before"));
+  EXPECT_THAT(look(70s, Health::unknown, Health::well), HasSubstr("bay.a worked before"));
+  EXPECT_THAT(look(60s, Health::well, Health::ill), HasSubstr("bay.b worked before"));
   EXPECT_EQ(look(109s, Health::well, Health::well), "");
   EXPECT_THAT(look(110s, Health::well, Health::well), HasSubstr("nobody has confirmed"));
   probation.End();

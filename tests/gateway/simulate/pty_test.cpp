@@ -94,7 +94,7 @@ TEST_F(PtyLink, LinksToAnythingElseAreLeftAlone) {
 TEST_F(PtyLink, MissingFolderIsAnError) {
   const auto pty = Pty::Create((folder_ / "none" / "line").string());
   ASSERT_FALSE(pty.ok());
-  EXPECT_NE(pty.error().find("can not make the link"), std::string::npos);
+  EXPECT_NE(pty.error().find("cannot make the link"), std::string::npos);
 }
 
 TEST(Pty, PassesEveryByteUntouched) {

@@ -138,7 +138,7 @@ TEST_F(DeviceMemoryTest, ADiskThatFailsIsToldOnceAndTriedAgain) {
     memory->Set(1, "serial 2");
   }
   ASSERT_EQ(warnings_.size(), 1U);
-  EXPECT_NE(warnings_[0].find("can not write"), std::string::npos);
+  EXPECT_NE(warnings_[0].find("cannot write"), std::string::npos);
   {
     const auto memory = Start();
     fs::remove_all(file().string() + ".part");

@@ -82,8 +82,8 @@ TEST_F(EventsFileTest, AnEmptyFileIsALoss) {
   EXPECT_TRUE(opened.ok) << opened.error;
   EXPECT_TRUE(opened.new_file);
   EXPECT_EQ(opened.put_aside, file().string() +
-                                  " is damaged (it is empty: what it held is lost) and is "
-                                  "events.db.bad now; a new one is begun");
+                                  " is damaged (it is empty: its content is lost) and was renamed "
+                                  "to events.db.bad; a new one begins");
   EXPECT_TRUE(std::filesystem::exists(file().string() + ".bad-wal"));
   EventsConnection second(file());
   EXPECT_EQ(second.Open().put_aside, "");

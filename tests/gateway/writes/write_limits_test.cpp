@@ -74,7 +74,7 @@ TEST(WriteLimits, WhatTheDeviceCanNotBeSetToIsNotRounded) {
   config::Point point = SettingOf(Type::uint16);
   point.scale = 10;
   EXPECT_EQ(Inexact(point, std::int64_t{50}), "");
-  EXPECT_EQ(Inexact(point, std::int64_t{46}), "the device can not be set to 46, but to 50");
+  EXPECT_EQ(Inexact(point, std::int64_t{46}), "the device cannot be set to 46, but to 50");
   point.scale = 0.01;
   EXPECT_EQ(Inexact(point, std::int64_t{12}), "");
   point.scale = 1;
@@ -131,7 +131,8 @@ TEST(WriteLimits, WholeNumbersToo) {
 /// 7.5 with its words exchanged.
 TEST(WriteLimits, AFloat32InTheWrongOrderIsSeen) {
   const config::Point point = SettingOf(Type::float32);
-  EXPECT_THAT(WhyOutside(point, 2.329518567093576e-41), HasSubstr("are the words of the float"));
+  EXPECT_THAT(WhyOutside(point, 2.329518567093576e-41),
+              HasSubstr("is the word order of the float"));
   EXPECT_EQ(WhyOutside(point, 0.0), "");
   EXPECT_EQ(WhyOutside(point, -1e-30), "");
 }

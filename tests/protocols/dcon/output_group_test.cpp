@@ -55,7 +55,7 @@ TEST(DconOutputs, OfAnotherWordGroupOrPlaceDoNot) {
   EXPECT_EQ(together("@[b1]", "#11{bit}"), 1U);
   EXPECT_EQ(together("$6[b8]", "#B0{bit}"), 1U);
   EXPECT_EQ(together("$6[b9]", "#11{bit}"), 1U) << "its bit stands elsewhere";
-  EXPECT_EQ(together("", "#11{bit}"), 1U) << "it can not be read";
+  EXPECT_EQ(together("", "#11{bit}"), 1U) << "it cannot be read";
   EXPECT_EQ(together("$6[b1]", "#11{bit}", {{"invert", std::int64_t{3840}}}), 2U) << "of inputs";
   EXPECT_EQ(together("$6[b1]", "#11{bit}", {{"invert", std::int64_t{1}}}), 1U);
 }

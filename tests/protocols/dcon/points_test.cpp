@@ -73,7 +73,7 @@ TEST(DconRead, RefusesWhatChangesTheModule) {
   for (const std::string_view bad :
        {"%01400640", "%", "~**", "#**", "~1", "~3164", "~5P", "~E1", "$0", "$1", "$9", "$90", "$40",
         "$5", "$5FF", "$7C0R08", "$C", "$C0"}) {
-    EXPECT_NE(ReadFailure(bad).find("can not be polled"), std::string::npos) << ReadFailure(bad);
+    EXPECT_NE(ReadFailure(bad).find("cannot be polled"), std::string::npos) << ReadFailure(bad);
   }
   EXPECT_NE(ReadFailure("$60").find("resets the counter"), std::string::npos);
   EXPECT_NE(ReadFailure("$4").find("stores the output"), std::string::npos);

@@ -154,7 +154,7 @@ TEST(ModbusScale, SaysWhereItCanNotBe) {
   const Status status =
       CheckPoint(baudgate::WritePoint("p", "holding 200 int16 scale(203)", {}, Type::float32));
   ASSERT_FALSE(status);
-  EXPECT_NE(status.error().find("can not be written"), std::string::npos) << status.error();
+  EXPECT_NE(status.error().find("cannot be written"), std::string::npos) << status.error();
 }
 
 // ---------------------------------------------------------------- dates

@@ -87,7 +87,7 @@ TEST(ModbusPlace, ErrorsSayWhatWouldBeRight) {
         << point.read << " / " << point.write << ": '" << ErrorOf(point) << "'";
   }
   config::Point meaning = WritePoint("p", "holding 5 text(fault)", {}, Type::string);
-  EXPECT_NE(ErrorOf(meaning).find("can not be written"), std::string::npos);
+  EXPECT_NE(ErrorOf(meaning).find("cannot be written"), std::string::npos);
 }
 
 TEST(ModbusPlace, AWritePlaceHasTheFormOfTheRead) {

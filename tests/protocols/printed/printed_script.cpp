@@ -58,7 +58,7 @@ bool Take(std::string_view line, int number, std::vector<PrintedPart>& parts) {
 std::vector<PrintedPart> ReadPrintedScript(const std::string& path) {
   std::vector<PrintedPart> parts;
   std::ifstream in(path);
-  EXPECT_TRUE(in.good()) << "can not be read: " << path;
+  EXPECT_TRUE(in.good()) << "cannot be read: " << path;
   std::string line;
   for (int number = 1; std::getline(in, line); ++number) {
     if (line.empty() || line.front() == '#') continue;

@@ -97,8 +97,8 @@ TEST(ClockCare, IsCheckedWithItsPoints) {
     return [=](Device& its) { its.options.Set(name, std::int64_t{value.count()}); };
   };
   const Row rows[] = {
-      {time("correct_clock", 1s), "from 2s up to what correct_clock_most says"},
-      {time("correct_clock", 61s), "from 2s up to what correct_clock_most says"},
+      {time("correct_clock", 1s), "give 2s up to correct_clock_most"},
+      {time("correct_clock", 61s), "give 2s up to correct_clock_most"},
       {time("correct_clock_most", 121s), "by 120s at most"},
       {[](Device& its) { its.options.Set("time_zone", std::string()); }, "time_zone"},
       {[](Device& its) { its.points[0].name = "drift"; }, "a point clock_drift"},

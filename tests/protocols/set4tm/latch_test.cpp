@@ -126,7 +126,7 @@ TEST(Latch, IsChecked) {
   EXPECT_TRUE(Set4tmProtocol().doubts(device).empty());
   device.points[0].read = kOneFloat;
   EXPECT_EQ(says(1min), "");
-  EXPECT_EQ(Set4tmProtocol().doubts(device).size(), 1U) << "nothing latched is read";
+  EXPECT_EQ(Set4tmProtocol().doubts(device).size(), 1U) << "no point reads a latched value";
   EXPECT_FALSE(ParseField("08 14 F0 latched@0"));
   EXPECT_FALSE(ParseField("08 14 50 latched@1"));
 }

@@ -69,7 +69,7 @@ TEST_F(EventSessionTest, SaysThatItsEventsCanNotBeRead) {
     Ask();
     session_.OnFailure(Outcome::corrupt);
   }
-  EXPECT_THAT(session_.remark().text, HasSubstr("can not be read"));
+  EXPECT_THAT(session_.remark().text, HasSubstr("cannot be read"));
   AskUpToL();
   EXPECT_EQ(session_.remark().text, "");
 }

@@ -159,7 +159,7 @@ TEST_P(SpaProfile, LimitsAreThoseOfTheReference) {
     EXPECT_EQ(point.writing.select, allowed.select) << item;
     expected.erase(item);
   }
-  for (const auto& [item, allowed] : expected) ADD_FAILURE() << item << " can not be written";
+  for (const auto& [item, allowed] : expected) ADD_FAILURE() << item << " cannot be written";
 }
 
 INSTANTIATE_TEST_SUITE_P(Shipped, SpaProfile, ::testing::Values("spaj140c", "spau130c"),

@@ -46,7 +46,7 @@ TEST(SpaProtocol, RefusesPointsThatCanNotWork) {
   EXPECT_FALSE(Check("I1/5", Type::float32));
   EXPECT_FALSE(Check("F", Type::float32));
   EXPECT_FALSE(Check("3A", Type::uint16));
-  EXPECT_FALSE(Check("I1", Type::float32, Access::read_write)) << "inputs can not be written";
+  EXPECT_FALSE(Check("I1", Type::float32, Access::read_write)) << "inputs cannot be written";
   EXPECT_FALSE(Check("F", Type::string, Access::read_write));
   EXPECT_FALSE(Check("", Type::uint16));
   config::Point number = MakePoint("I1");

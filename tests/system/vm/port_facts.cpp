@@ -52,7 +52,7 @@ int main(int argc, char** argv) {
   }
   const int fd = open(argv[1], O_RDWR | O_NOCTTY | O_NONBLOCK);
   if (fd < 0) {
-    std::fprintf(stderr, "can not open %s: %s\n", argv[1], std::strerror(errno));
+    std::fprintf(stderr, "cannot open %s: %s\n", argv[1], std::strerror(errno));
     return 4;
   }
   PrintCounters(fd);

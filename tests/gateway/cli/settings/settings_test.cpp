@@ -252,7 +252,7 @@ TEST_F(SettingsTest, BadFilesAreNamedWithTheirPlaces) {
   EXPECT_EQ(Compare(), 3);
   file_ = directory_ / "missing";
   EXPECT_EQ(Compare(), 3);
-  EXPECT_THAT(err_.str(), HasSubstr("missing: error: can not be opened"));
+  EXPECT_THAT(err_.str(), HasSubstr("missing: error: cannot be opened"));
 }
 
 TEST_F(SettingsTest, RestoringIsOnlyShownUntilItIsConfirmed) {

@@ -69,10 +69,10 @@ TEST(LinkKeeper, OneThatNeverOpensIsNotLostButWaitedFor) {
   Instant now = kStart;
   for (int i = 0; i < 3; ++i) {
     UntilStart(keeper, now);
-    keeper.Ended("can not be started: there is no such file", now);
+    keeper.Ended("cannot be started: there is no such file", now);
   }
   EXPECT_EQ(keeper.state().phase, Phase::waiting);
-  EXPECT_EQ(keeper.state().reason, "can not be started: there is no such file");
+  EXPECT_EQ(keeper.state().reason, "cannot be started: there is no such file");
   EXPECT_EQ(keeper.state().next_start, now + 1s);
   EXPECT_EQ(keeper.state().times_lost, 0U);
 }

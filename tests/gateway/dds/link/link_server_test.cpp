@@ -194,7 +194,7 @@ TEST_F(LinkServerTest, WhatIsWrongClosesTheLink) {
   EXPECT_THAT(Take(*ParseHex("01 01 00 00")).error(), HasSubstr("version 1"));
   EXPECT_THAT(Take(*ParseHex("01 05 01 00 00")).error(), HasSubstr("damaged request"));
   Open();
-  EXPECT_THAT(Take(EncodeBare(LinkKind::opened)).error(), HasSubstr("not its to send"));
+  EXPECT_THAT(Take(EncodeBare(LinkKind::opened)).error(), HasSubstr("must not send"));
   EXPECT_THAT(Take(*ParseHex("02 05 04 00 00 01 00 00")).error(), HasSubstr("damaged sample"));
   Bytes long_version(kMaxLinkMessage);
   long_version.resize(

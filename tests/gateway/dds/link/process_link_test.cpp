@@ -91,7 +91,7 @@ TEST(ProcessLink, AMissingProgramIsAState) {
   ProcessLinkOptions options;
   options.program = "/nowhere/baudgate-dds";
   auto link = std::move(*ProcessLink::Create(options, lines.Log()));
-  EXPECT_THAT(lines.WaitFor("can not be started"), HasSubstr("/nowhere/baudgate-dds: No such"));
+  EXPECT_THAT(lines.WaitFor("cannot be started"), HasSubstr("/nowhere/baudgate-dds: No such"));
   link->Stop();
   EXPECT_EQ(link->state().phase, LinkState::Phase::waiting);
   EXPECT_EQ(link->writer()->session(), 0U);
@@ -163,7 +163,7 @@ TEST_F(ProcessLinkAtASocket, WhatIsWrongEndsTheLinkAndTheNextOneIsWelcome) {
   } kWrong[] = {
       {Bytes(3, 0x41), "sent a message of 3 bytes"},
       {Bytes(kMaxLinkMessage + 1, 0x41), "sent a message that is too long"},
-      {EncodeBare(LinkKind::end), "sent a message that is not its to send"},
+      {EncodeBare(LinkKind::end), "sent a message that it must not send"},
       {{0x42, kLinkVersion, 1, 0, 0}, "sent damaged counts"},
       {*ParseHex("40 01 00 00"), "sent a message of version 1"},
       {EncodeRequest({}), "sent a write request, and writing is denied"},

@@ -63,7 +63,7 @@ TEST_F(UpstreamConnectionTest, GarbageEndsTheConnection) {
   server_.Write("48 54 54 50 2F 31 2E 31");
   const RoutedReply& reply = Wait(asked);
   EXPECT_EQ(reply.outcome, Outcome::no_reply);
-  EXPECT_THAT(reply.reason, HasSubstr("no Modbus TCP"));
+  EXPECT_THAT(reply.reason, HasSubstr("not Modbus TCP"));
   EXPECT_TRUE(RunUntil(io_, [&] { return server_.session(0).ended(); }));
 }
 
@@ -124,7 +124,7 @@ TEST_F(UpstreamConnectionTest, ARefusedConnectionIsNotTriedForEveryRequest) {
   EXPECT_EQ(first.outcome, Outcome::line_down);
   EXPECT_FALSE(first.sent);
   EXPECT_THAT(first.reason, HasSubstr("server 127.0.0.1:" + std::to_string(port) +
-                                      " can not be reached: Connection refused"));
+                                      " cannot be reached: Connection refused"));
   ScriptedServer back(io_, port);
   ASSERT_TRUE(upstream.Submit(Make({})));
   EXPECT_EQ(Wait(asked_.back()).reason, first.reason);

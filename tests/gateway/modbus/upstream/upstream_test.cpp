@@ -119,7 +119,7 @@ TEST_F(UpstreamTest, OtherUnitsAndFunctionsAreNoReply) {
     server_.Write(reply);
     EXPECT_EQ(Wait(asked).outcome, Outcome::unexpected) << reply;
     EXPECT_TRUE(asked.reply.pdu.empty());
-    EXPECT_THAT(asked.reply.reason, HasSubstr("answered"));
+    EXPECT_THAT(asked.reply.reason, HasSubstr("sent an answer"));
   }
 }
 
