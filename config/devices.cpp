@@ -37,7 +37,7 @@ void ReadAddress(MapReader& map, LineAddresses& addresses, const Protocol* proto
   if (protocol) addresses.Add(device, *protocol, node->mark(), map.problems());
 }
 
-// Null when the device names none, or one that can not be found.
+// Null when the device names none, or one that cannot be found.
 const RawProfile* FindProfile(MapReader& map, const Protocol* protocol, Device& device,
                               LoadContext& context) {
   const auto node = map.Get("profile");

@@ -27,7 +27,7 @@ constexpr std::array<Quality::Code, 8> kByCode = {
     Quality::bad_sensor_failure,    Quality::bad_out_of_service,  Quality::uncertain,
     Quality::uncertain_last_usable, Quality::uncertain_sub_normal};
 
-// A sentinel can not mean good, nor what the gateway alone may say (waiting, communication).
+// A sentinel cannot mean good, nor what the gateway alone may say (waiting, communication).
 std::optional<Quality> QualityOfCode(std::string_view text) {
   if (!text.starts_with("0x") && !text.starts_with("0X")) return std::nullopt;
   const auto code = ParseInteger<std::uint8_t>(text.substr(2), 16);

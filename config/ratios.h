@@ -12,7 +12,7 @@
 namespace baudgate::config {
 
 /// `device.points` are complete. A unit that no point has is a problem, and so is a ratio that is
-/// not above 0 or that a point can not take.
+/// not above 0 or that a point cannot take.
 void ApplyRatios(MapReader& map, Device& device);
 
 }  // namespace baudgate::config

@@ -112,7 +112,7 @@ struct SaidTime {
 /// Something that a device says has happened.
 struct DeviceEvent {
   std::uint32_t channel = 0;  ///< 0: the device as a whole
-  std::uint32_t code = 0;     ///< the device's own; 0: it can not be read, and `text` is all
+  std::uint32_t code = 0;     ///< the device's own; 0: it cannot be read, and `text` is all
   std::optional<SaidTime> time{};
   std::string text{};  ///< what it says beyond that; mostly empty
 };
@@ -246,7 +246,7 @@ class Conversation {
   /// `request` has failed, and is not repeated any more. The outcome is why: no_reply, partial,
   /// corrupt, unexpected; line_down: the port is gone; busy: the task's time was over before the
   /// request was sent. ask_again: another exchange is needed all the same, to close what is open.
-  /// Of a task that brings a batch also behind OnFrame: whose that was can not be known, and it is
+  /// Of a task that brings a batch also behind OnFrame: whose that was cannot be known, and it is
   /// not kept.
   virtual Then OnFailure(const Task&, const Request&, Outcome, Instant) { return Then::done; }
 

@@ -8,7 +8,7 @@
 namespace baudgate {
 namespace {
 
-/// A missing port that can not be watched is looked for so often.
+/// A missing port that cannot be watched is looked for so often.
 constexpr Duration kLookForPort = 500ms;
 
 }  // namespace

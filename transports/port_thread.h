@@ -41,7 +41,7 @@ class PortThread final : private TransportListener {
   PortThread(asio::io_context& server, const std::string& path, const MakePort& make, Owner& owner);
   ~PortThread() override { Stop(); }
 
-  /// A port that is absent or can not be opened is tried again until Stop.
+  /// A port that is absent or cannot be opened is tried again until Stop.
   void Start();
   /// Waits for the driver while that blocks the thread. The owner is called no more.
   void Stop();

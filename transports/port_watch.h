@@ -24,7 +24,7 @@ class PortWatch {
   PortWatch(const PortWatch&) = delete;
   PortWatch& operator=(const PortWatch&) = delete;
 
-  /// Everything from now on is heard: look at the port after this, not before. False: this can not
+  /// Everything from now on is heard: look at the port after this, not before. False: this cannot
   /// be watched (a file system without such news, or no more watches): look from time to time.
   bool Start();
   void Stop();

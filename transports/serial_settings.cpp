@@ -3,7 +3,7 @@
 #include "transports/serial_settings.h"
 
 // The kernel's own termios, because the C library's knows no free bit rates and refuses 7E1 on a
-// pty that was opened before; the two headers can not be included together.
+// pty that was opened before; the two headers cannot be included together.
 #include <asm/ioctls.h>
 #include <asm/termbits.h>
 #include <linux/serial.h>

@@ -33,7 +33,7 @@ Result<config::SerialSettings> ReadSerialSettings(int fd);
 Status CompareSettings(const config::SerialSettings& asked, const config::SerialSettings& actual,
                        const std::string& port);
 
-/// The same for RS-485: a driver that can not do something leaves it out without an error. The
+/// The same for RS-485: a driver that cannot do something leaves it out without an error. The
 /// error names each key that differs, and what it is with this driver.
 Status CompareRs485(const config::Rs485& asked, const config::Rs485& actual,
                     const std::string& port);

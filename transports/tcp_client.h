@@ -10,7 +10,7 @@
 
 namespace baudgate {
 
-/// `port` is "tcp://host:port"; one that can not be read fails at every Open. `listener` outlives
+/// `port` is "tcp://host:port"; one that cannot be read fails at every Open. `listener` outlives
 /// the transport. A server whose network path died silently is noticed within about 25 s; one that
 /// answers TCP but lost its serial side is for the line to notice: Close and Open again.
 /// `names` outlives the transport.

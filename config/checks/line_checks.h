@@ -1,4 +1,4 @@
-// What only a whole line shows: times that can not work together, more polls than the bit rate has
+// What only a whole line shows: times that cannot work together, more polls than the bit rate has
 // room for. Lines without errors come from config/loader; warnings go to Problems.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once

@@ -16,7 +16,7 @@
 
 namespace baudgate::config {
 
-/// What becomes of a write whose record can not be kept (gateway/audit).
+/// What becomes of a write whose record cannot be kept (gateway/audit).
 enum class Audit : std::uint8_t {
   best_effort,  ///< it is sent; the record waits in memory
   require,      ///< it is refused

@@ -83,9 +83,9 @@ class MapReader {
   std::optional<YamlNode> Get(std::string_view key);
   /// Get, and a problem when the key is absent.
   std::optional<YamlNode> Need(std::string_view key, std::string_view example);
-  /// A key that is known but can not stand here: `message` says why.
+  /// A key that is known but cannot stand here: `message` says why.
   void Refuse(std::string_view key, const std::string& message);
-  /// Keys that can not be judged, because what would allow them is unknown itself.
+  /// Keys that cannot be judged, because what would allow them is unknown itself.
   void AllowAll() { allow_all_ = true; }
   /// Where the value of `key` stands; the map itself when it is absent.
   Mark MarkOf(std::string_view key) const;

@@ -73,7 +73,7 @@ class YamlNode {
 /// refuses nesting beyond a few hundred levels.
 std::optional<YamlNode> ParseYaml(std::string name, std::string text, Problems& problems);
 
-/// The content of a file; an error when it can not be read or is too large.
+/// The content of a file; an error when it cannot be read or is too large.
 Result<std::string> ReadWholeFile(const std::string& path);
 
 }  // namespace baudgate::config

@@ -48,7 +48,7 @@ class Repeats {
   };
   using Key = std::string;
 
-  /// With what can not have a record of its own taken out.
+  /// With what cannot have a record of its own taken out.
   WriteRecord Shared(WriteRecord record) const;
   void Count(const Open& open, bool more);
 

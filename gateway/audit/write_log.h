@@ -11,7 +11,7 @@ class WriteLog {
  public:
   enum class Kept : std::uint8_t {
     yes,      ///< it is on the disk
-    failing,  ///< the disk has said that it can not
+    failing,  ///< the disk has said that it cannot
     late,     ///< the disk has said nothing in time
   };
   virtual ~WriteLog() = default;

@@ -1,4 +1,4 @@
-// Byte sequences as they stand on a wire, and a reader that can not run past their end.
+// Byte sequences as they stand on a wire, and a reader that cannot run past their end.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

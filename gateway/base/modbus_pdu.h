@@ -41,7 +41,7 @@ enum ExceptionCode : std::uint8_t {
   kNoException = 0,
   kIllegalFunction = 1,  ///< function unknown, or not permitted
   kIllegalAddress = 2,   ///< not there, or read-only
-  kIllegalValue = 3,     ///< count, limit, or a value that can not be
+  kIllegalValue = 3,     ///< count, limit, or a value that cannot be
   kDeviceFailure = 4,
   kAcknowledge = 5,
   kBusy = 6,

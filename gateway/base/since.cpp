@@ -10,7 +10,8 @@ namespace baudgate {
 
 Result<WallTime> ParseWallTime(std::string_view text) {
   const Error error{"'" + std::string(text) +
-                    "' is not a time; write for example 2026-11-21 or 2026-11-21T01:14:31 (UTC); years are 1970 to 2200"};
+                    "' is not a time; write for example 2026-11-21 or 2026-11-21T01:14:31 (UTC); "
+                    "years are 1970 to 2200"};
   // Each part, and what stands before it.
   constexpr std::array<std::pair<std::string_view, std::size_t>, 7> kParts = {
       {{"", 4}, {"-", 2}, {"-", 2}, {"T ", 2}, {":", 2}, {":", 2}, {".", 3}}};

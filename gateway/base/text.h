@@ -44,7 +44,7 @@ std::string FormatNumber(double value);
 /// Printable ASCII for people: "\r" and other control bytes escaped.
 std::string Printable(View bytes);
 
-/// The first byte from `begin` on that can not be part of UTF-8 text, or is NUL (UTF-16 is full of
+/// The first byte from `begin` on that cannot be part of UTF-8 text, or is NUL (UTF-16 is full of
 /// them); npos: there is none.
 std::size_t FirstNotUtf8(std::string_view text, std::size_t begin = 0);
 

@@ -8,7 +8,7 @@
 //   it is there                           → clock_correction is written, or it is told why not
 //
 // Whatever becomes of it, also a restart, there is no second try within 25 hours, so that it is
-// another day of the device's clock in October, too. A try that can not be kept is none.
+// another day of the device's clock in October, too. A try that cannot be kept is none.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

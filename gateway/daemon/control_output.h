@@ -19,7 +19,7 @@ class ControlOutput {
     control::GatewayInfo info;
     control::ReloadDesk* reload = nullptr;  ///< null: nothing is reloaded
   };
-  /// All of it outlives this. Null where there is no socket: a gateway that can not be asked still
+  /// All of it outlives this. Null where there is no socket: a gateway that cannot be asked still
   /// polls.
   static std::unique_ptr<ControlOutput> Start(const config::Config& config, const Links& links);
   ~ControlOutput();  ///< Stop

@@ -21,7 +21,7 @@ namespace baudgate {
 class DdsOutput {
  public:
   /// All outlive it; writes go to `sink`. The error says which name or setting to change; a process
-  /// that can not be had is a state.
+  /// that cannot be had is a state.
   /// `events`: null: no alarms either. `keeps_events`: else only alarms are published.
   static Result<std::unique_ptr<DdsOutput>> Start(const config::Config& config, PointStore& store,
                                                   CommandSink& sink,
@@ -31,7 +31,7 @@ class DdsOutput {
 
   /// A reload: the store has other devices, those of `config`.
   void Renumber(const config::Config& config);
-  /// What of `next` can not be published before a restart; empty: all can.
+  /// What of `next` cannot be published before a restart; empty: all can.
   std::string WhyNot(const config::Config& next) const;
 
   /// No write goes to the sink after this; those under way are answered. Idempotent.

@@ -40,7 +40,7 @@ class LineRunner final : public RouteTarget, private TransportListener {
   /// that the line uses goes.
   bool StopBefore(Instant deadline);
 
-  /// Since when the loop hangs; nothing: it does not. What it can not do now is refused. From any
+  /// Since when the loop hangs; nothing: it does not. What it cannot do now is refused. From any
   /// thread.
   void SetStuck(std::optional<WallTime> since) { stuck_since_ = since.value_or(WallTime{}); }
   std::optional<WallTime> stuck_since() const {

@@ -50,9 +50,9 @@ class Reloader final : public control::ReloadDesk {
  public:
   /// A configuration, before it is taken. Dropped without `apply`, nothing has changed.
   struct Prepared {
-    /// What of it can not be had: "listener 0.0.0.0:502: address already in use; …".
+    /// What of it cannot be had: "listener 0.0.0.0:502: address already in use; …".
     std::vector<std::string> troubles;
-    /// Takes it all the same, and what can not be had as soon as it can; says what that is.
+    /// Takes it all the same, and what cannot be had as soon as it can; says what that is.
     std::function<std::vector<std::string>()> apply;
   };
   /// How it is done; on the reloader's thread.

@@ -22,7 +22,7 @@ class WebOutput {
   /// What a reload opens before it changes anything. Dropped, the port closes.
   struct Prepared {
     web::WebServer::Opened opened{};
-    std::string trouble{};  ///< why it can not be as wanted; empty: it can
+    std::string trouble{};  ///< why it cannot be as wanted; empty: it can
   };
   Prepared Prepare(const config::Web& next) const;
   /// What of it is missing; empty: nothing. `config` outlives this, or what is given next.

@@ -22,7 +22,7 @@ Status CheckKey(const std::string& what, const std::string& name) {
 
 }  // namespace
 
-// Keys can not be cut: two of them might become one.
+// Keys cannot be cut: two of them might become one.
 Status DdsPublisher::CheckNames(const config::Config& config) {
   if (const Status status = CheckKey("gateway", config.name); !status) return status;
   for (const config::Line& line : config.lines) {

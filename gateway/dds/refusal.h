@@ -18,7 +18,7 @@ enum class Refusal : std::uint8_t {
   vendor_submessage,  ///< one that the library would read, before others
   data,               ///< DATA whose flags contradict each other, or without room for its payload
   parameters,         ///< a parameter list that is cut short or lies about a length inside
-  numbers,            ///< sequence numbers that can not be
+  numbers,            ///< sequence numbers that cannot be
   window,             ///< sequence numbers that jump so far that counting to them takes minutes
   security,           ///< DDS Security is not used here
   participants,       ///< more participants than there is room for

@@ -69,7 +69,7 @@ class EventFeed {
   struct Shown {
     std::int64_t newest = 0;  ///< of all devices; 0: none
     std::int64_t oldest = 0;  ///< that can be shown, of all devices
-    std::uint64_t lost = 0;   ///< of `source`, from the first asked for on, that can not be shown
+    std::uint64_t lost = 0;   ///< of `source`, from the first asked for on, that cannot be shown
     std::vector<EventRecord> events{};  ///< at most `most`, by their numbers
   };
   /// Of one device, or of all, from this number on (of a longer one the low 32 bits); 0: the

@@ -30,9 +30,9 @@ enum class Trouble : std::uint8_t {
   ring_open,
   unit_silent,  ///< behind a route, as its clients see it
   server_away,  ///< to which a route leads
-  events_lost,  ///< of the gateway: events can not be kept
-  writes_lost,  ///< writes can not be recorded
-  values_lost,  ///< values can not be kept
+  events_lost,  ///< of the gateway: events cannot be kept
+  writes_lost,  ///< writes cannot be recorded
+  values_lost,  ///< values cannot be kept
 };
 inline constexpr std::size_t kTroubles = 10;
 

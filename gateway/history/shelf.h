@@ -29,7 +29,7 @@ struct Shelf {
   std::uint64_t bytes() const;
 };
 
-/// Of a folder that can not be read: empty.
+/// Of a folder that cannot be read: empty.
 Shelf LookAtShelf(const std::filesystem::path& folder);
 
 /// The limit itself is not reached: it is looked once a second, and a commit may be large.

@@ -57,7 +57,7 @@ std::uint64_t AnswerOrder::Fitting(std::size_t nearest, std::size_t end,
 }
 
 bool AnswerOrder::OnAnswer(bool fits, const MayAnswer& may_answer) {
-  // Behind the one that was answered before; where that can not be, any.
+  // Behind the one that was answered before; where that cannot be, any.
   std::uint64_t fitting = (fits ? 1 : 0) | Fitting(1, Owed(), may_answer);
   if (fitting == 0) fitting = Fitting(Owed(), kRemembered, may_answer);
   if (fitting != 0) answered_ = fitting;

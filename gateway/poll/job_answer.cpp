@@ -174,7 +174,7 @@ bool JobRun::GoesOnBehindBroadcast() {
 }
 
 /// A read is repeated while its reply may be that to one of long ago, and a probe until its reply
-/// can not be that to the probe of an earlier task: behind a server that lags, tasks look alike but
+/// cannot be that to the probe of an earlier task: behind a server that lags, tasks look alike but
 /// for one probe more. Somebody else may have answered a repetition: what it says waits until a
 /// device that tells its name has told it.
 void JobRun::OnAnswered(const ExchangeEnd& end) {

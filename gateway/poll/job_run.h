@@ -130,7 +130,7 @@ class JobRun {
   std::unique_ptr<Job> job_;  // under way
   bool open_ = false;         // the port
   bool echoed_ = false;       // the present request
-  bool echo_free_ = false;    // the latest one whose reply can not equal it has not come back
+  bool echo_free_ = false;    // the latest one whose reply cannot equal it has not come back
   Now now_{};                 // of the input that is being handled
 };
 

@@ -35,7 +35,7 @@ struct Member {
   /// What its replies say of who they are from; empty: nothing, or not known yet.
   Bytes sender;
 
-  /// Their replies can not be told apart: two entries of one address.
+  /// Their replies cannot be told apart: two entries of one address.
   bool IsSame(const Member& other) const {
     return this == &other ||
            (!sender.empty() && sender == other.sender && protocol == other.protocol);

@@ -1,4 +1,4 @@
-// Events of a device that speaks unasked and that are not on the disk yet. It can not be made to
+// Events of a device that speaks unasked and that are not on the disk yet. It cannot be made to
 // wait, so their number is bounded here: what comes beyond is lost, and counted.
 //
 //   Take() 1000 times, OnKept() never    true

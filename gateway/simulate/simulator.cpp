@@ -219,7 +219,7 @@ void Simulator::Impl::AwaitSilence() {
   silence.async_wait([weak = weak_from_this()](const asio::error_code& error) {
     const auto self = weak.lock();
     if (error || !self) return;
-    // A wait that is over already can not be cancelled.
+    // A wait that is over already cannot be cancelled.
     if (self->silence.expiry() <= std::chrono::steady_clock::now()) self->OnSilence();
   });
 }
@@ -290,7 +290,7 @@ void Simulator::Impl::Queue(Instant until, View bytes) {
 /// The next piece goes out when its last character would have come over the wire, which carries one
 /// character after the other whoever sends.
 void Simulator::Impl::SendNext() {
-  // A wait that is over already can not be cancelled: its piece may not be the next any more.
+  // A wait that is over already cannot be cancelled: its piece may not be the next any more.
   const std::uint64_t number = ++waits;
   timer.cancel();
   if (leaving.empty()) return;

@@ -31,7 +31,7 @@ class Database {
   bool is_open() const { return handle_ != nullptr; }
   /// Of the last call that failed, in words for users.
   const std::string& error() const { return error_; }
-  /// Bytes of the file, its log not counted; 0: that can not be said.
+  /// Bytes of the file, its log not counted; 0: that cannot be said.
   std::uint64_t size();
   /// The last call failed because the file is no database, or a damaged one.
   bool damaged() const { return damaged_; }
@@ -60,7 +60,7 @@ class Statement {
   enum class Step : std::uint8_t { row, done, failed };
 
   Statement() = default;
-  /// `database` outlives it and stays where it is. What can not be prepared fails at Next.
+  /// `database` outlives it and stays where it is. What cannot be prepared fails at Next.
   Statement(Database& database, std::string_view sql);
 
   /// From 1 on. A value of 64 unsigned bits that does not fit becomes its text.

@@ -78,7 +78,7 @@ Look LookAt(Database& database, const DatabaseKind& kind, std::string& why) {
   return Migrate(database, kind, *version) ? Look::fine : broken();
 }
 
-/// With its log, which belongs to it. The new name; empty: it can not be renamed.
+/// With its log, which belongs to it. The new name; empty: it cannot be renamed.
 fs::path PutAside(const fs::path& file) {
   fs::path to;
   std::error_code error;

@@ -23,7 +23,7 @@ namespace baudgate {
 
 class DeviceMemory {
  public:
-  /// Reads `file`, which need not be there. `warn` gets one line: when it can not be read, and when
+  /// Reads `file`, which need not be there. `warn` gets one line: when it cannot be read, and when
   /// writing begins to fail; the latter from the writing thread.
   DeviceMemory(std::filesystem::path file, const config::Config& config,
                std::function<void(const std::string&)> warn);

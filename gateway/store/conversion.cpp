@@ -66,7 +66,7 @@ Sample ToSample(const config::Point& point, const Reading& reading) {
   sample.point = static_cast<std::uint32_t>(reading.point);
   sample.quality = reading.quality;
   if (!HasValue(reading.value)) {
-    // A device that gives no value can not vouch for the last one.
+    // A device that gives no value cannot vouch for the last one.
     if (IsGood(sample.quality)) sample.quality = Quality::bad;
     return sample;
   }

@@ -28,7 +28,7 @@ struct TraceRecord {
   WallTime at{};
   std::string device;  ///< its name; empty where none is concerned
   std::string hex;     ///< of sent and received: "3E 31 ** **", secret bytes as **
-  std::string text;  ///< the same bytes as characters, dots for what can not be shown; or the note
+  std::string text;    ///< the same bytes as characters, dots for what cannot be shown; or the note
   Outcome outcome = Outcome::none;  ///< of end
   Duration round_trip{};            ///< of end
 };

@@ -24,7 +24,7 @@ std::string NameOf(std::string_view host) {
   return std::string(name);
 }
 
-/// An address can not be rebound as a name can: the one that was connected to is good, with any
+/// An address cannot be rebound as a name can: the one that was connected to is good, with any
 /// port, as it may be forwarded.
 bool IsOurs(const config::Web& web, const Request& request, const std::string& host) {
   const std::string name = NameOf(host);

@@ -31,7 +31,7 @@ void SetUp(int socket, const Limits& limits) {
   ::setsockopt(socket, IPPROTO_TCP, TCP_USER_TIMEOUT, &timeout, sizeof(timeout));
 }
 
-/// Why its content can not be taken; nothing: it can. Content of unknown length is not taken.
+/// Why its content cannot be taken; nothing: it can. Content of unknown length is not taken.
 std::optional<Response> WrongContent(const Request& request, const Limits& limits) {
   if (request.Header("transfer-encoding")) {
     return Problem(411, "the content of a request needs a Content-Length");
@@ -108,7 +108,7 @@ Status HttpServer::Impl::Start(ListenSocket socket) {
       static_cast<MHD_LogCallback>([](void*, const char*, va_list) {}), nullptr, MHD_OPTION_END);
   if (daemon_ != nullptr) return {};
   ::close(listening);
-  return Error{"web: the server can not be started: the system has no threads or files left"};
+  return Error{"web: the server cannot be started: the system has no threads or files left"};
 }
 
 void HttpServer::Impl::Stop() {

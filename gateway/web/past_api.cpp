@@ -157,7 +157,7 @@ Response PastApi::History(const Request& request, Now now) {
   if (history_ == nullptr)
     return ResponseOf(Page({{"command", "history"}, {"point", query.point}}, now));
   const auto chart = history::ReadChart(*history_, query);
-  if (!chart) return Problem(503, "the history can not be read: " + chart.error());
+  if (!chart) return Problem(503, "the history cannot be read: " + chart.error());
   const auto point = control::FindPoint(*config_, query.point);
   if (!chart->known) {
     const std::string page = Page({{"command", "history"}, {"point", query.point}}, now);

@@ -38,7 +38,7 @@ Result<std::string> ReadToken(const std::string& file) {
   const std::string name = "the token file " + file;
   const OpenFile open(file);
   if (open.get() < 0) {
-    return Error{name + " can not be read: " + std::strerror(errno) +
+    return Error{name + " cannot be read: " + std::strerror(errno) +
                  "; make it with: install -m 0600 -o baudgate /dev/null " + file +
                  " && openssl rand -hex 32 > " + file};
   }
@@ -51,7 +51,7 @@ Result<std::string> ReadToken(const std::string& file) {
   }
   std::array<char, kLongestToken + 2> bytes{};
   const ssize_t got = ::read(open.get(), bytes.data(), bytes.size());
-  if (got < 0) return Error{name + " can not be read: " + std::strerror(errno)};
+  if (got < 0) return Error{name + " cannot be read: " + std::strerror(errno)};
   const std::string_view text(bytes.data(), static_cast<std::size_t>(got));
   const std::string token(Trim(text.substr(0, text.find('\n'))));
   if (token.size() < kShortestToken || token.size() > kLongestToken) {

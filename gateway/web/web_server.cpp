@@ -202,7 +202,7 @@ void WebServer::Handle(const Request& request, Answered answered) {
     return answered(Problem(403, web()->acknowledge
                                      ? "alarms are acknowledged from this machine, or by TLS "
                                        "through a proxy that web.allow names"
-                                     : "alarms can not be acknowledged here; see web.acknowledge"));
+                                     : "alarms cannot be acknowledged here; see web.acknowledge"));
   }
   if (!request.path.starts_with("/api/") && request.path != "/metrics") {
     return answered(Problem(404, "there is nothing at " + request.path));

@@ -138,7 +138,7 @@ class QueryPlan {
     return IsSeldom(item.group) ? item.group : config::Group::slow;
   }
   bool Joins(const Item& first, const Block<Key>& block, const Item& next) const;
-  /// From the next Make on no query reads across its middle. False: it can not be split.
+  /// From the next Make on no query reads across its middle. False: it cannot be split.
   bool Cut(std::size_t query);
   PlanChange SetApart(std::size_t query);
   /// Calls `change` for every item that the query reads, or would read were it of its group.
@@ -215,7 +215,7 @@ bool QueryPlan<Key>::Joins(const Item& first, const Block<Key>& block, const Ite
   if (block.Covers(place)) return true;
   const auto cut = cuts_.lower_bound({next.key, block.begin + 1});
   const bool divided = cut != cuts_.end() && cut->first == next.key && cut->second <= next.begin;
-  // Points that overlap can not be parted.
+  // Points that overlap cannot be parted.
   if (divided && next.begin >= block.end) return false;
   return rules_.may_join && rules_.may_join(block, place);
 }

@@ -21,7 +21,7 @@
 namespace baudgate::protocols::dcon {
 
 /// The input that a command with joined or single numbers reads: 2 of "#[2]" and of "#2". Nothing:
-/// it reads none, or one whose type can not be asked.
+/// it reads none, or one whose type cannot be asked.
 std::optional<unsigned> InputOf(const ReadAddress& read);
 
 /// "$8C2", or its input.
@@ -29,7 +29,7 @@ std::string_view QuestionOfInput(unsigned input);
 std::optional<unsigned> InputOfQuestion(std::string_view command);
 
 /// Whether a module of this type measures what the point says: a current in mA, a frequency in Hz,
-/// pulses for a total. True where that can not be told.
+/// pulses for a total. True where that cannot be told.
 bool Measures(std::uint8_t type, const ReadAddress& read, std::string_view unit,
               const Settings& settings);
 

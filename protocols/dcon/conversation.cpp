@@ -43,7 +43,7 @@ DconConversation::DconConversation(const config::Device& device, DconBus& bus)
 void DconConversation::PlanReads() {
   for (std::size_t i = 0; i < device_.points.size(); ++i) {
     const config::Point& point = device_.points[i];
-    // check_point has told the user of what can not be parsed.
+    // check_point has told the user of what cannot be parsed.
     const auto write = ParseWrite(point.write);
     const bool written = point.access != config::Access::read && write;
     writes_.push_back(written ? std::optional(*write) : std::nullopt);

@@ -66,7 +66,7 @@ Answer DconConversation::ReadingsOf(const Exchanged& exchanged) const {
   answer.reason = reply.reason;
   for (std::size_t i = 0; i < reads_.size(); ++i) {
     if (!reads_[i] || reads_[i]->command != exchanged.command.text) continue;
-    // Two decoders for one command: that of the first point holds, the other can not be right.
+    // Two decoders for one command: that of the first point holds, the other cannot be right.
     const bool wrong_form = reply.outcome == Outcome::ok && reads_[i]->form != reply.form;
     if (reply.outcome == Outcome::unsupported) {
       answer.readings.push_back({i, {}, {Quality::bad_configuration, Reason::not_fitted}, {}});

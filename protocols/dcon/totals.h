@@ -8,7 +8,7 @@
 //   #010 → >00000005    4294967312     it was cleared: it goes on from there
 //   $015 → !011, #010 → >00000900      the module was restarted: the same
 //
-// What can not be told is in README.md, "Totals".
+// What cannot be told is in README.md, "Totals".
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

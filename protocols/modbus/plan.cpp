@@ -21,7 +21,7 @@ bool MayJoin(const Block<Space>& block, const Block<Space>& next, const Settings
   const bool bits = IsBits(block.key.table);
   const std::size_t most = MostOf(block.key.table);
   const std::size_t size = next.end - block.begin;
-  // Overlapping points can not be parted, unless they become too long.
+  // Overlapping points cannot be parted, unless they become too long.
   if (next.begin < block.end) return size <= most;
   const std::size_t scale = bits ? kBitsForRegister : 1;
   return next.begin - block.end <= settings.hole * scale &&

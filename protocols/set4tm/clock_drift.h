@@ -48,7 +48,7 @@ class ClockDrift {
   Instant latest_at_{};
 };
 
-/// The PDU of a write that corrects the clock, 03 0B; an error says why it can not be. A number is
+/// The PDU of a write that corrects the clock, 03 0B; an error says why it cannot be. A number is
 /// seconds, true is the way back of the drift.
 Result<Bytes> ClockCorrection(const Value& value, const ClockDrift& drift, Instant now);
 

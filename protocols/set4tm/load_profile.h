@@ -65,7 +65,7 @@ struct LoadRing {
   std::size_t Next(std::size_t address) const {
     return address + 2 * block() > bytes ? 0 : address + block();
   }
-  /// Of the hour that is being written; nothing: it can not stand there.
+  /// Of the hour that is being written; nothing: it cannot stand there.
   std::optional<std::size_t> HourOf(const LoadPointer& pointer) const;
 };
 

@@ -26,7 +26,7 @@ Decoded Scaled(double count, Measure measure, const Scale& scale) {
   return {count * factor->multiply / factor->divide, Quality::good};
 }
 
-/// "A value that can not be given" is a NaN whose first byte is a status code (reference, 9.8).
+/// "A value that cannot be given" is a NaN whose first byte is a status code (reference, 9.8).
 Decoded DecodeFloat(const Field& field, View data, const Scale& scale) {
   const std::size_t at = field.offset;
   const auto value = ByteReader(data).F32Le(at);

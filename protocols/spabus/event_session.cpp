@@ -22,7 +22,7 @@ constexpr int kSilentBackups = 3;
 constexpr int kMostRefusals = 3;
 /// Failures in a row that are worth a word.
 constexpr int kManyFailures = 10;
-/// Events carry the time within a minute: the same text can not be said of others so soon.
+/// Events carry the time within a minute: the same text cannot be said of others so soon.
 constexpr Duration kNeverTwiceWithin = 50s;
 
 Answer GoOn() {

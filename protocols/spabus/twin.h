@@ -17,7 +17,7 @@ namespace baudgate::protocols::spabus {
 
 /// Silent for other slaves, broadcasts and what has no slave number. NACK 0 for a wrong checksum,
 /// 3 for what does not fit one reply, 5 for syntax, 6 for items that the profile lacks, 7 for items
-/// that can not be read or written now, 8 for a value that the item does not take: more decimals
+/// that cannot be read or written now, 8 for a value that the item does not take: more decimals
 /// than it has among them. Its register holds 65 events, as an SPCJ 4D28's does; five come with
 /// each L, which takes them out, and once more with B. Of several values in one write those before
 /// the first refused are taken.

@@ -1,4 +1,4 @@
-// Warnings of times that can not work, and of more polls than a line has room for.
+// Warnings of times that cannot work, and of more polls than a line has room for.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 

@@ -18,7 +18,7 @@ namespace baudgate {
 
 /// How a point's `read` chooses what is asked: "7" plain, "L7" destructive with B7 in its place,
 /// "D7" destructive with nothing in its place, "U7" untagged, "S7" inside a session that is opened
-/// first (and closed again after a write, even one that failed), "E7" can not be asked at all,
+/// first (and closed again after a write, even one that failed), "E7" cannot be asked at all,
 /// "Q7" writes that nobody answers, "N7" read behind a broadcast.
 ///
 /// Words in a reply: busy, refused, unsupported end the exchange so; closed opens the session and

@@ -1,4 +1,4 @@
-// The daemon as a process: start, readiness, stop, crash, and what it says when it can not start.
+// The daemon as a process: start, readiness, stop, crash, and what it says when it cannot start.
 // SPDX-License-Identifier: Apache-2.0
 #include <fcntl.h>
 #include <gmock/gmock.h>

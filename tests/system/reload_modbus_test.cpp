@@ -1,5 +1,5 @@
 // Listeners and routes that come, go and change while the gateway runs: other clients do not
-// notice, and a port that can not be opened changes nothing.
+// notice, and a port that cannot be opened changes nothing.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <signal.h>
@@ -170,7 +170,7 @@ TEST_F(ReloadModbus, ThatIsTakenBackTakesListenersAndRoutesBack) {
   EXPECT_EQ(steady.Stop(), 0) << "of " << steady.asked();
 }
 
-/// The port of the trial and the confirmed one can not be open together.
+/// The port of the trial and the confirmed one cannot be open together.
 TEST_F(ReloadModbus, ThatIsTakenBackOverASecondTrialHasItsPortAgain) {
   const auto daemon = StartGateway(Of({kRoute}, {At(more_)}));
   ASSERT_EQ(Reload(Of({kRoute}, {At(FreePort())}), {"--confirm", "60s"}).code, 0);

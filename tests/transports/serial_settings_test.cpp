@@ -120,7 +120,7 @@ TEST(CompareSettings, RoundingOfTheDividerIsFine) {
                   .ok());
 }
 
-/// What a driver can not do it leaves out of its answer, as Linux wants it.
+/// What a driver cannot do it leaves out of its answer, as Linux wants it.
 TEST(CompareRs485, EachKeyThatTheDriverDoesNotKeepIsNamed) {
   config::Rs485 asked;
   asked.enabled = true;

@@ -21,7 +21,7 @@ struct BundleOptions {
   std::function<Result<std::string>()> log = SystemLog;
 };
 
-/// Exit codes: 0 it is written, whatever is missing in it; 4 it can not be written, or is there.
+/// Exit codes: 0 it is written, whatever is missing in it; 4 it cannot be written, or is there.
 int RunSupportBundle(const BundleOptions& options, const config::Catalog& catalog, WallTime now,
                      std::ostream& out, std::ostream& err);
 

@@ -22,7 +22,7 @@ class HistoryStream {
   HistoryStream(ControlClient& client, const HistoryOptions& options, const std::string& point,
                 std::ostream& err);
 
-  /// The next record; null: there is none. The exit code when it can not be read, which is told.
+  /// The next record; null: there is none. The exit code when it cannot be read, which is told.
   int Next(const Json*& record);
   void Pop() { ++at_; }
   /// Files that could not be read so far, and why.

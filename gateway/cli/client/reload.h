@@ -19,7 +19,7 @@ struct ReloadCommand {
 };
 
 /// Exit codes: 0 applied, or could be; 2 the file is bad or needs a restart, and nothing is
-/// applied; 4 likewise, as a port can not be opened, or no gateway answers, or a disk fails.
+/// applied; 4 likewise, as a port cannot be opened, or no gateway answers, or a disk fails.
 int RunReload(const ReloadCommand& options, std::ostream& out, std::ostream& err);
 
 struct ConfirmCommand {

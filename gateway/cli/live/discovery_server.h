@@ -9,7 +9,7 @@
 namespace baudgate {
 
 /// Until SIGTERM or SIGINT. `listen` is HOST:PORT. Exit codes: 0 stopped, 2 not an address, 4 it
-/// can not be opened.
+/// cannot be opened.
 int RunDiscoveryServer(const std::string& listen, std::ostream& err);
 
 }  // namespace baudgate

@@ -29,7 +29,7 @@ std::string PointsOfProfiles(const config::Catalog& catalog) {
   return text;
 }
 
-/// A file in memory that the program gets, too; empty: it can not be had, and names are the order.
+/// A file in memory that the program gets, too; empty: it cannot be had, and names are the order.
 std::string FileOf(const std::string& text) {
   const int file = ::memfd_create("point-order", 0);
   if (file < 0 || ::write(file, text.data(), text.size()) != static_cast<ssize_t>(text.size())) {

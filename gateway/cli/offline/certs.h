@@ -16,7 +16,7 @@ struct CertsOptions {
   int writers = 0;
 };
 
-/// Exit codes: 0 done, 2 a name that can not be, 4 something is there already or can not be
+/// Exit codes: 0 done, 2 a name that cannot be, 4 something is there already or cannot be
 /// written.
 int RunCerts(const CertsOptions& options, std::ostream& out, std::ostream& err);
 

@@ -72,7 +72,7 @@ class TracedDecoders {
     return Error{"--protocol is missing, and no head of a trace names one"};
   }
 
-  /// Null: it can not be had, and the status says why.
+  /// Null: it cannot be had, and the status says why.
   std::pair<Status, ExchangeDecoder*> For(const std::string& device) {
     const auto known = devices_.find(device);
     const std::string key = known == devices_.end() ? "" : device;

@@ -80,7 +80,7 @@ void PrintOne(const config::Profile& profile, ProfileFormat format, std::size_t 
   }
 }
 
-// A profile that can not be read still stands in the list, without its title.
+// A profile that cannot be read still stands in the list, without its title.
 int PrintList(const std::vector<ProfileFile>& files, ProfileFormat format, std::size_t width,
               const config::Catalog& catalog, std::ostream& out) {
   TextTable table({"protocol", "profile", "points", "device"});

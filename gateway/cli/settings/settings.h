@@ -22,7 +22,7 @@ struct SettingsOptions {
 
 // Exit codes: 0, and the device has what the file says; 2 wrong usage; 3 the file is bad or another
 // device's, settings differ or are not known, or the restore has stopped; 4 no gateway answers, or
-// the file can not be written.
+// the file cannot be written.
 int RunSettingsDump(const SettingsOptions& options, std::ostream& out, std::ostream& err);
 int RunSettingsCompare(const SettingsOptions& options, std::ostream& out, std::ostream& err);
 int RunSettingsRestore(const SettingsOptions& options, settings::PointWriter& writer,

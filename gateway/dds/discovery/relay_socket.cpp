@@ -82,7 +82,7 @@ void RelaySocket::Take(AnnouncementRelay& relay) {
 
 void RelaySocket::Send(const Introduction& introduction) const {
   const sockaddr_in to = AddressOf(introduction.to);
-  // What can not be sent now is sent again with the next round.
+  // What cannot be sent now is sent again with the next round.
   [[maybe_unused]] const auto sent =
       ::sendto(descriptor_, introduction.datagram.data(), introduction.datagram.size(),
                MSG_NOSIGNAL, reinterpret_cast<const sockaddr*>(&to), sizeof to);

@@ -32,7 +32,7 @@ struct AnySample {
 /// Called one at a time, on threads of the library; they must not call the subscriber.
 struct AnyCallbacks {
   std::function<void(const AnySample&)> on_sample;
-  /// A topic is read from now on, or can not be: then `why` says so.
+  /// A topic is read from now on, or cannot be: then `why` says so.
   std::function<void(const std::string& topic, const std::string& type, const std::string& why)>
       on_topic;
 };

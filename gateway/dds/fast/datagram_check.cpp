@@ -23,7 +23,7 @@ bool IsDiscovery(std::uint32_t entity) {
          entity == kSubscriptionsWriter || entity == kSubscriptionsReader;
 }
 
-/// Size of a set of sequence numbers at `at`: base (8), count (4), a bit for each; 0: it can not
+/// Size of a set of sequence numbers at `at`: base (8), count (4), a bit for each; 0: it cannot
 /// be.
 std::size_t SetSize(const RtpsFields& body, std::size_t at) {
   const auto base = body.SequenceNumber(at);

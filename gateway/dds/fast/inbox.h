@@ -50,7 +50,7 @@ struct HandleHash {
   }
 };
 
-/// The end of an instance comes without its key, and Fast DDS 2.9 can not look keys up, so they are
+/// The end of an instance comes without its key, and Fast DDS 2.9 cannot look keys up, so they are
 /// kept here.
 template <typename Sample>
 class Inbox final : public eprosima::fastdds::dds::DataReaderListener {

@@ -26,7 +26,7 @@ bool SecuredFits(std::uint8_t id, const RtpsFields& body);
 /// Follows the submessages of one datagram.
 class SecuredOrder {
  public:
-  /// False: `id` can not stand here. `first`: it is the first of the datagram.
+  /// False: `id` cannot stand here. `first`: it is the first of the datagram.
   bool Next(std::uint8_t id, bool first);
   /// What was begun has been ended.
   bool complete() const { return !message_ && step_ == Step::outside; }

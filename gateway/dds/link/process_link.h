@@ -38,7 +38,7 @@ class ProcessLink {
   /// Called on the link's thread, at a change.
   using Log = std::function<void(log::Level level, const std::string& line)>;
 
-  /// The error says why the socket can not be had. A program that is missing is a state: the
+  /// The error says why the socket cannot be had. A program that is missing is a state: the
   /// gateway runs without.
   static Result<std::unique_ptr<ProcessLink>> Create(ProcessLinkOptions options, Log log);
   ~ProcessLink();  ///< as Stop

@@ -10,7 +10,7 @@
 namespace baudgate::modbus {
 namespace {
 
-/// Of a good value that its registers can not hold.
+/// Of a good value that its registers cannot hold.
 constexpr Quality kDoesNotFit{Quality::bad_configuration, Reason::out_of_range};
 
 std::uint64_t Count(Duration duration, Duration unit) {
@@ -31,7 +31,7 @@ bool FitsRegisters(const config::Point& point, config::WordOrder order, const Va
                          std::span(scratch).first(config::RegisterCount(point)));
 }
 
-/// A good value that its registers can not hold is a fault of the configuration, and must say so.
+/// A good value that its registers cannot hold is a fault of the configuration, and must say so.
 Quality ShownQuality(const DeviceRecord& record, std::uint32_t index, Instant now) {
   const Quality quality = QualityAt(record, index, now);
   if (IsBad(quality)) return quality;

@@ -22,7 +22,7 @@ using config::kStatusBlock;
 using config::kValuesAfterStatus;
 using config::kValuesEnd;
 
-/// Where alarms are acknowledged (u32): behind the events. It can not be read.
+/// Where alarms are acknowledged (u32): behind the events. It cannot be read.
 inline constexpr std::uint16_t kAckRegister = kEventBlock + 80;
 
 /// The addresses of one point.

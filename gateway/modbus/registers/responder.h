@@ -21,7 +21,7 @@ class Responder {
   enum class Sent : std::uint8_t {
     whole,
     would_block,  ///< nothing was sent
-    cut,          ///< a part was sent; how much is unknown, so the connection can not go on
+    cut,          ///< a part was sent; how much is unknown, so the connection cannot go on
     failed,       ///< the connection is gone
   };
 

@@ -1,4 +1,4 @@
-// How a value looks in 16-bit registers or in a bit, and what stands there when it can not be
+// How a value looks in 16-bit registers or in a bit, and what stands there when it cannot be
 // trusted. Pure. Values come from the point store (register_contents.cpp) or from a client
 // (write_request.cpp).
 // SPDX-License-Identifier: Apache-2.0

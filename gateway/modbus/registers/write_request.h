@@ -30,7 +30,7 @@ bool IsFirstEvent(const ModbusRequest& request);
 std::optional<std::uint32_t> FirstEvent(const ModbusRequest& request);
 
 /// illegal_address: not mapped. illegal_value: part of a value, or a number that the
-/// type can not hold.
+/// type cannot hold.
 Writes ConvertWrites(const UnitMap& unit, const config::Device& device,
                      const ModbusRequest& request);
 

@@ -28,7 +28,7 @@ class SerialListener final : public std::enable_shared_from_this<SerialListener>
                  const Protocol& rtu);
   ~SerialListener() { Stop(); }
 
-  /// A port that is absent or can not be opened is tried again until Stop.
+  /// A port that is absent or cannot be opened is tried again until Stop.
   void Open() { port_.Start(); }
   /// Nothing is heard or answered any more; the port is still open.
   void Leave();

@@ -259,7 +259,7 @@ void Upstream::Link::OnClosed(Instant now) {
   TakeBackReads(reason);
 }
 
-/// Whether the server has carried out a write can not be known; a read may be sent once more, and
+/// Whether the server has carried out a write cannot be known; a read may be sent once more, and
 /// again where another was the reason that the connection ended.
 void Upstream::Link::TakeBackReads(const Sent* reason) {
   for (auto sent = on_wire_.rbegin(); sent != on_wire_.rend(); ++sent) {

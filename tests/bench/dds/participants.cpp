@@ -159,7 +159,7 @@ int BeSubscribers(const std::vector<std::string>& words) {
     if (readers.back() == nullptr) return 4;
     std::this_thread::sleep_for(150ms);  // eight a second of one address are let in
   }
-  // Who can not ask for what came before gets no image.
+  // Who cannot ask for what came before gets no image.
   while (!deaf && !std::ranges::all_of(readers, IsWhole)) std::this_thread::sleep_for(50ms);
   std::ofstream(words.at(3)) << count;
   int number = 0;

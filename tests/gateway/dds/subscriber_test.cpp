@@ -1,4 +1,4 @@
-// What a subscriber does with thousands of samples, with what can not be read, and with the names
+// What a subscriber does with thousands of samples, with what cannot be read, and with the names
 // of writers.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/dds/fast/subscriber.h"

@@ -1,4 +1,4 @@
-// Seconds of a minute become a time: over the borders of minute, hour and year, and what can not be
+// Seconds of a minute become a time: over the borders of minute, hour and year, and what cannot be
 // known.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/events/placed_time.h"

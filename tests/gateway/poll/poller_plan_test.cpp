@@ -1,4 +1,4 @@
-// Plans of a device that change or can not be carried out, under virtual time.
+// Plans of a device that change or cannot be carried out, under virtual time.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 

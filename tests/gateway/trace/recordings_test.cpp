@@ -1,4 +1,4 @@
-// The files of the flight recorder: names, contents, limits, and a folder that can not be written.
+// The files of the flight recorder: names, contents, limits, and a folder that cannot be written.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/trace/recordings.h"
 

@@ -33,7 +33,7 @@ struct PrintedPart {
   std::vector<PrintedExchange> exchanges;
 };
 
-/// Every line that can not be read is a failure of the test.
+/// Every line that cannot be read is a failure of the test.
 std::vector<PrintedPart> ReadPrintedScript(const std::string& path);
 
 }  // namespace baudgate

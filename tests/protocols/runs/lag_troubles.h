@@ -41,7 +41,7 @@ inline bool IsCopied(Trouble trouble) {
   return trouble >= Trouble::copied && trouble <= Trouble::copied_in_place;
 }
 
-/// What a line without any proof of order can not find out (docs/timeouts.md, "The limit").
+/// What a line without any proof of order cannot find out (docs/timeouts.md, "The limit").
 inline bool IsBeyondProof(Trouble trouble) {
   return (trouble >= Trouble::very_late && trouble <= Trouble::three_behind) ||
          trouble == Trouble::mixed;

@@ -211,7 +211,7 @@ void AddNamespaces(Filter& filter) {
   }
   filter.Add(kEnd, SCMP_SYS(unshare));
   filter.Add(kEnd, SCMP_SYS(setns));
-  // Its flags can not be seen from here; the C library falls back to clone.
+  // Its flags cannot be seen from here; the C library falls back to clone.
   filter.Add(SCMP_ACT_ERRNO(ENOSYS), SCMP_SYS(clone3));
 }
 

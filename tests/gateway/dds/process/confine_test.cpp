@@ -1,4 +1,4 @@
-// What the DDS process can not do any more after it has confined itself; each in a child that says
+// What the DDS process cannot do any more after it has confined itself; each in a child that says
 // with its exit code what it still could.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/dds/process/confine.h"
