@@ -12,19 +12,17 @@
 #include "gateway/base/exit_code.h"
 #include "gateway/base/spelling.h"
 #include "gateway/cli/client_commands.h"
+#include "gateway/cli/device_commands.h"
 #include "gateway/cli/live/demo.h"
 #include "gateway/cli/live/run.h"
 #include "gateway/cli/offline/certs.h"
 #include "gateway/cli/offline/check.h"
 #include "gateway/cli/offline/decode.h"
 #include "gateway/cli/offline/map.h"
-#include "gateway/cli/offline/profiles.h"
 #include "gateway/cli/offline/protocols.h"
-#include "gateway/cli/offline/simulate.h"
 #include "gateway/cli/terminal/live_table.h"
 #include "gateway/cli/terminal/output.h"
 #include "gateway/cli/terminal/words.h"
-#include "gateway/simulate/fault_text.h"
 #ifdef BAUDGATE_WITH_DDS
 #include "gateway/base/exit_code.h"
 #include "gateway/cli/live/discovery_server.h"
@@ -123,44 +121,6 @@ void AddDiscoveryServer([[maybe_unused]] CLI::App& app, [[maybe_unused]] Action&
 #endif
 }
 
-void AddSimulate(CLI::App& app, Action& action) {
-  auto* command = app.add_subcommand("simulate", "Run a device twin on a pty");
-  auto options = std::make_shared<SimulateOptions>();
-  command->add_option("--profile", options->profile, "Device profile")->required();
-  command->add_option("--protocol", options->protocol,
-                      "Protocol, where it is not the one whose profile it is");
-  command->add_option("--address", options->address, "Address on the line")->required();
-  command->add_option("--pty", options->pty, "Path at which the pty is linked")->required();
-  command->add_option("--baud", options->serial, "Keep this bit rate, for example \"9600 7E1\"");
-  AddDuration(*command, "--think", options->think_time, "Time before each reply, 5ms if not given");
-  command->add_option("--set", options->set, "Device option, key=value")->take_all();
-  command
-      ->add_option_function<std::vector<std::string>>(
-          "--fault",
-          [options](const std::vector<std::string>& texts) {
-            for (const std::string& text : texts) {
-              auto fault = ParseFault(text);
-              if (!fault) throw CLI::ValidationError("--fault", fault.error());
-              options->faults.push_back(std::move(*fault));
-            }
-          },
-          "Misbehave: KIND[:key=value,...], for example loss:rate=0.1; may be repeated")
-      ->take_all();
-  command->add_option_function<std::string>(
-      "--events",
-      [options](const std::string& text) {
-        const auto schedule = ParseEventSchedule(text);
-        if (!schedule) throw CLI::ValidationError("--events", schedule.error());
-        options->events = *schedule;
-      },
-      "Raise events of its profile: every:DURATION[,count=N][,numbered]");
-  command->callback([options, &action] {
-    action = [=](const auto& catalog) {
-      return RunSimulate(*options, catalog, std::cout, std::cerr);
-    };
-  });
-}
-
 void AddDecode(CLI::App& app, Action& action) {
   auto* command = app.add_subcommand("decode", "Say what captured exchanges mean");
   auto options = std::make_shared<DecodeOptions>();
@@ -206,7 +166,7 @@ void AddDemo(CLI::App& app, Action& action) {
   });
 }
 
-void AddListings(CLI::App& app, Action& action) {
+void AddProtocols(CLI::App& app, Action& action) {
   auto* protocols = app.add_subcommand("protocols", "List protocols, or one with its options");
   auto protocol = std::make_shared<std::string>();
   auto protocol_json = std::make_shared<bool>(false);
@@ -215,22 +175,6 @@ void AddListings(CLI::App& app, Action& action) {
   protocols->callback([=, &action] {
     action = [=](const auto& catalog) {
       return RunProtocols(*protocol, *protocol_json, catalog, std::cout, std::cerr);
-    };
-  });
-  auto* profiles = app.add_subcommand("profiles", "List profiles, or one with its registers");
-  auto profile = std::make_shared<std::string>();
-  auto format = std::make_shared<ProfileFormat>(ProfileFormat::table);
-  profiles->add_option("NAME", *profile, "Profile");
-  auto* json = profiles->add_flag_callback(
-      "--json", [format] { *format = ProfileFormat::json; }, "Print JSON");
-  profiles
-      ->add_flag_callback(
-          "--markdown", [format] { *format = ProfileFormat::markdown; }, "Print Markdown")
-      ->excludes(json);
-  profiles->callback([=, &action] {
-    action = [=](const auto& catalog) {
-      return RunProfiles(*profile, *format, catalog, std::cout, std::cerr,
-                         TerminalWidth(STDOUT_FILENO));
     };
   });
 }
@@ -244,10 +188,10 @@ void AddCommands(CLI::App& app, Action& action) {
   AddMap(app, action);
   AddWatch(app, action);
   AddDiscoveryServer(app, action);
-  AddSimulate(app, action);
   AddDecode(app, action);
   AddDemo(app, action);
-  AddListings(app, action);
+  AddProtocols(app, action);
+  AddDeviceCommands(app, action);
   AddClientCommands(app, action);
 }
 

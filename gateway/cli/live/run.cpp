@@ -122,10 +122,8 @@ Choice Choose(const std::string& file, const config::Catalog& catalog, std::ostr
   return choice;
 }
 
-}  // namespace
-
-int RunDaemon(const std::string& file, const config::Catalog& catalog, std::ostream& err) try {
-  // Blocked before any thread starts, so that all of them inherit it and only this one takes them.
+/// Before any thread starts, so that all of them inherit it and only this one takes them.
+sigset_t BlockSignals() {
   sigset_t signals;
   sigemptyset(&signals);
   sigaddset(&signals, SIGTERM);
@@ -134,12 +132,19 @@ int RunDaemon(const std::string& file, const config::Catalog& catalog, std::ostr
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   // SIGXFSZ: a write beyond a limit of file sizes fails, as on a full disk.
   for (const int ignored : {SIGPIPE, SIGUSR1, SIGUSR2, SIGXFSZ}) signal(ignored, SIG_IGN);
+  return signals;
+}
 
-  Choice choice = Choose(file, catalog, err);
-  if (!choice.loaded.ok()) return kExitBadConfiguration;
-  Daemon daemon(std::move(choice.loaded.config), catalog);
-  choice.reload.summary = [&daemon] { return daemon.Summary(); };
-  daemon.SetReload(std::move(choice.reload));
+}  // namespace
+
+int Serve(config::Config config, std::optional<ReloadOptions> reload,
+          const config::Catalog& catalog, std::ostream& err) try {
+  const sigset_t signals = BlockSignals();
+  Daemon daemon(std::move(config), catalog);
+  if (reload) {
+    reload->summary = [&daemon] { return daemon.Summary(); };
+    daemon.SetReload(std::move(*reload));
+  }
   if (const Status status = daemon.Start(); !status) {
     err << "baudgate: " << status.error() << "\n";
     return kExitCanNot;
@@ -152,12 +157,19 @@ int RunDaemon(const std::string& file, const config::Catalog& catalog, std::ostr
   log::Info("baudgate stops");
   // Without destructors: they would wait for the driver.
   if (!daemon.Stop()) std::_Exit(0);
-  return 0;
+  return kExitDone;
 } catch (const std::system_error& failed) {
   err << "baudgate: the system has no file descriptor or no thread left: "
       << failed.code().message()
       << "; raise LimitNOFILE and TasksMax of the service (ulimit -n, ulimit -u)\n";
   return kExitCanNot;
+}
+
+int RunDaemon(const std::string& file, const config::Catalog& catalog, std::ostream& err) {
+  BlockSignals();
+  Choice choice = Choose(file, catalog, err);
+  if (!choice.loaded.ok()) return kExitBadConfiguration;
+  return Serve(std::move(choice.loaded.config), std::move(choice.reload), catalog, err);
 }
 
 }  // namespace baudgate

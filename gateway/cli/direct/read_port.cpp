@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/cli/direct/read_port.h"
+
+#include <algorithm>
+#include <csignal>
+#include <thread>
+
+#include "gateway/base/exit_code.h"
+#include "gateway/base/log.h"
+#include "gateway/cli/client/points.h"
+#include "gateway/cli/direct/port_config.h"
+#include "gateway/cli/live/scratch_directory.h"
+#include "gateway/cli/offline/make_line.h"
+#include "gateway/daemon/daemon.h"
+
+namespace baudgate {
+namespace {
+
+constexpr const char* kLine = "port";
+constexpr const char* kDevice = "device";
+/// A port that is not open after this time does not open by itself.
+constexpr Duration kPatience = 3s;
+constexpr Duration kLookEvery = 20ms;
+
+Result<std::string> Yaml(const ReadPortOptions& options, const std::string& protocol,
+                         const ScratchDirectory& scratch) {
+  std::string yaml = "gateway:\n  name: read\n";
+  yaml += "  state: " + YamlText((scratch.path() / "state").string()) + "\n";
+  yaml += "  socket: " + YamlText((scratch.path() / "control").string()) + "\n";
+  yaml += "modbus: { enabled: false }\ndds: { enabled: false }\n";
+  yaml += "lines:\n  - name: " + std::string(kLine) + "\n    port: " + YamlText(options.port) + "\n";
+  yaml += "    protocol: " + YamlText(protocol) + "\n";
+  if (!options.serial.empty()) yaml += "    serial: " + YamlText(options.serial) + "\n";
+  yaml += "    devices:\n      - name: " + std::string(kDevice) + "\n";
+  yaml += "        address: " + YamlText(options.address) + "\n";
+  yaml += "        profile: " + YamlText(options.profile) + "\n";
+  for (const std::string& option : options.options) {
+    const auto equals = option.find('=');
+    if (equals == std::string::npos) return Error{"--option: write key=value"};
+    yaml += "        " + YamlText(option.substr(0, equals)) + ": " +
+            YamlText(option.substr(equals + 1)) + "\n";
+  }
+  return yaml;
+}
+
+Outcome LastOutcome(const PointStore& store) {
+  Outcome outcome = Outcome::none;
+  store.Read(0, [&](const DeviceRecord& record) { outcome = record.status.last_outcome; });
+  return outcome;
+}
+
+int Fail(const std::string& message, int code, std::ostream& err) {
+  err << "baudgate: " << message << '\n';
+  return code;
+}
+
+/// Whether the port is open, and the device has been asked for the first time.
+bool AwaitPort(const PointStore& store) {
+  const Instant limit = ReadClocks().instant + kPatience;
+  while (ReadClocks().instant < limit) {
+    const Outcome outcome = LastOutcome(store);
+    if (outcome != Outcome::none && outcome != Outcome::line_down) return true;
+    std::this_thread::sleep_for(kLookEvery);
+  }
+  return LastOutcome(store) != Outcome::line_down;
+}
+
+}  // namespace
+
+int RunReadPort(const ReadPortOptions& options, const config::Catalog& catalog, std::ostream& out,
+                std::ostream& err) {
+  signal(SIGPIPE, SIG_IGN);
+  log::SetLeast(log::Level::error);
+  const ScratchDirectory scratch("read");
+  if (scratch.path().empty()) {
+    return Fail("no temporary directory can be made", kExitCanNot, err);
+  }
+  const auto protocol = options.protocol.empty() ? ProtocolOfProfile(options.profile, catalog)
+                                                 : Result<std::string>(options.protocol);
+  if (!protocol) return Fail(protocol.error(), kExitBadConfiguration, err);
+  const auto yaml = Yaml(options, *protocol, scratch);
+  if (!yaml) return Fail(yaml.error(), kExitUsage, err);
+  auto config = PortConfig(*yaml, catalog);
+  if (!config) return Fail(config.error(), kExitBadConfiguration, err);
+  const std::string socket = config->socket;
+  Daemon daemon(std::move(*config), catalog);
+  if (const Status started = daemon.Start(); !started) {
+    return Fail(started.error(), kExitCanNot, err);
+  }
+  int code = kExitCanNot;
+  if (AwaitPort(daemon.store())) {
+    std::string target = std::string(kLine) + "." + kDevice;
+    if (!options.point.empty()) target += "." + options.point;
+    code = RunRead({.target = target, .json = options.json, .socket = socket}, out, err);
+  } else {
+    err << "baudgate: " << options.port
+        << " can not be opened; 'baudgate ports' says what there is, and who holds it\n";
+  }
+  // Without destructors: they would wait for the driver.
+  if (!daemon.Stop()) {
+    out.flush();
+    std::_Exit(code);
+  }
+  return code;
+}
+
+}  // namespace baudgate
