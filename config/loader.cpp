@@ -59,9 +59,10 @@ void Guarded(const std::string& file, Problems& problems, Read read) {
 }
 
 RawProfile Complete(RawProfile raw, const Protocol& protocol, Problems& problems) {
-  raw.profile.points = BuildPoints(raw.points, &protocol, problems);
   Device device;
-  device.points = raw.profile.points;
+  device.points = BuildPoints(raw.points, &protocol, problems);
+  AssignIntervals(device, problems);
+  raw.profile.points = device.points;
   ResolveRecords(raw.profile.records, device, problems);
   return raw;
 }
@@ -141,6 +142,8 @@ Device DeviceFromProfile(const Profile& profile, const Protocol& protocol, std::
   device.options = DefaultOptions(protocol);
   Override(device.options, profile.options);
   device.points = profile.points;
+  Problems known;  // they were told when the profile was read
+  AssignIntervals(device, known);
   device.event_texts = profile.event_texts;
   if (protocol.unasked) device.max_age = device.dead_age = kNeverOld;
   return device;

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <fstream>
 #include <iostream>
+#include <map>
 #include <optional>
 
 #include "gateway/base/exit_code.h"
@@ -81,12 +82,27 @@ void AddMap(CLI::App& app, Action& action) {
   auto file = std::make_shared<std::string>();
   auto format = std::make_shared<MapFormat>(MapFormat::table);
   AddConfig(*command, *file);
-  auto* csv = command->add_flag_callback(
-      "--csv", [format] { *format = MapFormat::csv; }, "Print CSV");
+  static const std::map<std::string, MapFormat> kFormats = {
+      {"table", MapFormat::table},
+      {"csv", MapFormat::csv},
+      {"json", MapFormat::json},
+      {"st", MapFormat::structured_text},
+      {"markdown", MapFormat::markdown}};
+  auto* named =
+      command
+          ->add_option_function<std::string>(
+              "--format", [format](const auto& name) { *format = kFormats.at(name); },
+              "st: Structured Text of IEC 61131-3")
+          ->check(CLI::IsMember({"table", "csv", "json", "st", "markdown"}));
+  auto* csv = command
+                  ->add_flag_callback(
+                      "--csv", [format] { *format = MapFormat::csv; }, "Short for --format csv")
+                  ->excludes(named);
   command
       ->add_flag_callback(
-          "--json", [format] { *format = MapFormat::json; }, "Print JSON")
-      ->excludes(csv);
+          "--json", [format] { *format = MapFormat::json; }, "Short for --format json")
+      ->excludes(csv)
+      ->excludes(named);
   command->callback([file, format, &action] {
     action = [=](const auto& catalog) {
       return RunMap(*file, catalog, *format, std::cout, std::cerr);

@@ -88,7 +88,7 @@ TEST(DeviceErrors, OneSentenceEach) {
       {"unit: ~", "28: error: unit: has no value; give it one or remove the key"},
       {"poll: 500", "34: error: poll: '500' has no unit; write for example 500ms or 500s"},
       {"poll: \"1,5s\"", "34: error: poll: '1,5s' has a decimal comma; write 1.5s"},
-      {"poll: 1ms", "34: error: poll: '1ms' is out of range; allowed: 10ms…1d"},
+      {"poll: 1ms", "34: error: poll: '1ms' is out of range; allowed: 5ms…1d"},
       {"enabled: maybe", "37: error: enabled: 'maybe' is neither true nor false"},
       {"on_bad: nam",
        "36: error: on_bad: 'nam' is unknown; did you mean 'nan'? allowed: "

@@ -34,7 +34,7 @@ TextTable PointTable(const config::Profile& profile) {
       {"point", "register", "table", "type", "unit", "access", "group", "read", "description"});
   for (const config::Point& point : profile.points) {
     table.Add({point.name, RegisterText(point), TableText(point), TypeText(point), point.unit,
-               std::string(config::Name(point.access)), std::string(config::Name(point.group)),
+               std::string(config::Name(point.access)), config::PeriodText(point),
                point.read, point.description});
   }
   return table;
@@ -50,7 +50,7 @@ Json ToJson(const config::Profile& profile) {
                 {"type", TypeText(point)},
                 {"unit", point.unit},
                 {"access", config::Name(point.access)},
-                {"group", config::Name(point.group)},
+                {"group", config::PeriodText(point)},
                 {"read", point.read},
                 {"description", point.description}};
     if (!point.write.empty()) one["write"] = point.write;
