@@ -95,7 +95,7 @@ std::string_view UnitOf(TimeType type) {
 
 Result<TypeText> ParseType(std::string_view text) {
   static constexpr std::array<std::string_view, 12> kShown = {
-      "bool",  "int8",  "uint8",  "int16",   "uint16",  "int32",
+      "bool",   "int8",  "uint8",  "int16",   "uint16",  "int32",
       "uint32", "int64", "uint64", "float32", "float64", "string(n)"};
   for (int i = 0; i < static_cast<int>(Type::string); ++i) {
     const auto type = static_cast<Type>(i);
@@ -120,7 +120,8 @@ Result<TypeText> ParseType(std::string_view text) {
   }
   std::string iec_names;
   for (const auto& [name, type] : kIecTypes) {
-    if (Lower(name) == Lower(text)) return Error{Quoted(text) + " is unknown; did you mean '" + std::string(name) + "'?"};
+    if (Lower(name) == Lower(text))
+      return Error{Quoted(text) + " is unknown; did you mean '" + std::string(name) + "'?"};
     iec_names += ", " + std::string(name);
   }
   return Error{Quoted(text) + " is unknown;" + DidYouMean(text, kShown) +

@@ -60,9 +60,9 @@ void ReadPeriod(MapReader& map, Point& point) {
   point.poll = map.Time("poll", kShortestPoll, std::chrono::hours(24));
   if (!point.poll) return;
   if (map.Has("group")) {
-    map.problems().Error(map.MarkOf("poll"),
-                         "poll: '" + point.name +
-                             "' has a group as well; keep its own interval, or the group's");
+    map.problems().Error(
+        map.MarkOf("poll"),
+        "poll: '" + point.name + "' has a group as well; keep its own interval, or the group's");
   }
   point.group = Group::own;
 }

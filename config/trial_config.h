@@ -13,9 +13,9 @@
 namespace baudgate::config {
 
 struct TrialPlaces {
-  std::vector<std::string> ports;    ///< of the lines, in the order of the file
-  std::filesystem::path profiles;    ///< what relative profile paths are relative to; absolute
-  std::filesystem::path state;       ///< where the trial keeps what it keeps
+  std::vector<std::string> ports;  ///< of the lines, in the order of the file
+  std::filesystem::path profiles;  ///< what relative profile paths are relative to; absolute
+  std::filesystem::path state;     ///< where the trial keeps what it keeps
 };
 
 struct TrialConfig {

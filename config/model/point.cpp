@@ -89,7 +89,7 @@ std::string IecName(const Point& point) {
       break;
   }
   if (point.type == Type::string) return "STRING[" + std::to_string(point.text_length) + "]";
-  static constexpr std::string_view kNames[] = {"BOOL", "SINT",  "USINT", "INT",  "UINT", "DINT",
+  static constexpr std::string_view kNames[] = {"BOOL",  "SINT", "USINT", "INT",  "UINT", "DINT",
                                                 "UDINT", "LINT", "ULINT", "REAL", "LREAL"};
   return std::string(kNames[static_cast<std::size_t>(point.type)]);
 }

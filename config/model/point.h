@@ -149,7 +149,7 @@ struct Point {
   std::string read;   ///< the protocol's own address; checked by the plugin
   std::string write;  ///< where it differs from read, else empty
   Type type = Type::float32;
-  std::size_t text_length = 0;   ///< of string(n), bytes
+  std::size_t text_length = 0;  ///< of string(n), bytes
   TimeType time_type = TimeType::none;
   std::string unit;              ///< of the value after scale and offset: "A", "xIn"
   Access access = Access::read;  ///< what the device can do
@@ -201,7 +201,7 @@ void VisitFields(const Point*, Visit visit) {
   visit(Derived<&Point::mark>());
 }
 
-std::string_view Name(Type type);  ///< "float32"; string without its length
+std::string_view Name(Type type);    ///< "float32"; string without its length
 std::string_view Name(Group group);  ///< "own" of those behind it as well
 std::string_view Name(Access access);
 

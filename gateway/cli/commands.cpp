@@ -82,18 +82,16 @@ void AddMap(CLI::App& app, Action& action) {
   auto file = std::make_shared<std::string>();
   auto format = std::make_shared<MapFormat>(MapFormat::table);
   AddConfig(*command, *file);
-  static const std::map<std::string, MapFormat> kFormats = {
-      {"table", MapFormat::table},
-      {"csv", MapFormat::csv},
-      {"json", MapFormat::json},
-      {"st", MapFormat::structured_text},
-      {"markdown", MapFormat::markdown}};
-  auto* named =
-      command
-          ->add_option_function<std::string>(
-              "--format", [format](const auto& name) { *format = kFormats.at(name); },
-              "st: Structured Text of IEC 61131-3")
-          ->check(CLI::IsMember({"table", "csv", "json", "st", "markdown"}));
+  static const std::map<std::string, MapFormat> kFormats = {{"table", MapFormat::table},
+                                                            {"csv", MapFormat::csv},
+                                                            {"json", MapFormat::json},
+                                                            {"st", MapFormat::structured_text},
+                                                            {"markdown", MapFormat::markdown}};
+  auto* named = command
+                    ->add_option_function<std::string>(
+                        "--format", [format](const auto& name) { *format = kFormats.at(name); },
+                        "st: Structured Text of IEC 61131-3")
+                    ->check(CLI::IsMember({"table", "csv", "json", "st", "markdown"}));
   auto* csv = command
                   ->add_flag_callback(
                       "--csv", [format] { *format = MapFormat::csv; }, "Short for --format csv")

@@ -22,7 +22,8 @@ namespace baudgate {
 namespace {
 
 void AddSimulate(CLI::App& app, Action& action) {
-  auto* command = app.add_subcommand("simulate", "Run device twins: one on a pty, or all of a file");
+  auto* command =
+      app.add_subcommand("simulate", "Run device twins: one on a pty, or all of a file");
   auto options = std::make_shared<SimulateOptions>();
   auto all = std::make_shared<SimulateConfigOptions>();
   auto* profile = command->add_option("--profile", options->profile, "Device profile");
@@ -135,15 +136,15 @@ void AddRead(CLI::App& app, Action& action) {
       "read", "Ask a device now for its points: one of the running gateway, or one at a free port");
   auto options = std::make_shared<ReadOptions>();
   auto direct = std::make_shared<ReadPortOptions>();
-  auto* target = command->add_option(
-      "TARGET", options->target, "LINE.DEVICE or LINE.DEVICE.POINT; with --port only POINT");
+  auto* target = command->add_option("TARGET", options->target,
+                                     "LINE.DEVICE or LINE.DEVICE.POINT; with --port only POINT");
   command->add_flag("--json", options->json, "Print one JSON object");
   auto* socket = command->add_option("--socket", options->socket,
                                      "Control socket of the gateway, if it is not found");
-  auto* port = command
-                   ->add_option("--port", direct->port,
-                                "Without a gateway: a free port, or tcp://host:port")
-                   ->excludes(socket);
+  auto* port =
+      command
+          ->add_option("--port", direct->port, "Without a gateway: a free port, or tcp://host:port")
+          ->excludes(socket);
   auto* profile = command->add_option("--profile", direct->profile, "Device profile")->needs(port);
   auto* address =
       command->add_option("--address", direct->address, "Address on the line")->needs(port);

@@ -1,5 +1,5 @@
-// The subcommands for devices that no running gateway has: twins, profiles, one look, a bridge. Part
-// of commands.h.
+// The subcommands for devices that no running gateway has: twins, profiles, one look, a bridge.
+// Part of commands.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

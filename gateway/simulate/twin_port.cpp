@@ -24,7 +24,9 @@ TwinPort::TwinPort(asio::io_context& io, int descriptor, std::shared_ptr<TwinBus
     : bus_(std::move(bus)),
       fd_(descriptor),
       descriptor_(io, descriptor),
-      timer_(io), silence_(io), speech_(io) {
+      timer_(io),
+      silence_(io),
+      speech_(io) {
   asio::error_code ignored;
   descriptor_.non_blocking(true, ignored);  // nobody need be reading
   for (const auto& residents : bus_->residents) {

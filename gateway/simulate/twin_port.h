@@ -60,8 +60,8 @@ class TwinPort : public std::enable_shared_from_this<TwinPort> {
   const int fd_;  // the descriptor's, which is asked for the settings of a pty
   asio::posix::stream_descriptor descriptor_;
   asio::steady_timer timer_;
-  asio::steady_timer silence_;  // while part of a request is held
-  asio::steady_timer speech_;   // of twins that speak unasked
+  asio::steady_timer silence_;         // while part of a request is held
+  asio::steady_timer speech_;          // of twins that speak unasked
   std::vector<Assembler> assemblers_;  // of each of the bus's residents
   std::array<std::uint8_t, 1024> buffer_{};
   bool over_ = false;

@@ -53,8 +53,9 @@ TEST_F(OnePort, ABridgeSaysWhatItNeeds) {
 TEST_F(OnePort, OneLookAtADevice) {
   const auto twin = StartDrive();
   const auto read = [&](std::vector<std::string> more) {
-    std::vector<std::string> words = {"read",      "--port", LinkOf("drive"), "--profile",
-                                      "mitsubishi-fr-d700", "--serial", "19200 8E1"};
+    std::vector<std::string> words = {
+        "read",     "--port",   LinkOf("drive"), "--profile", "mitsubishi-fr-d700",
+        "--serial", "19200 8E1"};
     words.insert(words.end(), more.begin(), more.end());
     return Command(words);
   };
@@ -111,10 +112,10 @@ TEST_F(OnePort, TheTutorialForNewDevicesCanBePasted) {
   script = Replace(script, "baudgate ", BAUDGATE_BINARY " ");
   script = Replace(script, "/tmp/em1", LinkOf("em1"));
   script = Replace(script, "-p 1502", "-p " + std::to_string(port()));
-  script = Replace(script, "lines:\n", "gateway: { name: " + gateway() + ", state: " +
-                                           LinkOf("state") + ", socket: " + LinkOf("s") +
-                                           " }\nmodbus: { listen: \"" + Local() +
-                                           "\" }\ndds: { enabled: false }\nlines:\n");
+  script = Replace(script, "lines:\n",
+                   "gateway: { name: " + gateway() + ", state: " + LinkOf("state") +
+                       ", socket: " + LinkOf("s") + " }\nmodbus: { listen: \"" + Local() +
+                       "\" }\ndds: { enabled: false }\nlines:\n");
   script += "kill %1 %2\n";
   const Finished done = RunToEnd({"/bin/bash", "-c", script}, directory(), Environment(), 60s);
   EXPECT_EQ(done.code, 0) << script << done.output << done.errors;

@@ -23,8 +23,7 @@ std::string NameOfPort(const std::string& port) {
   const auto slash = port.find_last_of('/');
   std::string name;
   for (const char c : slash == std::string::npos ? port : port.substr(slash + 1)) {
-    const bool word =
-        (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
+    const bool word = (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
     if (word) {
       name += c;
     } else if (!name.empty() && name.back() != '-') {

@@ -28,7 +28,8 @@ Result<std::string> Yaml(const ReadPortOptions& options, const std::string& prot
   yaml += "  state: " + YamlText((scratch.path() / "state").string()) + "\n";
   yaml += "  socket: " + YamlText((scratch.path() / "control").string()) + "\n";
   yaml += "modbus: { enabled: false }\ndds: { enabled: false }\n";
-  yaml += "lines:\n  - name: " + std::string(kLine) + "\n    port: " + YamlText(options.port) + "\n";
+  yaml +=
+      "lines:\n  - name: " + std::string(kLine) + "\n    port: " + YamlText(options.port) + "\n";
   yaml += "    protocol: " + YamlText(protocol) + "\n";
   if (!options.serial.empty()) yaml += "    serial: " + YamlText(options.serial) + "\n";
   yaml += "    devices:\n      - name: " + std::string(kDevice) + "\n";

@@ -17,8 +17,8 @@ struct CheckProfileOptions {
   std::size_t width = 0;
 };
 
-/// Exit codes: 0 it can be used, warnings included; 2 no such protocol; 3 it is bad; 4 it can not be
-/// read.
+/// Exit codes: 0 it can be used, warnings included; 2 no such protocol; 3 it is bad; 4 it can not
+/// be read.
 int RunCheckProfile(const CheckProfileOptions& options, const config::Catalog& catalog,
                     std::ostream& out, std::ostream& err);
 

@@ -8,7 +8,18 @@
 
 namespace baudgate {
 
-enum class ListColumn { name, address, type, unit, scale, access, table, group, description, example };
+enum class ListColumn {
+  name,
+  address,
+  type,
+  unit,
+  scale,
+  access,
+  table,
+  group,
+  description,
+  example
+};
 
 /// "Data Type" → type. Case, blanks and marks do not count.
 std::optional<ListColumn> ColumnNamed(std::string_view header);

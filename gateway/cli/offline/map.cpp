@@ -65,8 +65,7 @@ TextTable DeviceTable(const config::Device& device) {
     table.Add({point.name, Number(place, 0), place.conventional,
                place.served ? std::to_string(place.registers) : "", TypeText(point), point.unit,
                place.read_codes, place.write_codes, SelectText(place, point),
-               config::PeriodText(point), QualityText(place, point),
-               AgeText(place, point)});
+               config::PeriodText(point), QualityText(place, point), AgeText(place, point)});
   }
   return table;
 }

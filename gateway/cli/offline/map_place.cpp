@@ -34,9 +34,8 @@ MapPlace PlaceOf(const config::Device& device, const config::Point& point) {
   return place;
 }
 
-void ForEachDevice(
-    const config::Config& config,
-    const std::function<void(const config::Line&, const config::Device&)>& visit) {
+void ForEachDevice(const config::Config& config,
+                   const std::function<void(const config::Line&, const config::Device&)>& visit) {
   for (const config::Line& line : config.lines) {
     for (const config::Device& device : line.devices) visit(line, device);
   }

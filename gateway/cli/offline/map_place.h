@@ -23,8 +23,7 @@ struct MapPlace {
 
 MapPlace PlaceOf(const config::Device& device, const config::Point& point);
 
-void ForEachDevice(
-    const config::Config& config,
-    const std::function<void(const config::Line&, const config::Device&)>& visit);
+void ForEachDevice(const config::Config& config,
+                   const std::function<void(const config::Line&, const config::Device&)>& visit);
 
 }  // namespace baudgate

@@ -122,8 +122,8 @@ int RunNewProfile(const NewProfileOptions& options, const config::Catalog& catal
   if (!list.errors.empty()) return kExitBadConfiguration;
   const std::string profile = ProfileText(list, options);
   const std::string stem = std::filesystem::path(options.file).stem().string();
-  const auto loaded = config::LoadProfileText(profile, options.file + " as a profile", stem,
-                                              *protocol, catalog);
+  const auto loaded =
+      config::LoadProfileText(profile, options.file + " as a profile", stem, *protocol, catalog);
   PrintProblems(loaded.problems, err);
   if (!loaded.ok()) return kExitBadConfiguration;
   out << profile;

@@ -34,8 +34,8 @@ TextTable PointTable(const config::Profile& profile) {
       {"point", "register", "table", "type", "unit", "access", "group", "read", "description"});
   for (const config::Point& point : profile.points) {
     table.Add({point.name, RegisterText(point), TableText(point), TypeText(point), point.unit,
-               std::string(config::Name(point.access)), config::PeriodText(point),
-               point.read, point.description});
+               std::string(config::Name(point.access)), config::PeriodText(point), point.read,
+               point.description});
   }
   return table;
 }

@@ -143,8 +143,9 @@ class ListReader {
     const bool usable = config::CheckPointName(given).ok();
     point.name = usable ? given : PointName(given);
     if (point.name.empty()) {
-      Error(row.line, given.empty() ? "no name" : "name " + Quoted(given) +
-                                                      " has no letter or digit of ASCII; write one");
+      Error(row.line, given.empty() ? "no name"
+                                    : "name " + Quoted(given) +
+                                          " has no letter or digit of ASCII; write one");
       return;
     }
     if (!usable && point.description.empty()) point.description = given;
@@ -159,11 +160,12 @@ class ListReader {
     const std::string given = Cell(row, ListColumn::type);
     const auto form = FormNamed(given);
     if (!form) {
-      Error(row.line, given.empty()
-                          ? std::string("no type; write for example uint16")
-                          : "type " + Quoted(given) +
-                                " is unknown; write bool, int8, uint8, int16, uint16, int32, uint32, "
-                                "int64, uint64, float32, float64, bcd16, bcd32 or string(n)");
+      Error(row.line,
+            given.empty()
+                ? std::string("no type; write for example uint16")
+                : "type " + Quoted(given) +
+                      " is unknown; write bool, int8, uint8, int16, uint16, int32, uint32, "
+                      "int64, uint64, float32, float64, bcd16, bcd32 or string(n)");
       return;
     }
     point.form = *form;
@@ -236,8 +238,9 @@ class ListReader {
     point.table = !place->table.empty() ? place->table : column;
     const bool bit = point.form == "bool";
     if (point.table.empty() && bit) {
-      return Error(row.line, "a bool needs its table; write coil or discrete in a column 'table', "
-                             "or read a bit of a register: 'holding 8[b3]' in the profile");
+      return Error(row.line,
+                   "a bool needs its table; write coil or discrete in a column 'table', "
+                   "or read a bit of a register: 'holding 8[b3]' in the profile");
     }
     if (point.table.empty()) point.table = table_;
     const bool bits = point.table == "coil" || point.table == "discrete";

@@ -63,11 +63,11 @@ TEST(Uart, AnotherBitRateIsGarbage) {
 }
 
 TEST(Uart, WrongParityIsDamage) {
-  const Received received = ReceiveAs(Format(9600, 8, Parity::odd), Alphabet(8),
-                                      Format(9600, 8, Parity::even));
+  const Received received =
+      ReceiveAs(Format(9600, 8, Parity::odd), Alphabet(8), Format(9600, 8, Parity::even));
   EXPECT_EQ(received.damaged, Alphabet(8).size());
-  const Received none = ReceiveAs(Format(9600, 8, Parity::none), Alphabet(8),
-                                  Format(9600, 8, Parity::even));
+  const Received none =
+      ReceiveAs(Format(9600, 8, Parity::none), Alphabet(8), Format(9600, 8, Parity::even));
   EXPECT_GT(none.damaged, 0U);
   EXPECT_NE(none.bytes, Alphabet(8));
 }

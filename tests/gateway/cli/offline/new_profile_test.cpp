@@ -67,7 +67,8 @@ TEST_F(ProfileFiles, AListBecomesAProfileThatIsAccepted) {
                                  "description: \"Voltage\" }\n"));
   EXPECT_THAT(profile, HasSubstr("name: energy_in, read: \"holding 4 uint32\", type: float64"));
   EXPECT_THAT(profile, HasSubstr("description: \"Energy \\\"in\\\"\""));
-  EXPECT_THAT(profile, HasSubstr("name: relay, read: \"coil 0\", type: bool, access: rw, modbus: 0"));
+  EXPECT_THAT(profile,
+              HasSubstr("name: relay, read: \"coil 0\", type: bool, access: rw, modbus: 0"));
   EXPECT_THAT(err_.str(), HasSubstr("order: CDAB"));
   EXPECT_EQ(Check("modbus_rtu/list.yaml", profile), kExitDone) << err_.str();
   EXPECT_THAT(out_.str(), AllOf(HasSubstr("modbus_rtu/list, 3 points"), HasSubstr("energy_in")));
@@ -81,7 +82,10 @@ TEST_F(ProfileFiles, WhatTheFirstRegisterIsCalledIsAskedFor) {
 }
 
 TEST_F(ProfileFiles, ListsOfOtherCodePages) {
-  ASSERT_EQ(New("name,register,type,unit\nt,0,INT,\xB0" "C\n", FirstRegister::zero), kExitDone);
+  ASSERT_EQ(New("name,register,type,unit\nt,0,INT,\xB0"
+                "C\n",
+                FirstRegister::zero),
+            kExitDone);
   EXPECT_THAT(out_.str(), HasSubstr("unit: \"°C\""));
   const char utf16[] = "n\0a\0m\0e\0";
   EXPECT_EQ(New(std::string(utf16, sizeof utf16), FirstRegister::zero), kExitBadConfiguration);

@@ -31,7 +31,9 @@ std::string Row(const std::string& cells, FirstRegister first,
 }
 
 TEST(CsvTable, CommasSemicolonsTabsQuotesAndLinesOfAnySystem) {
-  for (const char* text : {"a,b\n1,2\n", "a;b\r\n1;2\r\n", "a\tb\n1\t2", "\xEF\xBB\xBF" "a;b\n\n1;2\n",
+  for (const char* text : {"a,b\n1,2\n", "a;b\r\n1;2\r\n", "a\tb\n1\t2",
+                           "\xEF\xBB\xBF"
+                           "a;b\n\n1;2\n",
                            "\"a\" , b\n 1,\"2\"\n"}) {
     const CsvTable table = ReadCsv(text);
     ASSERT_THAT(table.rows, SizeIs(2)) << text;
@@ -114,16 +116,16 @@ TEST(RegisterList, EveryErrorIsToldAtOnceWithItsLine) {
       "e,10001,INT,r,\n"
       "g,,INT,r,\n",
       FirstRegister::modicon);
-  EXPECT_THAT(list.errors,
-              ElementsAre(HasSubstr("l.csv:2: type 'UNIT16' is unknown; write bool"),
-                          HasSubstr("l.csv:3: point 'A' stands twice, first in line 2"),
-                          HasSubstr("l.csv:3: access 'readable' is unknown; write r, w or rw"),
-                          HasSubstr("l.csv:4: type int16 takes 1 registers"),
-                          HasSubstr("l.csv:5: no name"),
-                          HasSubstr("l.csv:6: access: nothing can be written to table input"),
-                          HasSubstr("l.csv:7: register '40009' is of table holding"),
-                          HasSubstr("l.csv:8: type int16 does not fit table discrete"),
-                          HasSubstr("l.csv:9: no register")));
+  EXPECT_THAT(
+      list.errors,
+      ElementsAre(HasSubstr("l.csv:2: type 'UNIT16' is unknown; write bool"),
+                  HasSubstr("l.csv:3: point 'A' stands twice, first in line 2"),
+                  HasSubstr("l.csv:3: access 'readable' is unknown; write r, w or rw"),
+                  HasSubstr("l.csv:4: type int16 takes 1 registers"), HasSubstr("l.csv:5: no name"),
+                  HasSubstr("l.csv:6: access: nothing can be written to table input"),
+                  HasSubstr("l.csv:7: register '40009' is of table holding"),
+                  HasSubstr("l.csv:8: type int16 does not fit table discrete"),
+                  HasSubstr("l.csv:9: no register")));
   EXPECT_THAT(Read("title\nx\n").errors, SizeIs(3));
   EXPECT_THAT(Read("").errors, ElementsAre("l.csv is empty"));
   EXPECT_THAT(Read("name,register,type\n").errors, ElementsAre(HasSubstr("no row follows")));
@@ -131,10 +133,16 @@ TEST(RegisterList, EveryErrorIsToldAtOnceWithItsLine) {
 }
 
 TEST(ListedWords, TypesOfManyManuals) {
-  for (const auto& [word, form] :
-       {std::pair{"U16", "uint16"}, {"unsigned-int16", "uint16"}, {"S32", "int32"},
-        {"Dint", "int32"}, {"FLOAT", "float32"}, {"IEEE 754", "float32"}, {"LREAL", "float64"},
-        {"USINT", "uint8"}, {"String[12]", "string(12)"}, {"Boolean", "bool"}}) {
+  for (const auto& [word, form] : {std::pair{"U16", "uint16"},
+                                   {"unsigned-int16", "uint16"},
+                                   {"S32", "int32"},
+                                   {"Dint", "int32"},
+                                   {"FLOAT", "float32"},
+                                   {"IEEE 754", "float32"},
+                                   {"LREAL", "float64"},
+                                   {"USINT", "uint8"},
+                                   {"String[12]", "string(12)"},
+                                   {"Boolean", "bool"}}) {
     EXPECT_EQ(FormNamed(word), form) << word;
   }
   EXPECT_FALSE(FormNamed("int17"));

@@ -35,7 +35,8 @@ constexpr const char* kConfig =
     "    - { name: on, read: A5, type: BOOL, modbus: 3 }\n"
     "    - { name: off, read: A6, type: BOOL, modbus: 12, access: rw }\n"
     "    - { name: hidden, read: A7, type: INT }\n"
-    "  - { name: 2nd, address: 2, unit: 2, points: [{ name: _n, read: A1, type: UINT, modbus: 0 }] }\n"
+    "  - { name: 2nd, address: 2, unit: 2, points: [{ name: _n, read: A1, type: UINT, modbus: 0 }] "
+    "}\n"
     "  - { name: quiet, address: 3, points: [{ name: n, read: A1, type: UINT, modbus: 0 }] }\n";
 
 TEST(StructuredText, PutsEachPointAtAnAddressOfItsOwn) {
@@ -50,11 +51,10 @@ TEST(StructuredText, PutsEachPointAtAnAddressOfItsOwn) {
         "  (* read 10 bits from 3 (function 2 or 1): %IX14.0 *)",
         "  feeder_1_current AT %IW0 : REAL; (* register 10, A, x .) y *)",
         "  feeder_1_started AT %IW2 : DT; (* register 12, s *)",
-        "  feeder_1_temp AT %IW4 : INT; (* register 14 *)",
-        "  feeder_1_text AT %IW5 : STRING[4];", "  feeder_1_on AT %IX14.0 : BOOL; (* bit 3 *)",
-        "  feeder_1_off AT %IX15.1 : BOOL;", "  feeder_1_temp_set AT %QW0 : INT;",
-        "  feeder_1_off_set AT %QX2.0 : BOOL;", "  _2nd_n AT %IW8 : UINT; (* register 0 *)",
-        "END_VAR"}) {
+        "  feeder_1_temp AT %IW4 : INT; (* register 14 *)", "  feeder_1_text AT %IW5 : STRING[4];",
+        "  feeder_1_on AT %IX14.0 : BOOL; (* bit 3 *)", "  feeder_1_off AT %IX15.1 : BOOL;",
+        "  feeder_1_temp_set AT %QW0 : INT;", "  feeder_1_off_set AT %QX2.0 : BOOL;",
+        "  _2nd_n AT %IW8 : UINT; (* register 0 *)", "END_VAR"}) {
     EXPECT_THAT(text, HasSubstr(line)) << text;
   }
   EXPECT_THAT(text, Not(HasSubstr("hidden")));
