@@ -18,8 +18,8 @@ namespace {
 
 constexpr const char* kLine = "port";
 constexpr const char* kDevice = "device";
-/// A port that is not open after this time does not open by itself.
-constexpr Duration kPatience = 3s;
+/// A connection that is not there after this time does not come by itself.
+constexpr Duration kPatience = 15s;
 constexpr Duration kLookEvery = 20ms;
 
 Result<std::string> Yaml(const ReadPortOptions& options, const std::string& protocol,
@@ -55,15 +55,19 @@ int Fail(const std::string& message, int code, std::ostream& err) {
   return code;
 }
 
-/// Whether the port is open, and the device has been asked for the first time.
-bool AwaitPort(const PointStore& store) {
+/// Until the port is open and the device has been asked for the first time; else why it is not.
+Status AwaitPort(const PointStore& store) {
   const Instant limit = ReadClocks().instant + kPatience;
   while (ReadClocks().instant < limit) {
+    const LineStatus line = store.ReadLine(0);
     const Outcome outcome = LastOutcome(store);
-    if (outcome != Outcome::none && outcome != Outcome::line_down) return true;
+    const bool open = line.port == LineStatus::Port::open;
+    if (open && outcome != Outcome::none && outcome != Outcome::line_down) return {};
+    if (!open && !line.port_text.empty()) return Error{line.port_text};
     std::this_thread::sleep_for(kLookEvery);
   }
-  return LastOutcome(store) != Outcome::line_down;
+  if (store.ReadLine(0).port == LineStatus::Port::open) return {};
+  return Error{"it did not open within " + FormatDuration(kPatience)};
 }
 
 }  // namespace
@@ -89,13 +93,14 @@ int RunReadPort(const ReadPortOptions& options, const config::Catalog& catalog, 
     return Fail(started.error(), kExitCanNot, err);
   }
   int code = kExitCanNot;
-  if (AwaitPort(daemon.store())) {
+  const Status open = AwaitPort(daemon.store());
+  if (open) {
     std::string target = std::string(kLine) + "." + kDevice;
     if (!options.point.empty()) target += "." + options.point;
     code = RunRead({.target = target, .json = options.json, .socket = socket}, out, err);
   } else {
-    err << "baudgate: " << options.port
-        << " can not be opened; 'baudgate ports' says what there is, and who holds it\n";
+    err << "baudgate: " << options.port << ": " << open.error()
+        << "; 'baudgate ports' says what there is, and who holds it\n";
   }
   // Without destructors: they would wait for the driver.
   if (!daemon.Stop()) {

@@ -141,8 +141,11 @@ class Bench {
 };
 
 /// An older trial may be replaced, nothing else.
-Status CheckTarget(const std::string& file) {
+Status CheckTarget(const std::string& file, const std::string& original) {
   std::error_code error;
+  if (fs::equivalent(file, original, error)) {
+    return Error{file + " is the configuration itself; choose another name for --write"};
+  }
   if (!fs::exists(file, error)) return {};
   const auto there = ReadWhole(file);
   if (there && there->starts_with(kTrialHead)) return {};
@@ -190,7 +193,7 @@ int RunSimulateConfig(const SimulateConfigOptions& options, const config::Catalo
     return kExitBadConfiguration;
   }
   if (!options.write.empty()) {
-    if (const Status free = CheckTarget(options.write); !free) return Fail(free.error(), err);
+    if (const Status free = CheckTarget(options.write, options.file); !free) return Fail(free.error(), err);
   }
   Bench bench(options, catalog);
   if (const Status built = bench.Build(loaded.config); !built) return Fail(built.error(), err);
