@@ -118,14 +118,12 @@ Result<TypeText> ParseType(std::string_view text) {
   if (text == "string" || text == "STRING") {
     return Error{Quoted(text) + " needs its length in bytes: string(16)"};
   }
-  std::string iec_names;
   for (const auto& [name, type] : kIecTypes) {
-    if (Lower(name) == Lower(text))
-      return Error{Quoted(text) + " is unknown; did you mean '" + std::string(name) + "'?"};
-    iec_names += ", " + std::string(name);
+    if (Lower(name) != Lower(text)) continue;
+    return Error{Quoted(text) + " is unknown; did you mean '" + std::string(name) + "'?"};
   }
   return Error{Quoted(text) + " is unknown;" + DidYouMean(text, kShown) +
-               " allowed: " + Join(kShown) + "; or of IEC 61131-3: STRING[n]" + iec_names};
+               " allowed: " + Join(kShown) + ", or a type of IEC 61131-3 such as REAL"};
 }
 
 std::vector<Sentinel> ReadSentinels(const YamlNode& node, Type type, Problems& problems) {

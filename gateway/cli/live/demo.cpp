@@ -144,7 +144,9 @@ class Twins {
     if (thread_.joinable()) thread_.join();
   }
   Status Add(const config::Line& line, const config::Catalog& catalog) {
-    auto simulator = SimulateLine(io_, line, catalog, {.link = line.port});
+    SimulatorOptions options;
+    options.link = line.port;
+    auto simulator = SimulateLine(io_, line, catalog, std::move(options));
     if (!simulator) return Error{simulator.error()};
     simulators_.push_back(std::move(*simulator));
     return {};

@@ -12,7 +12,7 @@ namespace baudgate {
 
 struct CheckProfileOptions {
   std::string file;
-  std::string protocol;  ///< empty: that of its folder, or the one that it fits best
+  std::string protocol{};  ///< empty: that of its folder, or the one that it fits best
   ProfileFormat format = ProfileFormat::table;
   std::size_t width = 0;
 };

@@ -13,9 +13,9 @@ namespace baudgate {
 
 struct NewProfileOptions {
   std::string file;
-  std::optional<FirstRegister> first;
+  std::optional<FirstRegister> first{};
   std::string table = "holding";  ///< of numbers that tell none
-  std::string title;              ///< `device:`; empty: the file's name
+  std::string title{};            ///< `device:`; empty: the file's name
 };
 
 /// The profile goes to `out`, or nothing does. Exit codes: 0 done, 2 it is not said what the first

@@ -193,7 +193,8 @@ int RunSimulateConfig(const SimulateConfigOptions& options, const config::Catalo
     return kExitBadConfiguration;
   }
   if (!options.write.empty()) {
-    if (const Status free = CheckTarget(options.write, options.file); !free) return Fail(free.error(), err);
+    if (const Status free = CheckTarget(options.write, options.file); !free)
+      return Fail(free.error(), err);
   }
   Bench bench(options, catalog);
   if (const Status built = bench.Build(loaded.config); !built) return Fail(built.error(), err);

@@ -20,7 +20,7 @@ namespace {
 
 using config::Parity;
 
-const std::string kRequest = "PA0\r";
+const std::string kProbe = "PA0\r";
 
 config::SerialSettings Serial(int baud, int data, Parity parity) {
   config::SerialSettings serial;
@@ -103,25 +103,25 @@ SimulatorOptions Strict() {
 TEST_F(Bench, AReaderThatSetsTheRightBitRateOrNoneIsUnderstood) {
   Inhabit(Strict());
   Open();
-  const std::string reply = Ask(kRequest);
+  const std::string reply = Ask(kProbe);
   EXPECT_FALSE(reply.empty());
   ASSERT_TRUE(ApplySerialSettings(fd_, Serial(9600, 8, Parity::none), "pty"));
-  EXPECT_EQ(Ask(kRequest), reply);
+  EXPECT_EQ(Ask(kProbe), reply);
 }
 
 TEST_F(Bench, AReaderWithAnotherBitRateOrParityGetsGarbage) {
   Inhabit(Strict());
   Open();
-  const std::string reply = Ask(kRequest);
+  const std::string reply = Ask(kProbe);
   for (const auto& wrong : {Serial(19200, 8, Parity::none), Serial(1200, 8, Parity::none),
                             Serial(9600, 8, Parity::odd), Serial(9600, 8, Parity::even)}) {
     ASSERT_TRUE(ApplySerialSettings(fd_, wrong, "pty"));
-    const std::string heard = Ask(kRequest, false);
+    const std::string heard = Ask(kProbe, false);
     EXPECT_FALSE(heard.empty()) << wrong.ToString();
     EXPECT_NE(heard, reply.substr(0, heard.size())) << wrong.ToString();
   }
   ASSERT_TRUE(ApplySerialSettings(fd_, Serial(9600, 8, Parity::none), "pty"));
-  EXPECT_TRUE(Ask(kRequest).ends_with(reply)) << "behind what was still on its way";
+  EXPECT_TRUE(Ask(kProbe).ends_with(reply)) << "behind what was still on its way";
 }
 
 TEST_F(Bench, AnswersOverTcp) {
@@ -141,7 +141,7 @@ TEST_F(Bench, AnswersOverTcp) {
     to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
     ASSERT_EQ(connect(fd_, reinterpret_cast<sockaddr*>(&to), sizeof to), 0);
     ASSERT_EQ(fcntl(fd_, F_SETFL, O_NONBLOCK), 0);
-    ASSERT_FALSE(Ask(kRequest).empty()) << connection;
+    ASSERT_FALSE(Ask(kProbe).empty()) << connection;
   }
 }
 
