@@ -66,7 +66,10 @@ class Trial {
       if (root["modbus"]["listen"]) MoveListeners(root["modbus"]);
       if (root["modbus"]["routes"]) KeepOwnRoutes(root["modbus"]);
     }
-    if (root["web"]) MoveKey(root["web"], "listen");
+    if (root["web"]) {
+      MoveKey(root["web"], "listen");
+      root["web"].remove("allow");
+    }
     if (YAML::Node dds = root["dds"]) {
       dds.remove("peers");
       dds.remove("discovery_servers");
@@ -114,6 +117,7 @@ class Trial {
       if (IsSerial(one)) return;
       if (!one.IsMap()) return moved.push_back(OnLoopback(one.Scalar()));
       YAML::Node copy = YAML::Clone(one);
+      copy.remove("allow");  // nobody but this machine comes
       MoveKey(copy, "at");
       moved.push_back(copy);
     };

@@ -53,6 +53,7 @@ TEST(TrialConfig, OfEveryExampleIsLoadedAndTouchesNothingOfThePlant) {
     for (const Listener& listener : config.modbus.listen) {
       EXPECT_EQ(listener.host, "127.0.0.1");
       EXPECT_GE(listener.port, 1024);
+      EXPECT_TRUE(listener.allow.empty()) << "this machine has to be let in";
     }
     for (const Route& route : config.modbus.routes) EXPECT_EQ(route.host, "");
     EXPECT_THAT(config.dds.interfaces, ElementsAre("127.0.0.1"));

@@ -8,17 +8,20 @@
 #include "gateway/base/exit_code.h"
 #include "gateway/base/log.h"
 #include "gateway/cli/client/points.h"
+#include "gateway/cli/client/status.h"
 #include "gateway/cli/direct/port_config.h"
 #include "gateway/cli/live/scratch_directory.h"
 #include "gateway/cli/offline/make_line.h"
 #include "gateway/daemon/daemon.h"
+#include "gateway/store/ageing.h"
 
 namespace baudgate {
 namespace {
 
 constexpr const char* kLine = "port";
 constexpr const char* kDevice = "device";
-/// A connection that is not there after this time does not come by itself.
+/// A connection that is not there after this time does not come by itself; and a device that has so
+/// much to say is shown with what it has said.
 constexpr Duration kPatience = 15s;
 constexpr Duration kLookEvery = 20ms;
 
@@ -44,10 +47,25 @@ Result<std::string> Yaml(const ReadPortOptions& options, const std::string& prot
   return yaml;
 }
 
-Outcome LastOutcome(const PointStore& store) {
-  Outcome outcome = Outcome::none;
-  store.Read(0, [&](const DeviceRecord& record) { outcome = record.status.last_outcome; });
-  return outcome;
+/// A reply was refused in part, and is asked for in other pieces; or there was no time yet.
+bool IsUnderWay(const DeviceRecord& record, Instant now) {
+  if (record.status.Count(Outcome::ok) == 0) return false;
+  for (std::size_t i = 0; i < record.points.size(); ++i) {
+    const bool read = record.device->points[i].access != config::Access::write;
+    if (read && QualityAt(record, i, now) == Quality::bad_waiting) return true;
+  }
+  return false;
+}
+
+/// Whether the device has been asked for the first time, or is silent.
+bool IsKnown(const PointStore& store) {
+  bool known = false;
+  store.Read(0, [&](const DeviceRecord& record) {
+    const Outcome outcome = record.status.last_outcome;
+    const bool asked = outcome != Outcome::none && outcome != Outcome::line_down;
+    known = asked && !IsUnderWay(record, ReadClocks().instant);
+  });
+  return known;
 }
 
 int Fail(const std::string& message, int code, std::ostream& err) {
@@ -60,14 +78,21 @@ Status AwaitPort(const PointStore& store) {
   const Instant limit = ReadClocks().instant + kPatience;
   while (ReadClocks().instant < limit) {
     const LineStatus line = store.ReadLine(0);
-    const Outcome outcome = LastOutcome(store);
     const bool open = line.port == LineStatus::Port::open;
-    if (open && outcome != Outcome::none && outcome != Outcome::line_down) return {};
+    if (open && IsKnown(store)) return {};
     if (!open && !line.port_text.empty()) return Error{line.port_text};
     std::this_thread::sleep_for(kLookEvery);
   }
   if (store.ReadLine(0).port == LineStatus::Port::open) return {};
   return Error{"it did not open within " + FormatDuration(kPatience)};
+}
+
+/// What the gateway makes of what it has heard so far.
+void ExplainSilence(const std::string& socket, std::ostream& err) {
+  StatusOptions options;
+  options.target = std::string(kLine) + "." + kDevice;
+  options.socket = socket;
+  RunStatus(options, err, err);
 }
 
 }  // namespace
@@ -98,6 +123,7 @@ int RunReadPort(const ReadPortOptions& options, const config::Catalog& catalog, 
     std::string target = std::string(kLine) + "." + kDevice;
     if (!options.point.empty()) target += "." + options.point;
     code = RunRead({.target = target, .json = options.json, .socket = socket}, out, err);
+    if (code == kNotDone && !options.json) ExplainSilence(socket, err);
   } else {
     err << "baudgate: " << options.port << ": " << open.error()
         << "; 'baudgate ports' says what there is, and who holds it\n";
