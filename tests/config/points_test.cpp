@@ -143,7 +143,8 @@ TEST(Points, OneSentenceEach) {
        "11: error: point 'p' needs 'read'; for example read: \"…\" (the protocol's own address)"},
       {"name: p, read: A1, type: int16, acces: rw",
        "45: error: unknown key 'acces' in point 'p'; did you mean 'access'? allowed: name, type, "
-       "access, write, read, modbus, table, unit, group, scale, offset, deadband, jump, recheck, "
+       "access, write, read, modbus, table, unit, group, poll, scale, offset, deadband, jump, "
+       "recheck, "
        "description, "
        "sentinels, on_fault, simulate, min, max, step, decimals, select, select_time, allow_when, "
        "events"},

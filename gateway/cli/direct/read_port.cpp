@@ -13,6 +13,7 @@
 #include "gateway/cli/live/scratch_directory.h"
 #include "gateway/cli/offline/make_line.h"
 #include "gateway/daemon/daemon.h"
+#include "gateway/daemon/not_opened_yet.h"
 #include "gateway/store/ageing.h"
 
 namespace baudgate {
@@ -80,7 +81,8 @@ Status AwaitPort(const PointStore& store) {
     const LineStatus line = store.ReadLine(0);
     const bool open = line.port == LineStatus::Port::open;
     if (open && IsKnown(store)) return {};
-    if (!open && !line.port_text.empty()) return Error{line.port_text};
+    const bool tried = !line.port_text.empty() && line.port_text != kNotOpenedYet;
+    if (!open && tried) return Error{line.port_text};
     std::this_thread::sleep_for(kLookEvery);
   }
   if (store.ReadLine(0).port == LineStatus::Port::open) return {};

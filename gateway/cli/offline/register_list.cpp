@@ -43,6 +43,15 @@ std::optional<Decimal> ScaleOf(const std::string& text) {
   return *above / *below;
 }
 
+/// "VoltageL1": without its capitals it could not be read.
+bool IsCamelCase(std::string_view text) {
+  const auto lower = [](char c) { return c >= 'a' && c <= 'z'; };
+  for (std::size_t i = 1; i < text.size(); ++i) {
+    if (lower(text[i - 1]) && text[i] >= 'A' && text[i] <= 'Z') return true;
+  }
+  return false;
+}
+
 /// "Voltage L1-N" → "voltage_l1_n".
 std::string PointName(std::string_view text) {
   std::string name;
@@ -141,7 +150,8 @@ class ListReader {
     const std::string given = Cell(row, ListColumn::name);
     point.description = Cell(row, ListColumn::description);
     const bool usable = config::CheckPointName(given).ok();
-    point.name = usable ? given : PointName(given);
+    point.name = PointName(given);
+    if (usable) point.name = IsCamelCase(given) ? given : config::Lower(given);
     if (point.name.empty()) {
       Error(row.line, given.empty() ? "no name"
                                     : "name " + Quoted(given) +
