@@ -72,7 +72,7 @@ TEST_F(OnePort, OneLookAtADevice) {
 
   const Finished silent = read({"--address", "21"});
   EXPECT_EQ(silent.code, 1) << silent.output;
-  EXPECT_THAT(silent.errors, HasSubstr("port.device"));
+  EXPECT_THAT(silent.errors, HasSubstr("it has never answered"));
   EXPECT_EQ(read({"--address", "20", "no_such"}).code, kUsage);
   EXPECT_EQ(read({"--address", "300"}).code, kBadConfiguration);
   EXPECT_EQ(read({"--address", "20", "--option", "hole"}).code, kUsage);

@@ -7,8 +7,8 @@
 
 #include "gateway/base/exit_code.h"
 #include "gateway/base/log.h"
+#include "gateway/cli/client/control_client.h"
 #include "gateway/cli/client/points.h"
-#include "gateway/cli/client/status.h"
 #include "gateway/cli/direct/port_config.h"
 #include "gateway/cli/live/scratch_directory.h"
 #include "gateway/cli/offline/make_line.h"
@@ -91,10 +91,15 @@ Status AwaitPort(const PointStore& store) {
 
 /// What the gateway makes of what it has heard so far.
 void ExplainSilence(const std::string& socket, std::ostream& err) {
-  StatusOptions options;
-  options.target = std::string(kLine) + "." + kDevice;
-  options.socket = socket;
-  RunStatus(options, err, err);
+  ControlClient::Json status;
+  if (Ask(socket, {{"command", "status"}}, status, err) != kExitDone) return;
+  for (const auto& line : status.value("lines", ControlClient::Json::array())) {
+    for (const auto& device : line.value("devices", ControlClient::Json::array())) {
+      for (const auto& sentence : device.value("advice", ControlClient::Json::array())) {
+        err << "baudgate: it " << sentence.get<std::string>() << '\n';
+      }
+    }
+  }
 }
 
 }  // namespace
