@@ -6,6 +6,7 @@
 
 #include "config/checks/name_checks.h"
 #include "gateway/base/decimal_comma.h"
+#include "gateway/base/shown.h"
 #include "gateway/base/spelling.h"
 #include "gateway/base/text.h"
 #include "gateway/cli/offline/csv_table.h"
@@ -259,9 +260,9 @@ class ListReader {
                                  (bits ? "; write bool" : "; write a number's type"));
     }
     if (place->count && !point.form.empty() && *place->count != RegistersOf(point.form)) {
-      Error(row.line, "type " + point.form + " takes " + std::to_string(RegistersOf(point.form)) +
-                          " registers, and " + Quoted(given) + " are " +
-                          std::to_string(*place->count));
+      Error(row.line, "type " + point.form + " takes " +
+                          Plural(RegistersOf(point.form), "register") + ", and " + Quoted(given) +
+                          " are " + std::to_string(*place->count));
     }
   }
 

@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "gateway/base/shown.h"
 #include "gateway/cli/offline/map_place.h"
 
 namespace baudgate {
@@ -65,16 +66,16 @@ class Area {
   void PrintOrders(std::ostream& out) const {
     const bool input = letter_ == 'I';
     if (words_.size() > 0) {
-      out << fmt::format("  (* {} {} registers from {} (function {}): %{}W{}{} *)\n",
-                         input ? "read" : "write", words_.size(), words_.first,
+      out << fmt::format("  (* {} {} from {} (function {}): %{}W{}{} *)\n",
+                         input ? "read" : "write", Of(words_, "register"), words_.first,
                          input ? "4 or 3" : "16", letter_, words_.base,
-                         input ? "" : "; only those of these variables can be written");
+                         input ? "" : "; each by itself where there are holes");
     }
     if (bits_.size() > 0) {
-      out << fmt::format("  (* {} {} bits from {} (function {}): %{}X{}.0{} *)\n",
-                         input ? "read" : "write", bits_.size(), bits_.first,
+      out << fmt::format("  (* {} {} from {} (function {}): %{}X{}.0{} *)\n",
+                         input ? "read" : "write", Of(bits_, "bit"), bits_.first,
                          input ? "2 or 1" : "15", letter_, 2 * bits_.base,
-                         input ? "" : "; only those of these variables can be written");
+                         input ? "" : "; each by itself where there are holes");
     }
   }
 
@@ -90,6 +91,9 @@ class Area {
     }
     int size() const { return first < 0 ? 0 : end - first; }
   };
+  static std::string Of(const Span& span, const char* what) {
+    return Plural(static_cast<std::size_t>(span.size()), what);
+  }
 
   const char letter_;
   Span words_;
