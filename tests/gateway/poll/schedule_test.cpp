@@ -43,7 +43,9 @@ TEST(Schedule, IntervalsOfTheirOwnStandOnGridsOfTheirOwn) {
   for (Instant now = kStart; now < kStart + 1s; now += 1ms) {
     while (const auto pick = schedule.Next(now)) {
       ++picked[pick->query];
-      if (pick->query == 2) EXPECT_EQ(pick->group, config::OwnGroup(1));
+      if (pick->query == 2) {
+        EXPECT_EQ(pick->group, config::OwnGroup(1));
+      }
     }
   }
   EXPECT_EQ(picked[0], 1);
