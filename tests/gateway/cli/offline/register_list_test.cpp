@@ -116,16 +116,16 @@ TEST(RegisterList, EveryErrorIsToldAtOnceWithItsLine) {
       "e,10001,INT,r,\n"
       "g,,INT,r,\n",
       FirstRegister::modicon);
-  EXPECT_THAT(
-      list.errors,
-      ElementsAre(HasSubstr("l.csv:2: type 'UNIT16' is unknown; write bool"),
-                  HasSubstr("l.csv:3: point 'a' stands twice, first in line 2"),
-                  HasSubstr("l.csv:3: access 'readable' is unknown; write r, w or rw"),
-                  HasSubstr("l.csv:4: type int16 takes 1 register, and"), HasSubstr("l.csv:5: no name"),
-                  HasSubstr("l.csv:6: access: nothing can be written to table input"),
-                  HasSubstr("l.csv:7: register '40009' is of table holding"),
-                  HasSubstr("l.csv:8: type int16 does not fit table discrete"),
-                  HasSubstr("l.csv:9: no register")));
+  EXPECT_THAT(list.errors,
+              ElementsAre(HasSubstr("l.csv:2: type 'UNIT16' is unknown; write bool"),
+                          HasSubstr("l.csv:3: point 'a' stands twice, first in line 2"),
+                          HasSubstr("l.csv:3: access 'readable' is unknown; write r, w or rw"),
+                          HasSubstr("l.csv:4: type int16 takes 1 register, and"),
+                          HasSubstr("l.csv:5: no name"),
+                          HasSubstr("l.csv:6: access: nothing can be written to table input"),
+                          HasSubstr("l.csv:7: register '40009' is of table holding"),
+                          HasSubstr("l.csv:8: type int16 does not fit table discrete"),
+                          HasSubstr("l.csv:9: no register")));
   EXPECT_THAT(Read("title\nx\n").errors, SizeIs(3));
   EXPECT_THAT(Read("").errors, ElementsAre("l.csv is empty"));
   EXPECT_THAT(Read("name,register,type\n").errors, ElementsAre(HasSubstr("no row follows")));
