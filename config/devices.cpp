@@ -134,6 +134,7 @@ void ReadPoints(MapReader& map, const RawProfile* profile, const Protocol* proto
     raw = MergePoints(std::move(raw), ReadRawPoints(*own, context.problems), context.problems);
   }
   device.points = BuildPoints(raw, protocol, context.problems, device.recheck);
+  AssignIntervals(device, context.problems);
 }
 
 // The errors themselves stand in the profile, which does not know who uses it.

@@ -58,6 +58,27 @@ void Guarded(const std::string& file, Problems& problems, Read read) {
   }
 }
 
+RawProfile Complete(RawProfile raw, const Protocol& protocol, Problems& problems) {
+  Device device;
+  device.points = BuildPoints(raw.points, &protocol, problems);
+  AssignIntervals(device, problems);
+  raw.profile.points = device.points;
+  ResolveRecords(raw.profile.records, device, problems);
+  return raw;
+}
+
+template <typename Read>
+LoadedProfile Load(const std::string& file, const Catalog& catalog, Read read) {
+  LoadedProfile loaded;
+  Problems problems;
+  AddSecrets(catalog, problems);
+  Guarded(file, problems, [&] {
+    if (auto raw = read(problems)) loaded.profile = std::move(raw->profile);
+  });
+  loaded.problems = problems.Sorted();
+  return loaded;
+}
+
 }  // namespace
 
 Loaded LoadText(const std::string& text, const std::string& name, const Catalog& catalog) {
@@ -87,24 +108,20 @@ Loaded LoadFile(const std::string& path, const Catalog& catalog) {
 
 LoadedProfile LoadProfile(const std::string& profile, const Protocol& protocol,
                           const Catalog& catalog) {
-  LoadedProfile loaded;
-  Problems problems;
-  AddSecrets(catalog, problems);
-  Guarded(profile, problems, [&] {
+  return Load(profile, catalog, [&](Problems& problems) -> std::optional<RawProfile> {
     const auto path = LocateProfile(profile, protocol, catalog, {});
-    if (!path) {
-      problems.Error({profile, 0, 0}, "profile " + path.error());
-      return;
-    }
-    RawProfile raw = ReadProfile(*path, protocol, problems);
-    loaded.profile = std::move(raw.profile);
-    loaded.profile.points = BuildPoints(raw.points, &protocol, problems);
-    Device device;
-    device.points = loaded.profile.points;
-    ResolveRecords(loaded.profile.records, device, problems);
+    if (path) return Complete(ReadProfile(*path, protocol, problems), protocol, problems);
+    problems.Error({profile, 0, 0}, "profile " + path.error());
+    return std::nullopt;
   });
-  loaded.problems = problems.Sorted();
-  return loaded;
+}
+
+LoadedProfile LoadProfileText(const std::string& text, const std::string& file,
+                              const std::string& name, const Protocol& protocol,
+                              const Catalog& catalog) {
+  return Load(file, catalog, [&](Problems& problems) -> std::optional<RawProfile> {
+    return Complete(ReadProfileText(text, file, name, protocol, problems), protocol, problems);
+  });
 }
 
 Device DeviceFromProfile(const Profile& profile, const Protocol& protocol, std::string name,
@@ -125,6 +142,8 @@ Device DeviceFromProfile(const Profile& profile, const Protocol& protocol, std::
   device.options = DefaultOptions(protocol);
   Override(device.options, profile.options);
   device.points = profile.points;
+  Problems known;  // they were told when the profile was read
+  AssignIntervals(device, known);
   device.event_texts = profile.event_texts;
   if (protocol.unasked) device.max_age = device.dead_age = kNeverOld;
   return device;

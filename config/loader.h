@@ -33,6 +33,10 @@ Loaded LoadText(const std::string& text, const std::string& name, const Catalog&
 /// `profile`: a name in the catalog, or a path (with a '/' or ending in .yaml).
 LoadedProfile LoadProfile(const std::string& profile, const Protocol& protocol,
                           const Catalog& catalog);
+/// `file` stands for it in messages; `name`: what devices would call it by.
+LoadedProfile LoadProfileText(const std::string& text, const std::string& file,
+                              const std::string& name, const Protocol& protocol,
+                              const Catalog& catalog);
 
 /// The device that a configuration with nothing but this profile would give; for commands that know
 /// no configuration (decode, simulate, demo). Every option is present.

@@ -26,7 +26,7 @@ bool IsNumber(Type type) { return type != Type::string && type != Type::boolean;
 
 /// Of whole numbers and bits, in units of the value.
 std::pair<Decimal, Decimal> EndsOf(const Point& point) {
-  const IntegerRange range = RangeOf(point.type);
+  const IntegerRange range = RangeOf(point);
   const Decimal a = range.lowest * point.scale + point.offset;
   const Decimal b = range.highest * point.scale + point.offset;
   return {std::min(a, b), std::max(a, b)};

@@ -52,6 +52,30 @@ std::optional<double> ReadLevel(const YamlNode& node, Problems& problems) {
   return level ? std::optional(level->ToDouble()) : std::nullopt;
 }
 
+constexpr std::pair<std::string_view, TypeText> kIecTypes[] = {
+    {"BOOL", {Type::boolean}},
+    {"SINT", {Type::int8}},
+    {"USINT", {Type::uint8}},
+    {"BYTE", {Type::uint8}},
+    {"INT", {Type::int16}},
+    {"UINT", {Type::uint16}},
+    {"WORD", {Type::uint16}},
+    {"DINT", {Type::int32}},
+    {"UDINT", {Type::uint32}},
+    {"DWORD", {Type::uint32}},
+    {"LINT", {Type::int64}},
+    {"ULINT", {Type::uint64}},
+    {"LWORD", {Type::uint64}},
+    {"REAL", {Type::float32}},
+    {"LREAL", {Type::float64}},
+    {"TIME", {Type::uint32, 0, TimeType::time}},
+    {"DATE", {Type::uint32, 0, TimeType::date}},
+    {"TOD", {Type::uint32, 0, TimeType::time_of_day}},
+    {"TIME_OF_DAY", {Type::uint32, 0, TimeType::time_of_day}},
+    {"DT", {Type::uint32, 0, TimeType::date_time}},
+    {"DATE_AND_TIME", {Type::uint32, 0, TimeType::date_time}},
+};
+
 /// "0x8000" of an int16 are its bits: -32768.
 std::optional<Decimal> ParseSentinel(const std::string& text, Type type) {
   const auto number = Decimal::Parse(text);
@@ -64,24 +88,42 @@ std::optional<Decimal> ParseSentinel(const std::string& text, Type type) {
 
 }  // namespace
 
+std::string_view UnitOf(TimeType type) {
+  if (type == TimeType::none) return "";
+  return type == TimeType::time || type == TimeType::time_of_day ? "ms" : "s";
+}
+
 Result<TypeText> ParseType(std::string_view text) {
-  static constexpr std::array<std::string_view, 10> kShown = {
-      "bool",  "int16",  "uint16",  "int32",   "uint32",
-      "int64", "uint64", "float32", "float64", "string(n)"};
+  static constexpr std::array<std::string_view, 12> kShown = {
+      "bool",   "int8",  "uint8",  "int16",   "uint16",  "int32",
+      "uint32", "int64", "uint64", "float32", "float64", "string(n)"};
   for (int i = 0; i < static_cast<int>(Type::string); ++i) {
     const auto type = static_cast<Type>(i);
     if (text == Name(type)) return TypeText{type, 0};
   }
-  if (text.starts_with("string(") && text.ends_with(")")) {
-    const auto length = ParseInteger<std::size_t>(text.substr(7, text.size() - 8));
+  for (const auto& [name, type] : kIecTypes) {
+    if (text == name) return type;
+  }
+  const bool iec = text.starts_with("STRING");
+  const std::string_view length_text = text.substr(std::min<std::size_t>(6, text.size()));
+  const bool round = length_text.starts_with("(") && length_text.ends_with(")");
+  const bool square = iec && length_text.starts_with("[") && length_text.ends_with("]");
+  if ((iec || text.starts_with("string")) && (round || square)) {
+    const auto length = ParseInteger<std::size_t>(length_text.substr(1, length_text.size() - 2));
     if (length && *length >= 1 && *length <= kLongestText) {
       return TypeText{Type::string, *length};
     }
     return Error{Quoted(text) + " has no usable length; allowed: string(1)…string(128)"};
   }
-  if (text == "string") return Error{"'string' needs its length in bytes: string(16)"};
+  if (text == "string" || text == "STRING") {
+    return Error{Quoted(text) + " needs its length in bytes: string(16)"};
+  }
+  for (const auto& [name, type] : kIecTypes) {
+    if (Lower(name) != Lower(text)) continue;
+    return Error{Quoted(text) + " is unknown; did you mean '" + std::string(name) + "'?"};
+  }
   return Error{Quoted(text) + " is unknown;" + DidYouMean(text, kShown) +
-               " allowed: " + Join(kShown)};
+               " allowed: " + Join(kShown) + ", or a type of IEC 61131-3 such as REAL"};
 }
 
 std::vector<Sentinel> ReadSentinels(const YamlNode& node, Type type, Problems& problems) {

@@ -15,10 +15,14 @@ namespace baudgate::config {
 struct TypeText {
   Type type = Type::float32;
   std::size_t text_length = 0;  ///< of string(n)
+  TimeType time_type = TimeType::none;
 };
 
-/// "float32", "string(16)".
+/// "float32", "string(16)"; or as IEC 61131-3 says it, in capitals: "REAL", "STRING[16]".
 Result<TypeText> ParseType(std::string_view text);
+
+/// "ms" of a time, "s" of a date; else nothing.
+std::string_view UnitOf(TimeType type);
 
 /// { 999: sensor_failure, 0x8000: bad }: a quality by its name without "bad" or "uncertain", or its
 /// code in hex. `type`: of the point; in hex its bits.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <map>
+#include <utility>
 
 #include "config/checks/name_checks.h"
 #include "config/checks/point_checks.h"
@@ -16,7 +17,7 @@ namespace {
 
 constexpr std::array<Word<Access>, 3> kAccess = {
     {{"r", Access::read}, {"w", Access::write}, {"rw", Access::read_write}}};
-constexpr std::array<Word<Group>, kGroups> kGroupWords = {
+constexpr std::array<Word<Group>, kNamedGroups> kGroupWords = {
     {{"once", Group::once}, {"daily", Group::daily}, {"slow", Group::slow}, {"fast", Group::fast}}};
 constexpr std::array<Word<Table>, 4> kTables = {{{"input", Table::registers},
                                                  {"holding", Table::registers},
@@ -50,6 +51,20 @@ void ReadType(MapReader& map, Point& point) {
   }
   point.type = type->type;
   point.text_length = type->text_length;
+  point.time_type = type->time_type;
+  point.unit = UnitOf(type->time_type);
+}
+
+void ReadPeriod(MapReader& map, Point& point) {
+  Assign(point.group, map.OneOf("group", kGroupWords));
+  point.poll = map.Time("poll", kShortestPoll, std::chrono::hours(24));
+  if (!point.poll) return;
+  if (map.Has("group")) {
+    map.problems().Error(
+        map.MarkOf("poll"),
+        "poll: '" + point.name + "' has a group as well; keep its own interval, or the group's");
+  }
+  point.group = Group::own;
 }
 
 void ReadPlace(MapReader& map, Point& point) {
@@ -65,7 +80,7 @@ void ReadMeaning(MapReader& map, Point& point) {
     map.problems().Error(map.MarkOf("unit"),
                          "unit: " + Quoted(point.unit) + " is too long; at most 16 bytes");
   }
-  Assign(point.group, map.OneOf("group", kGroupWords));
+  ReadPeriod(map, point);
   Assign(point.scale, map.Number("scale"));
   Assign(point.offset, map.Number("offset"));
   Assign(point.deadband, map.Number("deadband"));
@@ -104,16 +119,19 @@ Point ReadPoint(const RawPoint& raw, Recheck recheck, MapReader& map) {
 std::vector<RawPoint> ReadRawPoints(const YamlNode& list, Problems& problems) {
   std::vector<RawPoint> points;
   std::map<std::string, Mark> first;
+  int nameless = 0;
   for (const YamlNode& element : ReadList(list, "points", kMostPoints, problems)) {
     RawPoint point{"", element.mark(), ReadEntries(element, "point", problems)};
     if (element.kind() != YamlNode::Kind::map) continue;
     MapReader map(point.keys, point.mark, "point", problems);
     const auto node = map.Need("name", "current_l1");
-    if (!node) continue;
-    const auto name = ReadText(*node, "name", problems);
-    if (!name) continue;
-    if (const Status status = CheckPointName(*name); !status) {
-      problems.Error(node->mark(), "name: " + status.error());
+    const auto name = node ? ReadText(*node, "name", problems) : std::nullopt;
+    const Status status = name ? CheckPointName(*name) : Status();
+    if (!status) problems.Error(node->mark(), "name: " + status.error());
+    if (!name || !status) {
+      // The rest of it is judged all the same, so that all errors are told at once.
+      point.name = "#" + std::to_string(++nameless);
+      points.push_back(std::move(point));
       continue;
     }
     const auto [earlier, is_new] = first.emplace(Lower(*name), node->mark());
@@ -137,6 +155,11 @@ bool OnlyChanges(const RawPoint& point) {
   });
 }
 
+/// Each says how often the point is read.
+bool Rivals(const std::string& a, const std::string& b) {
+  return (a == "poll" && b == "group") || (a == "group" && b == "poll");
+}
+
 void ExplainUnknownPoint(const RawPoint& point, const std::vector<RawPoint>& base,
                          Problems& problems) {
   std::vector<std::string_view> names;
@@ -155,7 +178,7 @@ std::vector<RawPoint> MergePoints(std::vector<RawPoint> base, const std::vector<
   for (const RawPoint& point : over) {
     const auto found = index.find(Lower(point.name));
     if (found == index.end()) {
-      if (!index.empty() && OnlyChanges(point)) {
+      if (!index.empty() && OnlyChanges(point) && !point.name.starts_with('#')) {
         ExplainUnknownPoint(point, base, problems);
         continue;
       }
@@ -170,7 +193,9 @@ std::vector<RawPoint> MergePoints(std::vector<RawPoint> base, const std::vector<
     }
     target.mark = point.mark;
     for (const Entry& key : point.keys) {
-      std::erase_if(target.keys, [&](const Entry& old) { return old.key == key.key; });
+      std::erase_if(target.keys, [&](const Entry& old) {
+        return old.key == key.key || Rivals(old.key, key.key);
+      });
       target.keys.push_back(key);
     }
   }
@@ -189,6 +214,27 @@ std::vector<Point> BuildPoints(const std::vector<RawPoint>& raw, const Protocol*
     registers.Add(points.back(), map.MarkOf("modbus"));
   }
   return points;
+}
+
+void AssignIntervals(Device& device, Problems& problems) {
+  device.intervals.clear();
+  bool told = false;
+  for (Point& point : device.points) {
+    if (!point.poll) continue;
+    const auto known = std::ranges::find(device.intervals, *point.poll);
+    const auto place = static_cast<std::size_t>(known - device.intervals.begin());
+    if (place == kMostIntervals) {
+      if (std::exchange(told, true)) continue;
+      problems.Error(point.mark, "poll: '" + point.name + "' would be the " +
+                                     std::to_string(kMostIntervals + 1) +
+                                     "th interval of its device; at most " +
+                                     std::to_string(kMostIntervals) +
+                                     " different ones, beside those of its groups");
+      continue;
+    }
+    if (known == device.intervals.end()) device.intervals.push_back(*point.poll);
+    point.group = OwnGroup(place);
+  }
 }
 
 }  // namespace baudgate::config

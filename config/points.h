@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "config/model/point.h"
+#include "config/model/device.h"
 #include "config/yaml/yaml_reader.h"
 #include "protocols/protocol.h"
 
@@ -35,5 +35,8 @@ std::vector<RawPoint> MergePoints(std::vector<RawPoint> base, const std::vector<
 /// that do not say it themselves.
 std::vector<Point> BuildPoints(const std::vector<RawPoint>& raw, const Protocol* protocol,
                                Problems& problems, Recheck recheck = Recheck::off);
+
+/// Gives each point with a `poll` of its own its place among the device's intervals.
+void AssignIntervals(Device& device, Problems& problems);
 
 }  // namespace baudgate::config

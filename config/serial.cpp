@@ -161,8 +161,8 @@ void ReadSerialExtras(MapReader& line, SerialSettings& serial) {
 
 Pace ReadPace(MapReader& map, Level level) {
   Pace pace;
-  pace.poll = map.Time("poll", 10ms, 24h);
-  pace.slow = map.Time("slow", 10ms, 24h);
+  pace.poll = map.Time("poll", kShortestPoll, 24h);
+  pace.slow = map.Time("slow", kShortestPoll, 24h);
   pace.daily = map.Time("daily", 1min, std::chrono::hours(24 * 7));
   pace.retries = map.Integer("retries", 0, kMostRetries);
   pace.recheck = ReadRecheck(map);

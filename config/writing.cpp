@@ -126,7 +126,7 @@ std::optional<Value> ValueOf(const Point& point, const std::string& text) {
   const bool is_float = point.type == Type::float32 || point.type == Type::float64;
   const bool scaled = point.scale != 1 || point.offset != 0;
   if (is_float) return number->ToDouble();
-  if (!scaled && !RangeOf(point.type).Contains(*number)) return std::nullopt;
+  if (!scaled && !RangeOf(point).Contains(*number)) return std::nullopt;
   if (!scaled && !number->is_whole()) return std::nullopt;
   return number->ToValue();
 }

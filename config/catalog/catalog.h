@@ -16,6 +16,9 @@
 
 namespace baudgate::config {
 
+/// Profiles of this machine, which win over those that are shipped.
+inline constexpr const char* kLocalProfiles = "/etc/baudgate/profiles";
+
 /// A profile file: <dir>/<protocol>/<name>.yaml.
 struct ProfileFile {
   std::string

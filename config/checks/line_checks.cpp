@@ -75,6 +75,13 @@ std::string InMilliseconds(Duration time) {
   return FormatDuration(std::chrono::ceil<std::chrono::milliseconds>(time));
 }
 
+/// All that have a period.
+std::vector<Group> PolledGroups(const Device& device) {
+  std::vector<Group> groups = {Group::fast, Group::slow, Group::daily};
+  for (std::size_t i = 0; i < device.intervals.size(); ++i) groups.push_back(OwnGroup(i));
+  return groups;
+}
+
 /// Devices that think before they answer only make it worse.
 void CheckLoad(const Line& line, const Catalog& catalog, Problems& problems) {
   std::map<const Protocol*, std::unique_ptr<Bus>> buses;
@@ -86,17 +93,16 @@ void CheckLoad(const Line& line, const Catalog& catalog, Problems& problems) {
     if (!protocol || !device.enabled) continue;
     auto& bus = buses[protocol];
     if (!bus) bus = MakeBus(*protocol);
-    const std::pair<Group, Duration> periods[] = {
-        {Group::fast, device.poll}, {Group::slow, device.slow}, {Group::daily, device.daily}};
-    for (const auto& [group, period] : periods) {
+    for (const Group group : PolledGroups(device)) {
+      const Duration period = PeriodOf(device, group);
       const Round round = RoundOf(group, line, device, *protocol, bus.get());
-      (group == Group::fast ? fast : slow) +=
+      (group >= Group::fast ? fast : slow) +=
           static_cast<double>(round.time.count()) / static_cast<double>(period.count());
       if (round.time <= period) continue;
       told = true;
       problems.Warning(device.mark,
                        "device '" + device.name +
-                           "': " + (group == Group::fast ? "poll" : std::string(Name(group))) +
+                           "': " + (group >= Group::fast ? "poll" : std::string(Name(group))) +
                            " " + FormatDuration(period) + " is shorter than one round of its " +
                            std::string(Name(group)) + " points takes at " +
                            SerialOf(line, device).ToString() +

@@ -37,10 +37,11 @@ Status CheckName(std::string_view name) {
 }
 
 Status CheckPointName(std::string_view name) {
-  if (IsWellFormed(name, "_") && !IsDigit(name.front())) return CheckLength(name);
-  return Error{
-      Quoted(name) +
-      " is no point name; use letters, digits and single '_' between them, no digit first"};
+  const std::string_view rest = name.substr(name.starts_with('_') ? 1 : 0);
+  if (IsWellFormed(rest, "_") && !IsDigit(name.front())) return CheckLength(name);
+  return Error{Quoted(name) +
+               " is no point name; use letters, digits and single '_' before or between them, no "
+               "digit first"};
 }
 
 }  // namespace baudgate::config

@@ -11,7 +11,8 @@ namespace baudgate::config {
 /// Letters, digits and single '_' or '-' between them, at most 64 (the key length of the DDS
 /// topics).
 Status CheckName(std::string_view name);
-/// Letters, digits and single '_' between them, no digit first: usable as an identifier everywhere.
+/// Letters, digits and single '_' before or between them, no digit first: an identifier of IEC
+/// 61131-3, and usable as one everywhere.
 Status CheckPointName(std::string_view name);
 
 }  // namespace baudgate::config

@@ -13,10 +13,11 @@ namespace {
 bool IsFloat(Type type) { return type == Type::float32 || type == Type::float64; }
 
 /// Whether a register of this type can hold the number.
-bool Fits(Type type, const Decimal& number) {
+bool Fits(const Point& point, const Decimal& number) {
+  const Type type = point.type;
   if (type == Type::float32) return Abs(number).ToDouble() <= std::numeric_limits<float>::max();
   if (type == Type::float64) return true;
-  return number.is_whole() && RangeOf(type).Contains(number);
+  return number.is_whole() && RangeOf(point).Contains(number);
 }
 
 void CheckOnFault(const Point& point, const Mark& mark, Problems& problems) {
@@ -27,7 +28,7 @@ void CheckOnFault(const Point& point, const Mark& mark, Problems& problems) {
   }
   if (point.on_fault.kind != OnFault::Kind::value) return;
   const Decimal& value = point.on_fault.value;
-  if (point.type == Type::string || !Fits(point.type, value)) {
+  if (point.type == Type::string || !Fits(point, value)) {
     problems.Error(mark, "on_fault: " + value.ToText() + " does not fit type " + type);
   }
 }

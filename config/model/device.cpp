@@ -27,4 +27,21 @@ std::string_view Name(WordOrder order) {
   return "ABCD";
 }
 
+Duration PeriodOf(const Device& device, Group group) {
+  switch (group) {
+    case Group::once:
+      return {};
+    case Group::daily:
+      return device.daily;
+    case Group::slow:
+      return device.slow;
+    case Group::fast:
+      return device.poll;
+    default:
+      break;
+  }
+  const std::size_t interval = static_cast<std::size_t>(group) - kNamedGroups;
+  return interval < device.intervals.size() ? device.intervals[interval] : device.poll;
+}
+
 }  // namespace baudgate::config

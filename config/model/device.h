@@ -77,6 +77,7 @@ struct Device {
   Duration poll = std::chrono::seconds(1);  ///< period of the fast group
   Duration slow = std::chrono::minutes(1);  ///< period of the slow group
   Duration daily = std::chrono::hours(24);  ///< period of the daily group
+  std::vector<Duration> intervals;          ///< of points with a `poll` of their own
   std::optional<Duration> max_age;          ///< nothing: 3 x the point's period
   std::optional<Duration> dead_age;         ///< nothing: 3 x max_age
   OnBad on_bad = OnBad::exception;
@@ -109,6 +110,7 @@ void VisitFields(const Device*, Visit visit) {
   visit(Field<&Device::poll>());
   visit(Field<&Device::slow>());
   visit(Field<&Device::daily>());
+  visit(Derived<&Device::intervals>());
   visit(Field<&Device::max_age>());
   visit(Field<&Device::dead_age>());
   visit(Field<&Device::on_bad>());
@@ -126,6 +128,9 @@ void VisitFields(const Device*, Visit visit) {
   visit(Field<&Device::records>());
   visit(Derived<&Device::mark>());
 }
+
+/// How often the group is read; zero: once.
+Duration PeriodOf(const Device& device, Group group);
 
 /// `records: { trip: { points: [ trip_phases, "record?_*" ] } }` of a profile.
 struct RecordPattern {

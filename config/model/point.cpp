@@ -18,6 +18,10 @@ std::string_view Name(Type type) {
   switch (type) {
     case Type::boolean:
       return "bool";
+    case Type::int8:
+      return "int8";
+    case Type::uint8:
+      return "uint8";
     case Type::int16:
       return "int16";
     case Type::uint16:
@@ -50,8 +54,9 @@ std::string_view Name(Group group) {
       return "slow";
     case Group::fast:
       return "fast";
+    default:
+      return "own";
   }
-  return "fast";
 }
 
 std::string_view Name(Access access) {
@@ -66,9 +71,34 @@ std::string_view Name(Access access) {
   return "r";
 }
 
+std::string PeriodText(const Point& point) {
+  return point.poll ? FormatDuration(*point.poll) : std::string(Name(point.group));
+}
+
+std::string IecName(const Point& point) {
+  switch (point.time_type) {
+    case TimeType::time:
+      return "TIME";
+    case TimeType::date:
+      return "DATE";
+    case TimeType::time_of_day:
+      return "TOD";
+    case TimeType::date_time:
+      return "DT";
+    case TimeType::none:
+      break;
+  }
+  if (point.type == Type::string) return "STRING[" + std::to_string(point.text_length) + "]";
+  static constexpr std::string_view kNames[] = {"BOOL",  "SINT", "USINT", "INT",  "UINT", "DINT",
+                                                "UDINT", "LINT", "ULINT", "REAL", "LREAL"};
+  return std::string(kNames[static_cast<std::size_t>(point.type)]);
+}
+
 std::size_t RegisterCount(const Point& point) {
   switch (point.type) {
     case Type::boolean:
+    case Type::int8:
+    case Type::uint8:
     case Type::int16:
     case Type::uint16:
       return 1;
@@ -94,6 +124,10 @@ IntegerRange RangeOf(Type type) {
   switch (type) {
     case Type::boolean:
       return {0, 1};
+    case Type::int8:
+      return RangeOf<std::int8_t>();
+    case Type::uint8:
+      return RangeOf<std::uint8_t>();
     case Type::int16:
       return RangeOf<std::int16_t>();
     case Type::uint16:
@@ -112,6 +146,12 @@ IntegerRange RangeOf(Type type) {
       break;
   }
   return {};
+}
+
+IntegerRange RangeOf(const Point& point) {
+  constexpr std::uint64_t kLastOfADay = 24ULL * 3600 * 1000 - 1;
+  if (point.time_type == TimeType::time_of_day) return {0, kLastOfADay};
+  return RangeOf(point.type);
 }
 
 }  // namespace baudgate::config

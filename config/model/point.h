@@ -23,6 +23,8 @@ namespace baudgate::config {
 
 enum class Type : std::uint8_t {
   boolean,
+  int8,  ///< in a register of its own, as int16
+  uint8,
   int16,
   uint16,
   int32,
@@ -34,10 +36,25 @@ enum class Type : std::uint8_t {
   string
 };
 enum class Access : std::uint8_t { read, write, read_write };
+/// What the number of a point means where IEC 61131-3 has a type of its own for it; each is an
+/// unsigned number of 32 bits, as PLCs hold it.
+enum class TimeType : std::uint8_t {
+  none,
+  time,         ///< TIME: milliseconds
+  date,         ///< DATE: seconds since 1970, at midnight
+  time_of_day,  ///< TOD: milliseconds since midnight
+  date_time,    ///< DT: seconds since 1970
+};
 /// How often a point is read. `once` and `daily` so seldom that a failed read is not left to the
-/// next period.
-enum class Group : std::uint8_t { once, daily, slow, fast };
-inline constexpr std::size_t kGroups = 4;
+/// next period. `own` and those behind it are of points with a `poll` of their own: the first,
+/// second … of the device's `intervals`.
+enum class Group : std::uint8_t { once, daily, slow, fast, own };
+inline constexpr std::size_t kNamedGroups = 4;
+inline constexpr std::size_t kMostIntervals = 8;
+inline constexpr std::size_t kGroups = kNamedGroups + kMostIntervals;
+constexpr Group OwnGroup(std::size_t interval) {
+  return static_cast<Group>(static_cast<std::size_t>(Group::own) + interval);
+}
 constexpr bool IsSeldom(Group group) { return group == Group::once || group == Group::daily; }
 /// Which pair of Modbus tables a point lives in: registers (FC 3 and 4) or bits (FC 1 and 2).
 enum class Table : std::uint8_t { registers, bits };
@@ -132,11 +149,13 @@ struct Point {
   std::string read;   ///< the protocol's own address; checked by the plugin
   std::string write;  ///< where it differs from read, else empty
   Type type = Type::float32;
-  std::size_t text_length = 0;   ///< of string(n), bytes
+  std::size_t text_length = 0;  ///< of string(n), bytes
+  TimeType time_type = TimeType::none;
   std::string unit;              ///< of the value after scale and offset: "A", "xIn"
   Access access = Access::read;  ///< what the device can do
   Writing writing;
   Group group = Group::fast;
+  std::optional<Duration> poll;         ///< its own period; then `group` is one of Group::own
   std::optional<std::uint16_t> modbus;  ///< 0-based PDU address; nothing = not on Modbus
   Table table = Table::registers;
   Decimal scale = 1;  ///< value = raw * scale + offset
@@ -161,10 +180,12 @@ void VisitFields(const Point*, Visit visit) {
   visit(Field<&Point::write>());
   visit(Field<&Point::type>());
   visit(Field<&Point::text_length>{"length"});
+  visit(Field<&Point::time_type>{"type"});
   visit(Field<&Point::unit>());
   visit(Field<&Point::access>());
   visit(Field<&Point::writing>{"write"});
   visit(Field<&Point::group>());
+  visit(Field<&Point::poll>());
   visit(Field<&Point::modbus>());
   visit(Field<&Point::table>());
   visit(Field<&Point::scale>());
@@ -180,9 +201,15 @@ void VisitFields(const Point*, Visit visit) {
   visit(Derived<&Point::mark>());
 }
 
-std::string_view Name(Type type);  ///< "float32"; string without its length
-std::string_view Name(Group group);
+std::string_view Name(Type type);    ///< "float32"; string without its length
+std::string_view Name(Group group);  ///< "own" of those behind it as well
 std::string_view Name(Access access);
+
+/// "fast", or its own period: "250ms".
+std::string PeriodText(const Point& point);
+
+/// The name of IEC 61131-3: "REAL", "UINT", "DT", "STRING[16]".
+std::string IecName(const Point& point);
 
 /// Registers that a point takes in the register tables; 1 for a bit.
 std::size_t RegisterCount(const Point& point);
@@ -197,5 +224,7 @@ struct IntegerRange {
 
 /// bool counts as 0…1; types that are no integers have only 0.
 IntegerRange RangeOf(Type type);
+/// Of its type; a time of day ends at midnight.
+IntegerRange RangeOf(const Point& point);
 
 }  // namespace baudgate::config

@@ -257,17 +257,6 @@ void AddInUse(CLI::App& app, Action& action, const char* name, const char* help,
   });
 }
 
-void AddRead(CLI::App& app, Action& action) {
-  auto* command = app.add_subcommand("read", "Ask a device now for its points");
-  auto options = std::make_shared<ReadOptions>();
-  command->add_option("TARGET", options->target, "LINE.DEVICE or LINE.DEVICE.POINT")->required();
-  command->add_flag("--json", options->json, "Print one JSON object");
-  AddSocket(*command, options->socket);
-  command->callback([options, &action] {
-    action = [=](const auto&) { return RunRead(*options, std::cout, std::cerr); };
-  });
-}
-
 void AddWrite(CLI::App& app, Action& action) {
   auto* command = app.add_subcommand("write", "Write a point, and show the result");
   auto options = std::make_shared<WriteOptions>();
@@ -327,7 +316,6 @@ void AddSupportBundle(CLI::App& app, Action& action) {
 
 void AddClientCommands(CLI::App& app, Action& action) {
   AddStatus(app, action);
-  AddRead(app, action);
   AddWrite(app, action);
   AddRelease(app, action);
   AddTrace(app, action);

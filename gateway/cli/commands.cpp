@@ -7,24 +7,23 @@
 #include <algorithm>
 #include <fstream>
 #include <iostream>
+#include <map>
 #include <optional>
 
 #include "gateway/base/exit_code.h"
 #include "gateway/base/spelling.h"
 #include "gateway/cli/client_commands.h"
+#include "gateway/cli/device_commands.h"
 #include "gateway/cli/live/demo.h"
 #include "gateway/cli/live/run.h"
 #include "gateway/cli/offline/certs.h"
 #include "gateway/cli/offline/check.h"
 #include "gateway/cli/offline/decode.h"
 #include "gateway/cli/offline/map.h"
-#include "gateway/cli/offline/profiles.h"
 #include "gateway/cli/offline/protocols.h"
-#include "gateway/cli/offline/simulate.h"
 #include "gateway/cli/terminal/live_table.h"
 #include "gateway/cli/terminal/output.h"
 #include "gateway/cli/terminal/words.h"
-#include "gateway/simulate/fault_text.h"
 #ifdef BAUDGATE_WITH_DDS
 #include "gateway/base/exit_code.h"
 #include "gateway/cli/live/discovery_server.h"
@@ -83,12 +82,25 @@ void AddMap(CLI::App& app, Action& action) {
   auto file = std::make_shared<std::string>();
   auto format = std::make_shared<MapFormat>(MapFormat::table);
   AddConfig(*command, *file);
-  auto* csv = command->add_flag_callback(
-      "--csv", [format] { *format = MapFormat::csv; }, "Print CSV");
+  static const std::map<std::string, MapFormat> kFormats = {{"table", MapFormat::table},
+                                                            {"csv", MapFormat::csv},
+                                                            {"json", MapFormat::json},
+                                                            {"st", MapFormat::structured_text},
+                                                            {"markdown", MapFormat::markdown}};
+  auto* named = command
+                    ->add_option_function<std::string>(
+                        "--format", [format](const auto& name) { *format = kFormats.at(name); },
+                        "st: Structured Text of IEC 61131-3")
+                    ->check(CLI::IsMember({"table", "csv", "json", "st", "markdown"}));
+  auto* csv = command
+                  ->add_flag_callback(
+                      "--csv", [format] { *format = MapFormat::csv; }, "Short for --format csv")
+                  ->excludes(named);
   command
       ->add_flag_callback(
-          "--json", [format] { *format = MapFormat::json; }, "Print JSON")
-      ->excludes(csv);
+          "--json", [format] { *format = MapFormat::json; }, "Short for --format json")
+      ->excludes(csv)
+      ->excludes(named);
   command->callback([file, format, &action] {
     action = [=](const auto& catalog) {
       return RunMap(*file, catalog, *format, std::cout, std::cerr);
@@ -121,44 +133,6 @@ void AddDiscoveryServer([[maybe_unused]] CLI::App& app, [[maybe_unused]] Action&
     action = [listen](const auto&) { return RunDiscoveryServer(*listen, std::cerr); };
   });
 #endif
-}
-
-void AddSimulate(CLI::App& app, Action& action) {
-  auto* command = app.add_subcommand("simulate", "Run a device twin on a pty");
-  auto options = std::make_shared<SimulateOptions>();
-  command->add_option("--profile", options->profile, "Device profile")->required();
-  command->add_option("--protocol", options->protocol,
-                      "Protocol, if it is not that of the profile");
-  command->add_option("--address", options->address, "Address on the line")->required();
-  command->add_option("--pty", options->pty, "Path at which the pty is linked")->required();
-  command->add_option("--baud", options->serial, "Keep this bit rate, for example \"9600 7E1\"");
-  AddDuration(*command, "--think", options->think_time, "Time before each reply, 5ms if not given");
-  command->add_option("--set", options->set, "Device option, key=value")->take_all();
-  command
-      ->add_option_function<std::vector<std::string>>(
-          "--fault",
-          [options](const std::vector<std::string>& texts) {
-            for (const std::string& text : texts) {
-              auto fault = ParseFault(text);
-              if (!fault) throw CLI::ValidationError("--fault", fault.error());
-              options->faults.push_back(std::move(*fault));
-            }
-          },
-          "Give it a fault: KIND[:key=value,...], for example loss:rate=0.1; may be repeated")
-      ->take_all();
-  command->add_option_function<std::string>(
-      "--events",
-      [options](const std::string& text) {
-        const auto schedule = ParseEventSchedule(text);
-        if (!schedule) throw CLI::ValidationError("--events", schedule.error());
-        options->events = *schedule;
-      },
-      "Raise events of its profile: every:DURATION[,count=N][,numbered]");
-  command->callback([options, &action] {
-    action = [=](const auto& catalog) {
-      return RunSimulate(*options, catalog, std::cout, std::cerr);
-    };
-  });
 }
 
 void AddDecode(CLI::App& app, Action& action) {
@@ -206,7 +180,7 @@ void AddDemo(CLI::App& app, Action& action) {
   });
 }
 
-void AddListings(CLI::App& app, Action& action) {
+void AddProtocols(CLI::App& app, Action& action) {
   auto* protocols = app.add_subcommand("protocols", "List protocols, or one with its options");
   auto protocol = std::make_shared<std::string>();
   auto protocol_json = std::make_shared<bool>(false);
@@ -215,22 +189,6 @@ void AddListings(CLI::App& app, Action& action) {
   protocols->callback([=, &action] {
     action = [=](const auto& catalog) {
       return RunProtocols(*protocol, *protocol_json, catalog, std::cout, std::cerr);
-    };
-  });
-  auto* profiles = app.add_subcommand("profiles", "List profiles, or one with its registers");
-  auto profile = std::make_shared<std::string>();
-  auto format = std::make_shared<ProfileFormat>(ProfileFormat::table);
-  profiles->add_option("NAME", *profile, "Profile");
-  auto* json = profiles->add_flag_callback(
-      "--json", [format] { *format = ProfileFormat::json; }, "Print JSON");
-  profiles
-      ->add_flag_callback(
-          "--markdown", [format] { *format = ProfileFormat::markdown; }, "Print Markdown")
-      ->excludes(json);
-  profiles->callback([=, &action] {
-    action = [=](const auto& catalog) {
-      return RunProfiles(*profile, *format, catalog, std::cout, std::cerr,
-                         TerminalWidth(STDOUT_FILENO));
     };
   });
 }
@@ -244,10 +202,10 @@ void AddCommands(CLI::App& app, Action& action) {
   AddMap(app, action);
   AddWatch(app, action);
   AddDiscoveryServer(app, action);
-  AddSimulate(app, action);
   AddDecode(app, action);
   AddDemo(app, action);
-  AddListings(app, action);
+  AddProtocols(app, action);
+  AddDeviceCommands(app, action);
   AddClientCommands(app, action);
 }
 

@@ -5,6 +5,7 @@
 
 #include "gateway/base/log.h"
 #include "gateway/base/outcome.h"
+#include "gateway/daemon/not_opened_yet.h"
 #include "gateway/trace/tap.h"
 
 namespace baudgate {
@@ -47,7 +48,7 @@ void LineDriver::Start(Now now) {
   now_ = now;
   Recall();
   if (lent_until_ || stopping_) return;
-  ShowPort(LineStatus::Port::closed, "not opened yet");
+  ShowPort(LineStatus::Port::closed, std::string(kNotOpenedYet));
   port_.Open();
 }
 

@@ -75,12 +75,21 @@ Modules LoadModules() {
       }
     }
   }
-  for (const fs::path& root : Roots(BAUDGATE_INSTALLED_DATA)) {
+  for (const fs::path& profiles : ProfileFolders(Roots(BAUDGATE_INSTALLED_DATA))) {
     std::error_code error;
-    const fs::path profiles = root / "profiles";
     if (fs::is_directory(profiles, error)) modules.catalog.profile_dirs.push_back(profiles);
   }
   return modules;
+}
+
+std::vector<fs::path> ProfileFolders(const std::vector<fs::path>& roots) {
+  constexpr std::size_t kShipped = 2;  // beside the binary, and where it is installed
+  std::vector<fs::path> folders;
+  for (std::size_t i = 0; i < roots.size(); ++i) {
+    if (i + kShipped == roots.size()) folders.emplace_back(config::kLocalProfiles);
+    folders.push_back(roots[i] / "profiles");
+  }
+  return folders;
 }
 
 }  // namespace baudgate

@@ -1,8 +1,10 @@
 // Finds and loads protocol modules and tells where profiles are.
-// Search order: $BAUDGATE_MODULES, beside the binary, the install path; profiles likewise.
+// Search order: $BAUDGATE_MODULES, beside the binary, the install path; profiles likewise, and
+// before what is shipped /etc/baudgate/profiles.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -19,5 +21,9 @@ struct Modules {
 
 /// Loads every module once; none is ever unloaded.
 Modules LoadModules();
+
+/// Where profiles are looked for, the first hit wins. `roots` ends with the two places of what is
+/// shipped.
+std::vector<std::filesystem::path> ProfileFolders(const std::vector<std::filesystem::path>& roots);
 
 }  // namespace baudgate

@@ -15,16 +15,8 @@ constexpr std::uint64_t kSpan = 70;
 constexpr std::uint64_t kHoursADay = 24;
 
 Duration PeriodOf(const config::Device& device, const config::Point& point) {
-  switch (point.group) {
-    case config::Group::fast:
-      return device.poll;
-    case config::Group::slow:
-      return device.slow;
-    case config::Group::daily:
-      return device.daily;
-    default:
-      return 24h;
-  }
+  const Duration period = config::PeriodOf(device, point.group);
+  return period == Duration::zero() ? 24h : period;
 }
 
 void Add(const config::Device& device, const config::HistoryPoint& its, Estimate& estimate) {

@@ -12,8 +12,13 @@ constexpr Duration kAlike = 200ms;
 
 }  // namespace
 
-std::size_t Schedule::AddDevice(Duration fast_period, Duration slow_period, Duration daily_period) {
+std::size_t Schedule::AddDevice(Duration fast_period, Duration slow_period, Duration daily_period,
+                                const std::vector<Duration>& intervals) {
   Device device;
+  device.rounds.resize(kEvents + 1 + intervals.size());
+  for (std::size_t i = 0; i < intervals.size(); ++i) {
+    device.rounds[NumberOf(config::OwnGroup(i))].period = intervals[i];
+  }
   device.rounds[static_cast<std::size_t>(config::Group::fast)].period = fast_period;
   device.rounds[static_cast<std::size_t>(config::Group::slow)].period = slow_period;
   device.rounds[static_cast<std::size_t>(config::Group::daily)].period = daily_period;
@@ -39,7 +44,7 @@ void Schedule::SetQueries(std::size_t index, std::vector<config::Group> groups, 
   const std::size_t left = daily.queries.size() - asked_daily;
   for (Round& round : device.rounds) round.queries.clear();
   for (std::size_t query = 0; query < groups.size(); ++query) {
-    device.rounds[static_cast<std::size_t>(groups[query])].queries.push_back(query);
+    device.rounds[NumberOf(groups[query])].queries.push_back(query);
   }
   if (events) device.rounds[kEvents].queries.push_back(kEventsQuery);
   for (Round& round : device.rounds) round.cursor = round.queries.size();
@@ -123,7 +128,7 @@ void Schedule::GoOn(std::size_t index, Instant now) {
 }
 
 void Schedule::Repeat(std::size_t index, config::Group group, Instant at) {
-  Round& round = devices_[index].rounds[static_cast<std::size_t>(group)];
+  Round& round = devices_[index].rounds[NumberOf(group)];
   if (round.repeats || (round.due && *round.due <= at)) return;
   round.due = at;
   round.repeats = true;
@@ -209,7 +214,7 @@ std::optional<Schedule::Pick> Schedule::Next(Instant now, bool healthy_first) {
   Pick pick;
   pick.device = static_cast<std::size_t>(best_device - devices_.data());
   const auto round = static_cast<std::size_t>(best - best_device->rounds.data());
-  if (round != kEvents) pick.group = static_cast<config::Group>(round);
+  if (round != kEvents) pick.group = GroupOf(round);
   pick.query = best->queries[best->cursor++];
   pick.last_of_round = !best->active();
   best->turn = ++turn_;

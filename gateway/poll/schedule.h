@@ -10,7 +10,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <limits>
 #include <optional>
@@ -41,8 +40,10 @@ class Schedule {
   };
 
   /// A device without queries until SetQueries. Devices are numbered from 0.
+  /// `intervals`: of the groups from config::Group::own on.
   std::size_t AddDevice(Duration fast_period, Duration slow_period,
-                        Duration daily_period = std::chrono::hours(24));
+                        Duration daily_period = std::chrono::hours(24),
+                        const std::vector<Duration>& intervals = {});
 
   /// The groups of the device's queries, in the order of asking. Rounds in progress end; that of
   /// what is read once starts again, the daily one goes on where it was, or starts again as well.
@@ -122,7 +123,7 @@ class Schedule {
     bool active() const { return cursor < queries.size(); }
   };
   struct Device {
-    std::array<Round, config::kGroups + 1> rounds;  // by config::Group; the last: events
+    std::vector<Round> rounds;  // by NumberOf their groups, and kEvents
     Instant hold_until{};
     bool suspended = true;
     bool doubted = false;
@@ -133,9 +134,15 @@ class Schedule {
     std::uint32_t missed = 0;
   };
 
-  static constexpr std::size_t kEvents = config::kGroups;
+  static constexpr std::size_t kEvents = config::kNamedGroups;  // own intervals follow
   static constexpr auto kDaily = static_cast<std::size_t>(config::Group::daily);
 
+  static constexpr std::size_t NumberOf(config::Group group) {
+    return static_cast<std::size_t>(group) + (group >= config::Group::own ? 1 : 0);
+  }
+  static constexpr config::Group GroupOf(std::size_t round) {
+    return static_cast<config::Group>(round - (round > kEvents ? 1 : 0));
+  }
   int QueriesOfARound() const;
   static std::uint32_t Passed(const Round& round, Instant now);
   static void StartIfDue(Device& device, Round& round, Instant now);

@@ -27,7 +27,7 @@ Upkeep::Upkeep(Roster& roster, Schedule& schedule, PointStore& store, LateAnswer
       ledger_(ledger) {
   for (const auto& device : roster_.devices()) {
     const config::Device& config = *device->config;
-    schedule_.AddDevice(config.poll, config.slow, config.daily);
+    schedule_.AddDevice(config.poll, config.slow, config.daily, config.intervals);
     Plan(*device);
     ledger_.ShowOverride(*device);
   }

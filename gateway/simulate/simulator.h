@@ -1,6 +1,6 @@
-// Twins on a pty: requests that come from the master's side are answered as the real devices would,
-// at a real bit rate if one is given. For `baudgate simulate`, the demo, system tests and
-// benchmarks.
+// Twins on a pty, or behind a TCP server: requests that come from the master's side are answered as
+// the real devices would, at a real bit rate if one is given. For `baudgate simulate`, the demo,
+// system tests and benchmarks.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -8,42 +8,34 @@
 #include <functional>
 #include <memory>
 #include <optional>
-#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "config/model/device.h"
+#include "config/model/network.h"
 #include "gateway/base/result.h"
+#include "gateway/simulate/residents.h"
 #include "gateway/simulate/twin_events.h"
 #include "gateway/simulate/twin_faults.h"
 #include "protocols/protocol.h"
 
 namespace baudgate {
 
-/// What a twin measures: each point follows its `simulate:` entry, a slow wave or a fixed value.
-class SimulatedValues final : public TwinValues {
- public:
-  /// `points` outlives the values; `seed` shifts the waves of one twin against those of another.
-  SimulatedValues(const std::vector<config::Point>& points, std::uint32_t seed);
-  Value Get(std::size_t point, Instant now) const override;
-  void Set(std::size_t point, const Value& value) override;
-
- private:
-  const std::vector<config::Point>& points_;
-  std::uint32_t seed_;
-  std::vector<Value> written_;
+/// Devices of one bus that speak one protocol.
+struct TwinGroup {
+  const Protocol* protocol = nullptr;
+  std::vector<config::Device> devices;
 };
-
-/// The lowest number that is an address of this protocol and none of `devices`'. Devices 1 and
-/// 2: 3. Nothing where addresses are no numbers.
-std::optional<std::string> FreeAddress(const Protocol& protocol,
-                                       std::span<const config::Device> devices);
 
 struct SimulatorOptions {
   std::string link;  ///< where the pty is linked; empty: its own name only
+  /// In place of a pty a TCP server there; port 0: one that is free.
+  std::optional<config::HostPort> listen;
   /// Characters take their time on the wire; nothing: as fast as the machine.
   std::optional<config::SerialSettings> pace;
+  /// A reader that sets the pty to another bit rate or parity gets what a UART would make of it.
+  bool strict = false;
   Duration think_time = 5ms;  ///< end of request to first byte of the reply
   std::vector<Fault> faults;  ///< their schedules count from the creation of the simulator
   std::optional<EventSchedule> events;  ///< of each twin
@@ -54,13 +46,17 @@ struct SimulatorOptions {
 
 class Simulator {
  public:
-  /// One bus with `devices` on it, which are copied. The io_context outlives the simulator.
+  /// One bus with these devices on it; none at all: nobody answers. The io_context outlives the
+  /// simulator.
+  static Result<std::unique_ptr<Simulator>> Create(asio::io_context& io,
+                                                   std::vector<TwinGroup> groups,
+                                                   const SimulatorOptions& options);
   static Result<std::unique_ptr<Simulator>> Create(asio::io_context& io, const Protocol& protocol,
                                                    std::vector<config::Device> devices,
                                                    const SimulatorOptions& options);
   ~Simulator();
 
-  /// What a line's `port:` is set to.
+  /// What a line's `port:` is set to: a path, or "tcp://127.0.0.1:4001".
   const std::string& path() const;
   /// Requests answered so far, and the characters of those exchanges, both ways. From any thread.
   std::uint64_t answered() const;

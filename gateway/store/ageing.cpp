@@ -16,7 +16,7 @@ AgeLimits LimitsOfGroup(const config::Device& device, config::Group group, Durat
     limits.dead_age = 3 * limits.max_age;
     return limits;
   }
-  const Duration period = group == config::Group::fast ? device.poll : device.slow;
+  const Duration period = PeriodOf(device, group);
   limits.max_age = std::max(device.max_age.value_or(3 * period), 2 * line_cycle);
   limits.dead_age = std::max(device.dead_age.value_or(3 * limits.max_age), limits.max_age);
   return limits;

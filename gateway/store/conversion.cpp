@@ -21,7 +21,8 @@ Value FitFloat(Type type, double number) {
 }
 
 /// A number in the alternative that the point's type is stored in, or nothing when it does not fit.
-Value Fit(Type type, const Decimal& number) {
+Value Fit(const config::Point& point, const Decimal& number) {
+  const Type type = point.type;
   if (type == Type::boolean) {
     if (number == 0) return false;
     if (number == 1) return true;
@@ -33,7 +34,7 @@ Value Fit(Type type, const Decimal& number) {
     return whole ? Value(*whole) : Value();
   }
   const auto whole = number.ToInt64();
-  return whole && config::RangeOf(type).Contains(*whole) ? Value(*whole) : Value();
+  return whole && config::RangeOf(point).Contains(*whole) ? Value(*whole) : Value();
 }
 
 Value FitNumber(const config::Point& point, const Value& raw) {
@@ -41,16 +42,16 @@ Value FitNumber(const config::Point& point, const Value& raw) {
     const double meant = point.type == Type::float32 ? AsDecimal(*number) : *number;
     if (!std::isfinite(meant)) return {};
     if (IsFloat(point.type) && IsUnscaled(point)) return FitFloat(point.type, meant);
-    return Fit(point.type, Decimal(meant) * point.scale + point.offset);
+    return Fit(point, Decimal(meant) * point.scale + point.offset);
   }
   const auto number = Decimal::Of(raw);
-  return number ? Fit(point.type, *number * point.scale + point.offset) : Value();
+  return number ? Fit(point, *number * point.scale + point.offset) : Value();
 }
 
 /// A value in user's units that the point could hold.
-bool FitsType(Type type, const Value& value) {
+bool FitsType(const config::Point& point, const Value& value) {
   const auto number = Decimal::Of(value);
-  return number && HasValue(Fit(type, *number));
+  return number && HasValue(Fit(point, *number));
 }
 
 /// Two texts that begin alike would look the same if they were cut.
@@ -86,7 +87,7 @@ Sample ToSample(const config::Point& point, const Reading& reading) {
 Result<Value> ToRaw(const config::Point& point, const Value& value) {
   if (!HasValue(value)) return Error{"there is no value to write"};
   if (point.type == Type::string || std::holds_alternative<std::string>(value)) return value;
-  if (!FitsType(point.type, value)) {
+  if (!FitsType(point, value)) {
     return Error{ToText(value) + " is not a value of type " + std::string(Name(point.type))};
   }
   if (IsUnscaled(point)) return value;

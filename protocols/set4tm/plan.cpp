@@ -46,9 +46,8 @@ PduPlan PointFields::MakePlan(bool masked) const {
                 .refused = WhenRefused::drop,
                 .keeps_splits = false});
   std::set<std::size_t> planned;
-  for (const auto group :
-       {config::Group::fast, config::Group::slow, config::Group::daily, config::Group::once}) {
-    if (!masked) break;
+  for (std::size_t number = masked ? config::kGroups : 0; number-- > 0;) {
+    const auto group = static_cast<config::Group>(number);
     for (const std::size_t point : MaskedPoints(group)) {
       const std::size_t bit = *BitOf(point);
       plan.Add(group, point, kMasked, bit, bit + 1);

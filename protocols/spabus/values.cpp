@@ -25,7 +25,7 @@ constexpr std::size_t kScaledDecimals = 6;
 /// Relative, of limits that are no binary fractions.
 constexpr double kSlack = 1e-9;
 
-bool IsInteger(Type type) { return type >= Type::int16 && type <= Type::uint64; }
+bool IsInteger(Type type) { return type >= Type::int8 && type <= Type::uint64; }
 bool IsScaled(const config::Point& point) { return point.scale != 1 || point.offset != 0; }
 
 /// Integers of all forms as integers, the rest as decimal.
@@ -49,6 +49,10 @@ Limits LimitsOf(Type type) {
   switch (type) {
     case Type::boolean:
       return {0, 1};
+    case Type::int8:
+      return {-128, 127};
+    case Type::uint8:
+      return {0, 255};
     case Type::int16:
       return {-32768, 32767};
     case Type::uint16:

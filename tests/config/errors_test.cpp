@@ -88,7 +88,7 @@ TEST(DeviceErrors, OneSentenceEach) {
       {"unit: ~", "28: error: unit: has no value; give it one or remove the key"},
       {"poll: 500", "34: error: poll: '500' has no unit; write for example 500ms or 500s"},
       {"poll: \"1,5s\"", "34: error: poll: '1,5s' has a decimal comma; write 1.5s"},
-      {"poll: 1ms", "34: error: poll: '1ms' is out of range; allowed: 10ms…1d"},
+      {"poll: 1ms", "34: error: poll: '1ms' is out of range; allowed: 5ms…1d"},
       {"enabled: maybe", "37: error: enabled: 'maybe' is neither true nor false"},
       {"on_bad: nam",
        "36: error: on_bad: 'nam' is unknown; did you mean 'nan'? allowed: "
@@ -299,15 +299,14 @@ TEST(GatewayErrors, EverythingAtOnceInTheOrderOfTheFile) {
             "t.yaml:10:25: error: address: '100' is no address; allowed: 1…99\n"
             "t.yaml:10:36: error: poll: '1' has no unit; write for example 1ms or 1s\n"
             "t.yaml:10:65: error: point 'p': read 'B1' is not understood; write A and a number\n"
-            "t.yaml:10:75: error: type: 'real' is unknown; allowed: bool, int16, uint16, int32, "
-            "uint32, int64, uint64, float32, float64, string(n)\n"
+            "t.yaml:10:75: error: type: 'real' is unknown; did you mean 'REAL'?\n"
             "t.yaml:11:37: error: profile: 'broken' of device 'e' has errors; see "
             "tests/config/profiles/fake/broken.yaml\n"
             "tests/config/profiles/fake/broken.yaml:3:22: error: point 'a': read 'X1' is not "
             "understood; write A and a number\n"
             "tests/config/profiles/fake/broken.yaml:4:32: error: type: 'float33' is unknown; did "
-            "you mean 'float32'? allowed: bool, int16, uint16, int32, uint32, int64, uint64, "
-            "float32, float64, string(n)\n");
+            "you mean 'float32'? allowed: bool, int8, uint8, int16, uint16, int32, uint32, int64, "
+            "uint64, float32, float64, string(n), or a type of IEC 61131-3 such as REAL\n");
 }
 
 TEST(GatewayErrors, AProfileIsJudgedOnceHoweverItsPathIsWritten) {

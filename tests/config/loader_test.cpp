@@ -172,8 +172,8 @@ TEST(Loader, ProblemsOfAProfileNameItsFile) {
             "tests/config/profiles/fake/broken.yaml:3:22: error: point 'a': read 'X1' is not "
             "understood; write A and a number\n"
             "tests/config/profiles/fake/broken.yaml:4:32: error: type: 'float33' is unknown; did "
-            "you mean 'float32'? allowed: bool, int16, uint16, int32, uint32, int64, uint64, "
-            "float32, float64, string(n)\n");
+            "you mean 'float32'? allowed: bool, int8, uint8, int16, uint16, int32, uint32, int64, "
+            "uint64, float32, float64, string(n), or a type of IEC 61131-3 such as REAL\n");
   EXPECT_EQ(Shown(config::LoadProfile("relai", protocol, FakeCatalog()).problems),
             "relai: error: profile 'relai' is not installed for fake; did you mean 'relay'? "
             "installed: broken, relay (searched tests/config/nowhere/fake, "

@@ -95,15 +95,43 @@ TEST(Points, InlineKeysReplaceThoseOfTheProfileAndOthersStay) {
   EXPECT_EQ(points[3].name, "extra") << "at the end, so that indices of the profile stay";
 }
 
+TEST(Points, TypesAreCalledAsInIec61131) {
+  const auto loaded = Load(
+      "lines:\n- name: l\n  port: /dev/l\n  protocol: fake\n  devices:\n"
+      "  - name: d\n    address: 1\n    points:\n"
+      "    - { name: _a, read: A1, type: LREAL, poll: 5ms }\n"
+      "    - { name: b, read: A1, type: USINT, poll: 250ms }\n"
+      "    - { name: c, read: A1, type: TOD, poll: 5ms }\n"
+      "    - { name: d, read: A1, type: DATE_AND_TIME, unit: h, group: slow }\n"
+      "    - { name: e, read: A1, type: \"STRING[7]\" }\n");
+  ASSERT_TRUE(loaded.ok()) << Shown(loaded.problems);
+  const config::Device& device = loaded.config.lines.at(0).devices.at(0);
+  std::string all;
+  for (const config::Point& point : device.points) {
+    all += point.name + " " + std::string(Name(point.type)) + " " + IecName(point) + " " +
+           point.unit + " " + PeriodText(point) + " " +
+           FormatDuration(PeriodOf(device, point.group)) + "\n";
+  }
+  EXPECT_EQ(all,
+            "_a float64 LREAL  5ms 5ms\n"
+            "b uint8 USINT  250ms 250ms\n"
+            "c uint32 TOD ms 5ms 5ms\n"
+            "d uint32 DT h slow 1min\n"
+            "e string STRING[7]  fast 1s\n");
+  EXPECT_EQ(device.intervals.size(), 2U);
+  EXPECT_EQ(RangeOf(device.points[1]).highest, 255U);
+  EXPECT_EQ(RangeOf(device.points[2]).highest, 86'399'999U);
+}
+
 TEST(Points, OneSentenceEach) {
   const Case kCases[] = {
       {"read: A1, type: int16", "11: error: point needs 'name'; for example name: current_l1"},
       {"name: a-b, read: A1, type: int16",
-       "19: error: name: 'a-b' is no point name; use letters, digits and single '_' between them, "
-       "no digit first"},
+       "19: error: name: 'a-b' is no point name; use letters, digits and single '_' before or "
+       "between them, no digit first"},
       {"name: 1a, read: A1, type: int16",
-       "19: error: name: '1a' is no point name; use letters, digits and single '_' between them, "
-       "no digit first"},
+       "19: error: name: '1a' is no point name; use letters, digits and single '_' before or "
+       "between them, no digit first"},
       {"name: p, read: A1", "11: error: point 'p' needs 'type'; for example type: float32"},
       {"name: p, read: A1, type: string",
        "38: error: type: 'string' needs its length in bytes: string(16)"},
@@ -115,7 +143,8 @@ TEST(Points, OneSentenceEach) {
        "11: error: point 'p' needs 'read'; for example read: \"…\" (the protocol's own address)"},
       {"name: p, read: A1, type: int16, acces: rw",
        "45: error: unknown key 'acces' in point 'p'; did you mean 'access'? allowed: name, type, "
-       "access, write, read, modbus, table, unit, group, scale, offset, deadband, jump, recheck, "
+       "access, write, read, modbus, table, unit, group, poll, scale, offset, deadband, jump, "
+       "recheck, "
        "description, "
        "sentinels, on_fault, simulate, min, max, step, decimals, select, select_time, allow_when, "
        "events"},

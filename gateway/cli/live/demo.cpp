@@ -20,11 +20,12 @@
 #include "config/model/config.h"
 #include "gateway/base/log.h"
 #include "gateway/base/shown.h"
+#include "gateway/cli/live/scratch_directory.h"
 #include "gateway/cli/offline/make_line.h"
 #include "gateway/cli/terminal/live_screen.h"
 #include "gateway/cli/terminal/live_table.h"
 #include "gateway/daemon/daemon.h"
-#include "gateway/simulate/simulator.h"
+#include "gateway/simulate/line_twins.h"
 
 namespace baudgate {
 namespace {
@@ -32,25 +33,6 @@ namespace {
 constexpr std::uint16_t kPortsToTry = 10;
 constexpr std::uint16_t kWebPort = 8502;
 constexpr Duration kRefresh = 500ms;
-
-/// A directory for the links to the ptys, gone when the demo ends.
-class ScratchDirectory {
- public:
-  ScratchDirectory() {
-    std::string form = (std::filesystem::temp_directory_path() / "baudgate-demo-XXXXXX").string();
-    if (mkdtemp(form.data()) != nullptr) path_ = form;
-  }
-  ~ScratchDirectory() {
-    std::error_code ignored;
-    if (!path_.empty()) std::filesystem::remove_all(path_, ignored);
-  }
-  ScratchDirectory(const ScratchDirectory&) = delete;
-  ScratchDirectory& operator=(const ScratchDirectory&) = delete;
-  const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
 
 /// Names of devices take letters, digits, '_' and '-' only; profiles may have points.
 std::string DeviceName(std::string profile) {
@@ -164,9 +146,7 @@ class Twins {
   Status Add(const config::Line& line, const config::Catalog& catalog) {
     SimulatorOptions options;
     options.link = line.port;
-    options.pace = line.serial;
-    auto simulator =
-        Simulator::Create(io_, *catalog.FindProtocol(line.protocol), line.devices, options);
+    auto simulator = SimulateLine(io_, line, catalog, std::move(options));
     if (!simulator) return Error{simulator.error()};
     simulators_.push_back(std::move(*simulator));
     return {};
@@ -253,7 +233,7 @@ void Show(const Daemon& daemon, const DemoOptions& options, std::ostream& out) {
 int RunDemo(const DemoOptions& options, const config::Catalog& catalog, std::ostream& out,
             std::ostream& err) {
   signal(SIGPIPE, SIG_IGN);  // or a reader that leaves would end us before the scratch is gone
-  const ScratchDirectory scratch;
+  const ScratchDirectory scratch("demo");
   if (scratch.path().empty()) {
     err << "baudgate: no directory for the demo's ptys could be made; is the temporary directory "
            "writable?\n";

@@ -164,10 +164,8 @@ class StopGuard {
   std::thread thread_;
 };
 
-}  // namespace
-
-int RunDaemon(const std::string& file, const config::Catalog& catalog) try {
-  // Blocked before any thread starts, so that all of them inherit it and only this one takes them.
+/// Before any thread starts, so that all of them inherit it and only this one takes them.
+sigset_t BlockSignals() {
   sigset_t signals;
   sigemptyset(&signals);
   sigaddset(&signals, SIGTERM);
@@ -176,15 +174,20 @@ int RunDaemon(const std::string& file, const config::Catalog& catalog) try {
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   // SIGXFSZ: a write beyond a limit of file sizes fails, as on a full disk.
   for (const int ignored : {SIGPIPE, SIGUSR1, SIGUSR2, SIGXFSZ}) signal(ignored, SIG_IGN);
+  return signals;
+}
 
-  std::ostringstream problems;
-  Choice choice = Choose(file, catalog, problems);
-  log::Plain(problems.str());
-  if (!choice.loaded.ok()) return kExitBadConfiguration;
+}  // namespace
+
+int Serve(config::Config config, std::optional<ReloadOptions> reload,
+          const config::Catalog& catalog) try {
+  const sigset_t signals = BlockSignals();
   std::optional<StopGuard> stop_guard;  // ends after the gateway, whose end it guards
-  Daemon daemon(std::move(choice.loaded.config), catalog);
-  choice.reload.summary = [&daemon] { return daemon.Summary(); };
-  daemon.SetReload(std::move(choice.reload));
+  Daemon daemon(std::move(config), catalog);
+  if (reload) {
+    reload->summary = [&daemon] { return daemon.Summary(); };
+    daemon.SetReload(std::move(*reload));
+  }
   if (const Status status = daemon.Start(); !status) {
     log::Plain("baudgate: " + status.error() + "\n");
     return kExitCanNot;
@@ -201,12 +204,21 @@ int RunDaemon(const std::string& file, const config::Catalog& catalog) try {
     log::Flush();
     std::_Exit(0);
   }
-  return 0;
+  return kExitDone;
 } catch (const std::system_error& failed) {
   log::Plain(
       "baudgate: the system has no file descriptor or no thread left: " + failed.code().message() +
       "; raise LimitNOFILE and TasksMax of the service (ulimit -n, ulimit -u)\n");
   return kExitCanNot;
+}
+
+int RunDaemon(const std::string& file, const config::Catalog& catalog) {
+  BlockSignals();
+  std::ostringstream problems;
+  Choice choice = Choose(file, catalog, problems);
+  log::Plain(problems.str());
+  if (!choice.loaded.ok()) return kExitBadConfiguration;
+  return Serve(std::move(choice.loaded.config), std::move(choice.reload), catalog);
 }
 
 }  // namespace baudgate

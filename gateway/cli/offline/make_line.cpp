@@ -20,18 +20,6 @@ using config::Problems;
 
 const Mark kCommandLine = {"command line", 0, 0};
 
-Result<std::string> ProtocolOf(const WantedLine& wanted, const config::Catalog& catalog) {
-  if (!wanted.protocol.empty()) return wanted.protocol;
-  const std::string profile = wanted.devices.empty() ? "" : wanted.devices.front().profile;
-  std::string found;
-  for (const config::ProfileFile& file : catalog.Profiles()) {
-    if (file.name == profile) found = file.protocol;
-  }
-  if (!found.empty()) return found;
-  if (config::IsProfilePath(profile)) return Error{"a profile given by its path needs --protocol"};
-  return Error{"no profile named '" + profile + "'; `baudgate profiles` lists them"};
-}
-
 config::Profile ReadProfile(const std::string& name, const Protocol& protocol,
                             const config::Catalog& catalog, Problems& problems) {
   if (name.empty()) return {};
@@ -91,8 +79,20 @@ config::SerialSettings MakeSerial(const std::string& text, const Protocol& proto
 
 }  // namespace
 
+Result<std::string> ProtocolOfProfile(const std::string& profile, const config::Catalog& catalog) {
+  std::string found;
+  for (const config::ProfileFile& file : catalog.Profiles()) {
+    if (file.name == profile) found = file.protocol;
+  }
+  if (!found.empty()) return found;
+  if (config::IsProfilePath(profile)) return Error{"a profile given by its path needs --protocol"};
+  return Error{"no profile named '" + profile + "'; `baudgate profiles` lists them"};
+}
+
 Result<Line> MakeLine(const WantedLine& wanted, const config::Catalog& catalog) {
-  const auto name = ProtocolOf(wanted, catalog);
+  const std::string profile = wanted.devices.empty() ? "" : wanted.devices.front().profile;
+  const auto name = wanted.protocol.empty() ? ProtocolOfProfile(profile, catalog)
+                                            : Result<std::string>(wanted.protocol);
   if (!name) return Error{name.error()};
   const auto protocol = catalog.NeedProtocol(*name);
   if (!protocol) return Error{"protocol: " + protocol.error()};

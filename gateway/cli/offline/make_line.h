@@ -27,6 +27,9 @@ struct WantedLine {
   std::vector<WantedDevice> devices = {};
 };
 
+/// The protocol whose profile this is, by its name.
+Result<std::string> ProtocolOfProfile(const std::string& profile, const config::Catalog& catalog);
+
 /// Every option of every device is present. The error lists all that is wrong, a line each.
 Result<config::Line> MakeLine(const WantedLine& wanted, const config::Catalog& catalog);
 

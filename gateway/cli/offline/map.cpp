@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/cli/offline/map.h"
 
-#include <functional>
 #include <nlohmann/json.hpp>
 
 #include "config/loader.h"
 #include "config/model/modbus_addresses.h"
 #include "gateway/base/exit_code.h"
 #include "gateway/cli/offline/check.h"
+#include "gateway/cli/offline/map_place.h"
+#include "gateway/cli/offline/structured_text.h"
 #include "gateway/cli/offline/type_text.h"
 #include "gateway/cli/terminal/text_table.h"
 
@@ -19,73 +20,33 @@ using config::kAgeOffset;
 using config::kQualityOffset;
 using config::TextTable;
 
-constexpr int kLastFiveDigitAddress = 9998;
-
-/// Everything the contract says about the place of one point.
-struct Place {
-  bool served = false;
-  bool bit = false;
-  int address = 0;
-  int registers = 0;
-  std::string tables;        ///< "input, holding"
-  std::string read_codes;    ///< "4,3"
-  std::string write_codes;   ///< "6,16"; empty = read-only
-  std::string conventional;  ///< "30001/40001"
-};
-
-// The 1-based notation of PLC manuals: five digits as long as they last, then six.
-std::string Conventional(char table, int address) {
-  const bool five = address <= kLastFiveDigitAddress;
-  std::string number = std::to_string(address + 1);
-  const std::size_t digits = five ? 4 : 5;
-  number.insert(0, digits > number.size() ? digits - number.size() : 0, '0');
-  return table + number;
-}
-
 /// What clients may do; empty: nothing.
 std::string AccessText(const config::Point& point) {
   if (point.writing.allowed) return std::string(config::Name(point.access));
   return point.access == config::Access::write ? "" : "r";
 }
 
-Place PlaceOf(const config::Device& device, const config::Point& point) {
-  Place place;
-  place.served = device.unit && point.modbus;
-  if (!place.served) return place;
-  const bool writable = point.writing.allowed;
-  place.bit = point.table == config::Table::bits;
-  place.address = *point.modbus;
-  place.registers = place.bit ? 1 : static_cast<int>(config::RegisterCount(point));
-  place.tables = place.bit ? "discrete, coil" : "input, holding";
-  if (point.access != config::Access::write) place.read_codes = place.bit ? "2,1" : "4,3";
-  if (writable && place.bit) place.write_codes = "5,15";
-  if (writable && !place.bit) place.write_codes = place.registers == 1 ? "6,16" : "16";
-  place.conventional = Conventional(place.bit ? '1' : '3', place.address) + "/" +
-                       Conventional(place.bit ? '0' : '4', place.address);
-  return place;
-}
-
 // Of values that take one register the order of words means nothing.
-std::string OrderText(const config::Device& device, const Place& place) {
+std::string OrderText(const config::Device& device, const MapPlace& place) {
   return place.served && place.registers > 1 ? std::string(config::Name(device.word_order)) : "";
 }
 
-std::string Number(const Place& place, int offset) {
+std::string Number(const MapPlace& place, int offset) {
   return place.served ? std::to_string(place.address + offset) : "";
 }
 
 bool IsReadable(const config::Point& point) { return point.access != config::Access::write; }
 
-std::string QualityText(const Place& place, const config::Point& point) {
+std::string QualityText(const MapPlace& place, const config::Point& point) {
   return IsReadable(point) ? Number(place, kQualityOffset) : "";
 }
 
-std::string AgeText(const Place& place, const config::Point& point) {
+std::string AgeText(const MapPlace& place, const config::Point& point) {
   return place.bit || !IsReadable(point) ? "" : Number(place, kAgeOffset);
 }
 
 /// The register that is written before the point; empty: none is needed.
-std::string SelectText(const Place& place, const config::Point& point) {
+std::string SelectText(const MapPlace& place, const config::Point& point) {
   const bool selects = point.writing.select && point.writing.allowed;
   return selects ? Number(place, config::kSelectOffset) : "";
 }
@@ -96,12 +57,17 @@ std::string Key(const config::Config& config, const config::Device& device,
   return config.name + "/" + device.name + "/" + point.name;
 }
 
-using Visit = std::function<void(const config::Line&, const config::Device&)>;
-
-void ForEachDevice(const config::Config& config, const Visit& visit) {
-  for (const config::Line& line : config.lines) {
-    for (const config::Device& device : line.devices) visit(line, device);
+TextTable DeviceTable(const config::Device& device) {
+  TextTable table({"point", "address", "PLC", "regs", "type", "unit", "read FC", "write FC",
+                   "select", "group", "quality", "age"});
+  for (const config::Point& point : device.points) {
+    const MapPlace place = PlaceOf(device, point);
+    table.Add({point.name, Number(place, 0), place.conventional,
+               place.served ? std::to_string(place.registers) : "", TypeText(point), point.unit,
+               place.read_codes, place.write_codes, SelectText(place, point),
+               config::PeriodText(point), QualityText(place, point), AgeText(place, point)});
   }
+  return table;
 }
 
 void PrintDevice(const config::Config& config, const config::Line& line,
@@ -115,16 +81,7 @@ void PrintDevice(const config::Config& config, const config::Line& line,
   }
   if (config.dds.enabled) out << "; DDS key " << config.name << "/" << device.name << "/POINT";
   out << '\n';
-  TextTable table({"point", "address", "PLC", "regs", "type", "unit", "read FC", "write FC",
-                   "select", "group", "quality", "age"});
-  for (const config::Point& point : device.points) {
-    const Place place = PlaceOf(device, point);
-    table.Add({point.name, Number(place, 0), place.conventional,
-               place.served ? std::to_string(place.registers) : "", TypeText(point), point.unit,
-               place.read_codes, place.write_codes, SelectText(place, point),
-               std::string(config::Name(point.group)), QualityText(place, point),
-               AgeText(place, point)});
-  }
+  const TextTable table = DeviceTable(device);
   if (!table.empty()) table.PrintAligned(out, "  ");
   out << '\n';
 }
@@ -141,6 +98,19 @@ void PrintTable(const config::Config& config, std::ostream& out) {
          "at 9000\nand its events at 9016 to 9095; units 0 and 255 are the gateway itself.\n";
 }
 
+void PrintMarkdown(const config::Config& config, std::ostream& out) {
+  out << "# Registers of " << config.name << '\n';
+  ForEachDevice(config, [&](const config::Line& line, const config::Device& device) {
+    out << "\n## " << device.name << "\n\n";
+    if (!device.title.empty()) out << device.title << ", line " << line.name << ". ";
+    out << (device.unit ? "Modbus unit " + std::to_string(*device.unit) + ", word order " +
+                              std::string(config::Name(device.word_order))
+                        : std::string("Not on Modbus (no unit)"))
+        << ".\n\n";
+    DeviceTable(device).PrintMarkdown(out);
+  });
+}
+
 void PrintCsv(const config::Config& config, std::ostream& out) {
   TextTable table({"line",    "device",   "modbus_unit", "point",  "table",
                    "read_fc", "write_fc", "address",     "plc",    "registers",
@@ -148,7 +118,7 @@ void PrintCsv(const config::Config& config, std::ostream& out) {
                    "quality", "age",      "dds_key",     "read",   "description"});
   ForEachDevice(config, [&](const config::Line& line, const config::Device& device) {
     for (const config::Point& point : device.points) {
-      const Place place = PlaceOf(device, point);
+      const MapPlace place = PlaceOf(device, point);
       table.Add({line.name,
                  device.name,
                  place.served ? std::to_string(*device.unit) : "",
@@ -163,7 +133,7 @@ void PrintCsv(const config::Config& config, std::ostream& out) {
                  OrderText(device, place),
                  point.unit,
                  AccessText(point),
-                 std::string(config::Name(point.group)),
+                 config::PeriodText(point),
                  QualityText(place, point),
                  AgeText(place, point),
                  Key(config, device, point),
@@ -174,7 +144,7 @@ void PrintCsv(const config::Config& config, std::ostream& out) {
   table.PrintCsv(out);
 }
 
-Json ModbusJson(const config::Device& device, const config::Point& point, const Place& place) {
+Json ModbusJson(const config::Device& device, const config::Point& point, const MapPlace& place) {
   if (!place.served) return nullptr;
   Json json = {{"unit", *device.unit},          {"table", place.bit ? "bits" : "registers"},
                {"address", place.address},      {"registers", place.registers},
@@ -194,9 +164,10 @@ void PrintJson(const config::Config& config, std::ostream& out) {
                         {"device", device.name},
                         {"point", point.name},
                         {"type", TypeText(point)},
+                        {"iec", config::IecName(point)},
                         {"unit", point.unit},
                         {"access", AccessText(point)},
-                        {"group", config::Name(point.group)},
+                        {"group", config::PeriodText(point)},
                         {"read", point.read},
                         {"description", point.description},
                         {"modbus", ModbusJson(device, point, PlaceOf(device, point))},
@@ -220,6 +191,12 @@ int RunMap(const std::string& file, const config::Catalog& catalog, MapFormat fo
       break;
     case MapFormat::csv:
       PrintCsv(loaded.config, out);
+      break;
+    case MapFormat::structured_text:
+      PrintStructuredText(loaded.config, out);
+      break;
+    case MapFormat::markdown:
+      PrintMarkdown(loaded.config, out);
       break;
     case MapFormat::json:
       PrintJson(loaded.config, out);

@@ -12,7 +12,7 @@
 
 namespace baudgate {
 
-enum class MapFormat : std::uint8_t { table, csv, json };
+enum class MapFormat : std::uint8_t { table, csv, json, structured_text, markdown };
 
 /// Exit codes: 0 done, 3 the configuration is bad (its problems go to `err`).
 int RunMap(const std::string& file, const config::Catalog& catalog, MapFormat format,

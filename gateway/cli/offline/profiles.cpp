@@ -34,8 +34,8 @@ TextTable PointTable(const config::Profile& profile) {
       {"point", "register", "table", "type", "unit", "access", "group", "read", "description"});
   for (const config::Point& point : profile.points) {
     table.Add({point.name, RegisterText(point), TableText(point), TypeText(point), point.unit,
-               std::string(config::Name(point.access)), std::string(config::Name(point.group)),
-               point.read, point.description});
+               std::string(config::Name(point.access)), config::PeriodText(point), point.read,
+               point.description});
   }
   return table;
 }
@@ -50,7 +50,7 @@ Json ToJson(const config::Profile& profile) {
                 {"type", TypeText(point)},
                 {"unit", point.unit},
                 {"access", config::Name(point.access)},
-                {"group", config::Name(point.group)},
+                {"group", config::PeriodText(point)},
                 {"read", point.read},
                 {"description", point.description}};
     if (!point.write.empty()) one["write"] = point.write;
@@ -66,24 +66,10 @@ void PrintJson(const Json& json, std::ostream& out) {
   out << json.dump(2, ' ', false, Json::error_handler_t::replace) << '\n';
 }
 
-void PrintOne(const config::Profile& profile, ProfileFormat format, std::size_t width,
-              std::ostream& out) {
-  if (format == ProfileFormat::json) return PrintJson(ToJson(profile), out);
-  const bool markdown = format == ProfileFormat::markdown;
-  out << (markdown ? "## " : "") << profile.title << " (" << profile.protocol << "/" << profile.name
-      << ", " << profile.points.size() << " points)\n\n";
-  const TextTable table = PointTable(profile);
-  if (markdown) {
-    table.PrintMarkdown(out);
-  } else {
-    table.PrintAligned(out, "", width);
-  }
-}
-
 // A profile that cannot be read still stands in the list, without its title.
 int PrintList(const std::vector<ProfileFile>& files, ProfileFormat format, std::size_t width,
               const config::Catalog& catalog, std::ostream& out) {
-  TextTable table({"protocol", "profile", "points", "device"});
+  TextTable table({"protocol", "profile", "points", "device", "of this machine"});
   Json list = Json::array();
   for (const ProfileFile& file : files) {
     const Protocol* protocol = catalog.FindProtocol(file.protocol);
@@ -91,11 +77,14 @@ int PrintList(const std::vector<ProfileFile>& files, ProfileFormat format, std::
     const auto loaded = config::LoadProfile(file.path.string(), *protocol, catalog);
     const std::string title = loaded.ok() ? loaded.profile.title : "(bad; see profiles NAME)";
     const std::size_t points = loaded.profile.points.size();
-    table.Add({file.protocol, file.name, std::to_string(points), title});
+    const std::string path = file.path.string();
+    const bool local = path.starts_with(config::kLocalProfiles);
+    table.Add({file.protocol, file.name, std::to_string(points), title, local ? path : ""});
     list.push_back({{"protocol", file.protocol},
                     {"profile", file.name},
                     {"device", title},
                     {"points", points},
+                    {"file", path},
                     {"ok", loaded.ok()}});
   }
   switch (format) {
@@ -137,6 +126,20 @@ void ExplainMiss(const std::string& name, const std::vector<ProfileFile>& matchi
 
 }  // namespace
 
+void PrintProfile(const config::Profile& profile, ProfileFormat format, std::size_t width,
+                  std::ostream& out) {
+  if (format == ProfileFormat::json) return PrintJson(ToJson(profile), out);
+  const bool markdown = format == ProfileFormat::markdown;
+  out << (markdown ? "## " : "") << profile.title << " (" << profile.protocol << "/" << profile.name
+      << ", " << profile.points.size() << " points)\n\n";
+  const TextTable table = PointTable(profile);
+  if (markdown) {
+    table.PrintMarkdown(out);
+  } else {
+    table.PrintAligned(out, "", width);
+  }
+}
+
 int RunProfiles(const std::string& name, ProfileFormat format, const config::Catalog& catalog,
                 std::ostream& out, std::ostream& err, std::size_t width) {
   const std::vector<ProfileFile> files = catalog.Profiles();
@@ -155,7 +158,7 @@ int RunProfiles(const std::string& name, ProfileFormat format, const config::Cat
   const auto loaded = config::LoadProfile(matching.front().path.string(), *protocol, catalog);
   PrintProblems(loaded.problems, err);
   if (!loaded.ok()) return kExitBadConfiguration;
-  PrintOne(loaded.profile, format, width, out);
+  PrintProfile(loaded.profile, format, width, out);
   return 0;
 }
 

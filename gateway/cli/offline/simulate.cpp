@@ -28,6 +28,7 @@ int RunSimulate(const SimulateOptions& options, const config::Catalog& catalog, 
   simulator_options.faults = options.faults;
   simulator_options.events = options.events;
   if (!options.serial.empty()) simulator_options.pace = line->serial;
+  simulator_options.strict = !options.serial.empty();
 
   asio::io_context io(1);
   auto simulator =

@@ -26,6 +26,21 @@ struct SimulateOptions {
   std::optional<EventSchedule> events{};
 };
 
+/// The twins of all lines of a configuration.
+struct SimulateConfigOptions {
+  std::string file;
+  std::string write;  ///< where the same configuration is written with ports of the twins
+  std::string ports;  ///< folder of those ports; empty: beside the file that is written
+  Duration think_time = 5ms;
+  std::vector<Fault> faults;
+  std::optional<EventSchedule> events{};
+};
+
+/// Until SIGTERM or SIGINT. Without `write` the ports are made where the configuration has them.
+/// Exit codes: 0 stopped, 3 bad configuration, 4 a port cannot be made, or a file not written.
+int RunSimulateConfig(const SimulateConfigOptions& options, const config::Catalog& catalog,
+                      std::ostream& out, std::ostream& err);
+
 /// Until SIGTERM or SIGINT; then one line a fault says how often it struck, and one how many events
 /// there were. Exit codes: 0 stopped,
 /// 3 no such profile, bad address or option, 4 no pty.

@@ -120,6 +120,7 @@ std::uint64_t NoValueBits(Type type) {
       return std::bit_cast<std::uint32_t>(std::numeric_limits<float>::quiet_NaN());
     case Type::float64:
       return std::bit_cast<std::uint64_t>(std::numeric_limits<double>::quiet_NaN());
+    case Type::int8:
     case Type::int16:
     case Type::int32:
     case Type::int64:
@@ -139,7 +140,7 @@ Shown ShowFault(const config::Point& point, bool held) {
 
 /// Of 32 bits or fewer, as their own width says: int16 -2 and not 65534.
 std::int64_t SignExtended(std::uint64_t bits, Type type) {
-  if (type == Type::int16) return static_cast<std::int16_t>(bits);
+  if (type == Type::int8 || type == Type::int16) return static_cast<std::int16_t>(bits);
   if (type == Type::int32) return static_cast<std::int32_t>(bits);
   return static_cast<std::int64_t>(bits);
 }
@@ -216,8 +217,11 @@ std::optional<Value> DecodeRegisters(const config::Point& point, config::WordOrd
       return FiniteOnly(std::bit_cast<double>(bits));
     case Type::uint64:
       return Value(bits);
-    default:
-      return Value(SignExtended(bits, point.type));
+    default: {
+      const std::int64_t number = SignExtended(bits, point.type);
+      if (!config::RangeOf(point).Contains(number)) return std::nullopt;
+      return Value(number);
+    }
   }
 }
 

@@ -30,5 +30,13 @@ TEST(Modules, OfAnotherContractAreRefusedWithoutACallIntoThem) {
               Contains(HasSubstr("/stranger.so is not a protocol module of baudgate")));
 }
 
+TEST(Modules, ProfilesOfThisMachineWinOverThoseThatAreShipped) {
+  using Folders = std::vector<std::filesystem::path>;
+  EXPECT_EQ(ProfileFolders({"/given", "/binary", "/usr/share/baudgate"}),
+            (Folders{"/given/profiles", "/etc/baudgate/profiles", "/binary/profiles",
+                     "/usr/share/baudgate/profiles"}));
+  EXPECT_EQ(ProfileFolders({"/binary", "/usr/share/baudgate"}).front(), "/etc/baudgate/profiles");
+}
+
 }  // namespace
 }  // namespace baudgate

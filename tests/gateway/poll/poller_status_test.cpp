@@ -32,6 +32,35 @@ TEST(LineStatusTest, CountsWhatTheDevicesOfTheLineCount) {
   EXPECT_EQ(status.late, 0U);
 }
 
+/// Five milliseconds are shorter than many times of a line: the grid has to hold all the same.
+TEST(FastPoll, FiveMillisecondsAreKeptWhereTheLineHasTheTime) {
+  config::Line config = ToyLine({ToyDevice("a", "A", {"1", "2"})});
+  config.serial.baud = 921'600;
+  config.timing.quiet = 100us;
+  config.devices[0].poll = 5ms;
+  config.devices[0].points[1].poll = 500ms;
+  config.devices[0].points[1].group = config::Group::own;
+  config.devices[0].intervals = {500ms};
+  VirtualLine line(config, {&ToyProtocol()});
+  line.twin(0).manner.think = 1ms;
+  line.Open();
+  line.RunFor(1s);
+  const DeviceStatus before = line.StatusOf(0);
+  line.RunFor(10s);
+  const DeviceStatus after = line.StatusOf(0);
+  EXPECT_NEAR(static_cast<double>(after.Count(Outcome::ok) - before.Count(Outcome::ok)), 2020, 3);
+  EXPECT_EQ(after.missed, before.missed);
+  EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
+  EXPECT_EQ(line.QualityOf(0, 1), Quality::good) << "it ages by its own interval";
+  line.twin(0).manner.think = 12ms;  // of three periods one is kept
+  line.RunFor(10s);
+  const DeviceStatus slow = line.StatusOf(0);
+  const auto asked = slow.Count(Outcome::ok) - after.Count(Outcome::ok);
+  const auto missed = slow.missed - after.missed;
+  EXPECT_NEAR(static_cast<double>(asked + missed), 2020, 20) << asked << " and " << missed;
+  EXPECT_GT(missed, 1000U);
+}
+
 TEST(LineStatusTest, UseIsThePartOfAMinuteThatTheLineWasBusy) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
   line.twin(0).manner.think = 90ms;

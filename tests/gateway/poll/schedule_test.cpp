@@ -34,6 +34,28 @@ TEST(Schedule, PeriodsStandOnAFixedGrid) {
   EXPECT_EQ(schedule.Missed(0, kStart), 0U);
 }
 
+TEST(Schedule, IntervalsOfTheirOwnStandOnGridsOfTheirOwn) {
+  Schedule schedule;
+  schedule.SetQueries(schedule.AddDevice(1s, 1min, 24h, {5ms, 250ms}),
+                      {Group::fast, Group::own, config::OwnGroup(1)}, true);
+  schedule.Restart(0, kStart);
+  std::map<std::size_t, int> picked;
+  for (Instant now = kStart; now < kStart + 1s; now += 1ms) {
+    while (const auto pick = schedule.Next(now)) {
+      ++picked[pick->query];
+      if (pick->query == 2) {
+        EXPECT_EQ(pick->group, config::OwnGroup(1));
+      }
+    }
+  }
+  EXPECT_EQ(picked[0], 1);
+  EXPECT_EQ(picked[1], 200);
+  EXPECT_EQ(picked[2], 4);
+  EXPECT_EQ(picked[kEventsQuery], 1);
+  EXPECT_EQ(schedule.Missed(0, kStart + 999ms), 0U);
+  EXPECT_EQ(schedule.Missed(0, kStart + 1s + 50ms), 10U) << "what is not asked is missed";
+}
+
 TEST(Schedule, QueriesOfARoundComeInTheirOrder) {
   Schedule schedule;
   schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast, Group::fast, Group::fast});

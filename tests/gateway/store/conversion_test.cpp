@@ -207,5 +207,17 @@ TEST(ToRaw, RoundTripThroughTheDevice) {
   }
 }
 
+TEST(EightBits, AndTimesOfDayHaveTheirRange) {
+  ExpectGood(PointOf(Type::int8), std::int64_t{-128}, std::int64_t{-128});
+  ExpectGood(PointOf(Type::uint8), std::int64_t{255}, std::int64_t{255});
+  EXPECT_EQ(Convert(PointOf(Type::int8), std::int64_t{128}).quality,
+            Quality(Quality::bad_configuration, Reason::out_of_range));
+  config::Point noon = PointOf(Type::uint32, 1000);
+  noon.time_type = config::TimeType::time_of_day;
+  ExpectGood(noon, std::int64_t{43200}, std::int64_t{43'200'000});
+  EXPECT_EQ(Convert(noon, std::int64_t{86400}).quality,
+            Quality(Quality::bad_configuration, Reason::out_of_range));
+}
+
 }  // namespace
 }  // namespace baudgate

@@ -121,6 +121,17 @@ TEST(Decode, RefusesWhatIsNoValue) {
   EXPECT_FALSE(Decode(Type::int16, {}));
 }
 
+TEST(EightBits, HaveARegisterOfTheirOwnAndTheirRange) {
+  EXPECT_EQ(Encode(Type::int8, std::int64_t{-5}), Registers{0xFFFB});
+  EXPECT_EQ(Encode(Type::uint8, std::int64_t{255}), Registers{255});
+  EXPECT_TRUE(Encode(Type::int8, std::int64_t{128}).empty());
+  EXPECT_TRUE(Encode(Type::uint8, std::int64_t{256}).empty());
+  EXPECT_EQ(Decode(Type::int8, {0xFF80}), Value(std::int64_t{-128}));
+  EXPECT_EQ(Decode(Type::uint8, {200}), Value(std::int64_t{200}));
+  EXPECT_FALSE(Decode(Type::int8, {0x00FB})) << "251 is no SINT";
+  EXPECT_FALSE(Decode(Type::uint8, {0x0100}));
+}
+
 TEST(NoValue, CanNotBeTakenForAReading) {
   const auto no_value = [](Type type) {
     const config::Point point = MakePoint(type, 0);

@@ -1,0 +1,39 @@
+// The words of register lists: what their columns, types, tables and permissions are called.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace baudgate {
+
+enum class ListColumn {
+  name,
+  address,
+  type,
+  unit,
+  scale,
+  access,
+  table,
+  group,
+  description,
+  example
+};
+
+/// "Data Type" → type. Case, blanks and marks do not count.
+std::optional<ListColumn> ColumnNamed(std::string_view header);
+
+/// "U16", "WORD", "unsigned int 16" → "uint16"; "STRING(16)" → "string(16)".
+std::optional<std::string> FormNamed(std::string_view text);
+
+/// "Holding Register", "FC3", "4x" → "holding".
+std::optional<std::string> TableNamed(std::string_view text);
+
+/// "R/W", "read-write" → "rw".
+std::optional<std::string> AccessNamed(std::string_view text);
+
+/// How many registers a form takes; 1 of bits.
+std::size_t RegistersOf(const std::string& form);
+
+}  // namespace baudgate

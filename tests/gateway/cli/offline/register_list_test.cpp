@@ -1,0 +1,154 @@
+// Register lists as people type them, and the profiles that come of them.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/cli/offline/register_list.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "gateway/cli/offline/csv_table.h"
+#include "gateway/cli/offline/listed_words.h"
+
+namespace baudgate::testing {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+
+RegisterList Read(const std::string& text, std::optional<FirstRegister> first = {},
+                  const std::string& table = "holding") {
+  return ReadRegisterList(text, "l.csv", table, first);
+}
+
+/// "table address form type" of the only row.
+std::string Row(const std::string& cells, FirstRegister first,
+                const std::string& header = "name,register,type") {
+  const RegisterList list = Read(header + "\n" + cells + "\n", first);
+  if (!list.errors.empty()) return list.errors.front();
+  const ListedPoint& point = list.points.at(0);
+  return point.table + " " + std::to_string(point.address) + " " + point.form + " " + point.type;
+}
+
+TEST(CsvTable, CommasSemicolonsTabsQuotesAndLinesOfAnySystem) {
+  for (const char* text : {"a,b\n1,2\n", "a;b\r\n1;2\r\n", "a\tb\n1\t2",
+                           "\xEF\xBB\xBF"
+                           "a;b\n\n1;2\n",
+                           "\"a\" , b\n 1,\"2\"\n"}) {
+    const CsvTable table = ReadCsv(text);
+    ASSERT_THAT(table.rows, SizeIs(2)) << text;
+    EXPECT_THAT(table.rows[0].cells, ElementsAre("a", "b")) << text;
+    EXPECT_THAT(table.rows[1].cells, ElementsAre("1", "2")) << text;
+  }
+  const CsvTable quoted = ReadCsv("a;b\n\"x;\"\"y\"\"\";0,1\nlast;row\n");
+  EXPECT_THAT(quoted.rows[1].cells, ElementsAre("x;\"y\"", "0,1"));
+  EXPECT_EQ(quoted.rows[2].line, 3);
+  EXPECT_THAT(ReadCsv("").rows, IsEmpty());
+}
+
+TEST(RegisterList, TheFirstRegisterDecides) {
+  EXPECT_EQ(Row("a,40001,UINT16", FirstRegister::modicon), "holding 0 uint16 uint16");
+  EXPECT_EQ(Row("a,30013,INT", FirstRegister::modicon), "input 12 int16 int16");
+  EXPECT_EQ(Row("a,10006,BOOL", FirstRegister::modicon), "discrete 5 bool bool");
+  EXPECT_EQ(Row("a,1,bit", FirstRegister::modicon), "coil 0 bool bool");
+  EXPECT_EQ(Row("a,00001,bit", FirstRegister::modicon), "coil 0 bool bool");
+  EXPECT_EQ(Row("a,465536,WORD", FirstRegister::modicon), "holding 65535 uint16 uint16");
+  EXPECT_EQ(Row("a,0,WORD", FirstRegister::zero), "holding 0 uint16 uint16");
+  EXPECT_EQ(Row("a,0x10,WORD", FirstRegister::zero), "holding 16 uint16 uint16");
+  EXPECT_EQ(Row("a,1,WORD", FirstRegister::one), "holding 0 uint16 uint16");
+  EXPECT_EQ(Row("a,input 12,REAL", FirstRegister::one), "input 12 float32 float32");
+  EXPECT_EQ(Row("a,7,WORD,FC4", FirstRegister::zero, "name,register,type,function"),
+            "input 7 uint16 uint16");
+  for (const char* wrong : {"40000", "50001", "20001", "0"}) {
+    EXPECT_THAT(Row(std::string("a,") + wrong + ",WORD", FirstRegister::modicon),
+                HasSubstr("l.csv:2: register '" + std::string(wrong) + "' is none"));
+  }
+  EXPECT_THAT(Row("a,0,WORD", FirstRegister::one), HasSubstr("is none"));
+  EXPECT_THAT(Row("a,65536,WORD", FirstRegister::zero), HasSubstr("is none"));
+}
+
+TEST(RegisterList, IsAskedForWhereNumbersStand) {
+  EXPECT_EQ(Read("name,register,type\na,40007,INT\nb,40003,INT\n").numbers, "40003…40007");
+  EXPECT_EQ(Read("name,register,type\na,holding 3,INT\n").numbers, "");
+}
+
+TEST(RegisterList, ColumnsStandInAnyOrderUnderManyNames) {
+  const RegisterList list = Read(
+      "R/W;Data type;Factor;Units;Parameter;Modbus address;Colour\n"
+      "RW;unsigned int 16;0,1;°C;Set point #1;40011;red\n",
+      FirstRegister::modicon);
+  EXPECT_THAT(list.errors, IsEmpty());
+  EXPECT_THAT(list.warnings, ElementsAre("l.csv:1: column 'Colour' is not used"));
+  ASSERT_THAT(list.points, SizeIs(1));
+  const ListedPoint& point = list.points.front();
+  EXPECT_EQ(point.name, "set_point_1");
+  EXPECT_EQ(point.description, "Set point #1");
+  EXPECT_EQ(point.unit, "°C");
+  EXPECT_EQ(point.scale, *Decimal::Parse("0.1"));
+  EXPECT_EQ(point.type, "float32");
+  EXPECT_EQ(point.access, "rw");
+  EXPECT_EQ(point.registers, 2U);
+}
+
+TEST(RegisterList, ScalesAndWideNumbersKeepTheirDigits) {
+  const auto type = [](const std::string& cells) {
+    return Row(cells, FirstRegister::zero, "name,register,type,scale");
+  };
+  EXPECT_EQ(type("a,0,INT,1/10"), "holding 0 int16 float32");
+  EXPECT_EQ(type("a,0,UDINT,0.01"), "holding 0 uint32 float64");
+  EXPECT_EQ(type("a,0,UINT,10"), "holding 0 uint16 int64");
+  EXPECT_EQ(type("a,0,UDINT,1"), "holding 0 uint32 uint32");
+  EXPECT_EQ(type("a,0,bcd32,"), "holding 0 bcd32 uint32");
+  EXPECT_THAT(type("a,0,INT,0"), HasSubstr("scale '0' is no number"));
+  EXPECT_THAT(type("a,0,INT,x10"), HasSubstr("for example 0.1 or 1/10"));
+  EXPECT_THAT(type("a,0,STRING(8),2"), HasSubstr("only numbers"));
+}
+
+TEST(RegisterList, EveryErrorIsToldAtOnceWithItsLine) {
+  const RegisterList list = Read(
+      "name,register,type,access,table\n"
+      "a,40001,UNIT16,r,\n"
+      "A,40002,INT,readable,\n"
+      "b,40003-40004,INT,r,\n"
+      ",40005,INT,r,\n"
+      "c,30001,INT,rw,\n"
+      "d,40009,INT,r,input\n"
+      "e,10001,INT,r,\n"
+      "g,,INT,r,\n",
+      FirstRegister::modicon);
+  EXPECT_THAT(list.errors,
+              ElementsAre(HasSubstr("l.csv:2: type 'UNIT16' is unknown; write bool"),
+                          HasSubstr("l.csv:3: point 'a' stands twice, first in line 2"),
+                          HasSubstr("l.csv:3: access 'readable' is unknown; write r, w or rw"),
+                          HasSubstr("l.csv:4: type int16 takes 1 register, and"),
+                          HasSubstr("l.csv:5: no name"),
+                          HasSubstr("l.csv:6: access: nothing can be written to table input"),
+                          HasSubstr("l.csv:7: register '40009' is of table holding"),
+                          HasSubstr("l.csv:8: type int16 does not fit table discrete"),
+                          HasSubstr("l.csv:9: no register")));
+  EXPECT_THAT(Read("title\nx\n").errors, SizeIs(3));
+  EXPECT_THAT(Read("").errors, ElementsAre("l.csv is empty"));
+  EXPECT_THAT(Read("name,register,type\n").errors, ElementsAre(HasSubstr("no row follows")));
+  EXPECT_THAT(Read("name,tag,register,type\n").errors, ElementsAre(HasSubstr("stands twice")));
+}
+
+TEST(ListedWords, TypesOfManyManuals) {
+  for (const auto& [word, form] : {std::pair{"U16", "uint16"},
+                                   {"unsigned-int16", "uint16"},
+                                   {"S32", "int32"},
+                                   {"Dint", "int32"},
+                                   {"FLOAT", "float32"},
+                                   {"IEEE 754", "float32"},
+                                   {"LREAL", "float64"},
+                                   {"USINT", "uint8"},
+                                   {"String[12]", "string(12)"},
+                                   {"Boolean", "bool"}}) {
+    EXPECT_EQ(FormNamed(word), form) << word;
+  }
+  EXPECT_FALSE(FormNamed("int17"));
+  EXPECT_FALSE(FormNamed("string"));
+  EXPECT_FALSE(FormNamed(""));
+}
+
+}  // namespace
+}  // namespace baudgate::testing

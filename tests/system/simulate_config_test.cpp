@@ -1,0 +1,102 @@
+// `baudgate simulate -c` as a user meets it: a configuration of a plant is tried on a desk.
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <signal.h>
+
+#include "tests/system/station.h"
+
+namespace baudgate::system_test {
+namespace {
+
+using ::testing::HasSubstr;
+
+class SimulateConfig : public Station {
+ protected:
+  /// Two relays and an inverter on one line, a module behind a serial server, a meter over TCP.
+  std::string Plant() const {
+    return Write("plant.yaml",
+                 "gateway: { name: plant }\n"
+                 "modbus: { listen: \"0.0.0.0:" +
+                     std::to_string(port()) +
+                     "\" }\n"
+                     "dds: { enabled: false }\n"
+                     "lines:\n"
+                     "  - name: bay\n"
+                     "    port: /dev/serial/by-id/usb-bay\n"
+                     "    protocol: spabus\n"
+                     "    serial: 9600 7E1\n"
+                     "    devices:\n"
+                     "      - { name: f1, address: 1, profile: spaj140c, unit: 1, poll: 200ms }\n"
+                     "      - { name: f2, address: 2, profile: spaj140c, unit: 2, poll: 200ms }\n"
+                     "      - { name: drive, address: 20, protocol: modbus_rtu, unit: 3,\n"
+                     "          serial: 19200 8E1, profile: mitsubishi-fr-d700, poll: 200ms }\n"
+                     "  - name: io\n"
+                     "    port: tcp://10.0.0.5:4001\n"
+                     "    protocol: dcon\n"
+                     "    devices:\n"
+                     "      - { name: ai, address: 1, profile: owen-mv110-8a, unit: 4 }\n"
+                     "  - name: panel\n"
+                     "    port: tcp://10.0.0.6:502\n"
+                     "    protocol: modbus_tcp\n"
+                     "    devices:\n"
+                     "      - { name: m, address: 1, profile: generic-meter, unit: 5 }\n"
+                     "  - { name: spare, port: /dev/ttyS9, protocol: modbus_rtu }\n")
+        .string();
+  }
+  std::string Trial() const { return (directory() / "trial.yaml").string(); }
+
+  std::unique_ptr<Child> StartTwins() const {
+    auto twins = Start({"simulate", "-c", Plant(), "--write", Trial()});
+    EXPECT_TRUE(Eventually([&] {
+      return twins->Output().find("baudgate run -c") != std::string::npos || !twins->Running();
+    })) << twins->Errors();
+    return twins;
+  }
+};
+
+TEST_F(SimulateConfig, EveryDeviceOfAPlantIsReadFromItsTrial) {
+  const auto twins = StartTwins();
+  ASSERT_TRUE(twins->Running()) << twins->Errors();
+  const auto gateway = Start({"run", "-c", Trial()});
+  ModbusClient client(port());
+  for (const int unit : {1, 2, 3, 4, 5}) {
+    EXPECT_TRUE(Eventually([&] { return client.Register(unit, 9000) == 1; }))
+        << "unit " << unit << " is not online\n"
+        << twins->Output() << gateway->Errors();
+  }
+  gateway->Signal(SIGTERM);
+  EXPECT_EQ(gateway->WaitForEnd(), 0);
+  twins->Signal(SIGTERM);
+  EXPECT_EQ(twins->WaitForEnd(), 0);
+  EXPECT_THAT(twins->Output(), HasSubstr("line bay: answered "));
+}
+
+TEST_F(SimulateConfig, AWrongBitRateIsHeard) {
+  const auto twins = StartTwins();
+  std::string trial = ReadWholeFile(Trial());
+  const auto at = trial.find("9600 7E1");
+  ASSERT_NE(at, std::string::npos) << trial;
+  const auto gateway = Start({"run", "-c", Write("wrong.yaml", trial.replace(at, 8, "4800 7E1"))});
+  ModbusClient client(port());
+  EXPECT_TRUE(Eventually([&] { return client.Register(3, 9000) == 1; }))
+      << "the drive has settings of its own";
+  EXPECT_TRUE(Eventually([&] { return client.Register(1, 9001) > 1; }));
+  EXPECT_NE(client.Register(1, 9000), 1);
+}
+
+TEST_F(SimulateConfig, WhatCanNotBeMadeIsSaidWithTheWayOut) {
+  const Finished device = Command({"simulate", "-c", Plant()});
+  EXPECT_EQ(device.code, kCannotOpen);
+  EXPECT_THAT(device.errors, HasSubstr("line bay: "));
+  EXPECT_THAT(device.errors, HasSubstr("--write TRIAL.yaml"));
+  const std::string mine = Write("mine.yaml", "a file of somebody").string();
+  EXPECT_EQ(Command({"simulate", "-c", Plant(), "--write", mine}).code, kCannotOpen);
+  EXPECT_EQ(ReadWholeFile(mine), "a file of somebody");
+  EXPECT_EQ(Command({"simulate"}).code, kUsage);
+  EXPECT_EQ(Command({"simulate", "-c", Plant(), "--pty", LinkOf("x")}).code, kUsage);
+  EXPECT_EQ(Command({"simulate", "-c", Write("bad.yaml", "lines: 5\n").string()}).code,
+            kBadConfiguration);
+}
+
+}  // namespace
+}  // namespace baudgate::system_test
