@@ -8,6 +8,7 @@
 
 #include "gateway/base/text.h"
 #include "gateway/line/assembler.h"
+#include "gateway/line/other_service.h"
 
 namespace baudgate {
 namespace {
@@ -15,6 +16,7 @@ namespace {
 /// Fewer printable characters are no words.
 constexpr std::size_t kShortestText = 6;
 constexpr std::size_t kQuoted = 40;
+constexpr std::size_t kQuotedBytes = 8;
 /// A driver that takes or leaves the bus may make so many bytes of nothing.
 constexpr std::size_t kHarmless = 3;
 /// So many bytes are a few.
@@ -100,7 +102,6 @@ bool IsModem(View heard) {
 
 /// In a binary protocol a few letters are words; where replies are text themselves, half of it.
 bool IsWords(const Hearing& hearing, View heard) {
-  if (IsModem(heard)) return true;
   const auto printable = std::ranges::count_if(heard, IsPrintable);
   const auto letters = std::ranges::count_if(heard, IsLetter);
   const auto size = static_cast<std::ptrdiff_t>(heard.size());
@@ -119,6 +120,19 @@ bool BeginsLikeReply(const Hearing& hearing, View heard) {
              return shape.tag > 0 && (shape.tag & 0xFF) == byte;
            });
   });
+}
+
+/// Nothing: these are no words for people.
+std::optional<Finding> Words(const Hearing& hearing, View heard) {
+  const bool words =
+      IsModem(heard) || (IsWords(hearing, heard) && !BeginsLikeReply(hearing, heard));
+  if (!words) return std::nullopt;
+  // What comes behind a password may repeat it.
+  const bool secret = !hearing.expect->secrets.empty();
+  return Finding{
+      .symptom = Symptom::text,
+      .bytes = heard.size(),
+      .cause = secret ? std::string("behind a password, and so not shown") : Quote(heard)};
 }
 
 /// More was to come.
@@ -257,6 +271,14 @@ std::optional<Finding> Stranger(const Hearing& hearing, View part) {
   return words;
 }
 
+/// "10 02 ... 10 03".
+std::string Around(View before, View behind) {
+  const std::string front = ToHex(before.first(std::min(before.size(), kQuotedBytes)));
+  const std::string back = ToHex(behind.first(std::min(behind.size(), kQuotedBytes)));
+  return front + (front.empty() ? "... " : " ...") + (back.empty() || front.empty() ? "" : " ") +
+         back;
+}
+
 /// Of an exchange whose reply was taken.
 Finding Beside(const Hearing& hearing, View heard, const Found& found) {
   const View before = heard.first(found.begin);
@@ -266,9 +288,14 @@ Finding Beside(const Hearing& hearing, View heard, const Found& found) {
   }
   if (found.others) return {.symptom = Symptom::others_beside};
   if (found.frames > 1) return {.symptom = Symptom::copies};
-  if (before.size() > kHarmless) return {.symptom = Symptom::noise_before, .bytes = before.size()};
-  if (behind.size() > kHarmless) return {.symptom = Symptom::noise_behind, .bytes = behind.size()};
-  return {};
+  const auto noise = [&](Symptom symptom) {
+    return Finding{.symptom = symptom,
+                   .bytes = before.size() + behind.size(),
+                   .cause = Around(before, behind)};
+  };
+  if (before.size() > kHarmless) return noise(Symptom::noise_before);
+  if (behind.size() > kHarmless) return noise(Symptom::noise_behind);
+  return before.size() + behind.size() > 1 ? noise(Symptom::few_beside) : Finding{};
 }
 
 /// A whole reply came, and the exchange has failed all the same.
@@ -278,7 +305,7 @@ Finding Untaken(const Hearing& hearing, std::size_t echo, const Found& found) {
   if (found.frames == 1 && pause > hearing.gap) return {.symptom = Symptom::split, .time = pause};
   if (after > hearing.reply) return {.symptom = Symptom::late, .time = after};
   if (auto recognised = Recognise(hearing, hearing.heard.subspan(echo))) return *recognised;
-  return {.symptom = found.others ? Symptom::other_reply : Symptom::odd};
+  return {.symptom = found.others ? Symptom::two_replies : Symptom::odd};
 }
 
 /// It is nearly a reply.
@@ -313,6 +340,7 @@ Finding Broken(const Hearing& hearing, View heard) {
 
 /// No reply is in it.
 Finding Unreadable(const Hearing& hearing, View heard) {
+  if (auto service = hearing.connection ? OtherService(heard) : std::nullopt) return *service;
   if (auto recognised = Recognise(hearing, heard)) return *recognised;
   if (BlameOf(hearing, heard) == Outcome::unexpected) return {.symptom = Symptom::other_reply};
   if (heard.size() > hearing.expect->max_bytes) return {.symptom = Symptom::endless};
@@ -338,14 +366,9 @@ Finding Plain(const Hearing& hearing) {
   return {.expected = OnlyLength(hearing), .specials = SpecialsIn(hearing.heard)};
 }
 
-std::optional<Finding> Words(const Hearing& hearing, View heard) {
-  if (!IsWords(hearing, heard) || BeginsLikeReply(hearing, heard)) return std::nullopt;
-  // What comes behind a password may repeat it.
-  const bool secret = !hearing.expect->secrets.empty();
-  return Finding{
-      .symptom = Symptom::text,
-      .bytes = heard.size(),
-      .cause = secret ? std::string("behind a password, and so not shown") : Quote(heard)};
+std::optional<Finding> Greeting(const Hearing& hearing, View heard) {
+  if (auto service = hearing.connection ? OtherService(heard) : std::nullopt) return service;
+  return Words(hearing, heard);
 }
 
 Finding Examine(const Hearing& hearing) {

@@ -12,6 +12,8 @@ namespace {
 /// More is not looked at. The longest reply of a Modbus device has 260 bytes.
 constexpr std::size_t kKept = 1024;
 constexpr std::size_t kArrivals = 256;
+/// The rest of a reply that comes still later is nobody's.
+constexpr Duration kLongestPause = 5s;
 
 }  // namespace
 
@@ -21,12 +23,13 @@ void Examiner::Begin(const Member& member, const Request& request, const LineTim
   request_ = request;
   times_ = times;
   sent_ = now + static_cast<std::int64_t>(request.bytes.size()) * times.character;
+  if (broken_.member == &member) ++broken_.began;
   if (open_.size() <= member.place) open_.resize(member.place + 1);
   Asked& asked = open_[member.place];
   if (asked.last.member != nullptr && asked.last.request.bytes != request.bytes) {
     asked.before = std::move(asked.last);
   }
-  asked.last = {&member, request, sent_, false, false, {}};
+  asked.last = {.member = &member, .request = request, .sent = sent_, .reply = {}};
   outcome_ = Outcome::none;
   frame_.clear();
   judged_ = 0;
@@ -54,12 +57,53 @@ Finding Examiner::End(Outcome outcome) {
     last.reply = frame_;
     greeting_.clear();  // it has kept nobody from answering
   }
+  open_[member_->place].last.silent = heard_.empty();
   const bool plain = ProvesLife(outcome) && heard_.size() == frame_.size();
   Finding finding = plain ? Plain(Heard()) : Look();
   const bool greeted = !IsAnswered(finding.symptom) && !greeting_.empty();
-  if (greeted) finding = Words(Heard(), greeting_).value_or(finding);
+  if (greeted) finding = Greeting(Heard(), greeting_).value_or(finding);
   told_ = finding.symptom;
+  if (finding.symptom == Symptom::tail_lost || finding.symptom == Symptom::end_lost) {
+    broken_ = {member_, request_, heard_, arrivals_.back().after + sent_, 0};
+  }
   return finding;
+}
+
+std::optional<Examiner::Late> Examiner::TakeLate() {
+  if (late_.empty()) return std::nullopt;
+  Late late = std::move(late_.back());
+  late_.pop_back();
+  return late;
+}
+
+/// What was heard, without the reply that was taken.
+Bytes Examiner::BesideReply() const {
+  const auto found = std::search(heard_.begin(), heard_.end(), frame_.begin(), frame_.end());
+  if (frame_.empty() || found == heard_.end()) return heard_;
+  Bytes beside(heard_.begin(), found);
+  beside.insert(beside.end(), found + static_cast<std::ptrdiff_t>(frame_.size()), heard_.end());
+  return beside;
+}
+
+/// The rest of a reply that broke off has come, in this exchange.
+bool Examiner::FindRest() {
+  if (broken_.member == nullptr || heard_.empty()) return false;
+  const Instant came = sent_ + arrivals_.back().after;
+  Bytes whole = broken_.begin;
+  Append(whole, BesideReply());
+  Assembler assembler;
+  assembler.Begin(broken_.member->protocol->reply_rule, broken_.request.expect);
+  assembler.Feed(whole);
+  const auto frame = assembler.Next(true);
+  if (!frame || came - broken_.last > kLongestPause) return false;
+  const std::size_t at = whole.size() - assembler.held() - frame->size();
+  if (at >= broken_.begin.size()) return false;  // a reply by itself
+  // One that was taken may stand in front of the rest.
+  const Arrival& rest = frame_.empty() ? arrivals_.front() : arrivals_.back();
+  const Duration pause = sent_ + rest.after - broken_.last;
+  late_.push_back({broken_.member, {.symptom = Symptom::split, .time = pause}, broken_.began});
+  broken_ = {};
+  return true;
 }
 
 std::optional<Finding> Examiner::More() {
@@ -118,11 +162,14 @@ Hearing Examiner::Heard() const {
           .heard = heard_,
           .arrivals = arrivals_,
           .reply = std::max(times_.reply, request_.reply),
-          .gap = times_.gap};
+          .gap = times_.gap,
+          .connection = roster_.is_network()};
 }
 
 Finding Examiner::Look() {
+  const bool rest = (broken_.member != member_ || broken_.began > 0) && FindRest();
   Finding finding = Examine(Heard());
+  if (rest && IsAnswered(finding.symptom)) return Plain(Heard());
   switch (finding.symptom) {
     case Symptom::other_master:
     case Symptom::master_beside:
@@ -130,6 +177,7 @@ Finding Examiner::Look() {
       return finding;
     case Symptom::other_device:
     case Symptom::other_reply:
+    case Symptom::two_replies:
     case Symptom::odd:
     case Symptom::noise_before:
     case Symptom::noise_behind:
@@ -150,13 +198,16 @@ Finding Examiner::Attribute(Finding finding) {
   const bool late = !whose->answered && after > reply;
   if (whose->member->IsSame(*member_)) {
     if (answered) return {};
+    if (finding.symptom == Symptom::two_replies) {
+      return late && whose->silent ? Finding{.symptom = Symptom::late, .time = after} : finding;
+    }
     if (arrivals_.back().after < reply / 2) return {.symptom = Symptom::one_behind};
     return late ? Finding{.symptom = Symptom::late, .time = after} : finding;
   }
   // Its own name in a reply to somebody else's request is no second reply.
   if (!late && !(answered && whose->answered)) return finding;
   const Symptom again = whose->repeated ? Symptom::copies : Symptom::others_beside;
-  late_ = {whose->member, {.symptom = late ? Symptom::late : again, .time = after}};
+  late_.push_back({whose->member, {.symptom = late ? Symptom::late : again, .time = after}});
   if (answered) return {};
   const Device* const other = roster_.AsDevice(*whose->member);
   return {.symptom = Symptom::late_other,

@@ -43,13 +43,15 @@ class Examiner {
   /// Of the exchange that began last; null: none did.
   const Member* member() const { return member_; }
 
-  /// A reply to another member, late or once more, found in the exchange that was looked at
-  /// last.
+  /// What an earlier exchange looks like now: the one of `member` that is `back` before its last.
   struct Late {
     const Member* member = nullptr;
     Finding finding{};
+    std::size_t back = 0;
   };
-  std::optional<Late> TakeLate() { return std::exchange(late_, std::nullopt); }
+  /// A reply to another member, late or once more, or the rest of an earlier reply, found in the
+  /// exchange that was looked at last. Nothing: no more of that.
+  std::optional<Late> TakeLate();
 
  private:
   struct Open {
@@ -57,6 +59,7 @@ class Examiner {
     Request request;
     Instant sent{};
     bool answered = false;
+    bool silent = false;    // and not a byte came
     bool repeated = false;  // what was found is the same reply once more
     Bytes reply;
   };
@@ -66,7 +69,18 @@ class Examiner {
     Open before;
   };
 
+  /// The beginning of a reply, whose rest may follow.
+  struct Broken {
+    const Member* member = nullptr;
+    Request request;
+    Bytes begin;
+    Instant last{};         // when its last byte came
+    std::size_t began = 0;  // exchanges of the member since
+  };
+
   Hearing Heard() const;
+  Bytes BesideReply() const;
+  bool FindRest();
   Finding Look();
   Finding Attribute(Finding finding);
   const Open* WhoseReply();
@@ -86,7 +100,8 @@ class Examiner {
   Bytes greeting_;          // came before the first request behind the opening of the port
   Bytes heard_;
   std::vector<Arrival> arrivals_;
-  std::optional<Late> late_;
+  std::vector<Late> late_;
+  Broken broken_;
 };
 
 }  // namespace baudgate

@@ -192,7 +192,8 @@ Sentences DiagnoseLine(const config::Line& line, const LineStatus& status,
   const bool misses = std::ranges::any_of(devices, [&](const DeviceRecord& one) {
     return Answers(one.status.state) && MissedShare(one, now, started) > 0;
   });
-  const std::string why = misses ? WhyNoTime(devices, nullptr, now, started) : std::string();
+  const std::string why =
+      misses ? WhyNoTime(status, devices, nullptr, now, started) : std::string();
   if (!why.empty()) found.push_back("polls are missed: " + why);
   return found;
 }

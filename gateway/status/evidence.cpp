@@ -2,6 +2,7 @@
 #include "gateway/status/evidence.h"
 
 #include <algorithm>
+#include <optional>
 
 namespace baudgate::control {
 namespace {
@@ -26,6 +27,20 @@ void Add(Evidence& evidence, const DeviceRecord& record, Now now) {
   }
   evidence.minutes += status.hour.Sum(now.instant, kRecentMinutes - 1);
   evidence.hour += status.hour.Sum(now.instant);
+}
+
+/// What most of its failures looked like; nothing: too few.
+std::optional<Symptom> MostOften(const DeviceStatus& status) {
+  std::optional<Symptom> most;
+  std::size_t best = 1;
+  for (std::size_t i = 0; i < kSymptoms; ++i) {
+    const auto symptom = static_cast<Symptom>(i);
+    const std::size_t count = IsAnswered(symptom) ? 0 : status.findings.Count(symptom);
+    if (count <= best) continue;
+    best = count;
+    most = symptom;
+  }
+  return most;
 }
 
 }  // namespace
@@ -74,10 +89,15 @@ Evidence Gather(const LineStatus& status, const DeviceRecord& device,
   evidence.absent = IsAbsent(device.status);
   Add(evidence, device, now);
   for (const DeviceRecord& other : all) {
-    if (other.device == device.device || !IsHealthy(other.status)) continue;
-    evidence.healthy = other.device->name;
-    break;
+    if (other.device == device.device) continue;
+    if (IsHealthy(other.status)) {
+      evidence.healthy = other.device->name;
+      break;
+    }
+    const auto own = MostOften(device.status);
+    if (own && own == MostOften(other.status)) evidence.alike = other.device->name;
   }
+  if (!evidence.healthy.empty()) evidence.alike.clear();
   return evidence;
 }
 

@@ -111,17 +111,19 @@ double Odd(const Evidence& evidence) {
   return evidence.Count(odd) == 0 || evidence.Last(odd).cause.empty() ? 0 : evidence.Share({odd});
 }
 
-bool IsException(const std::string& reason) {
-  return reason.find("exception") != std::string::npos;
-}
-
-/// A server has said why there is no value, or has gone.
+/// It, or a gateway in its place, has said why there is no value; or the server has gone.
 double Said(const Evidence& evidence) {
-  if (evidence.Count(odd) > 0 && IsException(evidence.Last(odd).cause)) {
+  if (evidence.Count(odd) > 0 && !evidence.Last(odd).remedy.empty()) {
     return evidence.Share({odd});
   }
   const bool ended = LastReason(evidence).find("connection") != std::string::npos;
   return ended ? 0.95 * evidence.Share({silence}) : 0;
+}
+
+/// They meet on the wire as well, and damage each other.
+double TwoReplies(const Evidence& evidence) {
+  if (evidence.Count(two_replies) == 0) return 0;
+  return evidence.Share({two_replies, damaged, noise, bad_check, bytes_added});
 }
 
 template <Symptom kSymptom>
@@ -135,35 +137,36 @@ const std::vector<Hypothesis>& Hypotheses() {
   // Of two that are supported equally the first is said: what is proven stands before what is
   // likely.
   static const std::vector<Hypothesis> kAll = {
-      {"other protocol", Seen<other_protocol>, AsFound<other_protocol>},
-      {"other setting", Seen<other_setting>, AsFound<other_setting>},
-      {"other master", OtherMaster, SayOtherMaster},
-      {"other device", OtherDevice, SayOtherDevice},
-      {"text", Text, SayText},
-      {"echo", Seen<echo>, SayEcho},
-      {"late echo", Seen<late_echo>, SayLateEcho},
-      {"not transparent", NotTransparent, SaySpecials},
-      {"split", InPieces, SaySplit},
-      {"late", Late, SayLate},
-      {"eighth bit", EighthBit, SayEighthBit},
-      {"head lost", Seen<head_lost>, SayHeadLost},
-      {"end lost", Always<end_lost>, SayEndLost},
-      {"tail lost", Always<tail_lost>, SayTailLost},
-      {"bytes lost", Always<bytes_lost>, SayBytesLost},
-      {"bytes added", Always<bytes_added>, SayBytesAdded},
-      {"bad check", BadCheck, SayBadCheck},
-      {"zeros", Seen<zeros>, SayZeros},
-      {"endless", Seen<endless>, SayEndless},
-      {"one behind", Always<one_behind>, SayOneBehind},
-      {"late other", Seen<late_other>, SayLateOther},
-      {"other reply", Seen<other_reply>, SayOtherReply},
-      {"too long", TooLong, SayTooLong},
-      {"said", Said, SaySaid},
-      {"no Modbus TCP", NoTcp, SayNoTcp},
-      {"settings", WrongSettings, SaySettings},
-      {"noise", Noise, SayNoise},
-      {"odd", Odd, SayOdd},
-      {"silence", Silent, SaySilent},
+      {"another protocol or service answers", Seen<other_protocol>, AsFound<other_protocol>},
+      {"right, were another setting made", Seen<other_setting>, AsFound<other_setting>},
+      {"another master speaks on the line", OtherMaster, SayOtherMaster},
+      {"slave N answers where slave N was asked", OtherDevice, SayOtherDevice},
+      {"text comes in place of replies", Text, SayText},
+      {"only the request itself comes back", Seen<echo>, SayEcho},
+      {"the gateway's own requests come back late", Seen<late_echo>, SayLateEcho},
+      {"replies fail that contain", NotTransparent, SaySpecials},
+      {"its replies come in pieces", InPieces, SaySplit},
+      {"its replies come up to", Late, SayLate},
+      {"its replies are right once their eighth bit is taken away", EighthBit, SayEighthBit},
+      {"the first byte of its replies is missing", Seen<head_lost>, SayHeadLost},
+      {"the last byte of its replies is missing", Always<end_lost>, SayEndLost},
+      {"its replies break off", Always<tail_lost>, SayTailLost},
+      {"bytes are missing inside its replies", Always<bytes_lost>, SayBytesLost},
+      {"its replies have bytes too many", Always<bytes_added>, SayBytesAdded},
+      {"its replies have the right form and length", BadCheck, SayBadCheck},
+      {"nothing but 00 or FF comes", Seen<zeros>, SayZeros},
+      {"bytes come without an end", Seen<endless>, SayEndless},
+      {"its replies answer the request before", Always<one_behind>, SayOneBehind},
+      {"late replies of", Seen<late_other>, SayLateOther},
+      {"two different replies come to one request", TwoReplies, SayTwoReplies},
+      {"replies come that belong to other requests", Seen<other_reply>, SayOtherReply},
+      {"it does not answer requests for long replies", TooLong, SayTooLong},
+      {"a gateway or server speaks in its place", Said, SaySaid},
+      {"what comes is not Modbus TCP", NoTcp, SayNoTcp},
+      {"bytes come, and not one good frame", WrongSettings, SaySettings},
+      {"its replies come damaged", Noise, SayNoise},
+      {"its replies do not fit their requests", Odd, SayOdd},
+      {"not a byte came", Silent, SaySilent},
   };
   return kAll;
 }

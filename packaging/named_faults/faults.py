@@ -58,13 +58,14 @@ FAULTS = [
     Fault("in pieces", WIRE, m.pieces(4, 0.12), "pieces|pause", "timing: \\{ gap", "power|second master|bit rate"),
     Fault("dribble", WIRE, m.pieces(1, 0.11), "pieces|pause", "timing: \\{ gap", "power|second master|bit rate"),
     Fault("pause of 400 ms now and then", WIRE, m.now_and_then(m.paused(0.4), 4), "pieces|pause", "timing: \\{ gap", "power|second master|bit rate"),
-    Fault("slow device, fast neighbour", "spa dcon rtu", m.late(0.3), "takes .* of the line's time|ms an exchange", "poll", "power|bit rate|noise", "beside",
+    Fault("slow device, fast neighbour", "spa dcon rtu", m.late(0.3), "takes .* of the line's time|ms an exchange", "poll", "power|raise the bit rate|noise", "beside",
           device="poll: 300ms, timing: { reply: 1s }", neighbour="poll: 300ms"),
     # Parts are missing.
     Fault("half replies", ALL, m.sends(m.half), "break off|half|stop", "buffer|wire|serial server|converter|ask for less", "bit rate|power|second master", "alone beside"),
     Fault("first byte eaten", WIRE, m.sends(m.head_lost), "first byte", "converter|direction|delay", "bit rate|power|gap|second master"),
     Fault("last byte lost", WIRE, m.sends(m.end_lost), "last byte", "converter|direction|driver", "bit rate|power|gap|second master"),
-    Fault("0A eaten", "rtu set", m.sends(lambda x: x.reply[:4] + x.reply[5:] if x.number % 2 else x.reply), "missing|changes", "raw|converter|serial server", "power|second master"),
+    Fault("XON eaten", "rtu set", m.sends(m.eaten(0x11)), "missing|11", "raw|XON", "power|second master"),
+    Fault("0A eaten", "rtu", m.sends(m.eaten(0x0A, 3)), "missing|0A", "raw|line ends", "power|second master"),
     # The check value.
     Fault("check value wrong", ALL.replace(" tcp", ""), m.sends(m.bad_check), "check value|checksum", "checksum|another|address|two devices|computes", "gap|power|second master", "alone beside"),
     Fault("check value wrong, every 3rd", ALL.replace(" tcp", ""), m.now_and_then(m.sends(m.bad_check)), "damaged|check value|checksum", "noise|terminat|wire|two devices|ground", "gap|power|second master", "alone beside"),
@@ -113,9 +114,9 @@ FAULTS = [
     Fault("closes each time", "tcp", p.CLOSE, "connection", "client|server|unit|limit", "gap|parity"),
     # SPA.
     *[Fault("NAK %d" % code, "spa", m.sends(m.spa_nak(code)), "nak|nack|code %d|refus|%d" % (code, code), "profile|password|busy|poll|device", "gap|power|second master|bit rate") for code in (1, 4, 5, 7)],
-    Fault("texts, no numbers", "spa", m.sends(m.spa_data(b"READY/READY/READY")), "READY|no number|text", "profile", "gap|power|second master|bit rate"),
+    Fault("texts, no numbers", "spa", m.sends(m.spa_data(b"READY")), "READY|no number|text", "profile", "gap|power|second master|bit rate"),
     Fault("values missing", "spa", m.sends(m.spa_data(b"")), "no value|empty|values|count|not fit", "profile", "gap|power|second master|bit rate"),
-    Fault("no colon", "spa", m.sends(m.spa_data(None)), "form|syntax|cannot be read|not fit|damaged", "profile|firmware|protocol|device", "gap|power|second master"),
+    Fault("no colon", "spa", m.sends(lambda x: x.slave.wrap(x.address, b"D")), "form|syntax|cannot be read|not fit|damaged", "profile|firmware|protocol|device", "gap|power|second master"),
     # DCON.
     Fault("refuses (?)", "dcon dcon0", m.sends(lambda x: x.slave.wrap(b"?%02X" % x.address)), "\\?|refus|says no", "profile|command|channel", "gap|power|second master|bit rate"),
     Fault("channel count", "dcon dcon0", m.sends(m.dcon_line(lambda t: t[:-7] if t[:1] == b">" else t)), "3 values|channels|count", "channels|profile", "gap|power|second master|bit rate"),
@@ -131,11 +132,9 @@ FAULTS = [
     Fault("four bytes too few", "set", m.of_request(b"\x1B", m.sends(lambda x: x.slave.wrap(x.address, x.reply[1:-4]))), "short|fewer|length|bytes|not fit", "profile|meter", "gap|power|second master|bit rate"),
     # Ports.
     Fault("no such port", "rtu", None, "no such", "plugged|adapter|path", port=p.missing),
-    Fault("no rights", "rtu", None, "permission|rights|may not", "group|rights|mode", port=p.no_rights),
     Fault("a folder", "rtu", None, "directory|no serial|not a (serial|tty)", "port|path", port=p.folder),
     Fault("connection refused", "tcp", None, "refused", "port|server|number|run", port=p.refused),
     Fault("no host name", "tcp", None, "name|host|resolve", "name|DNS|spell|address", port=p.no_name),
-    Fault("no route", "tcp", None, "no route|unreachable|does not answer|timed out|timeout", "network|address|power|cable|route", port=p.no_route),
     Fault("silent server", "tcp", m.silent, "not a byte|does not answer|no reply", "power|unit|server", "parity"),
     Fault("HTTP", "tcp rtu", m.sends(m.only(b"HTTP/1.1 400 Bad Request\r\nServer: x\r\n\r\n")), "web server", "port", "gap|power|parity", line="TCP"),
     Fault("SSH", "tcp rtu", m.silent, "SSH", "port", "gap|power|parity", line="TCP", greeting=b"SSH-2.0-OpenSSH_9.2\r\n"),

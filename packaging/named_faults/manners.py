@@ -41,8 +41,9 @@ def by_time(manner, period, lasts):
 
 
 def of_request(needle, manner):
-    """Only where the request has these bytes in it."""
-    return lambda x: manner(x) if needle in x.request else well(x)
+    """Only where the request has these bytes in it, or their hex digits."""
+    digits = needle.hex().upper().encode()
+    return lambda x: manner(x) if needle in x.request or x.slave.name == "modbus_ascii" and digits in x.request else well(x)
 
 
 def late(seconds):
@@ -59,7 +60,7 @@ def paused(pause):
 
 
 def half(x):
-    return x.reply[:len(x.reply) // 2 + 1]
+    return x.reply[:len(x.reply) // 2]
 
 
 def head_lost(x):
@@ -72,6 +73,20 @@ def end_lost(x):
 
 def bad_check(x):
     return x.slave.bad_check(x.reply)
+
+
+def eaten(byte, every=2):
+    """A value has this byte now and then, and something in between eats it."""
+
+    def change(x):
+        if x.number % every:
+            return x.reply
+        if x.slave.name.startswith("modbus"):
+            q = x.slave.pdu(x.reply)
+            return x.slave.with_pdu(x.request, q[:-1] + bytes([byte])).replace(bytes([byte]), b"")
+        return x.slave.wrap(x.address, x.reply[1:-3] + bytes([byte])).replace(bytes([byte]), b"")
+
+    return change
 
 
 def one_bit(x):
@@ -187,8 +202,9 @@ def dcon_line(change):
     return lambda x: x.slave.wrap(change(x.reply[:-3] if x.slave.with_sum else x.reply[:-1]))
 
 
-def spa_data(text):
-    return lambda x: x.slave.wrap(x.address, b"D:" + text if text is not None else b"D")
+def spa_data(word):
+    """As many words as values were asked for."""
+    return lambda x: x.slave.wrap(x.address, b"D:" + b"/".join([word] * (x.reply.count(b"/") + 1)))
 
 
 def spa_nak(code):

@@ -15,13 +15,6 @@ def missing(folder):
     return "/dev/serial/by-id/usb-nothing-if00"
 
 
-def no_rights(folder):
-    path = os.path.join(folder, "no_rights")
-    os.symlink(os.ttyname(open_pty()), path)
-    os.chmod(os.path.realpath(path), 0)
-    return path
-
-
 def folder(folder):
     return folder
 
@@ -36,10 +29,6 @@ def refused(folder):
 
 def no_name(folder):
     return "tcp://nobody.invalid:502"
-
-
-def no_route(folder):
-    return "tcp://192.0.2.1:502"
 
 
 def open_pty():

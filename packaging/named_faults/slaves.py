@@ -192,7 +192,7 @@ def modbus_pdu(pdu):
 
 class Rtu:
     name, serial, addresses = "modbus_rtu", "19200 8E1", (1, 2)
-    points = ["{ name: speed, read: holding 10, type: uint16 }", "{ name: torque, read: holding 40, type: uint16 }",
+    points = ["{ name: speed, read: holding 10, type: uint16 }", "{ name: torque, read: holding 40, type: uint32 }",
               "{ name: heat, read: input 3, type: uint16 }", "{ name: on, read: coil 5, type: bool }"]
     check_bytes = 2
 

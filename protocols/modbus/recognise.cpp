@@ -123,28 +123,6 @@ std::optional<Recognised> OddHeader(const Adu& asked, View heard) {
 
 }  // namespace
 
-/// Other services than Modbus TCP.
-std::optional<Recognised> OtherService(View heard) {
-  const auto other = [](const char* cause, const char* remedy) {
-    return Recognised{Recognised::What::other_protocol, cause, remedy};
-  };
-  if (AsText(heard).starts_with("HTTP/")) {
-    return other("a web server answers", "check the port number: Modbus TCP mostly has 502");
-  }
-  if (AsText(heard).starts_with("SSH-")) {
-    return other("an SSH server answers", "check the port number: Modbus TCP mostly has 502");
-  }
-  constexpr std::uint8_t kAlert = 0x15;
-  if (heard.size() >= 5 && heard[0] == kAlert && heard[1] == 3) {
-    return other("the server wants TLS", "check the port number: plain Modbus TCP mostly has 502");
-  }
-  constexpr std::uint8_t kCommand = 0xFF;
-  if (heard.size() >= 3 && heard[0] == kCommand && heard[1] >= 0xFB && heard[1] <= 0xFE) {
-    return other("the server speaks Telnet", "set it to raw TCP");
-  }
-  return std::nullopt;
-}
-
 /// Whole, but for its check value.
 std::optional<Recognised> OtherCheck(Framing framing, View heard) {
   const auto other = [](const char* cause) {
@@ -182,7 +160,6 @@ std::optional<Recognised> Recognise(Framing framing, View request, View heard) {
   if (!asked) return std::nullopt;
   const auto seen = First(framing, heard);
   if (!seen) {
-    if (auto service = OtherService(heard)) return service;
     if (auto other = OtherFraming(framing, heard)) return other;
     return framing == Framing::tcp ? OddHeader(*asked, heard) : OtherCheck(framing, heard);
   }
