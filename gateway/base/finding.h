@@ -63,7 +63,8 @@ struct Finding {
   Duration time{};
   std::size_t bytes = 0;     ///< that came
   std::size_t expected = 0;  ///< of the longest good reply, where that is known
-  /// Which of kSpecialBytes came, one bit each: converters that are not transparent change them.
+  /// Which of kSpecialBytes came, one bit each: converters that are not transparent change them;
+  /// and kHighBit.
   std::uint8_t specials = 0;
   /// "Modbus RTU frames come", "slave 7 answers"; text: as it came; refusal and odd: the reason;
   /// noise_before, noise_behind, few_beside: "10 02 ... 10 03", what stands around the reply.
@@ -87,6 +88,9 @@ constexpr std::string_view Name(Symptom symptom) {
 
 /// Line ends, flow control and Telnet.
 inline constexpr std::uint8_t kSpecialBytes[] = {0x0A, 0x0D, 0x11, 0x13, 0xFF};
+
+/// A character with its eighth bit came, or none can: the protocol has seven.
+inline constexpr std::uint8_t kHighBit = 0x80;
 
 /// There was a good reply.
 constexpr bool IsAnswered(Symptom symptom) { return symptom <= Symptom::others_beside; }

@@ -2,12 +2,15 @@
 #include "gateway/line/examine.h"
 
 #include <algorithm>
+#include <initializer_list>
+#include <iterator>
 #include <optional>
 #include <string>
 #include <utility>
 
 #include "gateway/base/text.h"
 #include "gateway/line/assembler.h"
+#include "gateway/line/nearly_reply.h"
 #include "gateway/line/other_service.h"
 
 namespace baudgate {
@@ -15,6 +18,8 @@ namespace {
 
 /// Fewer printable characters are no words.
 constexpr std::size_t kShortestText = 6;
+/// From here on a line of printable characters is one, whatever is in it.
+constexpr std::ptrdiff_t kLine = 8;
 constexpr std::size_t kQuoted = 40;
 constexpr std::size_t kQuotedBytes = 8;
 /// A driver that takes or leaves the bus may make so many bytes of nothing.
@@ -49,13 +54,6 @@ std::optional<Found> FindReply(const Hearing& hearing, View heard) {
     }
   }
   return found;
-}
-
-bool IsWhole(const Hearing& hearing, View heard) { return FindReply(hearing, heard).has_value(); }
-
-/// A whole reply stands at the front. One look of the rule, however much there is.
-bool StartsWithReply(const Hearing& hearing, View heard) {
-  return hearing.protocol->reply_rule(heard, *hearing.expect, true).kind == Cut::Kind::frame;
 }
 
 Duration ArrivalOf(const Hearing& hearing, std::size_t byte) {
@@ -107,7 +105,9 @@ bool IsWords(const Hearing& hearing, View heard) {
   const auto size = static_cast<std::ptrdiff_t>(heard.size());
   const bool binary = !std::ranges::all_of(hearing.request, IsPrintable);
   if (heard.size() < kShortestText || 20 * printable < 19 * size) return false;
-  return binary ? letters >= 3 : 2 * letters >= size;
+  const bool line = size >= kLine && (heard.back() == '\r' || heard.back() == '\n');
+  if (binary) return letters >= 3 || line;
+  return 2 * letters >= size || (line && size >= 2 * kLine);
 }
 
 /// Its first bytes are those of a reply, or nearly.
@@ -165,32 +165,6 @@ bool IsWholeText(const Hearing& hearing, View heard) {
   return std::ranges::all_of(heard, IsPrintable) && (heard.back() == '\r' || heard.back() == '\n');
 }
 
-/// Its last byte is missing, whatever that was.
-bool IsWholeWithEnd(const Hearing& hearing, View heard) {
-  while (!heard.empty() && (heard.front() == '\r' || heard.front() == '\n'))
-    heard = heard.subspan(1);
-  if (heard.empty()) return false;
-  // Where nothing is checked, every beginning of a text is whole with an end.
-  Bytes shorter(heard.begin(), heard.end());
-  shorter.back() = '\r';
-  if (StartsWithReply(hearing, shorter)) return false;
-  Bytes longer(heard.begin(), heard.end());
-  longer.push_back(0);
-  for (int last = 0; last < 256; ++last) {
-    longer.back() = static_cast<std::uint8_t>(last);
-    if (StartsWithReply(hearing, longer)) return true;
-  }
-  return false;
-}
-
-/// A line feed in place of the carriage return.
-bool IsWholeWithOtherEnd(const Hearing& hearing, View heard) {
-  if (heard.back() != '\n') return false;
-  Bytes changed(heard.begin(), heard.end());
-  changed.back() = '\r';
-  return IsWhole(hearing, changed);
-}
-
 Outcome BlameOf(const Hearing& hearing, View heard) {
   Assembler assembler;
   assembler.Begin(hearing.protocol->reply_rule, *hearing.expect);
@@ -198,35 +172,6 @@ Outcome BlameOf(const Hearing& hearing, View heard) {
   while (assembler.Next(true)) {
   }
   return assembler.blame();
-}
-
-bool IsWholeWithoutEighthBit(const Hearing& hearing, View heard) {
-  if (hearing.protocol->data_bits > 7) return false;
-  Bytes cleared(heard.begin(), heard.end());
-  for (std::uint8_t& byte : cleared) byte &= 0x7F;
-  return !std::ranges::equal(cleared, heard) && IsWhole(hearing, cleared);
-}
-
-/// Its first byte is missing, whatever that was; or its first two or three, of which two are those
-/// of the request.
-bool IsWholeBehindLostHead(const Hearing& hearing, View heard) {
-  Bytes longer(heard.size() + 1);
-  std::ranges::copy(heard, longer.begin() + 1);
-  for (int first = 0; first < 256; ++first) {
-    longer[0] = static_cast<std::uint8_t>(first);
-    if (StartsWithReply(hearing, longer)) return true;
-  }
-  if (hearing.request.size() < 2) return false;
-  Bytes head(hearing.request.begin(), hearing.request.begin() + 2);
-  const std::size_t two = head.size();
-  Append(head, heard);
-  if (StartsWithReply(hearing, head)) return true;
-  head.insert(head.begin() + static_cast<std::ptrdiff_t>(two), 0);
-  for (int third = 0; third < 256; ++third) {
-    head[two] = static_cast<std::uint8_t>(third);
-    if (StartsWithReply(hearing, head)) return true;
-  }
-  return false;
 }
 
 Symptom SymptomOf(Recognised::What what) {
@@ -271,6 +216,11 @@ std::optional<Finding> Stranger(const Hearing& hearing, View part) {
   return words;
 }
 
+/// 00 and FF, as of a line that nobody drives.
+bool IsIdle(View bytes) {
+  return std::ranges::all_of(bytes, [](auto byte) { return byte % 0xFF == 0; });
+}
+
 /// "10 02 ... 10 03".
 std::string Around(View before, View behind) {
   const std::string front = ToHex(before.first(std::min(before.size(), kQuotedBytes)));
@@ -295,7 +245,10 @@ Finding Beside(const Hearing& hearing, View heard, const Found& found) {
   };
   if (before.size() > kHarmless) return noise(Symptom::noise_before);
   if (behind.size() > kHarmless) return noise(Symptom::noise_behind);
-  return before.size() + behind.size() > 1 ? noise(Symptom::few_beside) : Finding{};
+  // One byte on a wire is the driver's, and so are more of them without a form.
+  const std::size_t few = hearing.connection ? 1 : 2;
+  const bool form = !IsIdle(before) || !IsIdle(behind);
+  return form && before.size() + behind.size() >= few ? noise(Symptom::few_beside) : Finding{};
 }
 
 /// A whole reply came, and the exchange has failed all the same.
@@ -306,19 +259,6 @@ Finding Untaken(const Hearing& hearing, std::size_t echo, const Found& found) {
   if (after > hearing.reply) return {.symptom = Symptom::late, .time = after};
   if (auto recognised = Recognise(hearing, hearing.heard.subspan(echo))) return *recognised;
   return {.symptom = found.others ? Symptom::two_replies : Symptom::odd};
-}
-
-/// It is nearly a reply.
-std::optional<Finding> Nearly(const Hearing& hearing, View heard) {
-  if (IsWholeWithoutEighthBit(hearing, heard)) return Finding{.symptom = Symptom::eighth_bit};
-  if (IsWholeWithOtherEnd(hearing, heard)) {
-    return Finding{.symptom = Symptom::other_setting,
-                   .cause = "its replies end in a line feed, not in a carriage return",
-                   .remedy = "a converter or serial server changes line ends: set it to raw"};
-  }
-  if (IsWholeBehindLostHead(hearing, heard)) return Finding{.symptom = Symptom::head_lost};
-  if (IsWholeWithEnd(hearing, heard)) return Finding{.symptom = Symptom::end_lost};
-  return std::nullopt;
 }
 
 /// It begins as a reply does.
@@ -345,15 +285,17 @@ Finding Unreadable(const Hearing& hearing, View heard) {
   if (BlameOf(hearing, heard) == Outcome::unexpected) return {.symptom = Symptom::other_reply};
   if (heard.size() > hearing.expect->max_bytes) return {.symptom = Symptom::endless};
   if (auto words = Words(hearing, heard)) return *words;
-  if (auto nearly = Nearly(hearing, heard)) return *nearly;
-  const bool zeros = std::ranges::all_of(heard, [](auto byte) { return byte % 0xFF == 0; });
-  if (zeros) return {.symptom = Symptom::zeros};
+  if (auto nearly = NearlyReply(hearing, heard)) return *nearly;
+  if (IsIdle(heard)) return {.symptom = Symptom::zeros};
   if (!BeginsLikeReply(hearing, heard)) return {.symptom = Symptom::noise};
   return Broken(hearing, heard);
 }
 
-std::uint8_t SpecialsIn(View heard) {
-  unsigned bits = 0;
+std::uint8_t SpecialsIn(const Hearing& hearing, View heard) {
+  const bool high = std::ranges::any_of(heard, [](auto byte) { return byte > 0x7F; });
+  // A text has none, whatever the port is set to.
+  const bool text = std::ranges::all_of(hearing.request, IsPrintable);
+  unsigned bits = high || text ? kHighBit : 0;
   for (std::size_t i = 0; i < std::size(kSpecialBytes); ++i) {
     if (std::ranges::find(heard, kSpecialBytes[i]) != heard.end()) bits |= 1U << i;
   }
@@ -363,12 +305,17 @@ std::uint8_t SpecialsIn(View heard) {
 }  // namespace
 
 Finding Plain(const Hearing& hearing) {
-  return {.expected = OnlyLength(hearing), .specials = SpecialsIn(hearing.heard)};
+  return {.expected = OnlyLength(hearing), .specials = SpecialsIn(hearing, hearing.heard)};
 }
 
 std::optional<Finding> Greeting(const Hearing& hearing, View heard) {
   if (auto service = hearing.connection ? OtherService(heard) : std::nullopt) return service;
-  return Words(hearing, heard);
+  if (!hearing.protocol->tcp || heard.size() <= kHarmless) return Words(hearing, heard);
+  return Finding{
+      .symptom = Symptom::other_protocol,
+      .bytes = heard.size(),
+      .cause = "the server speaks first, as no Modbus TCP server does (" + Quote(heard) + ")",
+      .remedy = "check the host and the port number of the line"};
 }
 
 Finding Examine(const Hearing& hearing) {
@@ -394,7 +341,7 @@ Finding Examine(const Hearing& hearing) {
   }
   if (finding.bytes == 0) finding.bytes = heard.size();
   finding.expected = OnlyLength(hearing);
-  finding.specials = SpecialsIn(heard);
+  finding.specials = SpecialsIn(hearing, heard);
   return finding;
 }
 

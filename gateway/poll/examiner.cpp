@@ -19,17 +19,19 @@ constexpr Duration kLongestPause = 5s;
 
 void Examiner::Begin(const Member& member, const Request& request, const LineTimes& times,
                      Instant now) {
-  member_ = &member;
-  request_ = request;
   times_ = times;
   sent_ = now + static_cast<std::int64_t>(request.bytes.size()) * times.character;
   if (broken_.member == &member) ++broken_.began;
+  previous_.clear();
+  if (member_ == &member && request_.bytes != request.bytes) previous_ = heard_;
   if (open_.size() <= member.place) open_.resize(member.place + 1);
   Asked& asked = open_[member.place];
   if (asked.last.member != nullptr && asked.last.request.bytes != request.bytes) {
     asked.before = std::move(asked.last);
   }
   asked.last = {.member = &member, .request = request, .sent = sent_, .reply = {}};
+  member_ = &member;
+  request_ = request;
   outcome_ = Outcome::none;
   frame_.clear();
   judged_ = 0;
@@ -58,6 +60,7 @@ Finding Examiner::End(Outcome outcome) {
     greeting_.clear();  // it has kept nobody from answering
   }
   open_[member_->place].last.silent = heard_.empty();
+  if (!ProvesLife(outcome)) frame_.clear();
   const bool plain = ProvesLife(outcome) && heard_.size() == frame_.size();
   Finding finding = plain ? Plain(Heard()) : Look();
   const bool greeted = !IsAnswered(finding.symptom) && !greeting_.empty();
@@ -142,6 +145,17 @@ const Examiner::Open* Examiner::WhoseReply() {
   return nullptr;
 }
 
+/// A whole reply came for the request before as well: something in between sends twice.
+bool Examiner::IsCopy() const {
+  if (previous_.empty()) return false;
+  Assembler assembler;
+  assembler.Begin(member_->protocol->reply_rule, request_.expect);
+  assembler.Feed(heard_);
+  const auto frame = assembler.Next(true);
+  return frame && std::search(previous_.begin(), previous_.end(), frame->begin(), frame->end()) !=
+                      previous_.end();
+}
+
 /// A request of this gateway has come back so late that it seems somebody else's.
 bool Examiner::IsLateEcho() const {
   return std::ranges::any_of(open_, [this](const Asked& asked) {
@@ -175,9 +189,13 @@ Finding Examiner::Look() {
     case Symptom::master_beside:
       if (IsLateEcho()) finding = {.symptom = Symptom::late_echo, .bytes = finding.bytes};
       return finding;
+    case Symptom::others_beside:
+      return IsCopy() ? Finding{.symptom = Symptom::copies} : finding;
+    case Symptom::two_replies:
+      if (IsCopy()) return {.symptom = Symptom::copies};
+      [[fallthrough]];
     case Symptom::other_device:
     case Symptom::other_reply:
-    case Symptom::two_replies:
     case Symptom::odd:
     case Symptom::noise_before:
     case Symptom::noise_behind:

@@ -79,6 +79,7 @@ class Examiner {
   };
 
   Hearing Heard() const;
+  bool IsCopy() const;
   Bytes BesideReply() const;
   bool FindRest();
   Finding Look();
@@ -97,6 +98,7 @@ class Examiner {
   Bytes frame_;             // the reply that was taken
   std::size_t judged_ = 0;  // bytes that had come when the exchange ended
   std::deque<Asked> open_;  // by place
+  Bytes previous_;          // what was heard for another request of the same member, just before
   Bytes greeting_;          // came before the first request behind the opening of the port
   Bytes heard_;
   std::vector<Arrival> arrivals_;

@@ -4,9 +4,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <map>
 
 #include "gateway/base/shown.h"
+#include "gateway/status/diagnose_points.h"
 #include "gateway/status/evidence.h"
 #include "gateway/status/hypotheses.h"
 #include "gateway/status/line_time.h"
@@ -27,14 +27,8 @@ constexpr std::size_t kConstant = 4;
 constexpr std::uint32_t kNeverAnswered = 3;
 /// An outage of the last hour that was shorter than that part is not worth a word.
 constexpr double kNotableOutage = 0.01;
-/// A point that is polled has a value by then.
-constexpr Duration kLongWait = 20s;
 /// A device that speaks unasked may be silent so long without a word about it.
 constexpr Duration kNotableSilence = 1min;
-
-std::string NameOf(const DeviceRecord& record) {
-  return record.line->name + "." + record.device->name;
-}
 
 std::string Noticed(const LineStatus& line, const DeviceStatus& status) {
   if (status.unasked) return "its next message is waited for";
@@ -181,6 +175,8 @@ std::string Wrapped(const DeviceRecord& record) {
                              findings.Count(Symptom::noise_before) +
                              findings.Count(Symptom::noise_behind);
   if (beside < kNotableNoise || findings.SameAround() < kConstant) return {};
+  // 00 and FF are of a line that nobody drives.
+  if (findings.Around().find_first_not_of("0F .") == std::string::npos) return {};
   const bool often = 2 * beside > findings.size() || findings.SameAround() >= 2 * kConstant;
   if (!often) return {};
   return fmt::format(
@@ -206,14 +202,17 @@ Sentences Beside(const DeviceRecord& record) {
     found.push_back(std::move(wrapped));
     return found;
   }
-  constexpr const char* kNoise =
-      "noise while nobody drives the bus; check bias resistors, termination and ground";
+  const bool server = !SerialOf(record).on_wire();
+  const char* const noise =
+      server
+          ? "the server sends what nobody asked for; let one client use it, or update its firmware"
+          : "noise while nobody drives the bus; check bias resistors, termination and ground";
   const std::size_t before = findings.Count(Symptom::noise_before);
   const std::size_t behind = findings.Count(Symptom::noise_behind);
   const char* const where = before == 0   ? "stray bytes follow its replies"
                             : behind == 0 ? "stray bytes stand before its replies"
                                           : "stray bytes stand before and behind its replies";
-  say(before + behind, where, kNoise);
+  say(before + behind, where, noise);
   return found;
 }
 
@@ -249,11 +248,6 @@ std::string Unreadable(const DeviceRecord& record) {
       last, record.line->serial.ToString());
 }
 
-/// It is not what it should be, so that no value of it is good.
-bool IsForeign(const DeviceRecord& record) {
-  return record.override_quality && ConcernsDevice(record.override_quality->reason);
-}
-
 /// Of a device that speaks when it likes.
 Sentences Silence(const DeviceRecord& record, Now now) {
   const DeviceStatus& status = record.status;
@@ -275,81 +269,10 @@ Sentences Silence(const DeviceRecord& record, Now now) {
   return found;
 }
 
-/// Values that are not good although the device answers.
-Sentences Points(const DeviceRecord& record, Now now) {
-  if (IsForeign(record)) return {};  // that explains them all
-  std::size_t stale = 0;
-  std::size_t doubted = 0;
-  std::size_t reported = 0;
-  std::string first;
-  std::map<Reason, std::size_t> reasons;
-  for (std::size_t i = 0; i < record.points.size(); ++i) {
-    const Quality quality = QualityAt(record, i, now.instant);
-    if (IsGood(quality) || quality == Quality::bad_waiting) continue;
-    // What the reading itself said is the device's word; the rest is doubt or age.
-    const bool in_doubt = quality == Quality::uncertain && quality == record.points[i].at_best;
-    const bool said = quality == record.points[i].reported;
-    ++(said ? reported : in_doubt ? doubted : stale);
-    if (said && quality.reason != Reason::none) ++reasons[quality.reason];
-    if (said && first.empty()) first = record.device->points[i].name;
-  }
-  Sentences found;
-  const std::string see = "see 'baudgate status " + NameOf(record) + "'";
-  if (stale > 0) {
-    found.push_back(
-        fmt::format("{} of {} points are older than their max_age: its polls fail or "
-                    "come too seldom; {}",
-                    stale, record.points.size(), see));
-  }
-  if (doubted > 0) {
-    found.push_back(
-        fmt::format("{} of {} points are in doubt until they are read again: the port was opened "
-                    "anew, the device was away, or a reply may have belonged to another request; "
-                    "{}",
-                    doubted, record.points.size(), see));
-  }
-  if (reported > 0) {
-    std::string why;
-    for (const auto& [reason, count] : reasons) {
-      why += fmt::format("{}{} {}", why.empty() ? " (" : ", ", count, Name(reason));
-    }
-    why += (why.empty() ? " (" : "; ") + first + (reported > 1 ? ", ...)" : ")");
-    if (reasons.contains(Reason::not_fitted)) {
-      const std::string& said = record.status.findings.Last(Symptom::refusal).cause;
-      why += said.empty() ? ": it does not answer requests for them" : ": it says '" + said + "'";
-      why += "; does the profile fit the device?";
-    }
-    found.push_back(fmt::format("{} of {} points have no good value{}; {}", reported,
-                                record.points.size(), why, see));
-  }
-  return found;
-}
-
 /// Before its port was opened anew as well.
 bool FailsAlways(const DeviceStatus& status) {
   const Findings& findings = status.findings;
   return findings.size() >= kNotableFailures && findings.LongestRun() == findings.size();
-}
-
-/// Points that are polled and have never had a value, although the device answers.
-Sentences Waiting(const DeviceRecord& record, Now now, Instant started) {
-  std::size_t waiting = 0;
-  std::string first;
-  for (std::size_t i = 0; i < record.points.size(); ++i) {
-    const config::Point& point = record.device->points[i];
-    const bool polled = point.group == config::Group::fast && point.access != config::Access::write;
-    if (!polled || QualityAt(record, i, now.instant) != Quality::bad_waiting) continue;
-    ++waiting;
-    if (first.empty()) first = point.name;
-  }
-  const Duration patience = std::max<Duration>(kLongWait, 3 * record.device->poll);
-  if (waiting == 0 || now.instant - started < patience) return {};
-  const std::string& reason = record.status.findings.Last(Symptom::refusal).cause;
-  return {
-      fmt::format("{} of {} points have no value yet ({}{}): {}; does the profile fit the "
-                  "device, with its options?",
-                  waiting, record.points.size(), first, waiting > 1 ? ", ..." : "",
-                  reason.empty() ? "the device does not give them" : "it says '" + reason + "'")};
 }
 
 }  // namespace
@@ -415,8 +338,8 @@ Sentences DiagnoseDevice(const LineStatus& line, const DeviceRecord& device,
     found.push_back(
         fmt::format("missed {} of its polls in the last minutes: {}", Percent(missed), why));
   }
-  add(Points(device, now));
-  if (found.empty()) add(Waiting(device, now, started));
+  add(DiagnosePoints(device, now));
+  if (found.empty()) add(DiagnoseWaiting(device, now, started));
   const std::string outages = Outages(device, 1, now, started);
   if (found.empty() && !outages.empty()) {
     found.push_back(outages + ": look at its power and its wire");

@@ -183,9 +183,10 @@ Sentences DiagnoseLine(const config::Line& line, const LineStatus& status,
     found.push_back(
         fmt::format("{} of {} bytes came when nothing was asked: {}; look at 'baudgate trace {}'",
                     status.stray_bytes, status.bytes_in,
-                    "noise while nobody drives the bus (bias resistors, termination), a second "
-                    "master, or answers "
-                    "that come too late",
+                    line.serial.on_wire()
+                        ? "noise while nobody drives the bus (bias resistors, termination), a "
+                          "second master, or answers that come too late"
+                        : "the server does not keep to Modbus TCP, or answers twice",
                     line.name));
   }
   if (status.times_lost > 0) found.push_back(Lost(line, status.times_lost, devices));

@@ -55,6 +55,10 @@ double Evidence::Share(std::initializer_list<Symptom> symptoms) const {
   return failed == 0 ? 0 : static_cast<double>(Count(symptoms)) / static_cast<double>(failed);
 }
 
+config::SerialSettings SerialOf(const DeviceRecord& record) {
+  return record.device->serial.value_or(record.line->serial);
+}
+
 bool IsAbsent(const DeviceStatus& status) {
   return status.state == DeviceState::offline ||
          (status.state == DeviceState::never_seen && status.exchanges > 0);

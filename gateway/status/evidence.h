@@ -48,6 +48,9 @@ Evidence Gather(const LineStatus& status, const DeviceRecord& device,
 /// Of all devices of the line that are in use and do not answer.
 Evidence GatherAbsent(const LineStatus& status, std::span<const DeviceRecord> all, Now now);
 
+/// Its own, or those of its line.
+config::SerialSettings SerialOf(const DeviceRecord& record);
+
 /// More than one device is in use, and none of them answers.
 bool AbsentTogether(std::span<const DeviceRecord> all);
 /// Asked, and not there.

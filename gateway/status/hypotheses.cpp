@@ -17,6 +17,8 @@ constexpr double kUnexplained = 0.3;
 constexpr double kWorthSaying = 0.15;
 /// Once may be chance.
 constexpr std::size_t kFacts = 2;
+/// No chance any more.
+constexpr std::size_t kMany = 8;
 
 template <Symptom kSymptom>
 double Seen(const Evidence& evidence) {
@@ -96,12 +98,28 @@ double Always(const Evidence& evidence) {
   return evidence.answered && share < 0.6 ? 0 : share;
 }
 
+/// A buffer that is too small may leave a reply that lacks its last byte alone.
+double BreaksOff(const Evidence& evidence) {
+  if (evidence.Count(tail_lost) == 0) return 0;
+  const double share = evidence.Share({tail_lost, end_lost, bytes_lost});
+  return evidence.answered && share < 0.6 ? 0 : share;
+}
+
+/// Its replies, each without the eighth bits.
+double SevenBits(const Evidence& evidence) {
+  if (evidence.device == nullptr || evidence.failed < kMany) return 0;
+  if (!evidence.device->status.findings.IsSevenBit()) return 0;
+  return evidence.Share({bad_check, damaged, noise, head_lost, odd, tail_lost});
+}
+
 double Silent(const Evidence& evidence) { return 0.9 * evidence.Share({silence}); }
 
 /// All requests for short replies are answered, and none for long ones.
 double TooLong(const Evidence& evidence) {
-  if (evidence.device == nullptr) return 0;
+  // One that has died has answered the short ones as well, once.
+  if (evidence.device == nullptr || evidence.absent) return 0;
   const Findings& findings = evidence.device->status.findings;
+  if (findings.Runs() < kFacts) return 0;
   const bool split =
       findings.LongestGood() > 0 && findings.ShortestSilent() > findings.LongestGood();
   return split && findings.SilentLong() >= kFacts ? evidence.Share({silence}) : 0;
@@ -112,7 +130,7 @@ double Odd(const Evidence& evidence) {
 }
 
 /// It, or a gateway in its place, has said why there is no value; or the server has gone.
-double Said(const Evidence& evidence) {
+double InItsPlace(const Evidence& evidence) {
   if (evidence.Count(odd) > 0 && !evidence.Last(odd).remedy.empty()) {
     return evidence.Share({odd});
   }
@@ -148,9 +166,10 @@ const std::vector<Hypothesis>& Hypotheses() {
       {"its replies come in pieces", InPieces, SaySplit},
       {"its replies come up to", Late, SayLate},
       {"its replies are right once their eighth bit is taken away", EighthBit, SayEighthBit},
+      {"no character of its replies has its eighth bit", SevenBits, SaySevenBits},
       {"the first byte of its replies is missing", Seen<head_lost>, SayHeadLost},
+      {"its replies break off", BreaksOff, SayTailLost},
       {"the last byte of its replies is missing", Always<end_lost>, SayEndLost},
-      {"its replies break off", Always<tail_lost>, SayTailLost},
       {"bytes are missing inside its replies", Always<bytes_lost>, SayBytesLost},
       {"its replies have bytes too many", Always<bytes_added>, SayBytesAdded},
       {"its replies have the right form and length", BadCheck, SayBadCheck},
@@ -161,7 +180,7 @@ const std::vector<Hypothesis>& Hypotheses() {
       {"two different replies come to one request", TwoReplies, SayTwoReplies},
       {"replies come that belong to other requests", Seen<other_reply>, SayOtherReply},
       {"it does not answer requests for long replies", TooLong, SayTooLong},
-      {"a gateway or server speaks in its place", Said, SaySaid},
+      {"a gateway or server speaks in its place", InItsPlace, SaySaid},
       {"what comes is not Modbus TCP", NoTcp, SayNoTcp},
       {"bytes come, and not one good frame", WrongSettings, SaySettings},
       {"its replies come damaged", Noise, SayNoise},

@@ -21,10 +21,6 @@ constexpr double kMargin = 1.25;
 constexpr double kOutage = 2.5;
 constexpr const char* kRaw = "set it to raw (no XON/XOFF, no Telnet, no change of line ends)";
 
-config::SerialSettings SerialOf(const DeviceRecord& record) {
-  return record.device->serial.value_or(record.line->serial);
-}
-
 /// A time for the configuration, in round numbers: "150ms".
 std::string Suggest(Duration seen) {
   const double ms = kMargin * std::chrono::duration<double, std::milli>(seen).count();
@@ -177,6 +173,12 @@ std::string SayEighthBit(const Evidence& evidence) {
          SerialOf(evidence.first()).ToString() + ")";
 }
 
+std::string SaySevenBits(const Evidence& evidence) {
+  return "no character of its replies has its eighth bit: the port or a converter in between has 7 "
+         "data bits; set 8 (now " +
+         SerialOf(evidence.first()).ToString() + ")";
+}
+
 std::string SayText(const Evidence& evidence) {
   return "text comes in place of replies (" + evidence.Last(text).cause +
          "): a modem, a console or the menu of a serial server is at this port; take it off, or "
@@ -199,7 +201,8 @@ std::string SaySettings(const Evidence& evidence) {
   const DeviceRecord& record = evidence.first();
   if (evidence.healthy.empty()) {
     return "bytes come, and not one good frame: check bit rate, parity and data bits (" +
-           SerialOf(record).ToString() + "), then the protocol (" + record.device->protocol + ")";
+           SerialOf(record).ToString() + "), A and B, then the protocol (" +
+           record.device->protocol + ")";
   }
   return "its replies cannot be read, and " + evidence.healthy +
          " is understood: two devices have its address (" + record.device->address +

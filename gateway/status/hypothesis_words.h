@@ -31,6 +31,7 @@ std::string SaySpecials(const Evidence& evidence);
 std::string SayBadCheck(const Evidence& evidence);
 std::string SayTooLong(const Evidence& evidence);
 std::string SayEighthBit(const Evidence& evidence);
+std::string SaySevenBits(const Evidence& evidence);
 std::string SayText(const Evidence& evidence);
 std::string SayEcho(const Evidence& evidence);
 std::string SayLateEcho(const Evidence& evidence);

@@ -62,8 +62,11 @@ class Findings {
 
   /// Of kSpecialBytes those that every reply had which failed, and no good one; one bit each.
   std::uint8_t Suspects() const {
-    return any_bad_ ? static_cast<std::uint8_t>(bad_specials_ & ~good_specials_) : std::uint8_t{};
+    if (!any_bad_) return 0;
+    return static_cast<std::uint8_t>(bad_specials_ & ~good_specials_ & ~kHighBit);
   }
+  /// In all that came no character had its eighth bit, although the protocol has such.
+  bool IsSevenBit() const { return any_bad_ && !any_high_; }
 
   /// Around so many replies, one after another where anything was, the same bytes stood; and which.
   std::size_t SameAround() const { return same_around_; }
@@ -99,6 +102,7 @@ class Findings {
     around_ = finding.cause;
   }
   void Keep(Finding finding) {
+    any_high_ = any_high_ || (finding.specials & kHighBit) != 0;
     KeepLength(finding);
     KeepAround(finding);
     if (IsAnswered(finding.symptom)) {
@@ -121,6 +125,7 @@ class Findings {
   std::uint8_t good_specials_ = 0;
   std::uint8_t bad_specials_ = 0xFF;
   bool any_bad_ = false;
+  bool any_high_ = false;
   std::size_t same_around_ = 0;
   std::string around_;
   std::array<Finding, kSymptoms> last_{};

@@ -152,6 +152,58 @@ FAULTS = [
 ]
 
 
+# Less usual ones.
+FAULTS += [
+    Fault("offline since a while", "spa dcon set rtu ascii tcp", m.dies_at(12), "offline for.*not a byte", "power|server", "bit rate|gap|second master", "alone beside"),
+    Fault("both offline", "spa rtu", m.dies_at(12), "none of its 2 devices", "share|port|power", "", "both"),
+    Fault("both damaged", "spa rtu", m.now_and_then(m.sends(m.bad_check)), "damaged", "noise|terminat|ground", "two devices", "both"),
+    Fault("later each time", "spa rtu", m.growing(0.02), "late|after the request", "timing: \\{ reply", "bit rate|second master"),
+    Fault("late replies of half", "dcon ascii", m.now_and_then(m.late(0.7), 2), "late|after the request", "timing: \\{ reply", "bit rate|second master"),
+    Fault("one reply behind", "rtu spa", m.one_reply_behind, "request before|other requests|earlier", "serial server|radio|cache|restart", "bit rate|gap"),
+    Fault("copy 300 ms later", "spa rtu dcon", m.copy_after(0.3), "twice|again|second", "serial server|radio|repeater", "bit rate|gap|power"),
+    Fault("A and B inverted", "spa rtu set", m.sends(m.inverted), "bit rate|A and B|not one good frame", "bit rate|A and B", "gap|second master"),
+    Fault("bits reversed", "rtu dcon", m.sends(m.reversed_bits), "not one good frame|cannot be read", "bit rate|protocol", "gap|second master|power"),
+    Fault("seven bits", "rtu set", m.sends(m.seven_bits), "data bits|eighth bit|seven", "data bits|8", "gap|second master|power"),
+    Fault("lower case", "ascii", m.sends(m.lower_case), "", "", well=True),
+    Fault("line ends changed", "spa ascii dcon", m.sends(m.newline_for_return), "line (feed|end)|0D|carriage", "raw", "gap|power|second master|bit rate"),
+    Fault("XOFF inserted", "rtu set", m.sends(m.inserted(0x13)), "too many|damaged|changes", "raw|XON|converter", "gap|power|second master"),
+    Fault("buffer of 6", "rtu set", m.sends(m.at_most(6)), "break off|missing", "buffer|wire|ask for less|converter", "gap|power|second master"),
+    Fault("broken echo", "rtu spa", m.broken_echo, "echo|before its replies|same bytes|two talkers", "echo|strip|raw|bias", "gap|power"),
+    Fault("00 before each reply", "rtu spa", m.sends(m.before(b"\0\0\0\0")), "same bytes|stand before", "raw|bias|terminat", "gap|power|second master"),
+    Fault("CR LF behind each reply", "rtu set", m.sends(m.behind(b"\r\n\r\n")), "same bytes|follow", "raw|bias|terminat", "gap|power|second master"),
+    Fault("AT modem frames", "rtu", m.sends(m.before(b"+IPD,0,7:")), "same bytes|text", "raw|modem|take it off", "gap|power|second master|bias"),
+    Fault("NMEA", "rtu spa set", m.well, "text", "take it off|automatic", "gap|power|second master", events=((1.0, lambda s: b"$GPGGA,123519,4807.038,N,01131.000,E,1,08,0.9,545.4,M*47\r\n"),)),
+    Fault("NMEA, silent device", "rtu spa set", m.silent, "text", "take it off|check the port", "gap|second master", events=((1.0, lambda s: b"$GPGGA,123519,4807.038,N,01131.000,E,1,08,0.9,545.4,M*47\r\n"),)),
+    Fault("bursts of noise", "rtu spa dcon", m.well, "noise|stray|damaged|nothing was asked", "noise|bias|terminat|ground", "power|gap", events=((2.3, lambda s: bytes((i * 89 + 31) & 255 for i in range(60))),)),
+    Fault("second master asks the same device", "rtu ascii", m.well, "another master|beside good", "take the other|another master", "gap|power|bit rate",
+          events=((0.83, lambda s: s.wrap(1, b"\3\0\x50\0\2")), (0.83, lambda s: s.wrap(1, b"\3\4\0\1\0\2")))),
+    Fault("busy now and then", "rtu tcp", m.now_and_then(m.sends(m.exception(6)), 4), "exception 06", "poll", "gap|second master|bit rate"),
+    Fault("no target now and then", "rtu tcp", m.now_and_then(m.sends(m.exception(11)), 3), "exception 0B", "gateway", "gap|second master|bit rate"),
+    Fault("unknown exception", "rtu", m.sends(m.exception(0x20)), "exception 20", "profile|manual|device", "gap|second master|bit rate"),
+    Fault("refused without the exception bit", "rtu tcp", m.sends(m.pdu(lambda q: bytes([q[0], 2]))), "not fit|function or count|count|short|bytes", "firmware|profile|keep", "gap|second master|bit rate|power"),
+    Fault("always the whole map", "rtu tcp", m.sends(m.pdu(lambda q: bytes([q[0], 40]) + bytes(40))), "count|not fit|bytes|long", "firmware|profile|keep", "gap|second master|bit rate|power"),
+    Fault("one byte behind", "tcp", m.sends(m.behind(b"\0")), "header|bytes|not modbus", "firmware|serial server|port", "gap|power|bit rate"),
+    Fault("unit 255 answers", "tcp", m.sends(m.other_address(255)), "unit 255 answers", "address|unit", "gap|power|bit rate"),
+    Fault("MBAP in pieces", "tcp", m.paused(0.2), "", "", well=True),
+    Fault("MBAP length too small", "tcp", m.sends(lambda x: x.reply[:5] + bytes([x.reply[5] - 1]) + x.reply[6:]), "header", "firmware|serial server", "gap|power"),
+    Fault("not asked: pushes", "tcp", m.well, "transaction|nobody asked|nothing was asked|by itself|not modbus", "firmware|server|client|trace|raw", "gap|power|bit rate", events=((0.7, lambda s: b"\x77\x77\0\0\0\5\1\3\2\0\7"),)),
+    Fault("SPA slave on Modbus", "rtu", m.sends(m.only(b"\n<1D:0.51/0.52:33\r\n")), "SPA|text", "spabus|protocol|port", "gap|power|bit rate"),
+    Fault("DCON module on Modbus", "rtu", m.sends(m.only(b"?01\r")), "DCON|text|not one good frame", "dcon|protocol|bit rate", "gap|power|second master"),
+    Fault("Modbus on SPA", "spa", m.sends(lambda x: b"\1\x83\2\xc0\xf1"), "modbus|not one good frame", "modbus|protocol", "gap|power|second master"),
+    Fault("Modbus ASCII on DCON", "dcon", m.sends(lambda x: b":018302FA\r\n"), "modbus|not one good frame|right form", "modbus|protocol", "gap|power|second master"),
+    Fault("prompt", "dcon spa rtu", m.sends(m.only(b"\r\nCommand> ")), "text|console", "console|port|take it off", "gap|power|second master"),
+    Fault("error text", "spa dcon", m.sends(m.only(b"ERROR: unknown command\r\n")), "text|console", "console|port|take it off", "gap|power|second master|bit rate"),
+    Fault("ftp", "tcp set", m.silent, "mail or file server", "port", "gap|power|parity", line="TCP", greeting=b"220 ready\r\n"),
+    Fault("mysql", "tcp", m.silent, "not modbus|text|server", "port", "gap|power|parity", line="TCP", greeting=b"J\0\0\0\n8.0.36\0\x08\0\0\0abcdefgh\0"),
+    Fault("meter: too often", "set", m.now_and_then(m.sends(m.set_status(8)), 2), "busy|status 08", "poll", "gap|power|second master|bit rate"),
+    Fault("meter: other address form", "set", m.sends(lambda x: x.slave.wrap(0xFC, bytes([0, 0x89, 0xA2, 0x61]) + x.reply[1:-2])), "meter", "address|serial_number", "gap|power|second master|bit rate"),
+    Fault("host watchdog", "dcon", m.sends(lambda x: x.slave.wrap(b"!")), "watchdog|!|not fit|form|damaged", "watchdog|profile|module|~", "gap|power|second master"),
+    Fault("no address checks", "spa", m.sends(lambda x: x.reply.replace(b"<1D", b"<D")), "form|slave|not one good frame|damaged|check value", "address|device|protocol|profile|firmware|bit rate", "gap|power|second master"),
+    Fault("every second silent", "spa tcp", m.now_and_then(m.silent, 2), "single|no answer", "noise|quiet|poll", "bit rate"),
+    Fault("restarts", "rtu", m.by_time(m.silent, 20, 8), "away|outage|offline for.*outage", "restart|power|wire", "bit rate|gap|second master"),
+]
+
+
 def m_total(text):
     return b"%02X" % (sum(text) & 0xFF)
 

@@ -218,3 +218,63 @@ def set_status(status):
 def as_tcp(x):
     body = x.reply[:-2]
     return b"\0\1\0\0" + bytes([0, len(body)]) + body
+
+
+def lower_case(x):
+    return x.reply.lower()
+
+
+def inverted(x):
+    """A and B swapped, at a receiver that takes what it gets."""
+    return bytes(b ^ 0xFF for b in x.reply)
+
+
+def seven_bits(x):
+    return bytes(b & 0x7F for b in x.reply)
+
+
+def reversed_bits(x):
+    return bytes(int(f"{b:08b}"[::-1], 2) for b in x.reply)
+
+
+def inserted(byte, every=4):
+    return lambda x: b"".join(x.reply[i:i + every] + bytes([byte]) for i in range(0, len(x.reply), every))
+
+
+def newline_for_return(x):
+    return x.reply.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+
+
+def return_doubled(x):
+    """Each CR becomes CR LF, and each LF CR LF, as a terminal server does."""
+    return x.reply.replace(b"\r\n", b"\n").replace(b"\n", b"\r\n").replace(b"\r", b"\r\r\n")
+
+
+def broken_echo(x):
+    """What is sent comes back damaged, and the reply behind it."""
+    return [(0.002, x.request[:-1]), (THINK, x.reply)]
+
+
+def dies_at(seconds, manner=silent):
+    return lambda x: manner(x) if x.wire.elapsed() > seconds else well(x)
+
+
+def growing(step):
+    """Later each time."""
+    return lambda x: [(THINK + step * x.number, x.reply)]
+
+
+def at_most(size):
+    """A buffer that holds no more."""
+    return lambda x: x.reply[:size]
+
+
+def copy_after(seconds):
+    return lambda x: [(THINK, x.reply), (THINK + seconds, x.reply)]
+
+
+def one_reply_behind(x):
+    """Each request is answered by the reply to the one before."""
+    before = getattr(x.wire, "before", None)
+    x.wire.before = x.reply
+    return [(THINK, before)] if before else []

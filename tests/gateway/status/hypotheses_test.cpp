@@ -67,8 +67,8 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        false,
        true},
       {{{noise, 12}, {damaged, 5}, {silence, 3}},
-       "bytes come, and not one good frame: check bit rate, parity and data bits (9600 7E1), then "
-       "the protocol (spabus)"},
+       "bytes come, and not one good frame: check bit rate, parity and data bits (9600 7E1), A and "
+       "B, then the protocol (spabus)"},
       {{{noise, 12}, {damaged, 5}},
        "its replies cannot be read, and feeder-1 is understood: two devices have its address (2), "
        "or its bit rate or parity differs (9600 7E1)",
