@@ -115,6 +115,7 @@ std::optional<Finding> Examiner::More() {
   judged_ = heard_.size();
   Finding finding = Look();
   if (finding.symptom == told_) return std::nullopt;
+  if (finding.symptom == Symptom::split) broken_ = {};  // that was its rest
   told_ = finding.symptom;
   return finding;
 }

@@ -113,6 +113,14 @@ std::string NamesOf(const DeviceRecord& record, IsMeant is_meant) {
   return points > 1 ? fmt::format("{} and {} more", first, points - 1) : first;
 }
 
+/// It came, and is no reply as it is.
+bool IsDamage(Symptom symptom) {
+  using enum Symptom;
+  constexpr Symptom kDamage[] = {head_lost, end_lost, tail_lost, bytes_lost, bytes_added,
+                                 bad_check, damaged,  noise,     zeros};
+  return std::ranges::find(kDamage, symptom) != std::end(kDamage);
+}
+
 /// Requests that are never answered well, beside others that are.
 Sentences DeadQueries(const DeviceRecord& record, const Evidence& evidence) {
   const DeviceStatus& status = record.status;
@@ -131,8 +139,17 @@ Sentences DeadQueries(const DeviceRecord& record, const Evidence& evidence) {
             ", and answers the others: it may not have these points; take them out of the profile, "
             "or set access: none"};
   }
-  return {"the request for " + points + " fails always, and others are answered: " +
-          Said(evidence) + "; if it goes on, take these points out of the profile"};
+  const bool damaged = std::ranges::all_of(status.queries, [&](const QueryCount& query) {
+    return !fails(query) || IsDamage(query.symptom);
+  });
+  if (damaged && status.findings.Suspects() == 0) {
+    return {"the replies for " + points +
+            " come damaged always, and others are good: the device answers this request wrongly "
+            "(take these points out of the profile), or a converter changes its bytes (set it to "
+            "raw)"};
+  }
+  return {"the request for " + points +
+          " fails always, and others are answered: " + Said(evidence)};
 }
 
 /// How often it fails at present; empty: not often enough for a word.
