@@ -19,9 +19,11 @@ namespace {
 /// Fewer printable characters are no words.
 constexpr std::size_t kShortestText = 6;
 /// From here on a line of printable characters is one, whatever is in it.
-constexpr std::ptrdiff_t kLine = 8;
+constexpr std::size_t kLine = 8;
 constexpr std::size_t kQuoted = 40;
 constexpr std::size_t kQuotedBytes = 8;
+/// What a modem, radio or serial server puts around a packet is no longer.
+constexpr std::size_t kLongestFrame = 24;
 /// A driver that takes or leaves the bus may make so many bytes of nothing.
 constexpr std::size_t kHarmless = 3;
 /// So many bytes are a few.
@@ -98,6 +100,14 @@ bool IsModem(View heard) {
   return std::ranges::any_of(kWords, [&](std::string_view word) { return text.starts_with(word); });
 }
 
+/// A line of printable characters, whatever is in it.
+bool IsLine(const Hearing& hearing, View heard) {
+  const bool binary = !std::ranges::all_of(hearing.request, IsPrintable);
+  if (heard.size() < (binary ? kLine : 2 * kLine)) return false;
+  const bool ends = heard.back() == '\r' || heard.back() == '\n';
+  return ends && std::ranges::all_of(heard, IsPrintable);
+}
+
 /// In a binary protocol a few letters are words; where replies are text themselves, half of it.
 bool IsWords(const Hearing& hearing, View heard) {
   const auto printable = std::ranges::count_if(heard, IsPrintable);
@@ -105,9 +115,7 @@ bool IsWords(const Hearing& hearing, View heard) {
   const auto size = static_cast<std::ptrdiff_t>(heard.size());
   const bool binary = !std::ranges::all_of(hearing.request, IsPrintable);
   if (heard.size() < kShortestText || 20 * printable < 19 * size) return false;
-  const bool line = size >= kLine && (heard.back() == '\r' || heard.back() == '\n');
-  if (binary) return letters >= 3 || line;
-  return 2 * letters >= size || (line && size >= 2 * kLine);
+  return binary ? letters >= 3 : 2 * letters >= size;
 }
 
 /// Its first bytes are those of a reply, or nearly.
@@ -123,10 +131,9 @@ bool BeginsLikeReply(const Hearing& hearing, View heard) {
 }
 
 /// Nothing: these are no words for people.
-std::optional<Finding> Words(const Hearing& hearing, View heard) {
-  const bool words =
-      IsModem(heard) || (IsWords(hearing, heard) && !BeginsLikeReply(hearing, heard));
-  if (!words) return std::nullopt;
+std::optional<Finding> Words(const Hearing& hearing, View heard, bool lines = false) {
+  const bool likely = IsWords(hearing, heard) || (lines && IsLine(hearing, heard));
+  if (!IsModem(heard) && (!likely || BeginsLikeReply(hearing, heard))) return std::nullopt;
   // What comes behind a password may repeat it.
   const bool secret = !hearing.expect->secrets.empty();
   return Finding{
@@ -211,7 +218,7 @@ std::optional<Finding> Stranger(const Hearing& hearing, View part) {
     recognised->symptom = Symptom::device_beside;
     return recognised;
   }
-  auto words = Words(hearing, part);
+  auto words = Words(hearing, part, true);
   if (words) words->symptom = Symptom::text_beside;
   return words;
 }
@@ -221,8 +228,15 @@ bool IsIdle(View bytes) {
   return std::ranges::all_of(bytes, [](auto byte) { return byte % 0xFF == 0; });
 }
 
-/// "10 02 ... 10 03".
+/// The same, and line ends.
+bool IsFiller(View bytes) {
+  return std::ranges::all_of(
+      bytes, [](auto byte) { return byte % 0xFF == 0 || byte == '\r' || byte == '\n'; });
+}
+
+/// "10 02 ... 10 03"; empty: too many for a packet's frame.
 std::string Around(View before, View behind) {
+  if (before.size() + behind.size() > kLongestFrame) return {};
   const std::string front = ToHex(before.first(std::min(before.size(), kQuotedBytes)));
   const std::string back = ToHex(behind.first(std::min(behind.size(), kQuotedBytes)));
   return front + (front.empty() ? "... " : " ...") + (back.empty() || front.empty() ? "" : " ") +
@@ -247,7 +261,7 @@ Finding Beside(const Hearing& hearing, View heard, const Found& found) {
   if (behind.size() > kHarmless) return noise(Symptom::noise_behind);
   // One byte on a wire is the driver's, and so are more of them without a form.
   const std::size_t few = hearing.connection ? 1 : 2;
-  const bool form = !IsIdle(before) || !IsIdle(behind);
+  const bool form = !IsFiller(before) || !IsFiller(behind);
   return form && before.size() + behind.size() >= few ? noise(Symptom::few_beside) : Finding{};
 }
 
@@ -283,9 +297,12 @@ Finding Unreadable(const Hearing& hearing, View heard) {
   if (auto service = hearing.connection ? OtherService(heard) : std::nullopt) return *service;
   if (auto recognised = Recognise(hearing, heard)) return *recognised;
   if (BlameOf(hearing, heard) == Outcome::unexpected) return {.symptom = Symptom::other_reply};
-  if (heard.size() > hearing.expect->max_bytes) return {.symptom = Symptom::endless};
+  const bool ends = std::ranges::find(heard, '\n') != heard.end();
+  if (heard.size() > hearing.expect->max_bytes && !(ends && IsLine(hearing, heard)))
+    return {.symptom = Symptom::endless};
   if (auto words = Words(hearing, heard)) return *words;
   if (auto nearly = NearlyReply(hearing, heard)) return *nearly;
+  if (auto line = Words(hearing, heard, true)) return *line;
   if (IsIdle(heard)) return {.symptom = Symptom::zeros};
   if (!BeginsLikeReply(hearing, heard)) return {.symptom = Symptom::noise};
   return Broken(hearing, heard);

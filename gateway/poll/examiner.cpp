@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <string>
+#include <utility>
 
 #include "gateway/line/assembler.h"
 
@@ -63,6 +64,9 @@ Finding Examiner::End(Outcome outcome) {
   if (!ProvesLife(outcome)) frame_.clear();
   const bool plain = ProvesLife(outcome) && heard_.size() == frame_.size();
   Finding finding = plain ? Plain(Heard()) : Look();
+  // What a server says at once may meet the first request.
+  const bool says = finding.symptom == Symptom::other_protocol || finding.symptom == Symptom::text;
+  if (std::exchange(fresh_, false) && says && greeting_.empty()) greeting_ = heard_;
   const bool greeted = !IsAnswered(finding.symptom) && !greeting_.empty();
   if (greeted) finding = Greeting(Heard(), greeting_).value_or(finding);
   told_ = finding.symptom;
@@ -79,28 +83,35 @@ std::optional<Examiner::Late> Examiner::TakeLate() {
   return late;
 }
 
-/// What was heard, without the reply that was taken.
-Bytes Examiner::BesideReply() const {
-  const auto found = std::search(heard_.begin(), heard_.end(), frame_.begin(), frame_.end());
-  if (frame_.empty() || found == heard_.end()) return heard_;
-  Bytes beside(heard_.begin(), found);
-  beside.insert(beside.end(), found + static_cast<std::ptrdiff_t>(frame_.size()), heard_.end());
-  return beside;
+/// What was heard before and behind the reply that was taken; without one, before it.
+std::pair<View, View> Examiner::BesideReply() const {
+  const View heard = heard_;
+  const auto found = std::search(heard.begin(), heard.end(), frame_.begin(), frame_.end());
+  if (frame_.empty() || found == heard.end()) return {heard, {}};
+  View behind(found + static_cast<std::ptrdiff_t>(frame_.size()), heard.end());
+  while (!behind.empty() && (behind[0] == '\r' || behind[0] == '\n')) behind = behind.subspan(1);
+  return {View(heard.begin(), found), behind};
+}
+
+/// Behind the beginning it makes a whole reply, which is none by itself.
+bool Examiner::IsRest(View rest) const {
+  if (rest.empty()) return false;
+  Bytes whole = broken_.begin;
+  Append(whole, rest);
+  Assembler assembler;
+  assembler.Begin(broken_.member->protocol->reply_rule, broken_.request.expect);
+  assembler.Feed(whole);
+  const auto frame = assembler.Next(true);
+  return frame && whole.size() - assembler.held() - frame->size() < broken_.begin.size();
 }
 
 /// The rest of a reply that broke off has come, in this exchange.
 bool Examiner::FindRest() {
   if (broken_.member == nullptr || heard_.empty()) return false;
   const Instant came = sent_ + arrivals_.back().after;
-  Bytes whole = broken_.begin;
-  Append(whole, BesideReply());
-  Assembler assembler;
-  assembler.Begin(broken_.member->protocol->reply_rule, broken_.request.expect);
-  assembler.Feed(whole);
-  const auto frame = assembler.Next(true);
-  if (!frame || came - broken_.last > kLongestPause) return false;
-  const std::size_t at = whole.size() - assembler.held() - frame->size();
-  if (at >= broken_.begin.size()) return false;  // a reply by itself
+  if (came - broken_.last > kLongestPause) return false;
+  const auto [before, behind] = BesideReply();
+  if (!IsRest(before) && !IsRest(behind)) return false;
   // One that was taken may stand in front of the rest.
   const Arrival& rest = frame_.empty() ? arrivals_.front() : arrivals_.back();
   const Duration pause = sent_ + rest.after - broken_.last;
@@ -125,11 +136,16 @@ bool Examiner::Answers(Open& open) const {
   const Expectation& expect = open.request.expect;
   const bool own = open.member->IsSame(*member_);
   if (own ? open.request.bytes == request_.bytes : expect.address.empty()) return false;
+  const Device* const device = roster_.AsDevice(*open.member);
   Assembler assembler;
   assembler.Begin(open.member->protocol->reply_rule, expect);
   assembler.Feed(heard_);
   while (const auto frame = assembler.Next(true)) {
     if (*frame == frame_) continue;
+    // A form that fits several requests proves nothing; what it says may.
+    const bool fits =
+        device == nullptr || ProvesLife(device->conversation->Check(open.request.bytes, *frame));
+    if (own && !fits) continue;
     open.repeated = *frame == open.reply;
     return true;
   }
@@ -220,6 +236,7 @@ Finding Examiner::Attribute(Finding finding) {
     if (finding.symptom == Symptom::two_replies) {
       return late && whose->silent ? Finding{.symptom = Symptom::late, .time = after} : finding;
     }
+    if (late && whose->silent) return {.symptom = Symptom::late, .time = after};
     if (arrivals_.back().after < reply / 2) return {.symptom = Symptom::one_behind};
     return late ? Finding{.symptom = Symptom::late, .time = after} : finding;
   }

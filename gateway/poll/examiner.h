@@ -31,6 +31,7 @@ class Examiner {
   /// The port has opened.
   void OnOpened() {
     member_ = nullptr;
+    fresh_ = true;
     greeting_.clear();
   }
   void Begin(const Member& member, const Request& request, const LineTimes& times, Instant now);
@@ -80,7 +81,8 @@ class Examiner {
 
   Hearing Heard() const;
   bool IsCopy() const;
-  Bytes BesideReply() const;
+  std::pair<View, View> BesideReply() const;
+  bool IsRest(View rest) const;
   bool FindRest();
   Finding Look();
   Finding Attribute(Finding finding);
@@ -99,6 +101,7 @@ class Examiner {
   std::size_t judged_ = 0;  // bytes that had come when the exchange ended
   std::deque<Asked> open_;  // by place
   Bytes previous_;          // what was heard for another request of the same member, just before
+  bool fresh_ = true;       // no exchange has ended since the port was opened
   Bytes greeting_;          // came before the first request behind the opening of the port
   Bytes heard_;
   std::vector<Arrival> arrivals_;

@@ -128,6 +128,8 @@ void JobRun::Explain(const Job& job, const ExchangeEnd& end, Finding& finding) {
     if (end.reason.empty()) finding.symptom = Symptom::silence;  // which an earlier one has met
     finding.cause = end.reason;
     finding.remedy = job.answer.remedy;
+  } else if (finding.symptom == Symptom::one_behind) {
+    finding.cause = end.reason;
   }
 }
 

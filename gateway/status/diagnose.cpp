@@ -148,8 +148,12 @@ Sentences DeadQueries(const DeviceRecord& record, const Evidence& evidence) {
             "(take these points out of the profile), or a converter changes its bytes (set it to "
             "raw)"};
   }
-  return {"the request for " + points +
-          " fails always, and others are answered: " + Said(evidence)};
+  const bool shifted = evidence.Count(Symptom::one_behind) > 0;  // and that would shift all
+  const std::string said =
+      shifted || Judge(evidence).empty()
+          ? "its reply does not fit (" + status.last_reason + "): does the profile fit the device?"
+          : Said(evidence);
+  return {"the request for " + points + " fails always, and others are answered: " + said};
 }
 
 /// How often it fails at present; empty: not often enough for a word.
@@ -178,6 +182,14 @@ Sentences Failures(const DeviceRecord& record, const Evidence& evidence) {
   if (!often.empty() && found.empty()) {
     found.push_back(often + ": " + Said(evidence));
   }
+  const std::vector<QueryCount>& queries = record.status.queries;
+  const bool none = !queries.empty() && std::ranges::all_of(queries, [](const QueryCount& query) {
+    return query.points == 0 || query.in_vain > 0;
+  });
+  // Probes may be answered well, and there are more of them.
+  if (found.empty() && none && evidence.failed > 0) {
+    found.push_back("it answers, and its polls fail: " + Said(evidence));
+  }
   if (std::string refusals = Refusals(record, evidence); !refusals.empty()) {
     const bool more = evidence.Count(Symptom::refusal) > evidence.failed;
     found.insert(more ? found.begin() : found.end(), std::move(refusals));
@@ -194,8 +206,7 @@ std::string Wrapped(const DeviceRecord& record) {
   if (beside < kNotableNoise || findings.SameAround() < kConstant) return {};
   // 00 and FF are of a line that nobody drives.
   if (findings.Around().find_first_not_of("0F .") == std::string::npos) return {};
-  const bool often = 2 * beside > findings.size() || findings.SameAround() >= 2 * kConstant;
-  if (!often) return {};
+  if (2 * beside < findings.size() || findings.Around().empty()) return {};
   return fmt::format(
       "the same bytes stand around its replies ({}) in {} of its last {} exchanges: a modem, radio "
       "or serial server in between adds a packet frame or registration; set it to raw",

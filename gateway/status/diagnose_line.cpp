@@ -180,14 +180,14 @@ Sentences DiagnoseLine(const config::Line& line, const LineStatus& status,
   const double stray =
       Share(static_cast<double>(status.stray_bytes), static_cast<double>(status.bytes_in));
   if (stray >= kNotableStray && !IsExplained(devices)) {
-    found.push_back(
-        fmt::format("{} of {} bytes came when nothing was asked: {}; look at 'baudgate trace {}'",
-                    status.stray_bytes, status.bytes_in,
-                    line.serial.on_wire()
-                        ? "noise while nobody drives the bus (bias resistors, termination), a "
-                          "second master, or answers that come too late"
-                        : "the server does not keep to Modbus TCP, or answers twice",
-                    line.name));
+    found.push_back(fmt::format(
+        "{} of {} bytes came when nothing was asked: {}; look at 'baudgate trace {}'",
+        status.stray_bytes, status.bytes_in,
+        line.serial.on_wire()
+            ? "noise while nobody drives the bus (bias resistors, termination), a "
+              "second master, or answers that come too late"
+            : "the server answers twice, or does not keep to Modbus TCP; update its firmware",
+        line.name));
   }
   if (status.times_lost > 0) found.push_back(Lost(line, status.times_lost, devices));
   const bool misses = std::ranges::any_of(devices, [&](const DeviceRecord& one) {

@@ -31,6 +31,7 @@ Sentences DiagnosePoints(const DeviceRecord& record, Now now) {
   std::size_t stale = 0;
   std::size_t doubted = 0;
   std::size_t reported = 0;
+  std::size_t unreadable = 0;
   std::string first;
   std::map<Reason, std::size_t> reasons;
   for (std::size_t i = 0; i < record.points.size(); ++i) {
@@ -41,6 +42,7 @@ Sentences DiagnosePoints(const DeviceRecord& record, Now now) {
     const bool said = quality == record.points[i].reported;
     ++(said ? reported : in_doubt ? doubted : stale);
     if (said && quality.reason != Reason::none) ++reasons[quality.reason];
+    if (said && quality == Quality::bad) ++unreadable;
     if (said && first.empty()) first = record.device->points[i].name;
   }
   Sentences found;
@@ -64,6 +66,8 @@ Sentences DiagnosePoints(const DeviceRecord& record, Now now) {
       why += fmt::format("{}{} {}", why.empty() ? " (" : ", ", count, Name(reason));
     }
     why += (why.empty() ? " (" : "; ") + first + (reported > 1 ? ", ...)" : ")");
+    if (unreadable == reported)
+      why += ": what came is no value for them; does the profile fit the device?";
     if (reasons.contains(Reason::not_fitted)) {
       const std::string& said = record.status.findings.Last(Symptom::refusal).cause;
       why += said.empty() ? ": it does not answer requests for them" : ": it says '" + said + "'";
@@ -87,7 +91,9 @@ Sentences DiagnoseWaiting(const DeviceRecord& record, Now now, Instant started) 
   }
   const Duration patience = std::max<Duration>(kLongWait, 3 * record.device->poll);
   if (waiting == 0 || now.instant - started < patience) return {};
-  const std::string& reason = record.status.findings.Last(Symptom::refusal).cause;
+  const Findings& findings = record.status.findings;
+  const std::string& odd = findings.Last(Symptom::odd).cause;
+  const std::string& reason = odd.empty() ? findings.Last(Symptom::refusal).cause : odd;
   return {
       fmt::format("{} of {} points have no value yet ({}{}): {}; does the profile fit the "
                   "device, with its options?",

@@ -98,6 +98,17 @@ double Always(const Evidence& evidence) {
   return evidence.answered && share < 0.6 ? 0 : share;
 }
 
+/// Noise changes characters, and takes none away.
+double BytesLost(const Evidence& evidence) {
+  if (2 * evidence.Count(bytes_lost) < evidence.failed) return Always<bytes_lost>(evidence);
+  return evidence.Share({bytes_lost, bad_check, damaged, tail_lost, end_lost});
+}
+
+/// A device that was behind from its first reply on would have been right at each repeat.
+double OneBehind(const Evidence& evidence) {
+  return evidence.answered ? Always<one_behind>(evidence) : 0;
+}
+
 /// A buffer that is too small may leave a reply that lacks its last byte alone.
 double BreaksOff(const Evidence& evidence) {
   if (evidence.Count(tail_lost) == 0) return 0;
@@ -108,8 +119,8 @@ double BreaksOff(const Evidence& evidence) {
 /// Its replies, each without the eighth bits.
 double SevenBits(const Evidence& evidence) {
   if (evidence.device == nullptr || evidence.failed < kMany) return 0;
-  if (!evidence.device->status.findings.IsSevenBit()) return 0;
-  return evidence.Share({bad_check, damaged, noise, head_lost, odd, tail_lost});
+  if (!OnWire(evidence) || !evidence.device->status.findings.IsSevenBit()) return 0;
+  return evidence.Share({bad_check, damaged});
 }
 
 double Silent(const Evidence& evidence) { return 0.9 * evidence.Share({silence}); }
@@ -126,7 +137,8 @@ double TooLong(const Evidence& evidence) {
 }
 
 double Odd(const Evidence& evidence) {
-  return evidence.Count(odd) == 0 || evidence.Last(odd).cause.empty() ? 0 : evidence.Share({odd});
+  if (evidence.Count(odd) == 0 || evidence.Last(odd).cause.empty()) return 0;
+  return evidence.Share({odd, one_behind});
 }
 
 /// It, or a gateway in its place, has said why there is no value; or the server has gone.
@@ -170,12 +182,12 @@ const std::vector<Hypothesis>& Hypotheses() {
       {"the first byte of its replies is missing", Seen<head_lost>, SayHeadLost},
       {"its replies break off", BreaksOff, SayTailLost},
       {"the last byte of its replies is missing", Always<end_lost>, SayEndLost},
-      {"bytes are missing inside its replies", Always<bytes_lost>, SayBytesLost},
+      {"bytes are missing inside its replies", BytesLost, SayBytesLost},
       {"its replies have bytes too many", Always<bytes_added>, SayBytesAdded},
       {"its replies have the right form and length", BadCheck, SayBadCheck},
       {"nothing but 00 or FF comes", Seen<zeros>, SayZeros},
       {"bytes come without an end", Seen<endless>, SayEndless},
-      {"its replies answer the request before", Always<one_behind>, SayOneBehind},
+      {"its replies answer the request before", OneBehind, SayOneBehind},
       {"late replies of", Seen<late_other>, SayLateOther},
       {"two different replies come to one request", TwoReplies, SayTwoReplies},
       {"replies come that belong to other requests", Seen<other_reply>, SayOtherReply},

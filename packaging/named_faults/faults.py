@@ -108,12 +108,11 @@ FAULTS = [
     Fault("RTU bytes on TCP", "tcp", m.sends(lambda x: rtu_of(x)), "modbus rtu", "modbus_rtu", "gap|power|parity"),
     Fault("ASCII on RTU", "rtu", m.sends(lambda x: ascii_of(x)), "modbus ascii", "modbus_ascii", "gap|power|parity"),
     Fault("RTU on ASCII", "ascii", m.sends(lambda x: rtu_of(x)), "modbus rtu", "modbus_rtu", "gap|power"),
-    Fault("MBAP length", "tcp", m.sends(lambda x: x.reply[:5] + bytes([x.reply[5] + 3]) + x.reply[6:]), "header", "firmware|serial server", "gap|power"),
     Fault("transaction", "tcp", m.sends(lambda x: b"\0\7" + x.reply[2:]), "transaction", "firmware|serial server", "gap|power"),
     Fault("protocol number", "tcp", m.sends(lambda x: x.reply[:3] + b"\5" + x.reply[4:]), "protocol number", "firmware|serial server", "gap|power"),
     Fault("closes each time", "tcp", p.CLOSE, "connection", "client|server|unit|limit", "gap|parity"),
     # SPA.
-    *[Fault("NAK %d" % code, "spa", m.sends(m.spa_nak(code)), "nak|nack|code %d|refus|%d" % (code, code), "profile|password|busy|poll|device", "gap|power|second master|bit rate") for code in (1, 4, 5, 7)],
+    *[Fault("NAK %d" % code, "spa", m.sends(m.spa_nak(code)), "nak|nack|code %d|refus|%d" % (code, code), "profile|password|busy|poll|device|gateway", "gap|power|second master|bit rate") for code in (1, 4, 5, 7)],
     Fault("texts, no numbers", "spa", m.sends(m.spa_data(b"READY")), "READY|no number|text", "profile", "gap|power|second master|bit rate"),
     Fault("values missing", "spa", m.sends(m.spa_data(b"")), "no value|empty|values|count|not fit", "profile", "gap|power|second master|bit rate"),
     Fault("no colon", "spa", m.sends(lambda x: x.slave.wrap(x.address, b"D")), "form|syntax|cannot be read|not fit|damaged", "profile|firmware|protocol|device", "gap|power|second master"),

@@ -5,6 +5,7 @@
 usage: named_faults.py [--only WORD] [--seconds 40] [--lines 60] [--show] [--least 0.95] build/release/baudgate
 
 Exit code 1: fewer than `--least` are named, or a line that is well is talked about. --lines: at most so many at once.
+--show: those that are named as well. --seen: what the exchanges looked like.
 """
 
 import argparse
@@ -243,6 +244,12 @@ def sentences(status, line):
     return said
 
 
+def seen(status, line):
+    """What the exchanges of its devices looked like."""
+    found = next(one for one in status["lines"] if one["name"] == line)
+    return [f"{device['name']} saw {device['seen']}, last: {device['last_reason']}" for device in found["devices"]]
+
+
 def matches(pattern, text):
     return bool(pattern) and re.search(pattern, text, re.IGNORECASE) is not None
 
@@ -282,7 +289,7 @@ def run(cases, program, seconds):
     """(case, sentences) of each; what is said of a line that is well, at any look."""
     with tempfile.TemporaryDirectory(prefix="named-faults-") as folder:
         rig = Rig(cases, program, folder)
-        said = {case.line: [] for case in cases}
+        said, saw = {case.line: [] for case in cases}, {}
         try:
             for look in (seconds / 4, seconds / 2, seconds):
                 rig.run_until(rig.start + look)
@@ -292,11 +299,12 @@ def run(cases, program, seconds):
                 if status is None:
                     sys.exit("the gateway does not answer\n" + open(rig.log.name).read()[-2000:])
                 for case in cases:
+                    saw[case.line] = seen(status, case.line)
                     if look == seconds or case.fault.well:
                         said[case.line] += [text for text in sentences(status, case.line) if text not in said[case.line]]
         finally:
             rig.stop()
-        return [(case, said[case.line]) for case in cases]
+        return [(case, said[case.line], saw[case.line]) for case in cases]
 
 
 def main():
@@ -307,12 +315,13 @@ def main():
     parse.add_argument("--lines", type=int, default=60)
     parse.add_argument("--least", type=float, default=0.95)
     parse.add_argument("--show", action="store_true")
+    parse.add_argument("--seen", action="store_true")
     options = parse.parse_args()
     counts = dict.fromkeys(("named", "half", "wrong", "silent"), 0)
     talked, total = 0, 0
     longest = []
     for batch in batches(cases_of(options.only), options.lines):
-        for case, said in run(batch, options.program, options.seconds):
+        for case, said, saw in run(batch, options.program, options.seconds):
             verdict = judge(case.fault, said)
             if case.fault.well:
                 talked += verdict != "named"
@@ -322,7 +331,7 @@ def main():
                 longest += [len(said[0])] if said else []
             if options.show or verdict != "named":
                 print(f"{'TALKED ABOUT' if case.fault.well and verdict != 'named' else verdict:7} {case.name}")
-                for text in said:
+                for text in said + (saw if options.seen else []):
                     print("          " + text)
                 sys.stdout.flush()
     share = counts["named"] / max(total, 1)

@@ -139,7 +139,7 @@ class DconPlain(Dcon):
 
 
 class Set4tm:
-    name, serial, addresses = "set4tm", "9600 8O1", (17, 18)
+    name, serial, addresses = "set4tm", "9600 8O1", (20, 21)
     points = ["{ name: voltage, read: \"08 1B 00 11 float_le@0\", type: float32 }",
               "{ name: current, read: \"08 1B 00 21 float_le@0\", type: float32 }",
               "{ name: counts, read: \"05 00 00 counts@0\", type: uint32 }"]

@@ -125,7 +125,8 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        true},
       {{{one_behind, 9}},
        "its replies answer the request before: a serial server or radio in between is one reply "
-       "behind; restart it, switch its cache off, and let one client use it"},
+       "behind; restart it, switch its cache off, and let one client use it",
+       true},
       {{{late_echo, 3}, {clean, 9}},
        "the gateway's own requests come back late: a converter, modem or serial server in between "
        "echoes; switch its echo off",
