@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "gateway/line/assembler.h"
+#include "gateway/line/other_service.h"
 
 namespace baudgate {
 namespace {
@@ -65,7 +66,8 @@ Finding Examiner::End(Outcome outcome) {
   const bool plain = ProvesLife(outcome) && heard_.size() == frame_.size();
   Finding finding = plain ? Plain(Heard()) : Look();
   // What a server says at once may meet the first request.
-  const bool says = finding.symptom == Symptom::other_protocol || finding.symptom == Symptom::text;
+  const bool says = finding.symptom == Symptom::text ||
+                    (roster_.is_network() && OtherService(heard_).has_value());
   if (std::exchange(fresh_, false) && says && greeting_.empty()) greeting_ = heard_;
   const bool greeted = !IsAnswered(finding.symptom) && !greeting_.empty();
   if (greeted) finding = Greeting(Heard(), greeting_).value_or(finding);
@@ -168,9 +170,13 @@ bool Examiner::IsCopy() const {
   Assembler assembler;
   assembler.Begin(member_->protocol->reply_rule, request_.expect);
   assembler.Feed(heard_);
-  const auto frame = assembler.Next(true);
-  return frame && std::search(previous_.begin(), previous_.end(), frame->begin(), frame->end()) !=
-                      previous_.end();
+  const auto came_before = [this, &assembler] {
+    const auto frame = assembler.Next(true);
+    return frame && std::search(previous_.begin(), previous_.end(), frame->begin(), frame->end()) !=
+                        previous_.end();
+  };
+  // Short replies to several requests may be the same.
+  return came_before() && !came_before();
 }
 
 /// A request of this gateway has come back so late that it seems somebody else's.
@@ -236,7 +242,9 @@ Finding Examiner::Attribute(Finding finding) {
     if (finding.symptom == Symptom::two_replies) {
       return late && whose->silent ? Finding{.symptom = Symptom::late, .time = after} : finding;
     }
-    if (late && whose->silent) return {.symptom = Symptom::late, .time = after};
+    // Where replies are numbered, one that is late is known by that.
+    if (late && (whose->silent || request_.distinct))
+      return {.symptom = Symptom::late, .time = after};
     if (arrivals_.back().after < reply / 2) return {.symptom = Symptom::one_behind};
     return late ? Finding{.symptom = Symptom::late, .time = after} : finding;
   }

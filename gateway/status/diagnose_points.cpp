@@ -32,6 +32,7 @@ Sentences DiagnosePoints(const DeviceRecord& record, Now now) {
   std::size_t doubted = 0;
   std::size_t reported = 0;
   std::size_t unreadable = 0;
+  std::size_t empty = 0;
   std::string first;
   std::map<Reason, std::size_t> reasons;
   for (std::size_t i = 0; i < record.points.size(); ++i) {
@@ -42,7 +43,8 @@ Sentences DiagnosePoints(const DeviceRecord& record, Now now) {
     const bool said = quality == record.points[i].reported;
     ++(said ? reported : in_doubt ? doubted : stale);
     if (said && quality.reason != Reason::none) ++reasons[quality.reason];
-    if (said && quality == Quality::bad) ++unreadable;
+    if (said && (quality == Quality::bad || quality == Quality::bad_configuration)) ++unreadable;
+    if (said && quality == Quality::bad_sensor_failure) ++empty;
     if (said && first.empty()) first = record.device->points[i].name;
   }
   Sentences found;
@@ -67,7 +69,8 @@ Sentences DiagnosePoints(const DeviceRecord& record, Now now) {
     }
     why += (why.empty() ? " (" : "; ") + first + (reported > 1 ? ", ...)" : ")");
     if (unreadable == reported)
-      why += ": what came is no value for them; does the profile fit the device?";
+      why += ": what came is no value of their type; does the profile fit?";
+    if (empty == reported) why += ": it gives no value for them; does the profile fit?";
     if (reasons.contains(Reason::not_fitted)) {
       const std::string& said = record.status.findings.Last(Symptom::refusal).cause;
       why += said.empty() ? ": it does not answer requests for them" : ": it says '" + said + "'";

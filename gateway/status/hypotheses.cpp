@@ -104,9 +104,22 @@ double BytesLost(const Evidence& evidence) {
   return evidence.Share({bytes_lost, bad_check, damaged, tail_lost, end_lost});
 }
 
-/// A device that was behind from its first reply on would have been right at each repeat.
+/// A device that was behind from its first reply on would have been right at each repeat; and what
+/// shifts some replies shifts all.
 double OneBehind(const Evidence& evidence) {
-  return evidence.answered ? Always<one_behind>(evidence) : 0;
+  if (!evidence.answered || evidence.device == nullptr) return 0;
+  const std::vector<QueryCount>& queries = evidence.device->status.queries;
+  const bool some = std::ranges::any_of(queries, [](const auto& one) { return one.in_vain > 1; }) &&
+                    std::ranges::any_of(queries, [](const auto& one) { return one.in_vain == 0; });
+  return some ? 0 : Always<one_behind>(evidence);
+}
+
+/// It may speak once and be silent from then on.
+double OtherProtocol(const Evidence& evidence) {
+  if (evidence.answered || evidence.Count(other_protocol) < kFacts) {
+    return evidence.Share({other_protocol});
+  }
+  return evidence.Share({other_protocol, silence, tail_lost, noise, damaged});
 }
 
 /// A buffer that is too small may leave a reply that lacks its last byte alone.
@@ -137,8 +150,9 @@ double TooLong(const Evidence& evidence) {
 }
 
 double Odd(const Evidence& evidence) {
-  if (evidence.Count(odd) == 0 || evidence.Last(odd).cause.empty()) return 0;
-  return evidence.Share({odd, one_behind});
+  const bool proven = evidence.Count(odd) > 0;
+  if (evidence.Last(proven ? odd : one_behind).cause.empty()) return 0;
+  return (proven ? 1 : 0.5) * evidence.Share({odd, one_behind});
 }
 
 /// It, or a gateway in its place, has said why there is no value; or the server has gone.
@@ -167,7 +181,7 @@ const std::vector<Hypothesis>& Hypotheses() {
   // Of two that are supported equally the first is said: what is proven stands before what is
   // likely.
   static const std::vector<Hypothesis> kAll = {
-      {"another protocol or service answers", Seen<other_protocol>, AsFound<other_protocol>},
+      {"another protocol or service answers", OtherProtocol, AsFound<other_protocol>},
       {"right, were another setting made", Seen<other_setting>, AsFound<other_setting>},
       {"another master speaks on the line", OtherMaster, SayOtherMaster},
       {"slave N answers where slave N was asked", OtherDevice, SayOtherDevice},

@@ -260,7 +260,7 @@ std::string SaySaid(const Evidence& evidence) {
 }
 
 std::string SayOdd(const Evidence& evidence) {
-  const Finding& finding = evidence.Last(odd);
+  const Finding& finding = evidence.Last(evidence.Count(odd) > 0 ? odd : one_behind);
   return "its replies do not fit their requests (" + Brief(finding) + "): " + RemedyOf(finding);
 }
 

@@ -64,7 +64,7 @@ FAULTS = [
     Fault("half replies", ALL, m.sends(m.half), "break off|half|stop", "buffer|wire|serial server|converter|ask for less", "bit rate|power|second master", "alone beside"),
     Fault("first byte eaten", WIRE, m.sends(m.head_lost), "first byte", "converter|direction|delay", "bit rate|power|gap|second master"),
     Fault("last byte lost", WIRE, m.sends(m.end_lost), "last byte", "converter|direction|driver", "bit rate|power|gap|second master"),
-    Fault("XON eaten", "rtu set", m.sends(m.eaten(0x11)), "missing|11", "raw|XON", "power|second master"),
+    Fault("XON eaten", "rtu set", m.sends(m.eaten(0x11)), "missing|11|changes", "raw|XON", "power|second master"),
     Fault("0A eaten", "rtu", m.sends(m.eaten(0x0A, 3)), "missing|0A", "raw|line ends", "power|second master"),
     # The check value.
     Fault("check value wrong", ALL.replace(" tcp", ""), m.sends(m.bad_check), "check value|checksum", "checksum|another|address|two devices|computes", "gap|power|second master", "alone beside"),

@@ -87,10 +87,10 @@ TEST_F(DiagnoseTest, ARequestThatIsNeverAnsweredBesideOthers) {
                                  "points; take them out of the profile, or set access: none"));
   device().queries[1].symptom = Symptom::damaged;
   Looked(device(), Symptom::damaged, 8);
-  EXPECT_THAT(Say(),
-              ElementsAre(::testing::StartsWith(
-                  "the request for " + name +
-                  " and 2 more fails always, and others are answered: its replies come damaged")));
+  EXPECT_THAT(
+      Say(),
+      ElementsAre(::testing::StartsWith("the replies for " + name +
+                                        " and 2 more come damaged always, and others are good: ")));
   device().findings = {};
   Looked(device(), Symptom::clean, 9);
   device().queries[0] = device().queries[1];
@@ -143,7 +143,8 @@ TEST_F(DiagnoseTest, PointsThatAreNotGood) {
               ElementsAre("1 of 2 points are older than their max_age: its polls fail or come too "
                           "seldom; see 'baudgate status bay-1.feeder-2'",
                           "1 of 2 points have no good value (" + record_.device->points[1].name +
-                              "); see 'baudgate status bay-1.feeder-2'"));
+                              "): it gives no value for them; does the profile fit?; see 'baudgate "
+                              "status bay-1.feeder-2'"));
 }
 
 TEST_F(DiagnoseTest, DoubtIsNotTheDevicesReport) {

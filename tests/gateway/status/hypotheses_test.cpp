@@ -27,6 +27,7 @@ struct Row {
   bool healthy = false;   ///< a neighbour answers
   bool tcp = false;       ///< Modbus TCP
   std::string reason{};   ///< of the last failure
+  bool here = false;      ///< it answers at present
 };
 
 class HypothesesTest : public DiagnoseTest {
@@ -41,6 +42,7 @@ class HypothesesTest : public DiagnoseTest {
     device().timing.gap = 50ms;
     device().last_reason = row.reason;
     device().state = row.answered ? DeviceState::offline : DeviceState::never_seen;
+    if (row.here) device().state = DeviceState::degraded;
     if (row.answered) device().last_ok = kNow.instant - 1min;
     for (const Seen& seen : row.seen) Looked(device(), seen.symptom, seen.count, seen.finding);
     device().exchanges = 30;
@@ -119,9 +121,16 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        "replies fail that contain 0A, and no others: a converter or serial server in between "
        "changes such bytes; set it to raw (no XON/XOFF, no Telnet, no change of line ends)",
        true},
-      {{{clean, 9, {.expected = 40}}, {silence, 5, {.expected = 80}}},
+      {{{clean, 9, {.expected = 40}},
+        {silence, 3, {.expected = 80}},
+        {clean, 2, {.expected = 40}},
+        {silence, 3, {.expected = 80}}},
        "it does not answer requests for long replies (80 bytes and more), and answers those for up "
        "to 40: ask for less at once (block, max_items or the like at the device)",
+       true,
+       false,
+       false,
+       "",
        true},
       {{{one_behind, 9}},
        "its replies answer the request before: a serial server or radio in between is one reply "
@@ -188,6 +197,10 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        "and give it another"},
       {{{silence, 3}, {clean, 6}, {silence, 4}, {clean, 6}, {silence, 4}, {clean, 6}},
        "it is away for some time and comes back: look for restarts, its power and a loose wire",
+       true,
+       false,
+       false,
+       "",
        true},
       {{{clean, 32}}, ""},
   };
