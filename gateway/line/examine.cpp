@@ -20,7 +20,7 @@ namespace {
 constexpr std::size_t kShortestText = 6;
 /// From here on a line of printable characters is one, whatever is in it.
 constexpr std::size_t kLine = 8;
-constexpr std::size_t kQuoted = 40;
+constexpr std::size_t kQuoted = 30;
 constexpr std::size_t kQuotedBytes = 8;
 /// What a modem, radio or serial server puts around a packet is no longer.
 constexpr std::size_t kLongestFrame = 24;
@@ -237,6 +237,9 @@ bool IsFiller(View bytes) {
 /// "10 02 ... 10 03"; empty: too many for a packet's frame.
 std::string Around(View before, View behind) {
   if (before.size() + behind.size() > kLongestFrame) return {};
+  const auto is_end = [](std::uint8_t byte) { return byte == '\r' || byte == '\n'; };
+  while (!before.empty() && is_end(before.back())) before = before.first(before.size() - 1);
+  while (!behind.empty() && is_end(behind.front())) behind = behind.subspan(1);
   const std::string front = ToHex(before.first(std::min(before.size(), kQuotedBytes)));
   const std::string back = ToHex(behind.first(std::min(behind.size(), kQuotedBytes)));
   return front + (front.empty() ? "... " : " ...") + (back.empty() || front.empty() ? "" : " ") +
@@ -279,8 +282,12 @@ Finding Untaken(const Hearing& hearing, std::size_t echo, const Found& found) {
 Finding Broken(const Hearing& hearing, View heard) {
   const Duration pause = LongestPause(hearing, 0, hearing.heard.size());
   if (pause > hearing.gap) return {.symptom = Symptom::split, .time = pause};
-  if (HasOnlyLength(hearing, heard)) return {.symptom = Symptom::bad_check};
   const std::size_t length = OnlyLength(hearing);
+  // It may be as long as a refusal, and yet the beginning of something longer.
+  if (heard.size() + kAFew < length && IsBeginning(hearing, heard)) {
+    return {.symptom = Symptom::tail_lost};
+  }
+  if (HasOnlyLength(hearing, heard)) return {.symptom = Symptom::bad_check};
   if (length > kAFew && heard.size() < length && heard.size() + kAFew >= length) {
     return {.symptom = Symptom::bytes_lost};
   }
@@ -327,7 +334,8 @@ Finding Plain(const Hearing& hearing) {
 
 std::optional<Finding> Greeting(const Hearing& hearing, View heard) {
   if (auto service = hearing.connection ? OtherService(heard) : std::nullopt) return service;
-  if (!hearing.protocol->tcp || heard.size() <= kHarmless) return Words(hearing, heard);
+  if (auto words = Words(hearing, heard, true)) return words;
+  if (!hearing.protocol->tcp || heard.size() <= kHarmless) return std::nullopt;
   return Finding{
       .symptom = Symptom::other_protocol,
       .bytes = heard.size(),

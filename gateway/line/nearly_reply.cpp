@@ -10,6 +10,10 @@
 namespace baudgate {
 namespace {
 
+/// Characters that may have been put in.
+constexpr std::size_t kMostTried = 16;
+constexpr std::initializer_list<std::uint8_t> kFlowControl = {0x11, 0x13};
+
 bool IsWhole(const Hearing& hearing, View heard) {
   Assembler assembler;
   assembler.Begin(hearing.protocol->reply_rule, *hearing.expect);
@@ -66,6 +70,20 @@ Bytes Shrunk(View heard, std::uint8_t first, std::uint8_t second, std::uint8_t k
   return rest;
 }
 
+/// It is whole without one of these characters; others like it may be its own.
+bool IsWholeWithoutOne(const Hearing& hearing, View heard,
+                       std::initializer_list<std::uint8_t> any) {
+  std::size_t tried = 0;
+  for (std::size_t i = 0; i < heard.size() && tried < kMostTried; ++i) {
+    if (std::ranges::find(any, heard[i]) == any.end()) continue;
+    ++tried;
+    Bytes rest(heard.begin(), heard.end());
+    rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(i));
+    if (IsWhole(hearing, rest)) return true;
+  }
+  return false;
+}
+
 /// What converters and serial servers put in, taken out again: then it is whole.
 std::optional<Finding> Stuffed(const Hearing& hearing, View heard) {
   const struct {
@@ -73,7 +91,7 @@ std::optional<Finding> Stuffed(const Hearing& hearing, View heard) {
     const char* cause;
     const char* remedy;
   } all[] = {
-      {Without(heard, {0x11, 0x13}), "XON and XOFF characters (11, 13) are mixed into its replies",
+      {Without(heard, kFlowControl), "XON and XOFF characters (11, 13) are mixed into its replies",
        "switch software flow control off at the converter or serial server"},
       {Shrunk(heard, 0xFF, 0xFF, 0xFF), "each FF of its replies comes twice, as in Telnet",
        "set the serial server to raw TCP, without Telnet"},
@@ -85,7 +103,8 @@ std::optional<Finding> Stuffed(const Hearing& hearing, View heard) {
        "a converter or serial server changes line ends: set it to raw"},
   };
   for (const auto& one : all) {
-    if (one.clean.size() == heard.size() || !IsWhole(hearing, one.clean)) continue;
+    const bool whole = one.clean.size() < heard.size() && IsWhole(hearing, one.clean);
+    if (!whole && (&one != all || !IsWholeWithoutOne(hearing, heard, kFlowControl))) continue;
     return Finding{.symptom = Symptom::other_setting, .cause = one.cause, .remedy = one.remedy};
   }
   return std::nullopt;

@@ -14,6 +14,8 @@ namespace {
 /// More is not looked at. The longest reply of a Modbus device has 260 bytes.
 constexpr std::size_t kKept = 1024;
 constexpr std::size_t kArrivals = 256;
+/// What begins as a reply has begun is another one.
+constexpr std::size_t kFront = 2;
 /// The rest of a reply that comes still later is nobody's.
 constexpr Duration kLongestPause = 5s;
 
@@ -97,7 +99,10 @@ std::pair<View, View> Examiner::BesideReply() const {
 
 /// Behind the beginning it makes a whole reply, which is none by itself.
 bool Examiner::IsRest(View rest) const {
-  if (rest.empty()) return false;
+  // Replies of a connection are whole, or their header says how much is missing.
+  if (rest.empty() || broken_.member->protocol->tcp) return false;
+  const std::size_t same = std::min({rest.size(), broken_.begin.size(), kFront});
+  if (std::ranges::equal(rest.first(same), View(broken_.begin).first(same))) return false;
   Bytes whole = broken_.begin;
   Append(whole, rest);
   Assembler assembler;

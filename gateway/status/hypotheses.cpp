@@ -181,16 +181,16 @@ const std::vector<Hypothesis>& Hypotheses() {
   // Of two that are supported equally the first is said: what is proven stands before what is
   // likely.
   static const std::vector<Hypothesis> kAll = {
-      {"another protocol or service answers", OtherProtocol, AsFound<other_protocol>},
-      {"right, were another setting made", Seen<other_setting>, AsFound<other_setting>},
-      {"another master speaks on the line", OtherMaster, SayOtherMaster},
-      {"slave N answers where slave N was asked", OtherDevice, SayOtherDevice},
+      {"another protocol or service answers", OtherProtocol, AsFound<other_protocol>, true},
+      {"right, were another setting made", Seen<other_setting>, AsFound<other_setting>, true},
+      {"another master speaks on the line", OtherMaster, SayOtherMaster, true},
+      {"slave N answers where slave N was asked", OtherDevice, SayOtherDevice, true},
       {"text comes in place of replies", Text, SayText},
-      {"only the request itself comes back", Seen<echo>, SayEcho},
+      {"only the request itself comes back", Seen<echo>, SayEcho, true},
       {"the gateway's own requests come back late", Seen<late_echo>, SayLateEcho},
       {"replies fail that contain", NotTransparent, SaySpecials},
-      {"its replies come in pieces", InPieces, SaySplit},
-      {"its replies come up to", Late, SayLate},
+      {"its replies come in pieces", InPieces, SaySplit, true},
+      {"its replies come up to", Late, SayLate, true},
       {"its replies are right once their eighth bit is taken away", EighthBit, SayEighthBit},
       {"no character of its replies has its eighth bit", SevenBits, SaySevenBits},
       {"the first byte of its replies is missing", Seen<head_lost>, SayHeadLost},
@@ -203,7 +203,7 @@ const std::vector<Hypothesis>& Hypotheses() {
       {"bytes come without an end", Seen<endless>, SayEndless},
       {"its replies answer the request before", OneBehind, SayOneBehind},
       {"late replies of", Seen<late_other>, SayLateOther},
-      {"two different replies come to one request", TwoReplies, SayTwoReplies},
+      {"two different replies come to one request", TwoReplies, SayTwoReplies, true},
       {"replies come that belong to other requests", Seen<other_reply>, SayOtherReply},
       {"it does not answer requests for long replies", TooLong, SayTooLong},
       {"a gateway or server speaks in its place", InItsPlace, SaySaid},
@@ -227,8 +227,8 @@ std::vector<const Hypothesis*> Judge(const Evidence& evidence) {
   std::vector<const Hypothesis*> said;
   if (all.empty()) return said;
   said.push_back(all[0].second);
-  const bool more =
-      all.size() > 1 && all[0].first <= 1 - kUnexplained && all[1].first >= kUnexplained;
+  const bool more = all.size() > 1 && !all[0].second->proven && all[0].first <= 1 - kUnexplained &&
+                    all[1].first >= kUnexplained;
   if (more) said.push_back(all[1].second);
   return said;
 }

@@ -24,6 +24,7 @@ struct Hypothesis {
   double (*support)(const Evidence&);
   /// Cause and remedy, without a subject: "answers later than timing.reply (100 ms): …".
   std::string (*say)(const Evidence&);
+  bool proven = false;  ///< what was seen leaves no doubt, so that nothing else need be said
 };
 
 /// All that is known.

@@ -128,8 +128,8 @@ std::string SayTailLost(const Evidence& evidence) {
   const std::string of =
       finding.expected > finding.bytes ? fmt::format(" of {}", finding.expected) : std::string();
   return fmt::format(
-      "its replies break off ({}{} bytes came last): a serial server or converter with too small a "
-      "buffer, or a bad wire; if only long ones do, ask for less at once",
+      "its replies break off ({}{} bytes came last): a serial server with too small a buffer, or a "
+      "bad wire; ask for less at once where only long ones do",
       finding.bytes, of);
 }
 
@@ -181,15 +181,14 @@ std::string SaySevenBits(const Evidence& evidence) {
 
 std::string SayText(const Evidence& evidence) {
   return "text comes in place of replies (" + evidence.Last(text).cause +
-         "): a modem, a console or the menu of a serial server is at this port; take it off, or "
-         "check the port (" +
+         "): a modem, a console or a menu is at this port; take it off, or check the port (" +
          evidence.line->port + ")";
 }
 
 std::string SayEcho(const Evidence& evidence) {
-  return "only the request itself comes back: the adapter or the line echoes (set echo: strip at "
-         "the line), and the device is silent: " +
-         Unproven(evidence);
+  return "only the request itself comes back: the adapter echoes (set echo: strip at the line), "
+         "and the device is silent: check its power, its wire and its address (" +
+         evidence.first().device->address + ")";
 }
 
 std::string SayLateEcho(const Evidence&) {

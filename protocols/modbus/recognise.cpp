@@ -102,8 +102,7 @@ std::optional<Recognised> OddHeader(const Adu& asked, View heard) {
   if (function != asked.pdu[0]) return std::nullopt;
   const auto odd = [](std::string cause) {
     return Recognised{Recognised::What::other_reply, std::move(cause),
-                      "the server does not keep to Modbus TCP: update its firmware, or ask it "
-                      "through a serial server with protocol: modbus_rtu"};
+                      "the server does not keep to Modbus TCP: update its firmware"};
   };
   if (protocol != 0) {
     return odd("the header of its replies has protocol number " + std::to_string(protocol) +
@@ -131,10 +130,10 @@ std::optional<Recognised> OtherCheck(Framing framing, View heard) {
   };
   if (framing == Framing::rtu && heard.size() > kRtuOverhead) {
     if (EndsInCrc16(heard)) {
-      return Recognised{Recognised::What::other_reply,
-                        "its replies have a right check value, and a function or count that does "
-                        "not fit",
-                        "the device does not keep to Modbus: update its firmware"};
+      return Recognised{
+          Recognised::What::other_reply,
+          "its replies have a right check value, and a function or count that does not fit",
+          "the device does not keep to Modbus: update its firmware"};
     }
     Bytes swapped(heard.begin(), heard.end());
     std::swap(swapped[swapped.size() - 1], swapped[swapped.size() - 2]);
@@ -164,10 +163,10 @@ std::optional<Recognised> Recognise(Framing framing, View request, View heard) {
     return framing == Framing::tcp ? OddHeader(*asked, heard) : OtherCheck(framing, heard);
   }
   if (seen->request) {
-    return Recognised{Recognised::What::other_master,
-                      "another master speaks on the line: it has asked " + Slave(seen->adu.slave),
-                      "a serial line has one master: take the other one away, or let it ask "
-                      "through the gateway"};
+    return Recognised{
+        Recognised::What::other_master,
+        "another master speaks on the line: it has asked " + Slave(seen->adu.slave),
+        "a serial line has one master: take the other one away, or let it ask through the gateway"};
   }
   if (seen->adu.slave != asked->slave) {
     const std::string who = framing == Framing::tcp ? "unit " : "slave ";

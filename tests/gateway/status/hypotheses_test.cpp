@@ -99,8 +99,8 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        "the first byte of its replies is missing: the converter turns round too late; use one with "
        "automatic direction, or raise the answer delay of the device"},
       {{{tail_lost, 9, {.bytes = 16}}},
-       "its replies break off (16 bytes came last): a serial server or converter with too small a "
-       "buffer, or a bad wire; if only long ones do, ask for less at once"},
+       "its replies break off (16 bytes came last): a serial server with too small a buffer, or a "
+       "bad wire; ask for less at once where only long ones do"},
       {{{end_lost, 9}},
        "the last byte of its replies is missing: a driver lets go of the bus too early; use a "
        "converter with automatic direction"},
@@ -151,8 +151,8 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        "its replies are right once their eighth bit is taken away: it sends 7 data bits with "
        "parity; set serial: to 7E1 or 7O1 (now 9600 7E1)"},
       {{{text, 9, {.cause = "'login: '"}}},
-       "text comes in place of replies ('login: '): a modem, a console or the menu of a serial "
-       "server is at this port; take it off, or check the port (/dev/ttyUSB0)"},
+       "text comes in place of replies ('login: '): a modem, a console or a menu is at this port; "
+       "take it off, or check the port (/dev/ttyUSB0)"},
       {{{zeros, 9}},
        "nothing but 00 or FF comes: check A and B, the bias resistors and who drives the line, "
        "then the bit rate (9600 7E1)"},
@@ -160,8 +160,8 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        "bytes come without an end: something on the line sends by itself, or a transmitter is "
        "stuck; unplug devices one by one"},
       {{{echo, 9}},
-       "only the request itself comes back: the adapter or the line echoes (set echo: strip at the "
-       "line), and the device is silent: check its power and its wire",
+       "only the request itself comes back: the adapter echoes (set echo: strip at the line), and "
+       "the device is silent: check its power, its wire and its address (2)",
        true},
       {{{other_protocol, 9, {.cause = "messages of Modbus RTU come back", .remedy = "set it"}}},
        "messages of Modbus RTU come back: set it"},

@@ -90,7 +90,7 @@ TEST(Examine, SaysWhatCame) {
        Outcome::corrupt,
        other_setting,
        "XON and XOFF characters (11, 13) are mixed into its replies"},
-      {"ModbusRtu19200", kRtu, {{20ms, "FFFB01FFFD03"}}, Outcome::corrupt, noise},
+      {"ModbusRtu19200", kRtu, {{20ms, "FFFB01FFFD03"}}, Outcome::corrupt, bytes_lost},
       {"ModbusTcp",
        kTcp,
        {{20ms, "FFFB01FFFD03"}},
