@@ -14,6 +14,7 @@ namespace {
 /// More is not looked at. The longest reply of a Modbus device has 260 bytes.
 constexpr std::size_t kKept = 1024;
 constexpr std::size_t kArrivals = 256;
+constexpr std::size_t kTaken = 8;
 /// What begins as a reply has begun is another one.
 constexpr std::size_t kFront = 2;
 /// The rest of a reply that comes still later is nobody's.
@@ -26,8 +27,6 @@ void Examiner::Begin(const Member& member, const Request& request, const LineTim
   times_ = times;
   sent_ = now + static_cast<std::int64_t>(request.bytes.size()) * times.character;
   if (broken_.member == &member) ++broken_.began;
-  previous_.clear();
-  if (member_ == &member && request_.bytes != request.bytes) previous_ = heard_;
   if (open_.size() <= member.place) open_.resize(member.place + 1);
   Asked& asked = open_[member.place];
   if (asked.last.member != nullptr && asked.last.request.bytes != request.bytes) {
@@ -61,6 +60,8 @@ Finding Examiner::End(Outcome outcome) {
     Open& last = open_[member_->place].last;
     last.answered = true;
     last.reply = frame_;
+    taken_.push_back({request_.bytes, frame_});
+    if (taken_.size() > kTaken) taken_.pop_front();
     greeting_.clear();  // it has kept nobody from answering
   }
   open_[member_->place].last.silent = heard_.empty();
@@ -169,19 +170,21 @@ const Examiner::Open* Examiner::WhoseReply() {
   return nullptr;
 }
 
-/// A whole reply came for the request before as well: something in between sends twice.
+/// Beside its own reply there are only such as were taken for other requests just before: something
+/// in between sends twice.
 bool Examiner::IsCopy() const {
-  if (previous_.empty()) return false;
   Assembler assembler;
   assembler.Begin(member_->protocol->reply_rule, request_.expect);
   assembler.Feed(heard_);
-  const auto came_before = [this, &assembler] {
-    const auto frame = assembler.Next(true);
-    return frame && std::search(previous_.begin(), previous_.end(), frame->begin(), frame->end()) !=
-                        previous_.end();
-  };
-  // Short replies to several requests may be the same.
-  return came_before() && !came_before();
+  int copies = 0;
+  int others = 0;
+  while (const auto frame = assembler.Next(true)) {
+    const bool known = std::ranges::any_of(taken_, [&](const Taken& one) {
+      return one.request != request_.bytes && one.reply == *frame;
+    });
+    ++(known ? copies : others);
+  }
+  return copies > 0 && others < 2;
 }
 
 /// A request of this gateway has come back so late that it seems somebody else's.

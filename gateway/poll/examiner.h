@@ -70,6 +70,11 @@ class Examiner {
     Open before;
   };
 
+  /// A reply that was taken, and what it answered.
+  struct Taken {
+    Bytes request;
+    Bytes reply;
+  };
   /// The beginning of a reply, whose rest may follow.
   struct Broken {
     const Member* member = nullptr;
@@ -97,12 +102,12 @@ class Examiner {
   Instant sent_{};  // computed end of the request
   Outcome outcome_ = Outcome::none;
   Symptom told_ = Symptom::clean;
-  Bytes frame_;             // the reply that was taken
-  std::size_t judged_ = 0;  // bytes that had come when the exchange ended
-  std::deque<Asked> open_;  // by place
-  Bytes previous_;          // what was heard for another request of the same member, just before
-  bool fresh_ = true;       // no exchange has ended since the port was opened
-  Bytes greeting_;          // came before the first request behind the opening of the port
+  Bytes frame_;              // the reply that was taken
+  std::size_t judged_ = 0;   // bytes that had come when the exchange ended
+  std::deque<Asked> open_;   // by place
+  std::deque<Taken> taken_;  // the latest replies
+  bool fresh_ = true;        // no exchange has ended since the port was opened
+  Bytes greeting_;           // came before the first request behind the opening of the port
   Bytes heard_;
   std::vector<Arrival> arrivals_;
   std::vector<Late> late_;

@@ -43,8 +43,9 @@ Sentences DiagnosePoints(const DeviceRecord& record, Now now) {
     const bool said = quality == record.points[i].reported;
     ++(said ? reported : in_doubt ? doubted : stale);
     if (said && quality.reason != Reason::none) ++reasons[quality.reason];
-    if (said && (quality == Quality::bad || quality == Quality::bad_configuration)) ++unreadable;
-    if (said && quality == Quality::bad_sensor_failure) ++empty;
+    if (said && quality.reason == Reason::none) {
+      ++(quality == Quality::bad_sensor_failure ? empty : unreadable);
+    }
     if (said && first.empty()) first = record.device->points[i].name;
   }
   Sentences found;

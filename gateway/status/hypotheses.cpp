@@ -104,14 +104,12 @@ double BytesLost(const Evidence& evidence) {
   return evidence.Share({bytes_lost, bad_check, damaged, tail_lost, end_lost});
 }
 
-/// A device that was behind from its first reply on would have been right at each repeat; and what
-/// shifts some replies shifts all.
+/// Where replies are one behind, a repeat is answered by the reply to its first try, and so is
+/// right.
 double OneBehind(const Evidence& evidence) {
   if (!evidence.answered || evidence.device == nullptr) return 0;
-  const std::vector<QueryCount>& queries = evidence.device->status.queries;
-  const bool some = std::ranges::any_of(queries, [](const auto& one) { return one.in_vain > 1; }) &&
-                    std::ranges::any_of(queries, [](const auto& one) { return one.in_vain == 0; });
-  return some ? 0 : Always<one_behind>(evidence);
+  const bool repeats_fail = evidence.device->status.findings.LongestRun() > kFacts;
+  return repeats_fail ? 0 : Always<one_behind>(evidence);
 }
 
 /// It may speak once and be silent from then on.

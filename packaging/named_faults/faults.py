@@ -203,6 +203,24 @@ FAULTS += [
 ]
 
 
+FAULTS += [
+    Fault("other parity, marked", "rtu set spa", m.sends(m.marked), "parity|bit rate", "parity|bit rate", "gap|power|second master"),
+    Fault("bit rate a little off", "rtu set", m.sends(m.flipped), "damaged|bit rate|check value", "bit rate|noise|check|computes", "gap|power|second master"),
+    Fault("now early, now late", "rtu dcon", m.between(0.1, 0.9), "late|after the request", "timing: \\{ reply", "bit rate|second master|power"),
+    Fault("no coils", "rtu ascii", m.of_request(b"\1\0\5\0\1", m.silent), "\\bon\\b", "points|profile", "bit rate|noise"),
+    Fault("no coils", "tcp", m.of_request(b"\1\0\5\0\1", m.silent), "\\bon\\b", "points|profile", "bit rate|noise"),
+    Fault("fault now and then", "rtu tcp", m.now_and_then(m.sends(m.exception(4)), 3), "exception 04", "fault of its own", "gap|second master|bit rate"),
+    Fault("answers twice", "tcp", m.twice, "twice|belong|nobody asked|nothing was asked", "firmware|client|server", "gap|parity|bias"),
+    Fault("closes each fifth time", "tcp", m.now_and_then(p.CLOSE, 5), "connection", "client|server|limit|inactivity", "gap|parity"),
+    Fault("reply of another command", "dcon", m.sends(lambda x: x.slave.wrap(b"!01" + x.reply[1:-3]) if x.reply[:1] == b">" else x.reply), "fit|form", "profile|module", "gap|power|second master|bit rate"),
+    Fault("unknown NAK", "spa", m.sends(m.spa_nak(9)), "NACK 9", "device|manual", "gap|power|second master|bit rate"),
+    Fault("numbers with commas", "spa", m.sends(lambda x: x.slave.wrap(x.address, x.slave.body_of(x.reply).replace(b".", b","))), "no value|number|fit|type", "profile", "gap|power|second master|bit rate"),
+    Fault("numbers with commas", "dcon", m.sends(m.dcon_line(lambda t: t.replace(b".", b","))), "number", "profile|format|module", "gap|power|second master|bit rate"),
+    Fault("all FF", "rtu set", m.sends(lambda x: b"\xff" * len(x.reply)), "00 or FF", "A and B|bias|driver", "gap|second master"),
+    Fault("one FF in front", "rtu set", m.sends(m.before(b"\xff")), "", "", well=True),
+]
+
+
 def m_total(text):
     return b"%02X" % (sum(text) & 0xFF)
 

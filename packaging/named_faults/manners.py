@@ -278,3 +278,17 @@ def one_reply_behind(x):
     before = getattr(x.wire, "before", None)
     x.wire.before = x.reply
     return [(THINK, before)] if before else []
+
+
+def marked(x):
+    """The driver gives FF for each character with wrong parity: about every second."""
+    return bytes(0xFF if bin(b).count("1") & 1 else b for b in x.reply)
+
+
+def flipped(x):
+    """A bit rate that is a little off: high bits are wrong now and then."""
+    return bytes(b ^ 0x80 if x.random.random() < 0.15 else b for b in x.reply)
+
+
+def between(least, most):
+    return lambda x: [(least + (most - least) * x.random.random(), x.reply)]

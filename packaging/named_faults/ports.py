@@ -8,7 +8,11 @@ import threading
 import time
 import tty
 
-CLOSE = object()  # a manner: the server closes the connection in place of a reply
+
+
+def CLOSE(exchange):
+    """A manner: the server closes the connection in place of a reply."""
+    return CLOSE
 
 
 def missing(folder):

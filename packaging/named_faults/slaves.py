@@ -76,8 +76,13 @@ class Spa:
                              for i in range(count))
         return address, line + b"\r", self.wrap(address, b"D:" + body)
 
+    @staticmethod
+    def body_of(reply):
+        text = reply.strip()[1:-3]
+        return text[next(i for i, c in enumerate(text) if not 48 <= c < 58):]
+
     def as_address(self, reply, address, other):
-        return self.wrap(other, reply.strip()[1 + len(str(address)):-3])
+        return self.wrap(other, self.body_of(reply))
 
     def bad_check(self, reply):
         at = reply.rstrip().__len__() - 2

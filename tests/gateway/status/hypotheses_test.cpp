@@ -132,7 +132,7 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        false,
        "",
        true},
-      {{{one_behind, 9}},
+      {{{one_behind, 2}, {clean, 1}, {one_behind, 2}, {clean, 1}, {one_behind, 2}},
        "its replies answer the request before: a serial server or radio in between is one reply "
        "behind; restart it, switch its cache off, and let one client use it",
        true},
