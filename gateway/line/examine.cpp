@@ -284,9 +284,8 @@ Finding Broken(const Hearing& hearing, View heard) {
   if (pause > hearing.gap) return {.symptom = Symptom::split, .time = pause};
   const std::size_t length = OnlyLength(hearing);
   // It may be as long as a refusal, and yet the beginning of something longer.
-  const bool told =
-      std::ranges::any_of(hearing.expect->shapes, [](const Shape& shape) { return shape.tag > 0; });
-  if (told && heard.size() + kAFew < length && IsBeginning(hearing, heard)) {
+  const bool broke_off = hearing.outcome == Outcome::partial;
+  if (broke_off && heard.size() + kAFew < length && IsBeginning(hearing, heard)) {
     return {.symptom = Symptom::tail_lost};
   }
   if (HasOnlyLength(hearing, heard)) return {.symptom = Symptom::bad_check};

@@ -295,7 +295,7 @@ def batches(cases, most):
     return [cases[i::count] for i in range(count)]
 
 
-def run(cases, program, seconds, tries=3):
+def run(cases, program, seconds, tries=2):
     """(case, sentences) of each; what is said of a line that is well, at any look."""
     with tempfile.TemporaryDirectory(prefix="named-faults-") as folder:
         rig = Rig(cases, program, folder)
