@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Does `baudgate status` name what is wrong? Every fault of faults.py on a line of its own, over ptys and sockets.
 
-usage: named_faults.py [--only WORD] [--seconds 40] [--lines 60] [--show] [--least 0.95] build/release/baudgate
+usage: named_faults.py [--only WORD] [--seconds 40] [--lines 140] [--show] [--least 0.95] build/release/baudgate
 
 Exit code 1: fewer than `--least` are named, or a line that is well is talked about. --lines: at most so many at once.
 --show: those that are named as well. --seen: what the exchanges looked like.
@@ -325,7 +325,7 @@ def main():
     parse.add_argument("program")
     parse.add_argument("--only", default="")
     parse.add_argument("--seconds", type=float, default=40)
-    parse.add_argument("--lines", type=int, default=60)
+    parse.add_argument("--lines", type=int, default=140)
     parse.add_argument("--least", type=float, default=0.95)
     parse.add_argument("--show", action="store_true")
     parse.add_argument("--seen", action="store_true")
