@@ -158,6 +158,8 @@ enum class Then : std::uint8_t {
 struct Answer {
   Outcome outcome = Outcome::ok;
   std::string reason{};  ///< one sentence for the log; empty when ok
+  /// What a user can do about it, for `baudgate status`: "raise its poll"; empty: nothing special.
+  std::string remedy{};
   std::vector<Reading> readings{};
   Then then = Then::done;
   /// Of a write that was refused: something may have changed all the same, as an analog output that

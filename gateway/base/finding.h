@@ -6,7 +6,9 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <string>
+#include <string_view>
 
 #include "gateway/base/time.h"
 
@@ -17,6 +19,7 @@ enum class Symptom : std::uint8_t {
   clean,          ///< and nothing else
   refusal,        ///< in which the device says no, or asks to wait
   doubted,        ///< which was not taken, because it may answer an earlier request
+  few_beside,     ///< beside one to three bytes, which may be nothing
   noise_before,   ///< behind bytes that belong to nothing
   noise_behind,   ///< in front of such bytes
   text_beside,    ///< beside words or numbers for people
@@ -43,7 +46,8 @@ enum class Symptom : std::uint8_t {
   one_behind,      ///< the reply to the request before, in time
   late_echo,       ///< a request of this gateway, long after it was sent
   late_other,      ///< the late reply of another device of the line
-  other_reply,     ///< a whole reply to another request, or two different ones
+  other_reply,     ///< a whole reply to another request
+  two_replies,     ///< two different whole replies to one request
   odd,             ///< a whole reply whose content does not fit its request
   text,            ///< words for people: a login, a menu, a log
   zeros,           ///< nothing but 00 or FF
@@ -59,15 +63,34 @@ struct Finding {
   Duration time{};
   std::size_t bytes = 0;     ///< that came
   std::size_t expected = 0;  ///< of the longest good reply, where that is known
-  /// Which of kSpecialBytes came, one bit each: converters that are not transparent change them.
+  /// Which of kSpecialBytes came, one bit each: converters that are not transparent change them;
+  /// and kHighBit.
   std::uint8_t specials = 0;
-  /// "Modbus RTU frames come", "slave 7 answers"; text: as it came; refusal and odd: the reason.
+  /// "Modbus RTU frames come", "slave 7 answers"; text: as it came; refusal and odd: the reason;
+  /// noise_before, noise_behind, few_beside: "10 02 ... 10 03", what stands around the reply.
   std::string cause{};
   std::string remedy{};  ///< "set protocol: modbus_rtu at the line"; empty: nothing special
 };
 
+constexpr std::string_view Name(Symptom symptom) {
+  constexpr std::string_view kNames[] = {
+      "clean",         "refusal",     "doubted",       "few_beside",     "noise_before",
+      "noise_behind",  "text_beside", "master_beside", "device_beside",  "copies",
+      "others_beside", "silence",     "echo",          "late",           "split",
+      "head_lost",     "end_lost",    "tail_lost",     "bytes_lost",     "bytes_added",
+      "bad_check",     "eighth_bit",  "other_setting", "other_protocol", "other_device",
+      "other_master",  "one_behind",  "late_echo",     "late_other",     "other_reply",
+      "two_replies",   "odd",         "text",          "zeros",          "damaged",
+      "endless",       "noise"};
+  static_assert(std::size(kNames) == kSymptoms);
+  return kNames[static_cast<std::size_t>(symptom)];
+}
+
 /// Line ends, flow control and Telnet.
 inline constexpr std::uint8_t kSpecialBytes[] = {0x0A, 0x0D, 0x11, 0x13, 0xFF};
+
+/// A character with its eighth bit came, or none can: the protocol has seven.
+inline constexpr std::uint8_t kHighBit = 0x80;
 
 /// There was a good reply.
 constexpr bool IsAnswered(Symptom symptom) { return symptom <= Symptom::others_beside; }

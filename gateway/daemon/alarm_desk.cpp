@@ -6,6 +6,7 @@
 
 #include "gateway/base/modbus_pdu.h"
 #include "gateway/base/text.h"
+#include "gateway/poll/device_health.h"
 
 namespace baudgate {
 namespace {
@@ -13,6 +14,11 @@ namespace {
 using events::OwnAlarms;
 using events::Trouble;
 using modbus::RouteEnd;
+
+/// Two requests without a reply that are so far apart are as good as many.
+constexpr Duration kLongSilence = 30s;
+/// A unit that no client has asked for in so long a time.
+constexpr Duration kForgotten = 1h;
 
 std::optional<Trouble> TroubleOf(News::What what) {
   switch (what) {
@@ -87,12 +93,41 @@ void AlarmDesk::OnRouted(const modbus::RoutedEnd& end, Now now) {
     return;
   }
   if (answered && !IsNoTarget(end.reply)) {
-    TellAll(alarms_.End(Trouble::unit_silent, unit, now));
+    OnAnswered(unit, now);
   } else if (answered) {
-    alarms_.Begin(Trouble::unit_silent, unit,
-                  "the gateway there answers exception " + HexByte(end.reply.pdu[1]), now);
+    OnUnanswered(unit, "the gateway there answers exception " + HexByte(end.reply.pdu[1]), now);
   } else if (end.end == RouteEnd::no_reply) {
-    alarms_.Begin(Trouble::unit_silent, unit, WhyOf(end.reply.reason), now);
+    OnUnanswered(unit, WhyOf(end.reply.reason), now);
+  }
+}
+
+void AlarmDesk::OnAnswered(const OwnAlarms::Place& unit, Now now) {
+  unanswered_.erase(unit);
+  TellAll(alarms_.End(Trouble::unit_silent, unit, now));
+}
+
+/// One lost reply is no silence: it takes as many as a device of the gateway's own, or two that are
+/// far apart. The delay of the alarm counts from the first.
+void AlarmDesk::OnUnanswered(const OwnAlarms::Place& unit, const std::string& why, Now now) {
+  Unanswered& its = unanswered_.try_emplace(unit, Unanswered{.first = now}).first->second;
+  ++its.requests;
+  its.last = now.instant;
+  const Duration since = now.instant - its.first.instant;
+  const bool many =
+      its.requests >= DeviceHealth::kOfflineCount && since >= DeviceHealth::kOfflineTime;
+  const bool long_ago = its.requests > 1 && since >= kLongSilence;
+  if (many || long_ago) alarms_.Begin(Trouble::unit_silent, unit, why, its.first);
+}
+
+/// Units that no client asks for any more: nobody knows what they would say.
+void AlarmDesk::Forget(Now now) {
+  for (auto one = unanswered_.begin(); one != unanswered_.end();) {
+    if (now.instant - one->second.last < kForgotten) {
+      ++one;
+      continue;
+    }
+    TellAll(alarms_.End(Trouble::unit_silent, one->first, now));
+    one = unanswered_.erase(one);
   }
 }
 
@@ -106,6 +141,7 @@ void AlarmDesk::Look(std::span<const DiskState> disks, Now now) {
       alarms_.Begin(one.trouble, {}, one.why, now);
     }
   }
+  Forget(now);
   TellAll(alarms_.Look(now));
 }
 

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <memory>
 #include <set>
 #include <span>
@@ -44,11 +45,23 @@ class AlarmDesk {
   void Renew(std::shared_ptr<const config::Config> config, const std::set<std::string>& begun);
 
  private:
+  /// Requests of clients to one unit that got no reply, one after another.
+  struct Unanswered {
+    int requests = 0;
+    Now first{};
+    Instant last{};
+  };
+
   void TellAll(events::OwnAlarms::Records records) BAUDGATE_REQUIRES(mutex_);
+  void OnAnswered(const events::OwnAlarms::Place& unit, Now now) BAUDGATE_REQUIRES(mutex_);
+  void OnUnanswered(const events::OwnAlarms::Place& unit, const std::string& why, Now now)
+      BAUDGATE_REQUIRES(mutex_);
+  void Forget(Now now) BAUDGATE_REQUIRES(mutex_);
 
   const Tell tell_;
   Mutex mutex_;
   events::OwnAlarms alarms_ BAUDGATE_GUARDED_BY(mutex_);
+  std::map<events::OwnAlarms::Place, Unanswered> unanswered_ BAUDGATE_GUARDED_BY(mutex_);
 };
 
 }  // namespace baudgate

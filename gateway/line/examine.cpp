@@ -2,19 +2,28 @@
 #include "gateway/line/examine.h"
 
 #include <algorithm>
+#include <initializer_list>
+#include <iterator>
 #include <optional>
 #include <string>
 #include <utility>
 
 #include "gateway/base/text.h"
 #include "gateway/line/assembler.h"
+#include "gateway/line/nearly_reply.h"
+#include "gateway/line/other_service.h"
 
 namespace baudgate {
 namespace {
 
 /// Fewer printable characters are no words.
 constexpr std::size_t kShortestText = 6;
-constexpr std::size_t kQuoted = 40;
+/// From here on a line of printable characters is one, whatever is in it.
+constexpr std::size_t kLine = 8;
+constexpr std::size_t kQuoted = 30;
+constexpr std::size_t kQuotedBytes = 8;
+/// What a modem, radio or serial server puts around a packet is no longer.
+constexpr std::size_t kLongestFrame = 24;
 /// A driver that takes or leaves the bus may make so many bytes of nothing.
 constexpr std::size_t kHarmless = 3;
 /// So many bytes are a few.
@@ -47,13 +56,6 @@ std::optional<Found> FindReply(const Hearing& hearing, View heard) {
     }
   }
   return found;
-}
-
-bool IsWhole(const Hearing& hearing, View heard) { return FindReply(hearing, heard).has_value(); }
-
-/// A whole reply stands at the front. One look of the rule, however much there is.
-bool StartsWithReply(const Hearing& hearing, View heard) {
-  return hearing.protocol->reply_rule(heard, *hearing.expect, true).kind == Cut::Kind::frame;
 }
 
 Duration ArrivalOf(const Hearing& hearing, std::size_t byte) {
@@ -98,9 +100,16 @@ bool IsModem(View heard) {
   return std::ranges::any_of(kWords, [&](std::string_view word) { return text.starts_with(word); });
 }
 
+/// A line of printable characters, whatever is in it.
+bool IsLine(const Hearing& hearing, View heard) {
+  const bool binary = !std::ranges::all_of(hearing.request, IsPrintable);
+  if (heard.size() < (binary ? kLine : 2 * kLine)) return false;
+  const bool ends = heard.back() == '\r' || heard.back() == '\n';
+  return ends && std::ranges::all_of(heard, IsPrintable);
+}
+
 /// In a binary protocol a few letters are words; where replies are text themselves, half of it.
 bool IsWords(const Hearing& hearing, View heard) {
-  if (IsModem(heard)) return true;
   const auto printable = std::ranges::count_if(heard, IsPrintable);
   const auto letters = std::ranges::count_if(heard, IsLetter);
   const auto size = static_cast<std::ptrdiff_t>(heard.size());
@@ -119,6 +128,18 @@ bool BeginsLikeReply(const Hearing& hearing, View heard) {
              return shape.tag > 0 && (shape.tag & 0xFF) == byte;
            });
   });
+}
+
+/// Nothing: these are no words for people.
+std::optional<Finding> Words(const Hearing& hearing, View heard, bool lines = false) {
+  const bool likely = IsWords(hearing, heard) || (lines && IsLine(hearing, heard));
+  if (!IsModem(heard) && (!likely || BeginsLikeReply(hearing, heard))) return std::nullopt;
+  // What comes behind a password may repeat it.
+  const bool secret = !hearing.expect->secrets.empty();
+  return Finding{
+      .symptom = Symptom::text,
+      .bytes = heard.size(),
+      .cause = secret ? std::string("behind a password, and so not shown") : Quote(heard)};
 }
 
 /// More was to come.
@@ -151,32 +172,6 @@ bool IsWholeText(const Hearing& hearing, View heard) {
   return std::ranges::all_of(heard, IsPrintable) && (heard.back() == '\r' || heard.back() == '\n');
 }
 
-/// Its last byte is missing, whatever that was.
-bool IsWholeWithEnd(const Hearing& hearing, View heard) {
-  while (!heard.empty() && (heard.front() == '\r' || heard.front() == '\n'))
-    heard = heard.subspan(1);
-  if (heard.empty()) return false;
-  // Where nothing is checked, every beginning of a text is whole with an end.
-  Bytes shorter(heard.begin(), heard.end());
-  shorter.back() = '\r';
-  if (StartsWithReply(hearing, shorter)) return false;
-  Bytes longer(heard.begin(), heard.end());
-  longer.push_back(0);
-  for (int last = 0; last < 256; ++last) {
-    longer.back() = static_cast<std::uint8_t>(last);
-    if (StartsWithReply(hearing, longer)) return true;
-  }
-  return false;
-}
-
-/// A line feed in place of the carriage return.
-bool IsWholeWithOtherEnd(const Hearing& hearing, View heard) {
-  if (heard.back() != '\n') return false;
-  Bytes changed(heard.begin(), heard.end());
-  changed.back() = '\r';
-  return IsWhole(hearing, changed);
-}
-
 Outcome BlameOf(const Hearing& hearing, View heard) {
   Assembler assembler;
   assembler.Begin(hearing.protocol->reply_rule, *hearing.expect);
@@ -184,35 +179,6 @@ Outcome BlameOf(const Hearing& hearing, View heard) {
   while (assembler.Next(true)) {
   }
   return assembler.blame();
-}
-
-bool IsWholeWithoutEighthBit(const Hearing& hearing, View heard) {
-  if (hearing.protocol->data_bits > 7) return false;
-  Bytes cleared(heard.begin(), heard.end());
-  for (std::uint8_t& byte : cleared) byte &= 0x7F;
-  return !std::ranges::equal(cleared, heard) && IsWhole(hearing, cleared);
-}
-
-/// Its first byte is missing, whatever that was; or its first two or three, of which two are those
-/// of the request.
-bool IsWholeBehindLostHead(const Hearing& hearing, View heard) {
-  Bytes longer(heard.size() + 1);
-  std::ranges::copy(heard, longer.begin() + 1);
-  for (int first = 0; first < 256; ++first) {
-    longer[0] = static_cast<std::uint8_t>(first);
-    if (StartsWithReply(hearing, longer)) return true;
-  }
-  if (hearing.request.size() < 2) return false;
-  Bytes head(hearing.request.begin(), hearing.request.begin() + 2);
-  const std::size_t two = head.size();
-  Append(head, heard);
-  if (StartsWithReply(hearing, head)) return true;
-  head.insert(head.begin() + static_cast<std::ptrdiff_t>(two), 0);
-  for (int third = 0; third < 256; ++third) {
-    head[two] = static_cast<std::uint8_t>(third);
-    if (StartsWithReply(hearing, head)) return true;
-  }
-  return false;
 }
 
 Symptom SymptomOf(Recognised::What what) {
@@ -252,9 +218,32 @@ std::optional<Finding> Stranger(const Hearing& hearing, View part) {
     recognised->symptom = Symptom::device_beside;
     return recognised;
   }
-  auto words = Words(hearing, part);
+  auto words = Words(hearing, part, true);
   if (words) words->symptom = Symptom::text_beside;
   return words;
+}
+
+/// 00 and FF, as of a line that nobody drives.
+bool IsIdle(View bytes) {
+  return std::ranges::all_of(bytes, [](auto byte) { return byte % 0xFF == 0; });
+}
+
+/// The same, and line ends.
+bool IsFiller(View bytes) {
+  return std::ranges::all_of(
+      bytes, [](auto byte) { return byte % 0xFF == 0 || byte == '\r' || byte == '\n'; });
+}
+
+/// "10 02 ... 10 03"; empty: too many for a packet's frame.
+std::string Around(View before, View behind) {
+  if (before.size() + behind.size() > kLongestFrame) return {};
+  const auto is_end = [](std::uint8_t byte) { return byte == '\r' || byte == '\n'; };
+  while (!before.empty() && is_end(before.back())) before = before.first(before.size() - 1);
+  while (!behind.empty() && is_end(behind.front())) behind = behind.subspan(1);
+  const std::string front = ToHex(before.first(std::min(before.size(), kQuotedBytes)));
+  const std::string back = ToHex(behind.first(std::min(behind.size(), kQuotedBytes)));
+  return front + (front.empty() ? "... " : " ...") + (back.empty() || front.empty() ? "" : " ") +
+         back;
 }
 
 /// Of an exchange whose reply was taken.
@@ -266,9 +255,17 @@ Finding Beside(const Hearing& hearing, View heard, const Found& found) {
   }
   if (found.others) return {.symptom = Symptom::others_beside};
   if (found.frames > 1) return {.symptom = Symptom::copies};
-  if (before.size() > kHarmless) return {.symptom = Symptom::noise_before, .bytes = before.size()};
-  if (behind.size() > kHarmless) return {.symptom = Symptom::noise_behind, .bytes = behind.size()};
-  return {};
+  const auto noise = [&](Symptom symptom) {
+    return Finding{.symptom = symptom,
+                   .bytes = before.size() + behind.size(),
+                   .cause = Around(before, behind)};
+  };
+  if (before.size() > kHarmless) return noise(Symptom::noise_before);
+  if (behind.size() > kHarmless) return noise(Symptom::noise_behind);
+  // One byte on a wire is the driver's, and so are more of them without a form.
+  const std::size_t few = hearing.connection ? 1 : 2;
+  const bool form = !IsFiller(before) || !IsFiller(behind);
+  return form && before.size() + behind.size() >= few ? noise(Symptom::few_beside) : Finding{};
 }
 
 /// A whole reply came, and the exchange has failed all the same.
@@ -278,28 +275,20 @@ Finding Untaken(const Hearing& hearing, std::size_t echo, const Found& found) {
   if (found.frames == 1 && pause > hearing.gap) return {.symptom = Symptom::split, .time = pause};
   if (after > hearing.reply) return {.symptom = Symptom::late, .time = after};
   if (auto recognised = Recognise(hearing, hearing.heard.subspan(echo))) return *recognised;
-  return {.symptom = found.others ? Symptom::other_reply : Symptom::odd};
-}
-
-/// It is nearly a reply.
-std::optional<Finding> Nearly(const Hearing& hearing, View heard) {
-  if (IsWholeWithoutEighthBit(hearing, heard)) return Finding{.symptom = Symptom::eighth_bit};
-  if (IsWholeWithOtherEnd(hearing, heard)) {
-    return Finding{.symptom = Symptom::other_setting,
-                   .cause = "its replies end in a line feed, not in a carriage return",
-                   .remedy = "a converter or serial server changes line ends: set it to raw"};
-  }
-  if (IsWholeBehindLostHead(hearing, heard)) return Finding{.symptom = Symptom::head_lost};
-  if (IsWholeWithEnd(hearing, heard)) return Finding{.symptom = Symptom::end_lost};
-  return std::nullopt;
+  return {.symptom = found.others ? Symptom::two_replies : Symptom::odd};
 }
 
 /// It begins as a reply does.
 Finding Broken(const Hearing& hearing, View heard) {
   const Duration pause = LongestPause(hearing, 0, hearing.heard.size());
   if (pause > hearing.gap) return {.symptom = Symptom::split, .time = pause};
-  if (HasOnlyLength(hearing, heard)) return {.symptom = Symptom::bad_check};
   const std::size_t length = OnlyLength(hearing);
+  // It may be as long as a refusal, and yet the beginning of something longer.
+  const bool broke_off = hearing.outcome == Outcome::partial;
+  if (broke_off && heard.size() + kAFew < length && IsBeginning(hearing, heard)) {
+    return {.symptom = Symptom::tail_lost};
+  }
+  if (HasOnlyLength(hearing, heard)) return {.symptom = Symptom::bad_check};
   if (length > kAFew && heard.size() < length && heard.size() + kAFew >= length) {
     return {.symptom = Symptom::bytes_lost};
   }
@@ -313,19 +302,25 @@ Finding Broken(const Hearing& hearing, View heard) {
 
 /// No reply is in it.
 Finding Unreadable(const Hearing& hearing, View heard) {
+  if (auto service = hearing.connection ? OtherService(heard) : std::nullopt) return *service;
   if (auto recognised = Recognise(hearing, heard)) return *recognised;
   if (BlameOf(hearing, heard) == Outcome::unexpected) return {.symptom = Symptom::other_reply};
-  if (heard.size() > hearing.expect->max_bytes) return {.symptom = Symptom::endless};
+  const bool ends = std::ranges::find(heard, '\n') != heard.end();
+  if (heard.size() > hearing.expect->max_bytes && !(ends && IsLine(hearing, heard)))
+    return {.symptom = Symptom::endless};
   if (auto words = Words(hearing, heard)) return *words;
-  if (auto nearly = Nearly(hearing, heard)) return *nearly;
-  const bool zeros = std::ranges::all_of(heard, [](auto byte) { return byte % 0xFF == 0; });
-  if (zeros) return {.symptom = Symptom::zeros};
+  if (auto nearly = NearlyReply(hearing, heard)) return *nearly;
+  if (auto line = Words(hearing, heard, true)) return *line;
+  if (IsIdle(heard)) return {.symptom = Symptom::zeros};
   if (!BeginsLikeReply(hearing, heard)) return {.symptom = Symptom::noise};
   return Broken(hearing, heard);
 }
 
-std::uint8_t SpecialsIn(View heard) {
-  unsigned bits = 0;
+std::uint8_t SpecialsIn(const Hearing& hearing, View heard) {
+  const bool high = std::ranges::any_of(heard, [](auto byte) { return byte > 0x7F; });
+  // A text has none, whatever the port is set to.
+  const bool text = std::ranges::all_of(hearing.request, IsPrintable);
+  unsigned bits = high || text ? kHighBit : 0;
   for (std::size_t i = 0; i < std::size(kSpecialBytes); ++i) {
     if (std::ranges::find(heard, kSpecialBytes[i]) != heard.end()) bits |= 1U << i;
   }
@@ -335,17 +330,18 @@ std::uint8_t SpecialsIn(View heard) {
 }  // namespace
 
 Finding Plain(const Hearing& hearing) {
-  return {.expected = OnlyLength(hearing), .specials = SpecialsIn(hearing.heard)};
+  return {.expected = OnlyLength(hearing), .specials = SpecialsIn(hearing, hearing.heard)};
 }
 
-std::optional<Finding> Words(const Hearing& hearing, View heard) {
-  if (!IsWords(hearing, heard) || BeginsLikeReply(hearing, heard)) return std::nullopt;
-  // What comes behind a password may repeat it.
-  const bool secret = !hearing.expect->secrets.empty();
+std::optional<Finding> Greeting(const Hearing& hearing, View heard) {
+  if (auto service = hearing.connection ? OtherService(heard) : std::nullopt) return service;
+  if (auto words = Words(hearing, heard, true)) return words;
+  if (!hearing.protocol->tcp || heard.size() <= kHarmless) return std::nullopt;
   return Finding{
-      .symptom = Symptom::text,
+      .symptom = Symptom::other_protocol,
       .bytes = heard.size(),
-      .cause = secret ? std::string("behind a password, and so not shown") : Quote(heard)};
+      .cause = "the server speaks first, as no Modbus TCP server does (" + Quote(heard) + ")",
+      .remedy = "check the host and the port number of the line"};
 }
 
 Finding Examine(const Hearing& hearing) {
@@ -371,7 +367,7 @@ Finding Examine(const Hearing& hearing) {
   }
   if (finding.bytes == 0) finding.bytes = heard.size();
   finding.expected = OnlyLength(hearing);
-  finding.specials = SpecialsIn(heard);
+  finding.specials = SpecialsIn(hearing, heard);
   return finding;
 }
 

@@ -42,12 +42,13 @@ struct Hearing {
   std::span<const Arrival> arrivals{};  ///< of `heard`; the first stands at 0
   Duration reply{};                     ///< the longest until the first byte
   Duration gap{};                       ///< the longest pause inside
+  bool connection = false;              ///< it came over TCP
 };
 
 Finding Examine(const Hearing& hearing);
 /// Of an exchange in which nothing but the reply came.
 Finding Plain(const Hearing& hearing);
-/// Nothing: these are no words for people.
-std::optional<Finding> Words(const Hearing& hearing, View heard);
+/// Of what came before the first request: nothing, it is neither another service nor words.
+std::optional<Finding> Greeting(const Hearing& hearing, View heard);
 
 }  // namespace baudgate

@@ -11,7 +11,6 @@
 #include <utility>
 
 #include "gateway/base/bytes.h"
-#include "gateway/base/finding.h"
 #include "gateway/base/outcome.h"
 #include "gateway/base/time.h"
 #include "gateway/line/assembler.h"
@@ -53,7 +52,6 @@ struct ExchangeEnd {
   std::size_t received = 0;  ///< bytes that came for it
   /// From the last byte of its reply to this end, where silence had to show that it was the last.
   Duration since_reply{};
-  Finding finding{};  ///< what it looked like; the line leaves that to gateway/poll/examiner.h
 };
 
 /// Bytes that belong to no exchange. A device that answers later than its reply time shows itself

@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <string>
+#include <utility>
 
 #include "gateway/line/assembler.h"
+#include "gateway/line/other_service.h"
 
 namespace baudgate {
 namespace {
@@ -12,21 +14,27 @@ namespace {
 /// More is not looked at. The longest reply of a Modbus device has 260 bytes.
 constexpr std::size_t kKept = 1024;
 constexpr std::size_t kArrivals = 256;
+constexpr std::size_t kTaken = 8;
+/// What begins as a reply has begun is another one.
+constexpr std::size_t kFront = 2;
+/// The rest of a reply that comes still later is nobody's.
+constexpr Duration kLongestPause = 5s;
 
 }  // namespace
 
 void Examiner::Begin(const Member& member, const Request& request, const LineTimes& times,
                      Instant now) {
-  member_ = &member;
-  request_ = request;
   times_ = times;
   sent_ = now + static_cast<std::int64_t>(request.bytes.size()) * times.character;
+  if (broken_.member == &member) ++broken_.began;
   if (open_.size() <= member.place) open_.resize(member.place + 1);
   Asked& asked = open_[member.place];
   if (asked.last.member != nullptr && asked.last.request.bytes != request.bytes) {
     asked.before = std::move(asked.last);
   }
-  asked.last = {&member, request, sent_, false, false, {}};
+  asked.last = {.member = &member, .request = request, .sent = sent_, .reply = {}};
+  member_ = &member;
+  request_ = request;
   outcome_ = Outcome::none;
   frame_.clear();
   judged_ = 0;
@@ -52,14 +60,72 @@ Finding Examiner::End(Outcome outcome) {
     Open& last = open_[member_->place].last;
     last.answered = true;
     last.reply = frame_;
+    taken_.push_back({request_.bytes, frame_});
+    if (taken_.size() > kTaken) taken_.pop_front();
     greeting_.clear();  // it has kept nobody from answering
   }
+  open_[member_->place].last.silent = heard_.empty();
+  if (!ProvesLife(outcome)) frame_.clear();
   const bool plain = ProvesLife(outcome) && heard_.size() == frame_.size();
   Finding finding = plain ? Plain(Heard()) : Look();
+  // What a server says at once may meet the first request.
+  const bool says = finding.symptom == Symptom::text ||
+                    (roster_.is_network() && OtherService(heard_).has_value());
+  if (std::exchange(fresh_, false) && says && greeting_.empty()) greeting_ = heard_;
   const bool greeted = !IsAnswered(finding.symptom) && !greeting_.empty();
-  if (greeted) finding = Words(Heard(), greeting_).value_or(finding);
+  if (greeted) finding = Greeting(Heard(), greeting_).value_or(finding);
   told_ = finding.symptom;
+  if (finding.symptom == Symptom::tail_lost || finding.symptom == Symptom::end_lost) {
+    broken_ = {member_, request_, heard_, arrivals_.back().after + sent_, 0};
+  }
   return finding;
+}
+
+std::optional<Examiner::Late> Examiner::TakeLate() {
+  if (late_.empty()) return std::nullopt;
+  Late late = std::move(late_.back());
+  late_.pop_back();
+  return late;
+}
+
+/// What was heard before and behind the reply that was taken; without one, before it.
+std::pair<View, View> Examiner::BesideReply() const {
+  const View heard = heard_;
+  const auto found = std::search(heard.begin(), heard.end(), frame_.begin(), frame_.end());
+  if (frame_.empty() || found == heard.end()) return {heard, {}};
+  View behind(found + static_cast<std::ptrdiff_t>(frame_.size()), heard.end());
+  while (!behind.empty() && (behind[0] == '\r' || behind[0] == '\n')) behind = behind.subspan(1);
+  return {View(heard.begin(), found), behind};
+}
+
+/// Behind the beginning it makes a whole reply, which is none by itself.
+bool Examiner::IsRest(View rest) const {
+  // Replies of a connection are whole, or their header says how much is missing.
+  if (rest.empty() || broken_.member->protocol->tcp) return false;
+  const std::size_t same = std::min({rest.size(), broken_.begin.size(), kFront});
+  if (std::ranges::equal(rest.first(same), View(broken_.begin).first(same))) return false;
+  Bytes whole = broken_.begin;
+  Append(whole, rest);
+  Assembler assembler;
+  assembler.Begin(broken_.member->protocol->reply_rule, broken_.request.expect);
+  assembler.Feed(whole);
+  const auto frame = assembler.Next(true);
+  return frame && whole.size() - assembler.held() - frame->size() < broken_.begin.size();
+}
+
+/// The rest of a reply that broke off has come, in this exchange.
+bool Examiner::FindRest() {
+  if (broken_.member == nullptr || heard_.empty()) return false;
+  const Instant came = sent_ + arrivals_.back().after;
+  if (came - broken_.last > kLongestPause) return false;
+  const auto [before, behind] = BesideReply();
+  if (!IsRest(before) && !IsRest(behind)) return false;
+  // One that was taken may stand in front of the rest.
+  const Arrival& rest = frame_.empty() ? arrivals_.front() : arrivals_.back();
+  const Duration pause = sent_ + rest.after - broken_.last;
+  late_.push_back({broken_.member, {.symptom = Symptom::split, .time = pause}, broken_.began});
+  broken_ = {};
+  return true;
 }
 
 std::optional<Finding> Examiner::More() {
@@ -68,6 +134,7 @@ std::optional<Finding> Examiner::More() {
   judged_ = heard_.size();
   Finding finding = Look();
   if (finding.symptom == told_) return std::nullopt;
+  if (finding.symptom == Symptom::split) broken_ = {};  // that was its rest
   told_ = finding.symptom;
   return finding;
 }
@@ -77,11 +144,16 @@ bool Examiner::Answers(Open& open) const {
   const Expectation& expect = open.request.expect;
   const bool own = open.member->IsSame(*member_);
   if (own ? open.request.bytes == request_.bytes : expect.address.empty()) return false;
+  const Device* const device = roster_.AsDevice(*open.member);
   Assembler assembler;
   assembler.Begin(open.member->protocol->reply_rule, expect);
   assembler.Feed(heard_);
   while (const auto frame = assembler.Next(true)) {
     if (*frame == frame_) continue;
+    // A form that fits several requests proves nothing; what it says may.
+    const bool fits =
+        device == nullptr || ProvesLife(device->conversation->Check(open.request.bytes, *frame));
+    if (own && !fits) continue;
     open.repeated = *frame == open.reply;
     return true;
   }
@@ -96,6 +168,23 @@ const Examiner::Open* Examiner::WhoseReply() {
     }
   }
   return nullptr;
+}
+
+/// Beside its own reply there are only such as were taken for other requests just before: something
+/// in between sends twice.
+bool Examiner::IsCopy() const {
+  Assembler assembler;
+  assembler.Begin(member_->protocol->reply_rule, request_.expect);
+  assembler.Feed(heard_);
+  int copies = 0;
+  int others = 0;
+  while (const auto frame = assembler.Next(true)) {
+    const bool known = std::ranges::any_of(taken_, [&](const Taken& one) {
+      return one.request != request_.bytes && one.reply == *frame;
+    });
+    ++(known ? copies : others);
+  }
+  return copies > 0 && others < 2;
 }
 
 /// A request of this gateway has come back so late that it seems somebody else's.
@@ -118,16 +207,24 @@ Hearing Examiner::Heard() const {
           .heard = heard_,
           .arrivals = arrivals_,
           .reply = std::max(times_.reply, request_.reply),
-          .gap = times_.gap};
+          .gap = times_.gap,
+          .connection = roster_.is_network()};
 }
 
 Finding Examiner::Look() {
+  const bool rest = (broken_.member != member_ || broken_.began > 0) && FindRest();
   Finding finding = Examine(Heard());
+  if (rest && IsAnswered(finding.symptom)) return Plain(Heard());
   switch (finding.symptom) {
     case Symptom::other_master:
     case Symptom::master_beside:
       if (IsLateEcho()) finding = {.symptom = Symptom::late_echo, .bytes = finding.bytes};
       return finding;
+    case Symptom::others_beside:
+      return IsCopy() ? Finding{.symptom = Symptom::copies} : finding;
+    case Symptom::two_replies:
+      if (IsCopy()) return {.symptom = Symptom::copies};
+      [[fallthrough]];
     case Symptom::other_device:
     case Symptom::other_reply:
     case Symptom::odd:
@@ -150,13 +247,19 @@ Finding Examiner::Attribute(Finding finding) {
   const bool late = !whose->answered && after > reply;
   if (whose->member->IsSame(*member_)) {
     if (answered) return {};
+    if (finding.symptom == Symptom::two_replies) {
+      return late && whose->silent ? Finding{.symptom = Symptom::late, .time = after} : finding;
+    }
+    // Where replies are numbered, one that is late is known by that.
+    if (late && (whose->silent || request_.distinct))
+      return {.symptom = Symptom::late, .time = after};
     if (arrivals_.back().after < reply / 2) return {.symptom = Symptom::one_behind};
     return late ? Finding{.symptom = Symptom::late, .time = after} : finding;
   }
   // Its own name in a reply to somebody else's request is no second reply.
   if (!late && !(answered && whose->answered)) return finding;
   const Symptom again = whose->repeated ? Symptom::copies : Symptom::others_beside;
-  late_ = {whose->member, {.symptom = late ? Symptom::late : again, .time = after}};
+  late_.push_back({whose->member, {.symptom = late ? Symptom::late : again, .time = after}});
   if (answered) return {};
   const Device* const other = roster_.AsDevice(*whose->member);
   return {.symptom = Symptom::late_other,

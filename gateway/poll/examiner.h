@@ -31,6 +31,7 @@ class Examiner {
   /// The port has opened.
   void OnOpened() {
     member_ = nullptr;
+    fresh_ = true;
     greeting_.clear();
   }
   void Begin(const Member& member, const Request& request, const LineTimes& times, Instant now);
@@ -43,13 +44,15 @@ class Examiner {
   /// Of the exchange that began last; null: none did.
   const Member* member() const { return member_; }
 
-  /// A reply to another member, late or once more, found in the exchange that was looked at
-  /// last.
+  /// What an earlier exchange looks like now: the one of `member` that is `back` before its last.
   struct Late {
     const Member* member = nullptr;
     Finding finding{};
+    std::size_t back = 0;
   };
-  std::optional<Late> TakeLate() { return std::exchange(late_, std::nullopt); }
+  /// A reply to another member, late or once more, or the rest of an earlier reply, found in the
+  /// exchange that was looked at last. Nothing: no more of that.
+  std::optional<Late> TakeLate();
 
  private:
   struct Open {
@@ -57,6 +60,7 @@ class Examiner {
     Request request;
     Instant sent{};
     bool answered = false;
+    bool silent = false;    // and not a byte came
     bool repeated = false;  // what was found is the same reply once more
     Bytes reply;
   };
@@ -66,7 +70,25 @@ class Examiner {
     Open before;
   };
 
+  /// A reply that was taken, and what it answered.
+  struct Taken {
+    Bytes request;
+    Bytes reply;
+  };
+  /// The beginning of a reply, whose rest may follow.
+  struct Broken {
+    const Member* member = nullptr;
+    Request request;
+    Bytes begin;
+    Instant last{};         // when its last byte came
+    std::size_t began = 0;  // exchanges of the member since
+  };
+
   Hearing Heard() const;
+  bool IsCopy() const;
+  std::pair<View, View> BesideReply() const;
+  bool IsRest(View rest) const;
+  bool FindRest();
   Finding Look();
   Finding Attribute(Finding finding);
   const Open* WhoseReply();
@@ -80,13 +102,16 @@ class Examiner {
   Instant sent_{};  // computed end of the request
   Outcome outcome_ = Outcome::none;
   Symptom told_ = Symptom::clean;
-  Bytes frame_;             // the reply that was taken
-  std::size_t judged_ = 0;  // bytes that had come when the exchange ended
-  std::deque<Asked> open_;  // by place
-  Bytes greeting_;          // came before the first request behind the opening of the port
+  Bytes frame_;              // the reply that was taken
+  std::size_t judged_ = 0;   // bytes that had come when the exchange ended
+  std::deque<Asked> open_;   // by place
+  std::deque<Taken> taken_;  // the latest replies
+  bool fresh_ = true;        // no exchange has ended since the port was opened
+  Bytes greeting_;           // came before the first request behind the opening of the port
   Bytes heard_;
   std::vector<Arrival> arrivals_;
-  std::optional<Late> late_;
+  std::vector<Late> late_;
+  Broken broken_;
 };
 
 }  // namespace baudgate

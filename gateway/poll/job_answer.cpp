@@ -49,7 +49,9 @@ Outcome JobRun::Judge(View frame, bool may_be_echo, Instant now) {
   }
   if (!ProvesLife(outcome)) {
     if (routed == nullptr) {
-      answer.reason = device->conversation->Interpret(job.request.bytes, frame).reason;
+      Answer said = device->conversation->Interpret(job.request.bytes, frame);
+      answer.reason = std::move(said.reason);
+      answer.remedy = std::move(said.remedy);
       if (answer.reason.empty()) {
         answer.reason = "not the form that was asked for; does the profile fit?";
       }
@@ -62,7 +64,11 @@ Outcome JobRun::Judge(View frame, bool may_be_echo, Instant now) {
         "the reply may belong to an earlier request; it is asked again until that is certain";
     job.doubted = true;
     const bool refuses = outcome != Outcome::ok && routed == nullptr;
-    if (refuses) job.said = device->conversation->Interpret(job.request.bytes, frame).reason;
+    if (refuses) {
+      Answer said = device->conversation->Interpret(job.request.bytes, frame);
+      job.said = std::move(said.reason);
+      answer.remedy = std::move(said.remedy);
+    }
     return answer.outcome = Outcome::unexpected;
   }
   if (routed != nullptr) return answer.outcome = outcome;
@@ -110,26 +116,29 @@ std::optional<ExchangeEnd> JobRun::TakeEnd() {
 }
 
 /// What the bytes do not show: what the device has said, and that its reply was not taken.
-void JobRun::Explain(const Job& job, ExchangeEnd& end) {
-  Finding& finding = end.finding;
+void JobRun::Explain(const Job& job, const ExchangeEnd& end, Finding& finding) {
   const bool refuses = ProvesLife(end.outcome) && end.outcome != Outcome::ok;
   if (refuses || (job.doubted && !job.said.empty())) {
     finding.symptom = Symptom::refusal;
     finding.cause = refuses ? end.reason : job.said;
+    finding.remedy = job.answer.remedy;
   } else if (job.doubted) {
     finding.symptom = Symptom::doubted;
   } else if (finding.symptom == Symptom::odd) {
     if (end.reason.empty()) finding.symptom = Symptom::silence;  // which an earlier one has met
     finding.cause = end.reason;
+    finding.remedy = job.answer.remedy;
+  } else if (finding.symptom == Symptom::one_behind) {
+    finding.cause = end.reason;
   }
 }
 
-void JobRun::Conclude(ExchangeEnd end) {
+void JobRun::Conclude(ExchangeEnd end, Finding finding) {
   Job& job = *job_;
   Member& member = *job.member;
   const Asked asked = job.asked();
   if (!job.answer.reason.empty()) end.reason = job.answer.reason;
-  Explain(job, end);
+  Explain(job, end, finding);
   const bool answered = ProvesLife(end.outcome);
   const bool lost = end.outcome == Outcome::line_down;
   if (answered && !job.request.expect.mirrors) echo_free_ = !echoed_;
@@ -153,7 +162,7 @@ void JobRun::Conclude(ExchangeEnd end) {
   }
   if (job.verdict.shifted) upkeep_.DoubtLatest(now_.instant);
   if (answered) job.wire += now_.instant - job.exchange_began;
-  ledger_.OnExchange(member, end, job.mute, job.is_probe() && member.health.offline(),
+  ledger_.OnExchange(member, end, finding, job.mute, job.is_probe() && member.health.offline(),
                      job.As<Job::Routed>() != nullptr, UseOf(job));
   upkeep_.ShowLine(now_.instant);
   if (lost) return Finish(end.outcome, end.reason);

@@ -83,7 +83,7 @@ class JobRun {
   void OnEnd(ExchangeEnd end);
   /// Nothing: the exchange has not ended, or Conclude has been called.
   std::optional<ExchangeEnd> TakeEnd();
-  void Conclude(ExchangeEnd end);
+  void Conclude(ExchangeEnd end, Finding finding);
 
   /// Answers what is in its jobs of a client that has left.
   void Forget(std::uint64_t client);
@@ -100,7 +100,7 @@ class JobRun {
   // job_answer.cpp: the reply, and what it means
   Outcome JudgeRouted(View frame);
   bool GoesOnBehindBroadcast();
-  static void Explain(const Job& job, ExchangeEnd& end);
+  static void Explain(const Job& job, const ExchangeEnd& end, Finding& finding);
   void OnAnswered(const ExchangeEnd& end);
   void OnRoutedAnswer(const ExchangeEnd& end);
   void TakeAnswer();

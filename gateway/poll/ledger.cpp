@@ -171,11 +171,11 @@ void Ledger::CountMissed() {
   }
 }
 
-void Ledger::OnExchange(const Member& member, const ExchangeEnd& end, bool mute, bool probe,
-                        bool routed, LineUse use) {
+void Ledger::OnExchange(const Member& member, const ExchangeEnd& end, const Finding& finding,
+                        bool mute, bool probe, bool routed, LineUse use) {
   const bool answered = ProvesLife(end.outcome) && !mute;
   under_way_.OnEnd(ProvesLife(end.outcome) ? use : LineUse::silence);
-  Of(member).symptom = end.finding.symptom;
+  Of(member).symptom = finding.symptom;
   const Outcome outcome = routed && ProvesLife(end.outcome) ? Outcome::ok : end.outcome;
   CountMissed();
   ++counters_.exchanges;
@@ -196,7 +196,7 @@ void Ledger::OnExchange(const Member& member, const ExchangeEnd& end, bool mute,
     if (outcome != Outcome::ok) status.last_reason = end.reason;
     status.learned = roster_.AsDevice(member)->conversation->WhatIsLearned();
     if (!mute && end.outcome != Outcome::line_down) {
-      status.findings.Add(end.finding);
+      status.findings.Add(finding);
       Count(member, answered, status);
     }
     if (!answered) return;
@@ -222,9 +222,9 @@ void Ledger::Count(const Member& member, bool answered, DeviceStatus& status) {
   if (answered) state.out = false;
 }
 
-void Ledger::OnMore(const Member& member, const Finding& finding) {
-  Of(member).symptom = finding.symptom;
-  Change(member, [&](DeviceStatus& status) { status.findings.Amend(finding); });
+void Ledger::OnMore(const Member& member, const Finding& finding, std::size_t back) {
+  if (back == 0) Of(member).symptom = finding.symptom;
+  Change(member, [&](DeviceStatus& status) { status.findings.Amend(finding, back); });
 }
 
 void Ledger::OnCutOff(const Member& member, const Finding& finding) {
@@ -249,6 +249,7 @@ void Ledger::OnPoll(const Device& device, std::size_t query, bool answered) {
     count.first_point = points.empty() ? 0 : points.front();
     count.points = points.size();
     count.in_vain = answered ? 0 : count.in_vain + 1;
+    count.refused = symptom == Symptom::refusal ? count.refused + 1 : 0;
     count.symptom = symptom;
   });
 }

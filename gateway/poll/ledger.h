@@ -64,14 +64,15 @@ class Ledger {
   /// `mute`: its end says nothing about the member. `probe`: whether a member is back that is
   /// offline. `routed`: a client has asked, and what it is refused says nothing about the member.
   /// `use`: what it was for.
-  void OnExchange(const Member& member, const ExchangeEnd& end, bool mute, bool probe,
-                  bool routed = false, LineUse use = LineUse::polls);
+  void OnExchange(const Member& member, const ExchangeEnd& end, const Finding& finding, bool mute,
+                  bool probe, bool routed = false, LineUse use = LineUse::polls);
   /// The device speaks unasked.
   void OnSpeaks(const Member& member);
   /// It has said something, and this is what became of it.
   void OnUnasked(const Member& member, Outcome outcome, const std::string& reason);
-  /// More has come behind its last exchange, which looks otherwise now.
-  void OnMore(const Member& member, const Finding& finding);
+  /// More has come behind its last exchange, or behind the one that is `back` before it: that looks
+  /// otherwise now.
+  void OnMore(const Member& member, const Finding& finding, std::size_t back = 0);
   /// The connection has ended with its exchange: whoever ended it may have said why.
   void OnCutOff(const Member& member, const Finding& finding);
   /// A task has ended, all its repeats included.

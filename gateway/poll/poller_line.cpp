@@ -33,7 +33,9 @@ void Poller::Pump() {
 
 void Poller::Send() {
   if (const auto more = examiner_.More()) ledger_.OnMore(*examiner_.member(), *more);
-  if (const auto late = examiner_.TakeLate()) ledger_.OnMore(*late->member, late->finding);
+  while (const auto late = examiner_.TakeLate()) {
+    ledger_.OnMore(*late->member, late->finding, late->back);
+  }
   const Request& request = run_.Send();
   examiner_.Begin(*run_.job()->member, request, run_.job()->member->times, now_.instant);
   echo_.OnSent(request.bytes);
@@ -100,8 +102,8 @@ void Poller::Conclude() {
   const Job& job = *run_.job();
   if (echo_.OnExchangeEnd(job.request, *end)) ledger_.OnCollision();
   ledger_.OnRing(*job.member, echo_.is_cut());
-  end->finding = examiner_.End(end->outcome);
-  run_.Conclude(std::move(*end));
+  Finding finding = examiner_.End(end->outcome);
+  run_.Conclude(std::move(*end), std::move(finding));
 }
 
 }  // namespace baudgate

@@ -4,9 +4,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <map>
 
 #include "gateway/base/shown.h"
+#include "gateway/status/diagnose_points.h"
 #include "gateway/status/evidence.h"
 #include "gateway/status/hypotheses.h"
 #include "gateway/status/line_time.h"
@@ -21,18 +21,14 @@ using Sentences = std::vector<std::string>;
 constexpr std::size_t kNotableFailures = 2;
 /// Bytes beside good replies, of the exchanges that are kept.
 constexpr std::size_t kNotableNoise = 3;
+/// Bytes around a reply that were the same so often are no noise.
+constexpr std::size_t kConstant = 4;
 /// A request that has failed so often in a row, beside others that are answered.
 constexpr std::uint32_t kNeverAnswered = 3;
 /// An outage of the last hour that was shorter than that part is not worth a word.
 constexpr double kNotableOutage = 0.01;
-/// A point that is polled has a value by then.
-constexpr Duration kLongWait = 20s;
 /// A device that speaks unasked may be silent so long without a word about it.
 constexpr Duration kNotableSilence = 1min;
-
-std::string NameOf(const DeviceRecord& record) {
-  return record.line->name + "." + record.device->name;
-}
 
 std::string Noticed(const LineStatus& line, const DeviceStatus& status) {
   if (status.unasked) return "its next message is waited for";
@@ -40,13 +36,32 @@ std::string Noticed(const LineStatus& line, const DeviceStatus& status) {
   return "its return is noticed within " + FormatAge(line.notice_bound);
 }
 
+/// "3 damaged, 2 late": what its failures looked like.
+std::string Looks(const Evidence& evidence) {
+  std::string text;
+  for (std::size_t i = 0; i < kSymptoms; ++i) {
+    const auto symptom = static_cast<Symptom>(i);
+    if (IsAnswered(symptom) || evidence.Count(symptom) == 0) continue;
+    std::string word(Name(symptom));
+    std::ranges::replace(word, '_', ' ');
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", evidence.Count(symptom), word);
+  }
+  return text;
+}
+
 /// "cause: remedy", and the alternative where the first one leaves much open.
-std::string Said(const Evidence& evidence, const std::string& otherwise) {
+std::string Said(const Evidence& evidence) {
   std::string text;
   for (const Hypothesis* hypothesis : Judge(evidence)) {
     text += (text.empty() ? "" : "; or ") + hypothesis->say(evidence);
   }
-  return text.empty() ? otherwise : text;
+  const std::string looks = Looks(evidence);
+  if (text.empty()) {
+    text = "no cause stands out" + (looks.empty() ? "" : " (" + looks + ")") +
+           ": look at 'baudgate trace " + evidence.line->name + "'";
+  }
+  if (evidence.alike.empty()) return text;
+  return text + "; " + evidence.alike + " fails alike, so look first at what both share";
 }
 
 /// "3 outages in the last hour, answered 86 % of the time": what a look at the present does not
@@ -70,35 +85,75 @@ std::string Absence(const LineStatus& line, const DeviceRecord& record,
     return since + ", as no device of line '" + record.line->name + "' answers";
   }
   const Evidence evidence = Gather(line, record, all, now);
-  const std::string outcome(Name(status.last_outcome));
   if (const std::string often = Outages(record, 2, now, started);
       status.last_ok && !often.empty()) {
     since += " (" + often + ")";
   }
-  const std::string said = since + ": " + Said(evidence, outcome);
+  const std::string said = since + ": " + Said(evidence);
   const bool silent = evidence.Count(Symptom::silence) == evidence.failed;
-  return silent ? said + "; " + Noticed(line, status) : said;
+  return silent && status.last_ok ? said + "; " + Noticed(line, status) : said;
 }
 
-/// Requests that are never answered, beside others that are.
-Sentences DeadQueries(const DeviceRecord& record) {
+/// "voltage and 3 more": what the requests read for which `is_meant` holds; empty: there are none,
+/// or all are.
+template <typename IsMeant>
+std::string NamesOf(const DeviceRecord& record, IsMeant is_meant) {
+  const std::vector<QueryCount>& queries = record.status.queries;
+  std::string first;
+  std::size_t points = 0;
+  std::size_t meant = 0;
+  for (const QueryCount& query : queries) {
+    if (!is_meant(query)) continue;
+    ++meant;
+    points += query.points;
+    if (!first.empty() || query.first_point >= record.device->points.size()) continue;
+    first = record.device->points[query.first_point].name;
+  }
+  if (meant == queries.size() || first.empty()) return {};
+  return points > 1 ? fmt::format("{} and {} more", first, points - 1) : first;
+}
+
+/// It came, and is no reply as it is.
+bool IsDamage(Symptom symptom) {
+  using enum Symptom;
+  constexpr Symptom kDamage[] = {head_lost, end_lost, tail_lost, bytes_lost, bytes_added,
+                                 bad_check, damaged,  noise,     zeros};
+  return std::ranges::find(kDamage, symptom) != std::end(kDamage);
+}
+
+/// Requests that are never answered well, beside others that are.
+Sentences DeadQueries(const DeviceRecord& record, const Evidence& evidence) {
   const DeviceStatus& status = record.status;
-  const auto dead = [](const QueryCount& query) {
-    return query.in_vain >= kNeverAnswered && query.symptom == Symptom::silence;
-  };
-  if (status.findings.Count(Symptom::late) > 0) return {};
-  const auto count = std::ranges::count_if(status.queries, dead);
-  if (count == 0 || static_cast<std::size_t>(count) == status.queries.size()) return {};
-  const QueryCount& first = *std::ranges::find_if(status.queries, dead);
-  const std::string point = first.first_point < record.device->points.size()
-                                ? record.device->points[first.first_point].name
-                                : std::string("?");
-  const std::string more = first.points > 1 ? fmt::format(" and {} more", first.points - 1) : "";
-  const std::string others = count > 1 ? fmt::format(", nor {} other requests", count - 1) : "";
-  return {
-      fmt::format("does not answer the request for {}{}{}, and answers the others: it may not "
-                  "have these points; take them out of the profile, or set access: none",
-                  point, more, others)};
+  const auto fails = [](const QueryCount& query) { return query.in_vain >= kNeverAnswered; };
+  const bool others = std::ranges::any_of(status.queries, [](const QueryCount& query) {
+    return query.points > 0 && query.in_vain == 0;
+  });
+  if (!others || status.findings.Count(Symptom::late) > 0) return {};
+  const std::string points = NamesOf(record, fails);
+  if (points.empty()) return {};
+  const bool silent = std::ranges::all_of(status.queries, [&](const QueryCount& query) {
+    return !fails(query) || query.symptom == Symptom::silence;
+  });
+  if (silent) {
+    return {"does not answer the request for " + points +
+            ", and answers the others: it may not have these points; take them out of the profile, "
+            "or set access: none"};
+  }
+  const bool damaged = std::ranges::all_of(status.queries, [&](const QueryCount& query) {
+    return !fails(query) || IsDamage(query.symptom);
+  });
+  if (damaged && status.findings.Suspects() == 0) {
+    return {"the replies for " + points +
+            " come damaged always, and others are good: the device answers this request wrongly "
+            "(take these points out of the profile), or a converter changes its bytes (set it to "
+            "raw)"};
+  }
+  const bool shifted = evidence.Count(Symptom::one_behind) > 0;  // and that would shift all
+  const std::string said =
+      shifted || Judge(evidence).empty()
+          ? "its reply does not fit (" + status.last_reason + "): does the profile fit the device?"
+          : Said(evidence);
+  return {"the request for " + points + " fails always, and others are answered: " + said};
 }
 
 /// How often it fails at present; empty: not often enough for a word.
@@ -113,18 +168,27 @@ std::string Refusals(const DeviceRecord& record, const Evidence& evidence) {
   if (count < kNotableFailures) return {};
   const Finding& last = evidence.Last(Symptom::refusal);
   const std::string reason =
-      last.cause.empty() ? std::string(Name(record.status.last_outcome)) : last.cause;
-  const bool busy = record.status.recent.Count(Outcome::busy) > 0;
-  return fmt::format("it says '{}' to {} of its last {} requests: {}", reason, count,
-                     evidence.looked, busy ? "raise its poll" : RemedyOf(reason, evidence));
+      last.cause.empty() ? std::string(Name(record.status.last_outcome)) : Brief(last);
+  const std::string points =
+      NamesOf(record, [](const QueryCount& query) { return query.refused >= kNeverAnswered; });
+  return fmt::format("it says '{}' to {} of its last {} requests{}: {}", reason, count,
+                     evidence.looked, points.empty() ? "" : " (" + points + ")", RemedyOf(last));
 }
 
 /// What fails, and what it refuses: what there is more of comes first.
 Sentences Failures(const DeviceRecord& record, const Evidence& evidence) {
-  Sentences found = DeadQueries(record);
+  Sentences found = DeadQueries(record, evidence);
   const std::string often = HowOften(evidence);
   if (!often.empty() && found.empty()) {
-    found.push_back(often + ": " + Said(evidence, std::string(Name(record.status.last_outcome))));
+    found.push_back(often + ": " + Said(evidence));
+  }
+  const std::vector<QueryCount>& queries = record.status.queries;
+  const bool none = !queries.empty() && std::ranges::all_of(queries, [](const QueryCount& query) {
+    return query.points == 0 || query.in_vain > 0;
+  });
+  // Probes may be answered well, and there are more of them.
+  if (found.empty() && none && evidence.failed > 0) {
+    found.push_back("it answers, and its polls fail: " + Said(evidence));
   }
   if (std::string refusals = Refusals(record, evidence); !refusals.empty()) {
     const bool more = evidence.Count(Symptom::refusal) > evidence.failed;
@@ -133,24 +197,50 @@ Sentences Failures(const DeviceRecord& record, const Evidence& evidence) {
   return found;
 }
 
+/// The same bytes around its replies, which something in between puts there.
+std::string Wrapped(const DeviceRecord& record) {
+  const Findings& findings = record.status.findings;
+  const std::size_t beside = findings.Count(Symptom::few_beside) +
+                             findings.Count(Symptom::noise_before) +
+                             findings.Count(Symptom::noise_behind);
+  if (beside < kNotableNoise || findings.SameAround() < kConstant) return {};
+  // 00 and FF are of a line that nobody drives.
+  if (findings.Around().find_first_not_of("0F .") == std::string::npos) return {};
+  if (2 * beside < findings.size() || findings.Around().empty()) return {};
+  return fmt::format(
+      "the same bytes stand around its replies ({}) in {} of its last {} exchanges: a modem, radio "
+      "or serial server in between adds a packet frame or registration; set it to raw",
+      findings.Around(), beside, findings.size());
+}
+
 /// What comes beside good replies, where it is not the line's (gateway/status/diagnose_line.cpp).
 Sentences Beside(const DeviceRecord& record) {
   const Findings& findings = record.status.findings;
   Sentences found;
-  const auto say = [&](Symptom symptom, const char* what, const char* remedy) {
-    const std::size_t count = findings.Count(symptom);
+  const auto say = [&](std::size_t count, const char* what, const char* remedy) {
     if (count < kNotableNoise) return;
     found.push_back(
         fmt::format("{} in {} of its last {} exchanges: {}", what, count, findings.size(), remedy));
   };
-  say(Symptom::copies, "its replies come twice",
+  say(findings.Count(Symptom::copies), "its replies come twice",
       "a serial server, radio or repeater in between sends twice; values are right");
-  say(Symptom::others_beside, "a second reply with another content follows",
+  say(findings.Count(Symptom::others_beside), "a second reply with another content follows",
       "two devices have its address; disconnect one and give it another");
-  constexpr const char* kNoise =
-      "noise while nobody drives the bus; check bias resistors, termination and ground";
-  say(Symptom::noise_before, "stray bytes stand before its replies", kNoise);
-  say(Symptom::noise_behind, "stray bytes follow its replies", kNoise);
+  if (std::string wrapped = Wrapped(record); !wrapped.empty()) {
+    found.push_back(std::move(wrapped));
+    return found;
+  }
+  const bool server = !SerialOf(record).on_wire();
+  const char* const noise =
+      server
+          ? "the server sends what nobody asked for; let one client use it, or update its firmware"
+          : "noise while nobody drives the bus; check bias resistors, termination and ground";
+  const std::size_t before = findings.Count(Symptom::noise_before);
+  const std::size_t behind = findings.Count(Symptom::noise_behind);
+  const char* const where = before == 0   ? "stray bytes follow its replies"
+                            : behind == 0 ? "stray bytes stand before its replies"
+                                          : "stray bytes stand before and behind its replies";
+  say(before + behind, where, noise);
   return found;
 }
 
@@ -158,16 +248,32 @@ Sentences Beside(const DeviceRecord& record) {
 Sentences Patience(const DeviceStatus& status) {
   if (status.patience <= Duration()) return {};
   const Duration reply = status.timing.reply.value_or(Duration{});
-  return {fmt::format(
-      "late: its replies come after timing.reply ({} ms) is over, and it is waited for {} ms "
-      "longer: set timing: {{ reply: {}ms }} at the device",
-      Milliseconds(reply), Milliseconds(status.patience),
-      50 * (Milliseconds(reply + status.patience) / 50 + 2))};
+  const Duration seen = status.findings.Count(Symptom::late) > 0
+                            ? std::max(reply, status.findings.Last(Symptom::late).time)
+                            : reply + status.patience;
+  return {
+      fmt::format("late: its replies come up to {} ms after the request, and timing.reply is {} "
+                  "ms: set timing: "
+                  "{{ reply: {}ms }} at the device",
+                  Milliseconds(seen), Milliseconds(reply), 50 * (Milliseconds(seen) / 50 + 2))};
 }
 
-/// It is not what it should be, so that no value of it is good.
-bool IsForeign(const DeviceRecord& record) {
-  return record.override_quality && ConcernsDevice(record.override_quality->reason);
+/// Of a device that speaks when it likes: nothing that it says can be read, or much cannot.
+std::string Unreadable(const DeviceRecord& record) {
+  const DeviceStatus& status = record.status;
+  const std::size_t damaged = status.recent.Count(Outcome::corrupt);
+  if (!status.unasked || damaged < kNotableFailures) return {};
+  const std::string last = status.last_reason.empty() ? "" : " (" + status.last_reason + ")";
+  if (status.last_ok) {
+    return fmt::format(
+        "{} of its last {} messages came damaged{}: look for noise and a bad wire, or its options "
+        "form, start, end and length",
+        damaged, status.recent.size(), last);
+  }
+  return fmt::format(
+      "what it sends cannot be read{}: check bit rate, parity and data bits ({}), then its options "
+      "form, start and end",
+      last, record.line->serial.ToString());
 }
 
 /// Of a device that speaks when it likes.
@@ -191,73 +297,10 @@ Sentences Silence(const DeviceRecord& record, Now now) {
   return found;
 }
 
-/// Values that are not good although the device answers.
-Sentences Points(const DeviceRecord& record, Now now) {
-  if (IsForeign(record)) return {};  // that explains them all
-  std::size_t stale = 0;
-  std::size_t doubted = 0;
-  std::size_t reported = 0;
-  std::map<Reason, std::size_t> reasons;
-  for (std::size_t i = 0; i < record.points.size(); ++i) {
-    const Quality quality = QualityAt(record, i, now.instant);
-    if (IsGood(quality) || quality == Quality::bad_waiting) continue;
-    // What the reading itself said is the device's word; the rest is doubt or age.
-    const bool in_doubt = quality == Quality::uncertain && quality == record.points[i].at_best;
-    const bool said = quality == record.points[i].reported;
-    ++(said ? reported : in_doubt ? doubted : stale);
-    if (said && quality.reason != Reason::none) ++reasons[quality.reason];
-  }
-  Sentences found;
-  const std::string see = "see 'baudgate status " + NameOf(record) + "'";
-  if (stale > 0) {
-    found.push_back(
-        fmt::format("{} of {} points are older than their max_age: its polls fail or "
-                    "come too seldom; {}",
-                    stale, record.points.size(), see));
-  }
-  if (doubted > 0) {
-    found.push_back(
-        fmt::format("{} of {} points are in doubt until they are read again: the port was opened "
-                    "anew, the device was away, or a reply may have belonged to another request; "
-                    "{}",
-                    doubted, record.points.size(), see));
-  }
-  if (reported > 0) {
-    std::string why;
-    for (const auto& [reason, count] : reasons) {
-      why += fmt::format("{}{} {}", why.empty() ? " (" : ", ", count, Name(reason));
-    }
-    if (!why.empty()) why += ")";
-    if (reasons.contains(Reason::not_fitted)) {
-      const std::string& said = record.status.findings.Last(Symptom::refusal).cause;
-      why += said.empty() ? ": it does not answer requests for them" : ": it says '" + said + "'";
-      why += "; does the profile fit the device?";
-    }
-    found.push_back(fmt::format("{} of {} points have no good value{}; {}", reported,
-                                record.points.size(), why, see));
-  }
-  return found;
-}
-
-/// Points that are polled and have never had a value, although the device answers.
-Sentences Waiting(const DeviceRecord& record, Now now, Instant started) {
-  std::size_t waiting = 0;
-  std::string first;
-  for (std::size_t i = 0; i < record.points.size(); ++i) {
-    const config::Point& point = record.device->points[i];
-    const bool polled = point.group == config::Group::fast && point.access != config::Access::write;
-    if (!polled || QualityAt(record, i, now.instant) != Quality::bad_waiting) continue;
-    ++waiting;
-    if (first.empty()) first = point.name;
-  }
-  const Duration patience = std::max<Duration>(kLongWait, 3 * record.device->poll);
-  if (waiting == 0 || now.instant - started < patience) return {};
-  const std::string& reason = record.status.findings.Last(Symptom::refusal).cause;
-  return {
-      fmt::format("{} of {} points have no value yet ({}{}): {}; does the profile fit the "
-                  "device, with its options?",
-                  waiting, record.points.size(), first, waiting > 1 ? ", ..." : "",
-                  reason.empty() ? "the device does not give them" : "it says '" + reason + "'")};
+/// Before its port was opened anew as well.
+bool FailsAlways(const DeviceStatus& status) {
+  const Findings& findings = status.findings;
+  return findings.size() >= kNotableFailures && findings.LongestRun() == findings.size();
 }
 
 }  // namespace
@@ -274,11 +317,12 @@ Sentences DiagnoseDevice(const LineStatus& line, const DeviceRecord& device,
   }
   if (line.port != LineStatus::Port::open) return {};
   if (status.unasked && status.exchanges == 0) return Silence(device, now);
+  if (std::string unreadable = Unreadable(device); !unreadable.empty()) return {unreadable};
   if (status.exchanges == 0 && status.findings.size() == 0) return {"not asked yet"};
   // A server that ends the connection may have said what it is.
   const bool told = status.findings.Count(Symptom::other_protocol) > 0 ||
                     status.findings.Count(Symptom::text) > 0;
-  if (status.last_outcome == Outcome::line_down && !told) {
+  if (status.last_outcome == Outcome::line_down && !told && !FailsAlways(status)) {
     return {status.unasked ? "has not spoken since the port was opened: normal where nothing has "
                              "happened"
                            : "not asked since the port was opened"};
@@ -298,7 +342,15 @@ Sentences DiagnoseDevice(const LineStatus& line, const DeviceRecord& device,
   } else {
     add(Failures(device, Gather(line, device, all, now)));
   }
-  add(Beside(device));
+  const Sentences beside = Beside(device);
+  const Evidence evidence = Gather(line, device, all, now);
+  // What stands beside many replies explains the few that fail.
+  const bool explains = !beside.empty() && evidence.looked > 3 * evidence.failed;
+  if (explains && evidence.Count(Symptom::silence) < evidence.failed) {
+    found.insert(found.begin(), beside.begin(), beside.end());
+  } else {
+    add(beside);
+  }
   if (status.unasked) add(Silence(device, now));
   if (found.empty()) add(Patience(status));
   if (status.doubled > 0 && status.findings.Count(Symptom::others_beside) == 0) {
@@ -309,13 +361,13 @@ Sentences DiagnoseDevice(const LineStatus& line, const DeviceRecord& device,
         Times(status.doubled)));
   }
   const double missed = MissedShare(device, now, started);
-  const std::string why = missed > 0 ? WhyNoTime(all, &device, now, started) : std::string();
+  const std::string why = missed > 0 ? WhyNoTime(line, all, &device, now, started) : std::string();
   if (!why.empty()) {
     found.push_back(
         fmt::format("missed {} of its polls in the last minutes: {}", Percent(missed), why));
   }
-  add(Points(device, now));
-  if (found.empty()) add(Waiting(device, now, started));
+  add(DiagnosePoints(device, now));
+  if (found.empty()) add(DiagnoseWaiting(device, now, started));
   const std::string outages = Outages(device, 1, now, started);
   if (found.empty() && !outages.empty()) {
     found.push_back(outages + ": look at its power and its wire");

@@ -180,19 +180,21 @@ Sentences DiagnoseLine(const config::Line& line, const LineStatus& status,
   const double stray =
       Share(static_cast<double>(status.stray_bytes), static_cast<double>(status.bytes_in));
   if (stray >= kNotableStray && !IsExplained(devices)) {
-    found.push_back(
-        fmt::format("{} of {} bytes came when nothing was asked: {}; look at 'baudgate trace {}'",
-                    status.stray_bytes, status.bytes_in,
-                    "noise while nobody drives the bus (bias resistors, termination), a second "
-                    "master, or answers "
-                    "that come too late",
-                    line.name));
+    found.push_back(fmt::format(
+        "{} of {} bytes came when nothing was asked: {}; look at 'baudgate trace {}'",
+        status.stray_bytes, status.bytes_in,
+        line.serial.on_wire()
+            ? "noise while nobody drives the bus (bias resistors, termination), a "
+              "second master, or answers that come too late"
+            : "the server answers twice, or does not keep to Modbus TCP; update its firmware",
+        line.name));
   }
   if (status.times_lost > 0) found.push_back(Lost(line, status.times_lost, devices));
   const bool misses = std::ranges::any_of(devices, [&](const DeviceRecord& one) {
     return Answers(one.status.state) && MissedShare(one, now, started) > 0;
   });
-  const std::string why = misses ? WhyNoTime(devices, nullptr, now, started) : std::string();
+  const std::string why =
+      misses ? WhyNoTime(status, devices, nullptr, now, started) : std::string();
   if (!why.empty()) found.push_back("polls are missed: " + why);
   return found;
 }

@@ -2,6 +2,7 @@
 #include "gateway/status/evidence.h"
 
 #include <algorithm>
+#include <optional>
 
 namespace baudgate::control {
 namespace {
@@ -28,6 +29,20 @@ void Add(Evidence& evidence, const DeviceRecord& record, Now now) {
   evidence.hour += status.hour.Sum(now.instant);
 }
 
+/// What most of its failures looked like; nothing: too few.
+std::optional<Symptom> MostOften(const DeviceStatus& status) {
+  std::optional<Symptom> most;
+  std::size_t best = 1;
+  for (std::size_t i = 0; i < kSymptoms; ++i) {
+    const auto symptom = static_cast<Symptom>(i);
+    const std::size_t count = IsAnswered(symptom) ? 0 : status.findings.Count(symptom);
+    if (count <= best) continue;
+    best = count;
+    most = symptom;
+  }
+  return most;
+}
+
 }  // namespace
 
 std::size_t Evidence::Count(std::initializer_list<Symptom> symptoms) const {
@@ -38,6 +53,10 @@ std::size_t Evidence::Count(std::initializer_list<Symptom> symptoms) const {
 
 double Evidence::Share(std::initializer_list<Symptom> symptoms) const {
   return failed == 0 ? 0 : static_cast<double>(Count(symptoms)) / static_cast<double>(failed);
+}
+
+config::SerialSettings SerialOf(const DeviceRecord& record) {
+  return record.device->serial.value_or(record.line->serial);
 }
 
 bool IsAbsent(const DeviceStatus& status) {
@@ -74,10 +93,15 @@ Evidence Gather(const LineStatus& status, const DeviceRecord& device,
   evidence.absent = IsAbsent(device.status);
   Add(evidence, device, now);
   for (const DeviceRecord& other : all) {
-    if (other.device == device.device || !IsHealthy(other.status)) continue;
-    evidence.healthy = other.device->name;
-    break;
+    if (other.device == device.device) continue;
+    if (IsHealthy(other.status)) {
+      evidence.healthy = other.device->name;
+      break;
+    }
+    const auto own = MostOften(device.status);
+    if (own && own == MostOften(other.status)) evidence.alike = other.device->name;
   }
+  if (!evidence.healthy.empty()) evidence.alike.clear();
   return evidence;
 }
 

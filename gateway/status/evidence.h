@@ -23,6 +23,7 @@ struct Evidence {
   bool absent = false;                   ///< it does not answer at present
   bool answered = false;                 ///< it has, since the start
   std::string healthy{};                 ///< a neighbour that answers well; empty: none
+  std::string alike{};                   ///< a neighbour that fails in the same way; empty: none
   std::size_t looked = 0;                ///< exchanges that are kept
   std::size_t failed = 0;                ///< of those, without a good reply
   std::array<std::size_t, kSymptoms> counts{};
@@ -46,6 +47,9 @@ Evidence Gather(const LineStatus& status, const DeviceRecord& device,
                 std::span<const DeviceRecord> all, Now now);
 /// Of all devices of the line that are in use and do not answer.
 Evidence GatherAbsent(const LineStatus& status, std::span<const DeviceRecord> all, Now now);
+
+/// Its own, or those of its line.
+config::SerialSettings SerialOf(const DeviceRecord& record);
 
 /// More than one device is in use, and none of them answers.
 bool AbsentTogether(std::span<const DeviceRecord> all);

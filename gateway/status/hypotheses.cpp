@@ -17,6 +17,8 @@ constexpr double kUnexplained = 0.3;
 constexpr double kWorthSaying = 0.15;
 /// Once may be chance.
 constexpr std::size_t kFacts = 2;
+/// No chance any more.
+constexpr std::size_t kMany = 8;
 
 template <Symptom kSymptom>
 double Seen(const Evidence& evidence) {
@@ -96,32 +98,74 @@ double Always(const Evidence& evidence) {
   return evidence.answered && share < 0.6 ? 0 : share;
 }
 
+/// Noise changes characters, and takes none away.
+double BytesLost(const Evidence& evidence) {
+  if (2 * evidence.Count(bytes_lost) < evidence.failed) return Always<bytes_lost>(evidence);
+  return evidence.Share({bytes_lost, bad_check, damaged, tail_lost, end_lost});
+}
+
+/// Where replies are one behind, a repeat is answered by the reply to its first try, and so is
+/// right.
+double OneBehind(const Evidence& evidence) {
+  if (!evidence.answered || evidence.device == nullptr) return 0;
+  const bool repeats_fail = evidence.device->status.findings.LongestRun() > kFacts;
+  return repeats_fail ? 0 : Always<one_behind>(evidence);
+}
+
+/// It may speak once and be silent from then on.
+double OtherProtocol(const Evidence& evidence) {
+  if (evidence.answered || evidence.Count(other_protocol) < kFacts) {
+    return evidence.Share({other_protocol});
+  }
+  return evidence.Share({other_protocol, silence, tail_lost, noise, damaged});
+}
+
+/// A buffer that is too small may leave a reply that lacks its last byte alone.
+double BreaksOff(const Evidence& evidence) {
+  if (evidence.Count(tail_lost) == 0) return 0;
+  const double share = evidence.Share({tail_lost, end_lost, bytes_lost});
+  return evidence.answered && share < 0.6 ? 0 : share;
+}
+
+/// Its replies, each without the eighth bits.
+double SevenBits(const Evidence& evidence) {
+  if (evidence.device == nullptr || evidence.failed < kMany) return 0;
+  if (!OnWire(evidence) || !evidence.device->status.findings.IsSevenBit()) return 0;
+  return evidence.Share({bad_check, damaged});
+}
+
 double Silent(const Evidence& evidence) { return 0.9 * evidence.Share({silence}); }
 
 /// All requests for short replies are answered, and none for long ones.
 double TooLong(const Evidence& evidence) {
-  if (evidence.device == nullptr) return 0;
+  // One that has died has answered the short ones as well, once.
+  if (evidence.device == nullptr || evidence.absent) return 0;
   const Findings& findings = evidence.device->status.findings;
+  if (findings.Runs() < kFacts) return 0;
   const bool split =
       findings.LongestGood() > 0 && findings.ShortestSilent() > findings.LongestGood();
   return split && findings.SilentLong() >= kFacts ? evidence.Share({silence}) : 0;
 }
 
 double Odd(const Evidence& evidence) {
-  return evidence.Count(odd) == 0 || evidence.Last(odd).cause.empty() ? 0 : evidence.Share({odd});
+  const bool proven = evidence.Count(odd) > 0;
+  if (evidence.Last(proven ? odd : one_behind).cause.empty()) return 0;
+  return (proven ? 1 : 0.5) * evidence.Share({odd, one_behind});
 }
 
-bool IsException(const std::string& reason) {
-  return reason.find("exception") != std::string::npos;
-}
-
-/// A server has said why there is no value, or has gone.
-double Said(const Evidence& evidence) {
-  if (evidence.Count(odd) > 0 && IsException(evidence.Last(odd).cause)) {
+/// It, or a gateway in its place, has said why there is no value; or the server has gone.
+double InItsPlace(const Evidence& evidence) {
+  if (evidence.Count(odd) > 0 && !evidence.Last(odd).remedy.empty()) {
     return evidence.Share({odd});
   }
   const bool ended = LastReason(evidence).find("connection") != std::string::npos;
   return ended ? 0.95 * evidence.Share({silence}) : 0;
+}
+
+/// They meet on the wire as well, and damage each other.
+double TwoReplies(const Evidence& evidence) {
+  if (evidence.Count(two_replies) == 0) return 0;
+  return evidence.Share({two_replies, damaged, noise, bad_check, bytes_added});
 }
 
 template <Symptom kSymptom>
@@ -135,35 +179,37 @@ const std::vector<Hypothesis>& Hypotheses() {
   // Of two that are supported equally the first is said: what is proven stands before what is
   // likely.
   static const std::vector<Hypothesis> kAll = {
-      {"other protocol", Seen<other_protocol>, AsFound<other_protocol>},
-      {"other setting", Seen<other_setting>, AsFound<other_setting>},
-      {"other master", OtherMaster, SayOtherMaster},
-      {"other device", OtherDevice, SayOtherDevice},
-      {"text", Text, SayText},
-      {"echo", Seen<echo>, SayEcho},
-      {"late echo", Seen<late_echo>, SayLateEcho},
-      {"not transparent", NotTransparent, SaySpecials},
-      {"split", InPieces, SaySplit},
-      {"late", Late, SayLate},
-      {"eighth bit", EighthBit, SayEighthBit},
-      {"head lost", Seen<head_lost>, SayHeadLost},
-      {"end lost", Always<end_lost>, SayEndLost},
-      {"tail lost", Always<tail_lost>, SayTailLost},
-      {"bytes lost", Always<bytes_lost>, SayBytesLost},
-      {"bytes added", Always<bytes_added>, SayBytesAdded},
-      {"bad check", BadCheck, SayBadCheck},
-      {"zeros", Seen<zeros>, SayZeros},
-      {"endless", Seen<endless>, SayEndless},
-      {"one behind", Always<one_behind>, SayOneBehind},
-      {"late other", Seen<late_other>, SayLateOther},
-      {"other reply", Seen<other_reply>, SayOtherReply},
-      {"too long", TooLong, SayTooLong},
-      {"said", Said, SaySaid},
-      {"no Modbus TCP", NoTcp, SayNoTcp},
-      {"settings", WrongSettings, SaySettings},
-      {"noise", Noise, SayNoise},
-      {"odd", Odd, SayOdd},
-      {"silence", Silent, SaySilent},
+      {"another protocol or service answers", OtherProtocol, AsFound<other_protocol>, true},
+      {"right, were another setting made", Seen<other_setting>, AsFound<other_setting>, true},
+      {"another master speaks on the line", OtherMaster, SayOtherMaster, true},
+      {"slave N answers where slave N was asked", OtherDevice, SayOtherDevice, true},
+      {"text comes in place of replies", Text, SayText},
+      {"only the request itself comes back", Seen<echo>, SayEcho, true},
+      {"the gateway's own requests come back late", Seen<late_echo>, SayLateEcho},
+      {"replies fail that contain", NotTransparent, SaySpecials},
+      {"its replies come in pieces", InPieces, SaySplit, true},
+      {"its replies come up to", Late, SayLate, true},
+      {"its replies are right once their eighth bit is taken away", EighthBit, SayEighthBit},
+      {"no character of its replies has its eighth bit", SevenBits, SaySevenBits},
+      {"the first byte of its replies is missing", Seen<head_lost>, SayHeadLost},
+      {"its replies break off", BreaksOff, SayTailLost},
+      {"the last byte of its replies is missing", Always<end_lost>, SayEndLost},
+      {"bytes are missing inside its replies", BytesLost, SayBytesLost},
+      {"its replies have bytes too many", Always<bytes_added>, SayBytesAdded},
+      {"its replies have the right form and length", BadCheck, SayBadCheck},
+      {"nothing but 00 or FF comes", Seen<zeros>, SayZeros},
+      {"bytes come without an end", Seen<endless>, SayEndless},
+      {"its replies answer the request before", OneBehind, SayOneBehind},
+      {"late replies of", Seen<late_other>, SayLateOther},
+      {"two different replies come to one request", TwoReplies, SayTwoReplies, true},
+      {"replies come that belong to other requests", Seen<other_reply>, SayOtherReply},
+      {"it does not answer requests for long replies", TooLong, SayTooLong},
+      {"a gateway or server speaks in its place", InItsPlace, SaySaid},
+      {"what comes is not Modbus TCP", NoTcp, SayNoTcp},
+      {"bytes come, and not one good frame", WrongSettings, SaySettings},
+      {"its replies come damaged", Noise, SayNoise},
+      {"its replies do not fit their requests", Odd, SayOdd},
+      {"not a byte came", Silent, SaySilent},
   };
   return kAll;
 }
@@ -179,8 +225,8 @@ std::vector<const Hypothesis*> Judge(const Evidence& evidence) {
   std::vector<const Hypothesis*> said;
   if (all.empty()) return said;
   said.push_back(all[0].second);
-  const bool more =
-      all.size() > 1 && all[0].first <= 1 - kUnexplained && all[1].first >= kUnexplained;
+  const bool more = all.size() > 1 && !all[0].second->proven && all[0].first <= 1 - kUnexplained &&
+                    all[1].first >= kUnexplained;
   if (more) said.push_back(all[1].second);
   return said;
 }

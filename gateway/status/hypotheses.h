@@ -19,11 +19,12 @@
 namespace baudgate::control {
 
 struct Hypothesis {
-  const char* name;
+  const char* cause;  ///< as docs/status.md shows it
   /// 0: excluded; 1: it explains all that has failed.
   double (*support)(const Evidence&);
   /// Cause and remedy, without a subject: "answers later than timing.reply (100 ms): …".
   std::string (*say)(const Evidence&);
+  bool proven = false;  ///< what was seen leaves no doubt, so that nothing else need be said
 };
 
 /// All that is known.
@@ -35,8 +36,9 @@ std::vector<const Hypothesis*> Judge(const Evidence& evidence);
 /// "slave 7 answers …: check the address …".
 std::string WithRemedy(const Finding& finding);
 
-/// What to do about what a device has said in place of values.
-std::string RemedyOf(const std::string& reason, const Evidence& evidence);
+/// What a device has said in place of values, without its own advice; and what to do about it.
+std::string Brief(const Finding& finding);
+std::string RemedyOf(const Finding& finding);
 
 /// What both ends must agree on: "address 2, 9600 7E1, checksum crc".
 std::string Settings(const DeviceRecord& record);

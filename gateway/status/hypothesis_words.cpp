@@ -17,12 +17,9 @@ using enum Symptom;
 
 /// A suggested time is so much longer than what was seen.
 constexpr double kMargin = 1.25;
-/// Failures in a row from which an outage is no single loss.
-constexpr std::size_t kLongRun = 5;
-
-config::SerialSettings SerialOf(const DeviceRecord& record) {
-  return record.device->serial.value_or(record.line->serial);
-}
+/// Failures in a row, on the average, from which they are outages and no single losses.
+constexpr double kOutage = 2.5;
+constexpr const char* kRaw = "set it to raw (no XON/XOFF, no Telnet, no change of line ends)";
 
 /// A time for the configuration, in round numbers: "150ms".
 std::string Suggest(Duration seen) {
@@ -32,13 +29,12 @@ std::string Suggest(Duration seen) {
   return fmt::format("{}ms", round);
 }
 
-/// "wiring, " and what else is not proven right by a neighbour or by its own past.
+/// What is not proven right by a neighbour or by its own past.
 std::string Unproven(const Evidence& evidence) {
   const DeviceRecord& record = evidence.first();
   if (evidence.device == nullptr) {
-    const std::string shared = "look at what they share: ";
-    if (!OnWire(evidence)) return shared + "the server at " + evidence.line->port;
-    return shared + "port, power of the bus, wiring (A and B swapped?)" +
+    if (!OnWire(evidence)) return "check what they share: the server at " + evidence.line->port;
+    return "check what they share: port, power of the bus, wiring (A and B swapped?)" +
            (evidence.answered ? "" : ", bit rate and parity (" + SerialOf(record).ToString() + ")");
   }
   if (!OnWire(evidence)) {
@@ -47,11 +43,25 @@ std::string Unproven(const Evidence& evidence) {
   }
   if (evidence.answered) return "check its power and its wire";
   if (evidence.healthy.empty()) {
-    return "check power, wiring (A and B swapped?), address, bit rate and parity (" +
+    return "check its power and wiring (A and B swapped?), then address and bit rate (" +
            Settings(record) + ")";
   }
-  return "check its power, its address and its wire (" + Settings(record) +
-         "); the line is right, " + evidence.healthy + " answers";
+  return "check its power, its wire and its address (" + record.device->address + "); " +
+         evidence.healthy + " answers on the same line";
+}
+
+/// "; feeder-1 is read well".
+std::string BesideHealthy(const Evidence& evidence) {
+  return evidence.healthy.empty() ? "" : "; " + evidence.healthy + " is read well";
+}
+
+/// Bytes too few or too many.
+std::string SayNotTransparent(const Evidence& evidence, const Finding& finding, const char* what) {
+  const std::string count =
+      finding.expected > 0 ? fmt::format(" ({} where {} belong)", finding.bytes, finding.expected)
+                           : std::string();
+  return what + count + ": a converter or serial server in between changes what passes; " + kRaw +
+         BesideHealthy(evidence);
 }
 
 }  // namespace
@@ -64,7 +74,16 @@ std::string LastReason(const Evidence& evidence) { return evidence.first().statu
 unsigned Suspects(const Evidence& evidence) {
   const unsigned all = evidence.device->status.findings.Suspects();
   constexpr unsigned kTelnet = 1U << (std::size(kSpecialBytes) - 1);
-  return evidence.line->port.starts_with("tcp://") ? all : all & ~kTelnet;
+  return evidence.line->is_network() ? all : all & ~kTelnet;
+}
+
+bool ComesAndGoes(const Evidence& evidence) {
+  if (evidence.device == nullptr || !evidence.answered) return false;
+  const Findings& findings = evidence.device->status.findings;
+  const std::size_t runs = findings.Runs();
+  if (2 * evidence.failed > evidence.looked && findings.LongestRun() == evidence.failed)
+    return false;
+  return runs > 0 && static_cast<double>(evidence.failed) >= kOutage * static_cast<double>(runs);
 }
 
 std::string SayOtherDevice(const Evidence& evidence) {
@@ -81,8 +100,7 @@ std::string SayLate(const Evidence& evidence) {
   const Duration seen = evidence.Last(late).time;
   return fmt::format(
       "its replies come up to {} ms after the request, and timing.reply is {} ms: set timing: {{ "
-      "reply: "
-      "{} }} at the device",
+      "reply: {} }} at the device",
       Milliseconds(seen), Milliseconds(reply), Suggest(std::max(seen, reply)));
 }
 
@@ -91,20 +109,18 @@ std::string SaySplit(const Evidence& evidence) {
   const Duration seen = evidence.Last(split).time;
   return fmt::format(
       "its replies come in pieces, with pauses of up to {} ms, and timing.gap is {} ms: set "
-      "timing: {{ "
-      "gap: {} }} at the device; a radio, a serial server or a slow adapter makes such pauses",
+      "timing: {{ gap: {} }} at the device",
       Milliseconds(seen), Milliseconds(gap), Suggest(seen));
 }
 
 std::string SayHeadLost(const Evidence&) {
-  return "the first byte of its replies is missing: the converter turns from sending to receiving "
-         "too late, so use one with automatic direction, or raise the answer delay of the device";
+  return "the first byte of its replies is missing: the converter turns round too late; use one "
+         "with automatic direction, or raise the answer delay of the device";
 }
 
 std::string SayEndLost(const Evidence&) {
-  return "the last byte of its replies is missing: a converter, or the driver of the device, lets "
-         "go "
-         "of the bus too early; use a converter with automatic direction";
+  return "the last byte of its replies is missing: a driver lets go of the bus too early; use a "
+         "converter with automatic direction";
 }
 
 std::string SayTailLost(const Evidence& evidence) {
@@ -112,21 +128,9 @@ std::string SayTailLost(const Evidence& evidence) {
   const std::string of =
       finding.expected > finding.bytes ? fmt::format(" of {}", finding.expected) : std::string();
   return fmt::format(
-      "its replies break off ({}{} came last) and nothing follows: a serial server or converter "
-      "with too small a buffer, or a bad wire; ask for less at once if only long replies fail",
-      finding.bytes, of.empty() ? " bytes" : of + " bytes");
-}
-
-/// Bytes too few or too many.
-std::string SayNotTransparent(const Evidence& evidence, const Finding& finding, const char* what) {
-  const std::string count =
-      finding.expected > 0 ? fmt::format(" ({} where {} belong)", finding.bytes, finding.expected)
-                           : std::string();
-  return what + count +
-         ": a converter or serial server in between changes what passes; set it to raw (no "
-         "XON/XOFF, "
-         "no Telnet, no change of line ends), or use another one" +
-         (evidence.healthy.empty() ? "" : "; " + evidence.healthy + " is read well");
+      "its replies break off ({}{} bytes came last): a serial server with too small a buffer, or a "
+      "bad wire; ask for less at once where only long ones do",
+      finding.bytes, of);
 }
 
 std::string SayBytesLost(const Evidence& evidence) {
@@ -146,67 +150,67 @@ std::string SaySpecials(const Evidence& evidence) {
     names += (names.empty() ? "" : " and ") + fmt::format("{:02X}", kSpecialBytes[i]);
   }
   return "replies fail that contain " + names +
-         ", and no others: a converter or serial server in between changes such bytes; set it to "
-         "raw "
-         "(no XON/XOFF, no Telnet, no change of line ends)";
+         ", and no others: a converter or serial server in between changes such bytes; " + kRaw;
 }
 
 std::string SayBadCheck(const Evidence& evidence) {
-  return "its replies have the right form and length, and their check value is always wrong: it "
-         "computes another one (" +
-         Settings(evidence.first()) + "), or two devices with its address answer together";
+  return "its replies have the right form and length, and always a wrong check value: it computes "
+         "another one (" +
+         Settings(evidence.first()) + "), or two devices have its address";
 }
 
 std::string SayTooLong(const Evidence& evidence) {
   const Findings& findings = evidence.device->status.findings;
   return fmt::format(
       "it does not answer requests for long replies ({} bytes and more), and answers those for up "
-      "to "
-      "{}: ask for less at once (block, max_items or the like at the device)",
+      "to {}: ask for less at once (block, max_items or the like at the device)",
       findings.ShortestSilent(), findings.LongestGood());
 }
 
 std::string SayEighthBit(const Evidence& evidence) {
   return "its replies are right once their eighth bit is taken away: it sends 7 data bits with "
-         "parity, and the port is open with " +
-         SerialOf(evidence.first()).ToString() + ": set serial: to 7E1 or 7O1 with its bit rate";
+         "parity; set serial: to 7E1 or 7O1 (now " +
+         SerialOf(evidence.first()).ToString() + ")";
+}
+
+std::string SaySevenBits(const Evidence& evidence) {
+  return "no character of its replies has its eighth bit: the port or a converter in between has 7 "
+         "data bits; set 8 (now " +
+         SerialOf(evidence.first()).ToString() + ")";
 }
 
 std::string SayText(const Evidence& evidence) {
   return "text comes in place of replies (" + evidence.Last(text).cause +
-         "): a device that sends by itself, a modem, a console or the menu of a serial server is "
-         "at "
-         "this port; take it off the line, or check the port (" +
+         "): a modem, a console or a menu is at this port; take it off, or check the port (" +
          evidence.line->port + ")";
 }
 
 std::string SayEcho(const Evidence& evidence) {
-  return "only the request itself comes back: the adapter or the line echoes (set echo: strip at "
-         "the line), and the device is silent: " +
-         Unproven(evidence);
+  return "only the request itself comes back: the adapter echoes (set echo: strip at the line), "
+         "and the device is silent: check its power, its wire and its address (" +
+         evidence.first().device->address + ")";
 }
 
 std::string SayLateEcho(const Evidence&) {
-  return "the gateway's own requests come back late: a converter, a modem or a serial server in "
+  return "the gateway's own requests come back late: a converter, modem or serial server in "
          "between echoes; switch its echo off";
 }
 
 std::string SaySettings(const Evidence& evidence) {
   const DeviceRecord& record = evidence.first();
   if (evidence.healthy.empty()) {
-    return "bytes come, and not one good frame: bit rate, parity or data bits are not those of the "
-           "device, or it speaks another protocol (" +
-           Settings(record) + ", " + record.device->protocol + ")";
+    return "bytes come, and not one good frame: check bit rate, parity and data bits (" +
+           SerialOf(record).ToString() + "), A and B, then the protocol (" +
+           record.device->protocol + ")";
   }
   return "its replies cannot be read, and " + evidence.healthy +
          " is understood: two devices have its address (" + record.device->address +
-         "), or its bit rate or parity is another than the line's (" + SerialOf(record).ToString() +
-         ")";
+         "), or its bit rate or parity differs (" + SerialOf(record).ToString() + ")";
 }
 
 std::string SayNoTcp(const Evidence& evidence) {
-  return "what comes is not Modbus TCP: is it at " + evidence.line->port +
-         "? A serial server that passes Modbus RTU on needs protocol: modbus_rtu";
+  return "what comes is not Modbus TCP: check the port (" + evidence.line->port +
+         "); a serial server that passes RTU on needs protocol: modbus_rtu";
 }
 
 std::string SayNoise(const Evidence& evidence) {
@@ -215,14 +219,15 @@ std::string SayNoise(const Evidence& evidence) {
   const std::string damaged_by = plain ? " (" + reason + ")" : std::string();
   if (!OnWire(evidence)) return "its replies come damaged" + damaged_by + ": look at the server";
   return "its replies come damaged" + damaged_by +
-         (evidence.healthy.empty() ? ": noise, bad termination or a bus without ground"
-                                   : ": noise or a bad wire at its end (" + evidence.healthy +
-                                         " is read well), or two devices with its address");
+         (evidence.healthy.empty()
+              ? ": look for noise, bad termination or a bus without ground"
+              : ": noise or a bad wire at its end, or two devices with its address; " +
+                    evidence.healthy + " is read well");
 }
 
 std::string SayZeros(const Evidence& evidence) {
-  return "nothing but 00 or FF comes: A and B are swapped, a driver holds the line, or bias "
-         "resistors are missing (" +
+  return "nothing but 00 or FF comes: check A and B, the bias resistors and who drives the line, "
+         "then the bit rate (" +
          SerialOf(evidence.first()).ToString() + ")";
 }
 
@@ -236,22 +241,26 @@ std::string SaySilent(const Evidence& evidence) {
     return (evidence.answered ? "not a byte comes any more: " : "not a byte came: ") +
            Unproven(evidence);
   }
-  if (evidence.device != nullptr && evidence.device->status.findings.LongestRun() >= kLongRun) {
+  if (ComesAndGoes(evidence)) {
     return "it is away for some time and comes back: look for restarts, its power and a loose wire";
   }
-  return "single requests get no answer: it misses them in noise, or is asked faster than it can "
-         "(set timing: { quiet: 50ms } at the device, or raise its poll)";
+  return "single requests get no answer: it misses them in noise, or is asked too fast (set "
+         "timing: { quiet: 50ms } at the device, or raise its poll)";
 }
 
 std::string SaySaid(const Evidence& evidence) {
-  const std::string reason =
-      evidence.Count(odd) > 0 ? evidence.Last(odd).cause : LastReason(evidence);
-  return reason + ": " + RemedyOf(reason, evidence);
+  if (evidence.Count(odd) > 0 && !evidence.Last(odd).remedy.empty()) {
+    return WithRemedy(evidence.Last(odd));
+  }
+  return LastReason(evidence) +
+         ": the server takes the connection and does not answer; is Modbus TCP behind this port, "
+         "does it know unit " +
+         evidence.first().device->address + "?";
 }
 
 std::string SayOdd(const Evidence& evidence) {
-  const std::string& reason = evidence.Last(odd).cause;
-  return "its replies do not fit their requests (" + reason + "): " + RemedyOf(reason, evidence);
+  const Finding& finding = evidence.Last(evidence.Count(odd) > 0 ? odd : one_behind);
+  return "its replies do not fit their requests (" + Brief(finding) + "): " + RemedyOf(finding);
 }
 
 std::string SayOneBehind(const Evidence&) {
@@ -264,47 +273,32 @@ std::string SayLateOther(const Evidence& evidence) {
          " come in place of its own: what is said there mends both";
 }
 
+std::string SayTwoReplies(const Evidence& evidence) {
+  return "two different replies come to one request: two devices have its address (" +
+         evidence.first().device->address + "); unplug one and give it another";
+}
+
 std::string SayOtherReply(const Evidence& evidence) {
   const Finding& finding = evidence.Last(other_reply);
   if (!finding.cause.empty()) return WithRemedy(finding);
   const std::string reason = LastReason(evidence);
-  if (reason.find("two different") != std::string::npos) {
-    return "two different replies come to one request: two devices have its address (" +
-           evidence.first().device->address + "); unplug one";
-  }
+  if (reason.find("two different") != std::string::npos) return SayTwoReplies(evidence);
   return "replies come that belong to other requests" +
          (reason.empty() ? "" : " (" + reason + ")") +
-         ": another master on the line, or a serial server that answers one request late; see "
-         "'baudgate trace " +
-         evidence.line->name + "'";
+         ": another master on the line, or a serial server that answers one request late";
 }
 
-std::string RemedyOf(const std::string& reason, const Evidence& evidence) {
-  const auto says = [&reason](std::string_view text) {
-    return reason.find(text) != std::string::npos;
-  };
-  if (says("exception 0A") || says("exception 0B")) {
-    return "the gateway in between works, and the device behind it does not answer: check its "
-           "power, its wire and its address (" +
-           evidence.first().device->address + ") there";
-  }
-  if (says("exception 04") || says("exception 08")) {
-    return "the device reports a fault of its own: look at it, restart or replace it";
-  }
-  if (says("exception 05") || says("exception 06")) return "raise its poll";
-  if (says("exception")) return "does the profile fit the device, and is the address right?";
-  if (says("echo")) return "set echo: off at the line if the bus does not echo";
-  if (says("connection")) {
-    return "the server takes the connection and does not answer: is Modbus TCP behind this port, "
-           "is "
-           "another client connected, does it know unit " +
-           evidence.first().device->address + "?";
-  }
-  return "does the profile fit the device, with its options?";
+std::string Brief(const Finding& finding) {
+  return finding.remedy.empty() ? finding.cause : finding.cause.substr(0, finding.cause.find("; "));
+}
+
+std::string RemedyOf(const Finding& finding) {
+  return finding.remedy.empty() ? "does the profile fit the device, with its options?"
+                                : finding.remedy;
 }
 
 std::string WithRemedy(const Finding& finding) {
-  return finding.remedy.empty() ? finding.cause : finding.cause + ": " + finding.remedy;
+  return finding.remedy.empty() ? finding.cause : Brief(finding) + ": " + finding.remedy;
 }
 
 std::string Settings(const DeviceRecord& record) {

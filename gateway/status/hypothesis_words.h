@@ -15,6 +15,8 @@ bool OnWire(const Evidence& evidence);
 std::string LastReason(const Evidence& evidence);
 /// Of kSpecialBytes those that a converter may change, one bit each.
 unsigned Suspects(const Evidence& evidence);
+/// It fails several times in a row, answers for a while, and fails again.
+bool ComesAndGoes(const Evidence& evidence);
 
 std::string SayOtherDevice(const Evidence& evidence);
 std::string SayOtherMaster(const Evidence& evidence);
@@ -23,13 +25,13 @@ std::string SaySplit(const Evidence& evidence);
 std::string SayHeadLost(const Evidence& evidence);
 std::string SayEndLost(const Evidence& evidence);
 std::string SayTailLost(const Evidence& evidence);
-std::string SayNotTransparent(const Evidence& evidence);
 std::string SayBytesLost(const Evidence& evidence);
 std::string SayBytesAdded(const Evidence& evidence);
 std::string SaySpecials(const Evidence& evidence);
 std::string SayBadCheck(const Evidence& evidence);
 std::string SayTooLong(const Evidence& evidence);
 std::string SayEighthBit(const Evidence& evidence);
+std::string SaySevenBits(const Evidence& evidence);
 std::string SayText(const Evidence& evidence);
 std::string SayEcho(const Evidence& evidence);
 std::string SayLateEcho(const Evidence& evidence);
@@ -43,6 +45,7 @@ std::string SaySaid(const Evidence& evidence);
 std::string SayOdd(const Evidence& evidence);
 std::string SayOneBehind(const Evidence& evidence);
 std::string SayLateOther(const Evidence& evidence);
+std::string SayTwoReplies(const Evidence& evidence);
 std::string SayOtherReply(const Evidence& evidence);
 
 }  // namespace baudgate::control

@@ -29,6 +29,12 @@ double Watched(Now now, Instant started) {
   return Seconds(std::min<Duration>(now.instant - started, of_minute + (kMinutes - 1) * 1min));
 }
 
+/// The characters take most of the time, and not the thinking of the devices.
+bool IsWireTime(const LineStatus& status, const config::Line& line) {
+  const auto characters = static_cast<std::int64_t>(status.bytes_in + status.bytes_out);
+  return 2 * characters * line.serial.CharacterTime() > status.busy;
+}
+
 }  // namespace
 
 double MissedShare(const DeviceRecord& device, Now now, Instant started) {
@@ -39,8 +45,8 @@ double MissedShare(const DeviceRecord& device, Now now, Instant started) {
   return share < kNotableMissed ? 0 : share;
 }
 
-std::string WhyNoTime(std::span<const DeviceRecord> devices, const DeviceRecord* device, Now now,
-                      Instant started) {
+std::string WhyNoTime(const LineStatus& line, std::span<const DeviceRecord> devices,
+                      const DeviceRecord* device, Now now, Instant started) {
   const double watched = std::max(Watched(now, started), 1e-3);
   const DeviceRecord* wasteful = nullptr;
   const DeviceRecord* busiest = nullptr;
@@ -75,7 +81,7 @@ std::string WhyNoTime(std::span<const DeviceRecord> devices, const DeviceRecord*
   }
   // One that is late says so itself, and what to do.
   if (device == nullptr && busiest != nullptr && busiest->status.patience > Duration()) return {};
-  const bool wire = !devices.empty() && !devices.front().line->port.starts_with("tcp://");
+  const bool wire = !devices.empty() && IsWireTime(line, *devices.front().line);
   const char* const ask_less =
       wire ? "ask for fewer points, or raise the bit rate" : "ask for fewer points";
   if (most >= kMuchOfOne && devices.size() > 1) {

@@ -17,7 +17,7 @@ double MissedShare(const DeviceRecord& device, Now now, Instant started);
 /// Why there is no time, and what to do: "feeder-1 takes 62 % of the line's time, 350 ms an
 /// exchange: raise its poll, …". Empty: exchanges that fail take it, and their device says why; or
 /// it is not known. `device`: "it" in place of its name; null: nobody.
-std::string WhyNoTime(std::span<const DeviceRecord> devices, const DeviceRecord* device, Now now,
-                      Instant started);
+std::string WhyNoTime(const LineStatus& line, std::span<const DeviceRecord> devices,
+                      const DeviceRecord* device, Now now, Instant started);
 
 }  // namespace baudgate::control

@@ -37,6 +37,17 @@ Json RecentJson(const RecentOutcomes& recent) {
   return json;
 }
 
+/// What its exchanges looked like on the wire.
+Json SeenJson(const Findings& findings) {
+  Json json = Json::object();
+  for (std::size_t i = 0; i < kSymptoms; ++i) {
+    const auto symptom = static_cast<Symptom>(i);
+    const std::size_t count = findings.Count(symptom);
+    if (count > 0) json[std::string(Name(symptom))] = count;
+  }
+  return json;
+}
+
 Json RoundTripsJson(const RoundTrips& trips) {
   Json json;
   json["count"] = trips.count();
@@ -150,6 +161,7 @@ Json DeviceJson(const LineStatus& line, const DeviceRecord& record,
   json["learned"] = status.learned;
   json["times"] = TimesJson(status.timing);
   json["recent"] = RecentJson(status.recent);
+  json["seen"] = SeenJson(status.findings);
   json["hour"] = HourJson(status, view.now.instant);
   json["busy_ms"] = InMilliseconds(status.busy);
   json["round_trips"] = RoundTripsJson(status.round_trips);

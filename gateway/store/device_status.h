@@ -70,7 +70,7 @@ class RoundTrips {
 /// device are not among them.
 class RecentOutcomes {
  public:
-  static constexpr std::size_t kKept = 64;
+  static constexpr std::size_t kKept = Findings::kKept;
 
   void Add(Outcome outcome) { outcomes_[count_++ % kKept] = outcome; }
   /// Of the exchanges kept, at most kKept.
@@ -90,7 +90,8 @@ struct QueryCount {
   std::size_t first_point = 0;  ///< index in the device's points; of those that it reads
   std::size_t points = 0;
   std::uint32_t in_vain = 0;         ///< exchanges in a row without an answer, since the last one
-  Symptom symptom = Symptom::clean;  ///< of the last of these
+  std::uint32_t refused = 0;         ///< exchanges in a row in which the device has said no
+  Symptom symptom = Symptom::clean;  ///< of the last exchange
 };
 
 struct DeviceStatus {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <string>
 #include <utility>
 
 #include "gateway/base/finding.h"
@@ -20,10 +21,11 @@ class Findings {
     latest_[count_++ % kKept] = finding.symptom;
     Keep(std::move(finding));
   }
-  /// More has come for the last one that was added, and it looks otherwise now.
-  void Amend(Finding finding) {
-    if (count_ == 0) return;
-    latest_[(count_ - 1) % kKept] = finding.symptom;
+  /// More has come for the last one that was added, or for one that was added `back` before it, and
+  /// it looks otherwise now.
+  void Amend(Finding finding, std::size_t back = 0) {
+    if (back >= size()) return;
+    latest_[(count_ - 1 - back) % kKept] = finding.symptom;
     Keep(std::move(finding));
   }
 
@@ -32,6 +34,17 @@ class Findings {
   std::size_t Count(Symptom symptom) const {
     const auto end = latest_.begin() + static_cast<std::ptrdiff_t>(size());
     return static_cast<std::size_t>(std::count(latest_.begin(), end, symptom));
+  }
+  /// How often failures began.
+  std::size_t Runs() const {
+    std::size_t runs = 0;
+    bool failing = false;
+    for (std::size_t i = count_ - size(); i < count_; ++i) {
+      const bool fails = !IsAnswered(latest_[i % kKept]);
+      runs += fails && !failing ? 1 : 0;
+      failing = fails;
+    }
+    return runs;
   }
   /// The most that failed in a row.
   std::size_t LongestRun() const {
@@ -49,8 +62,15 @@ class Findings {
 
   /// Of kSpecialBytes those that every reply had which failed, and no good one; one bit each.
   std::uint8_t Suspects() const {
-    return any_bad_ ? static_cast<std::uint8_t>(bad_specials_ & ~good_specials_) : std::uint8_t{};
+    if (!any_bad_) return 0;
+    return static_cast<std::uint8_t>(bad_specials_ & ~good_specials_ & ~kHighBit);
   }
+  /// In all that came no character had its eighth bit, although the protocol has such.
+  bool IsSevenBit() const { return any_bad_ && !any_high_; }
+
+  /// Around so many replies, one after another where anything was, the same bytes stood; and which.
+  std::size_t SameAround() const { return same_around_; }
+  const std::string& Around() const { return around_; }
 
   /// Lengths of replies that were asked for: the longest that came, the shortest that did not; and
   /// how often one did not that was longer than any that came.
@@ -73,8 +93,18 @@ class Findings {
       ++silent_long_;
     }
   }
+  void KeepAround(const Finding& finding) {
+    if (finding.symptom != Symptom::few_beside && finding.symptom != Symptom::noise_before &&
+        finding.symptom != Symptom::noise_behind) {
+      return;
+    }
+    same_around_ = finding.cause == around_ ? same_around_ + 1 : 1;
+    around_ = finding.cause;
+  }
   void Keep(Finding finding) {
+    any_high_ = any_high_ || (finding.specials & kHighBit) != 0;
     KeepLength(finding);
+    KeepAround(finding);
     if (IsAnswered(finding.symptom)) {
       good_specials_ = static_cast<std::uint8_t>(good_specials_ | finding.specials);
     } else if (finding.bytes > 0) {
@@ -95,6 +125,9 @@ class Findings {
   std::uint8_t good_specials_ = 0;
   std::uint8_t bad_specials_ = 0xFF;
   bool any_bad_ = false;
+  bool any_high_ = false;
+  std::size_t same_around_ = 0;
+  std::string around_;
   std::array<Finding, kSymptoms> last_{};
 };
 

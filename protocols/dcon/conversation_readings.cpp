@@ -64,6 +64,7 @@ Answer DconConversation::ReadingsOf(const Exchanged& exchanged) const {
   Answer answer;
   answer.outcome = reply.outcome;
   answer.reason = reply.reason;
+  answer.remedy = reply.remedy;
   for (std::size_t i = 0; i < reads_.size(); ++i) {
     if (!reads_[i] || reads_[i]->command != exchanged.command.text) continue;
     // Two decoders for one command: that of the first point holds, the other cannot be right.

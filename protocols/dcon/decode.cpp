@@ -39,10 +39,12 @@ DecodedReply DecodeRefusal(const Command& request, const Reply& reply, bool read
                 "refusal '?" + reply.body + "' is of another module than " + who);
   }
   if (read) {
-    return Fail(Outcome::unsupported, "the module answers '?" + reply.body + "' to " +
-                                          request.text +
-                                          ": it does not know this command, or the channel does "
-                                          "not exist or is disabled");
+    DecodedReply decoded =
+        Fail(Outcome::unsupported, "the module answers '?" + reply.body + "' to " + request.text +
+                                       ": it does not know this command, or the channel does "
+                                       "not exist or is disabled");
+    decoded.remedy = "does the profile fit the module, with its channels?";
+    return decoded;
   }
   const std::string says = "the module answers '?" + reply.body + "' to " + request.text + ": ";
   if (!IsAnalogOutput(request.text)) {
@@ -119,6 +121,7 @@ DecodedReply DecodeNumbers(std::string_view payload, Form form, std::size_t chan
   decoded.form = form;
   decoded.outcome = cut.outcome;
   decoded.reason = std::move(cut.reason);
+  decoded.remedy = std::move(cut.remedy);
   decoded.fields = std::move(cut.fields);
   decoded.more_enabled = cut.more_enabled;
   for (const Field& field : decoded.fields) {

@@ -17,6 +17,7 @@ namespace baudgate::protocols::dcon {
 struct DecodedReply {
   Outcome outcome = Outcome::ok;
   std::string reason;
+  std::string remedy{};  ///< for `baudgate status`
   Form form = Form::text;
   /// Of joined numbers one per channel, else one; none when a write is confirmed.
   std::vector<Field> fields;

@@ -69,8 +69,15 @@ bool IsNumberText(std::string_view token) {
          rest.find_first_not_of('.') != std::string_view::npos;
 }
 
-Fields Malformed(Outcome outcome, std::string reason) {
-  return {.outcome = outcome, .reason = std::move(reason), .fields = {}};
+Fields Malformed(Outcome outcome, std::string reason, std::string remedy = {}) {
+  return {
+      .outcome = outcome, .reason = std::move(reason), .remedy = std::move(remedy), .fields = {}};
+}
+
+/// "7FFF8000": joined hex words in place of numbers.
+bool AreHexWords(std::string_view text) {
+  return text.size() % kHexWidth == 0 && IsHexText(text) &&
+         text.find_first_of("+-.") == std::string_view::npos;
 }
 
 std::string WidthReason(std::string_view token, const Settings& settings) {
@@ -98,14 +105,16 @@ Fields CutNumbers(std::string_view text, const Settings& settings) {
     const std::string_view token = text.substr(0, text.find_first_of("+- ", 1));
     text.remove_prefix(token.size());
     if (!IsNumberText(token)) {
-      return Malformed(Outcome::corrupt, "'" + std::string(token) + "' is not a number");
+      return Malformed(Outcome::corrupt, "'" + std::string(token) + "' is not a number",
+                       AreHexWords(token) ? "the module sends hex words: set format: hex" : "");
     }
     const bool point = token.find('.') != std::string_view::npos;
     const bool wide = settings.width != 0 && token.size() != settings.width;
     if (auto code = ListedCode(token, settings)) {
       result.fields.push_back(std::move(*code));
     } else if (wide && (point || token.size() < 5 || token.size() > kUsualWidth)) {
-      return Malformed(Outcome::unexpected, WidthReason(token, settings));
+      return Malformed(Outcome::unexpected, WidthReason(token, settings),
+                       "set width: " + std::to_string(token.size()) + " at the device");
     } else if (!point) {
       result.fields.push_back(PointlessCode(token));
     } else if ((settings.nines && IsFullScale(token)) ||
@@ -133,8 +142,10 @@ Value HexValue(std::uint16_t raw, const Settings& settings) {
 Fields CutWords(std::string_view text, const Settings& settings) {
   Fields result;
   if (text.size() % kHexWidth != 0) {
+    const bool numbers = text.find_first_of("+-.") != std::string_view::npos;
     return Malformed(Outcome::unexpected,
-                     "the hex words do not come in fours: " + std::string(text));
+                     "the hex words do not come in fours: " + std::string(text),
+                     numbers ? "the module sends numbers: set format: engineering" : "");
   }
   for (; !text.empty(); text.remove_prefix(kHexWidth)) {
     const std::string_view token = text.substr(0, kHexWidth);
@@ -195,7 +206,8 @@ void AssignChannels(Fields& fields, const Settings& settings, std::size_t expect
     fields = Malformed(Outcome::unexpected,
                        std::to_string(count) + " values came where " + std::to_string(expected) +
                            " channels are configured; if some are disabled in the module, set "
-                           "enable_mask");
+                           "enable_mask",
+                       "set channels: " + std::to_string(count) + " at the device, or enable_mask");
     return;
   }
   for (std::size_t i = 0; i < count; ++i) fields.fields[i].channel = enabled[i];

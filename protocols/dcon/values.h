@@ -27,7 +27,8 @@ inline Field BadField(Quality quality, std::string note, unsigned channel = 0) {
 
 struct Fields {
   Outcome outcome = Outcome::ok;
-  std::string reason;  ///< when not ok: then no field is believed
+  std::string reason;    ///< when not ok: then no field is believed
+  std::string remedy{};  ///< for `baudgate status`
   std::vector<Field> fields;
   bool more_enabled = false;  ///< values came for channels that the settings call disabled
 };

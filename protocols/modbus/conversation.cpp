@@ -41,6 +41,29 @@ Outcome OutcomeOf(std::uint8_t exception, bool write) {
   }
 }
 
+/// What a user can do about an exception.
+const char* RemedyOf(std::uint8_t exception) {
+  switch (exception) {
+    case kIllegalFunction:
+      return "does the profile fit the device? It does not know this function";
+    case kIllegalAddress:
+      return "does the profile fit the device? It does not have these points";
+    case kIllegalValue:
+      return "does the profile fit the device? Ask for less at once (block)";
+    case kAcknowledge:
+    case kBusy:
+      return "raise its poll";
+    case kNoPath:
+    case kNoTarget:
+      return "a gateway answers for it: check the device behind that, its power, wire and address";
+    case kDeviceFailure:
+    case kParityError:
+      return "the device reports a fault of its own: look at it, restart or replace it";
+    default:
+      return "does the profile fit the device?";
+  }
+}
+
 Answer Failed(Outcome outcome, std::string reason) {
   Answer answer;
   answer.outcome = outcome;
@@ -152,6 +175,7 @@ ModbusConversation::Exchanged ModbusConversation::Decode(View request, View fram
   const std::uint8_t function = exchanged.request[0];
   exchanged.answer.outcome = OutcomeOf(verdict.exception, !TableOf(function).has_value());
   exchanged.answer.reason = "function " + HexByte(function) + ": " + verdict.reason;
+  exchanged.answer.remedy = RemedyOf(verdict.exception);
   if (verdict.exception == kBusy) exchanged.answer.wait = kBusyWait;
   if (verdict.exception == kAcknowledge) exchanged.answer.wait = kWorkWait;
   AddFaults(exchanged);

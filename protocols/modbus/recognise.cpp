@@ -102,8 +102,7 @@ std::optional<Recognised> OddHeader(const Adu& asked, View heard) {
   if (function != asked.pdu[0]) return std::nullopt;
   const auto odd = [](std::string cause) {
     return Recognised{Recognised::What::other_reply, std::move(cause),
-                      "the server does not keep to Modbus TCP: update its firmware, or ask it "
-                      "through a serial server with protocol: modbus_rtu"};
+                      "the server does not keep to Modbus TCP: update its firmware"};
   };
   if (protocol != 0) {
     return odd("the header of its replies has protocol number " + std::to_string(protocol) +
@@ -123,28 +122,6 @@ std::optional<Recognised> OddHeader(const Adu& asked, View heard) {
 
 }  // namespace
 
-/// Other services than Modbus TCP.
-std::optional<Recognised> OtherService(View heard) {
-  const auto other = [](const char* cause, const char* remedy) {
-    return Recognised{Recognised::What::other_protocol, cause, remedy};
-  };
-  if (AsText(heard).starts_with("HTTP/")) {
-    return other("a web server answers", "check the port number: Modbus TCP mostly has 502");
-  }
-  if (AsText(heard).starts_with("SSH-")) {
-    return other("an SSH server answers", "check the port number: Modbus TCP mostly has 502");
-  }
-  constexpr std::uint8_t kAlert = 0x15;
-  if (heard.size() >= 5 && heard[0] == kAlert && heard[1] == 3) {
-    return other("the server wants TLS", "check the port number: plain Modbus TCP mostly has 502");
-  }
-  constexpr std::uint8_t kCommand = 0xFF;
-  if (heard.size() >= 3 && heard[0] == kCommand && heard[1] >= 0xFB && heard[1] <= 0xFE) {
-    return other("the server speaks Telnet", "set it to raw TCP");
-  }
-  return std::nullopt;
-}
-
 /// Whole, but for its check value.
 std::optional<Recognised> OtherCheck(Framing framing, View heard) {
   const auto other = [](const char* cause) {
@@ -153,10 +130,10 @@ std::optional<Recognised> OtherCheck(Framing framing, View heard) {
   };
   if (framing == Framing::rtu && heard.size() > kRtuOverhead) {
     if (EndsInCrc16(heard)) {
-      return Recognised{Recognised::What::other_reply,
-                        "its replies have a right check value, and a function or count that does "
-                        "not fit",
-                        "the device does not keep to Modbus: update its firmware"};
+      return Recognised{
+          Recognised::What::other_reply,
+          "its replies have a right check value, and a function or count that does not fit",
+          "the device does not keep to Modbus: update its firmware"};
     }
     Bytes swapped(heard.begin(), heard.end());
     std::swap(swapped[swapped.size() - 1], swapped[swapped.size() - 2]);
@@ -182,15 +159,14 @@ std::optional<Recognised> Recognise(Framing framing, View request, View heard) {
   if (!asked) return std::nullopt;
   const auto seen = First(framing, heard);
   if (!seen) {
-    if (auto service = OtherService(heard)) return service;
     if (auto other = OtherFraming(framing, heard)) return other;
     return framing == Framing::tcp ? OddHeader(*asked, heard) : OtherCheck(framing, heard);
   }
   if (seen->request) {
-    return Recognised{Recognised::What::other_master,
-                      "another master speaks on the line: it has asked " + Slave(seen->adu.slave),
-                      "a serial line has one master: take the other one away, or let it ask "
-                      "through the gateway"};
+    return Recognised{
+        Recognised::What::other_master,
+        "another master speaks on the line: it has asked " + Slave(seen->adu.slave),
+        "a serial line has one master: take the other one away, or let it ask through the gateway"};
   }
   if (seen->adu.slave != asked->slave) {
     const std::string who = framing == Framing::tcp ? "unit " : "slave ";

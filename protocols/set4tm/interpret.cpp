@@ -54,6 +54,7 @@ MeterConversation::Reply MeterConversation::Decode(View request, View frame) con
   const bool fits = fields_.Matches(pdu).empty() ? MayAnswer(pdu, got->body.size())
                                                  : LengthOfData(pdu) == got->body.size();
   if (AnsweredByStatus(pdu) || !fits) {
+    reply.answer.remedy = "does the profile fit this type of meter?";
     return unexpected(std::to_string(got->body.size()) + " data bytes do not answer request " +
                       HexByte(pdu[0]));
   }
@@ -80,6 +81,7 @@ void MeterConversation::ReadStatus(Reply& reply) const {
   }
   reply.answer.outcome = meaning.outcome;
   reply.answer.reason = std::move(meaning.reason);
+  reply.answer.remedy = meaning.remedy;
   if (!meaning.quality || awaited) return;
   const auto matches = fields_.Matches(reply.pdu);
   for (const Match& match : matches) {

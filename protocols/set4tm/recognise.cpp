@@ -10,8 +10,8 @@
 namespace baudgate::protocols::set4tm {
 namespace {
 
-/// A sum of one byte fits by chance in one of 256.
-constexpr std::size_t kShortestKs = 6;
+/// A sum of one byte fits by chance in one of 256: address, status, sum.
+constexpr std::size_t kShortestKs = 3;
 /// Code and parameter.
 constexpr std::size_t kShortestRead = 2;
 
@@ -52,6 +52,15 @@ std::optional<Recognised> Recognise(View request, View heard, const config::Opti
         "check the address that is set in the meter"};
   }
   const bool ks = checksum == Checksum::crc;
+  if (ks && heard.size() > 3) {
+    Bytes swapped(heard.begin(), heard.end());
+    std::swap(swapped[swapped.size() - 1], swapped[swapped.size() - 2]);
+    const auto reply = SplitFrame(swapped, checksum);
+    if (reply && std::ranges::equal(reply->address, asked->address)) {
+      return Recognised{Recognised::What::other_setting, "its CRC comes high byte first",
+                        "a converter in between, or the meter, does not keep to the protocol"};
+    }
+  }
   const auto other = SplitFrame(heard, ks ? Checksum::ks : Checksum::crc);
   if (!other || (ks && heard.size() < kShortestKs)) return std::nullopt;
   if (!std::ranges::equal(other->address, asked->address)) return std::nullopt;

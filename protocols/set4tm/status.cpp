@@ -58,6 +58,28 @@ StatusMeaning ByCode(std::uint8_t code, bool opening) {
   }
 }
 
+std::string_view RemedyOf(std::uint8_t code) {
+  switch (code) {
+    case kNotAllowed:
+      return "does the profile fit this type of meter?";
+    case kInternalError:
+      return "the meter reports a fault of its own: look at its display, restart or replace it";
+    case kLevelTooLow:
+      return "set `password` to that of a higher level";
+    case kChannelClosed:
+      return "keep other programs and masters off the meter";
+    case kNotReady:
+      return "wait: the meter has just started";
+    case kRepeat:
+    case kBusy:
+      return "raise its poll";
+    case kMeterSilent:
+      return "check the meter behind the communicator";
+    default:
+      return "look it up in the manual of the meter";
+  }
+}
+
 }  // namespace
 
 StatusMeaning Explain(std::uint8_t status, bool opening) {
@@ -66,6 +88,7 @@ StatusMeaning Explain(std::uint8_t status, bool opening) {
   meaning.wait = std::max(meaning.wait, asked);
   if (meaning.outcome != Outcome::ok) {
     meaning.reason = "status " + HexByte(status) + ": " + meaning.reason;
+    meaning.remedy = RemedyOf(CodeOf(status));
   }
   return meaning;
 }

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "gateway/base/outcome.h"
 #include "gateway/base/quality.h"
@@ -33,6 +34,7 @@ struct StatusMeaning {
   std::string reason;              ///< empty when ok
   std::optional<Quality> quality;  ///< of the points that were asked for
   Duration wait{};                 ///< seconds of the high nibble, or our own patience
+  std::string_view remedy{};       ///< for `baudgate status`
 };
 
 /// `opening`: the status answers a request to open the channel, where 3 means the password.

@@ -10,8 +10,11 @@
 namespace baudgate::protocols::spabus {
 namespace {
 
+constexpr const char* kOtherForm = "does the profile fit the device, item by item?";
+
 Answer Unexpected(std::string reason) {
   Answer answer;
+  answer.remedy = kOtherForm;
   answer.outcome = Outcome::unexpected;
   answer.reason = std::move(reason);
   return answer;
@@ -86,6 +89,7 @@ Answer DecodeNack(const Command& command, int code, std::span<const ReadPoint> p
   answer.outcome = rule.outcome;
   answer.wait = rule.wait;
   answer.reason = Explain(code);
+  answer.remedy = rule.remedy;
   if (rule.missing && !command.write && command.ItemCount() == 1) {
     const Address item = ItemsOf(command).front();
     for (const ReadPoint& candidate : points) {

@@ -19,6 +19,7 @@ inline constexpr int kNotNow = 7;
 struct NackRule {
   Outcome outcome = Outcome::refused;
   std::string_view meaning;  ///< with advice
+  std::string_view remedy;   ///< for `baudgate status`
   Duration wait{};           ///< before the slave is asked again
   /// The slave may answer for the items one by one although it does not for all of them.
   bool worth_splitting = false;

@@ -115,9 +115,38 @@ TEST_F(AlarmDeskTest, ARoutedSlaveThatDoesNotAnswerItsClients) {
        {".unit-70 no answer to clients for 30s: why"}},
   };
   for (const Row& row : rows) {
-    Routed(row.unit, row.end, row.outcome, "why", row.pdu);
+    for (int time = 0; time < 3; ++time) {
+      Routed(row.unit, row.end, row.outcome, "why", row.pdu);
+      now_.instant += 1s;
+    }
     EXPECT_EQ(AfterAMinute(), row.told) << row.what;
   }
+}
+
+TEST_F(AlarmDeskTest, OneLostReplyOfARoutedSlaveIsNoAlarm) {
+  const auto fails = [&] { Routed(51, RouteEnd::no_reply, Outcome::no_reply, "why"); };
+  const std::string raised = "drive.unit-51 no answer to clients for ";
+  fails();
+  EXPECT_THAT(AfterAMinute(), IsEmpty()) << "one is";
+  Routed(51, RouteEnd::ok, Outcome::ok, {}, {3, 2, 0, 0});
+  fails();
+  fails();
+  EXPECT_THAT(AfterAMinute(), IsEmpty()) << "two at once are";
+  fails();
+  EXPECT_THAT(AfterAMinute(), ElementsAre(testing::StartsWith(raised)))
+      << "and one a minute later makes it";
+}
+
+TEST_F(AlarmDeskTest, ARoutedSlaveThatNoClientAsksForAnyMoreIsForgotten) {
+  for (int time = 0; time < 3; ++time) {
+    Routed(51, RouteEnd::no_reply, Outcome::no_reply, "why");
+    now_.instant += 1s;
+  }
+  EXPECT_EQ(AfterAMinute().size(), 1U);
+  now_.instant += 57min;
+  EXPECT_THAT(AfterAMinute(), IsEmpty());
+  now_.instant += 2min;
+  EXPECT_THAT(AfterAMinute(), ElementsAre("drive.unit-51 no answer to clients, over"));
 }
 
 TEST_F(AlarmDeskTest, NewsOfLinesAndDevices) {

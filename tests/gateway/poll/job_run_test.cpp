@@ -117,7 +117,7 @@ class Rig : private PollerListener {
     run_.OnEnd({outcome, {}, 10ms, 0});
     auto end = run_.TakeEnd();
     ASSERT_TRUE(end);
-    run_.Conclude(std::move(*end));
+    run_.Conclude(std::move(*end), {});
   }
   void Pass(Duration time) {
     now_ = {now_.instant + time, now_.wall + time};

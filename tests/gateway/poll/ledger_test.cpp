@@ -72,7 +72,7 @@ TEST_F(LedgerTest, BusyTimeIsChargedToTheLineAndToWhoTookIt) {
   ledger_.OnTime(At(9s), false, &a_);
   ledger_.OnTime(At(10s), true, nullptr);
   EXPECT_EQ(ledger_.counters().busy, 4s);
-  ledger_.OnExchange(a_, {Outcome::ok, {}, 20ms, 9}, false, false);
+  ledger_.OnExchange(a_, {Outcome::ok, {}, 20ms, 9}, {}, false, false);
   EXPECT_EQ(StatusOf(a_).busy, 3s);
 }
 
@@ -96,12 +96,12 @@ TEST_F(LedgerTest, UseIsThatOfTheLastFullMinute) {
 TEST_F(LedgerTest, AMinuteIsSplitByWhatItsTimeWentTo) {
   const ExchangeEnd good{Outcome::ok, {}, 20ms, 9};
   ledger_.OnTime(At(6s), true, &a_);
-  ledger_.OnExchange(a_, good, false, false);
+  ledger_.OnExchange(a_, good, {}, false, false);
   ledger_.OnTime(At(9s), true, &a_);
-  ledger_.OnExchange(a_, {Outcome::no_reply, "nothing", {}, 0}, false, false);
+  ledger_.OnExchange(a_, {Outcome::no_reply, "nothing", {}, 0}, {}, false, false);
   ledger_.OnTime(At(12s), true, &a_, true);
   ledger_.OnTime(At(18s), true, &a_);
-  ledger_.OnExchange(a_, good, false, false, true, LineUse::routes);
+  ledger_.OnExchange(a_, good, {}, false, false, true, LineUse::routes);
   ledger_.OnTime(At(60s), false, nullptr);
   ledger_.ShowLine({});
   const LineShares expected = {0.1, 0, 0.1, 0, 0.05, 0.05};
@@ -121,8 +121,8 @@ TEST_F(LedgerTest, AMinuteIsSplitByWhatItsTimeWentTo) {
 }
 
 TEST_F(LedgerTest, ExchangesAreCountedForDeviceAndLine) {
-  ledger_.OnExchange(a_, {Outcome::ok, {}, 20ms, 9}, false, false);
-  ledger_.OnExchange(a_, {Outcome::no_reply, "nothing", {}, 0}, false, false);
+  ledger_.OnExchange(a_, {Outcome::ok, {}, 20ms, 9}, {}, false, false);
+  ledger_.OnExchange(a_, {Outcome::no_reply, "nothing", {}, 0}, {}, false, false);
   const DeviceStatus status = StatusOf(a_);
   EXPECT_EQ(status.exchanges, 2U);
   EXPECT_EQ(status.Count(Outcome::no_reply), 1U);
@@ -134,12 +134,12 @@ TEST_F(LedgerTest, ExchangesAreCountedForDeviceAndLine) {
 TEST_F(LedgerTest, ALineIsSilentWhenWhatWasAskedSinceRemainsUnanswered) {
   const Instant now = At(0s).instant;
   EXPECT_FALSE(ledger_.SilentSince(now));
-  ledger_.OnExchange(a_, {Outcome::no_reply, {}, {}, 0}, false, false);
+  ledger_.OnExchange(a_, {Outcome::no_reply, {}, {}, 0}, {}, false, false);
   ledger_.OnTime(At(5s), false, nullptr);
-  ledger_.OnExchange(a_, {Outcome::no_reply, {}, {}, 0}, false, false);
+  ledger_.OnExchange(a_, {Outcome::no_reply, {}, {}, 0}, {}, false, false);
   EXPECT_TRUE(ledger_.SilentSince(now + 1s));
   EXPECT_FALSE(ledger_.SilentSince(now + 6s)) << "nothing was asked since";
-  ledger_.OnExchange(a_, {Outcome::ok, {}, 20ms, 9}, false, false);
+  ledger_.OnExchange(a_, {Outcome::ok, {}, 20ms, 9}, {}, false, false);
   EXPECT_FALSE(ledger_.SilentSince(now + 1s));
 }
 

@@ -19,21 +19,27 @@ TEST_F(DiagnoseTest, AnAbsentDeviceSaysSinceWhenWhyAndWhenItsReturnIsNoticed) {
   NeverAnswered();
   EXPECT_THAT(Say(), ElementsAre("not asked yet"));
   Ended(Outcome::no_reply, 34);
-  EXPECT_THAT(Say(), ElementsAre("has never answered (34 exchanges): not a byte came: check its "
-                                 "power, its address and its wire (address 2, 9600 7E1); the line "
-                                 "is right, feeder-1 answers; its return is noticed within 9.0 s"));
+  EXPECT_THAT(Say(),
+              ElementsAre("has never answered (34 exchanges): not a byte came: check its power, "
+                          "its wire and its address (2); feeder-1 answers on the same line"));
 }
 
 TEST_F(DiagnoseTest, AfterAnOutageOfThePortADeviceIsNotBlamed) {
   device().state = DeviceState::offline;
   Ended(Outcome::line_down, 1, "the port is closed");
   EXPECT_THAT(Say(), ElementsAre("not asked since the port was opened"));
+  NeverAnswered();
+  Ended(Outcome::no_reply, 5);
+  device().last_outcome = Outcome::line_down;
+  EXPECT_THAT(Say(), ElementsAre(::testing::HasSubstr("not a byte came")))
+      << "before the port was opened anew as well";
 }
 
 TEST_F(DiagnoseTest, DisabledDevices) {
   device().state = DeviceState::disabled;
-  EXPECT_THAT(Say(), ElementsAre("taken out of use at run time; 'baudgate enable bay-1.feeder-2' "
-                                 "brings it back"));
+  EXPECT_THAT(
+      Say(),
+      ElementsAre("taken out of use at run time; 'baudgate enable bay-1.feeder-2' brings it back"));
   config_.lines[0].devices[1].enabled = false;
   EXPECT_THAT(Say(), ElementsAre("disabled in the configuration (enabled: false)"));
 }

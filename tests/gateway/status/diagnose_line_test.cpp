@@ -40,8 +40,7 @@ TEST_F(DiagnoseTest, TroubleOfALine) {
        "(set 'echo: off')"},
       {[](LineStatus& line) { line.parity_errors = 34, line.framing_errors = 3; },
        "the driver has counted 34 parity and 3 framing errors since the port was opened: noise, "
-       "bad "
-       "termination, or a device with settings of its own"},
+       "bad termination, or a device with settings of its own"},
       {[](LineStatus& line) { line.overruns = 5; },
        "the driver lost bytes 5 times: the machine is too busy, or the adapter needs flow control "
        "(rtscts)"},
@@ -69,9 +68,11 @@ TEST_F(DiagnoseTest, TroubleOfALine) {
 TEST_F(DiagnoseTest, AConnectionHasNoPlug) {
   config_.lines[0].port = "tcp://10.0.0.9:4001";
   line_.times_lost = 6;
-  EXPECT_THAT(SayOfLine(), ElementsAre("the connection was lost 6 times: look at the serial server "
-                                       "(in use by another client, its connection limit, an "
-                                       "inactivity time, its power) and at the network"));
+  EXPECT_THAT(
+      SayOfLine(),
+      ElementsAre(
+          "the connection was lost 6 times: look at the serial server (in use by another client, "
+          "its connection limit, an inactivity time, its power) and at the network"));
 }
 
 TEST_F(DiagnoseTest, WhenNobodyAnswersTheLineIsSuspected) {
@@ -81,28 +82,27 @@ TEST_F(DiagnoseTest, WhenNobodyAnswersTheLineIsSuspected) {
   neighbour_.status = device();
   EXPECT_THAT(
       SayOfLine(),
-      ElementsAre("none of its 2 devices answers: not a byte came: look at what they share: "
-                  "port, power of the bus, wiring (A and B swapped?), bit rate and parity "
-                  "(9600 7E1)"));
-  EXPECT_THAT(Say(), ElementsAre("has never answered (5 exchanges), as no device of line 'bay-1' "
-                                 "answers"));
+      ElementsAre("none of its 2 devices answers: not a byte came: check what they share: port, "
+                  "power of the bus, wiring (A and B swapped?), bit rate and parity (9600 7E1)"));
+  EXPECT_THAT(
+      Say(), ElementsAre("has never answered (5 exchanges), as no device of line 'bay-1' answers"));
   line_.exchanges = 10;
   line_.parity_errors = 4;
   EXPECT_THAT(SayOfLine()[1],
               ::testing::EndsWith("bit rate, parity or data bits differ (9600 7E1)"));
   neighbour_.status.state = DeviceState::disabled;
-  EXPECT_THAT(Say()[0], ::testing::HasSubstr("check power, wiring (A and B swapped?), address"))
+  EXPECT_THAT(Say()[0],
+              ::testing::HasSubstr("check its power and wiring (A and B swapped?), then address"))
       << "one device alone has a sentence of its own";
 }
 
 TEST_F(DiagnoseTest, AnOpenRingIsTheLinesTroubleAndNoDevices) {
   line_.cut_since = kNow.wall - 3min;
   line_.collisions = 40;
-  EXPECT_THAT(
-      SayOfLine(),
-      ElementsAre("the ring is open since 14:10:20 UTC: requests used to come back and do no more; "
-                  "look for a loose or broken fibre, or a device on it without power. No device of "
-                  "the line can answer until then"));
+  EXPECT_THAT(SayOfLine(),
+              ElementsAre("the ring is open since 14:10:20 UTC: requests used to come back and do "
+                          "no more; look for a loose or broken fibre, or a device on it without "
+                          "power. No device of the line can answer until then"));
   device().state = DeviceState::offline;
   EXPECT_THAT(Say(), ElementsAre("cannot be reached: the ring of line 'bay-1' is open; this says "
                                  "nothing about the device"));

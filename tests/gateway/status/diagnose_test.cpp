@@ -26,20 +26,21 @@ TEST_F(DiagnoseTest, FailuresNowAndThen) {
     std::uint32_t count;
     std::string reason;
     std::string sentence;
+    std::string remedy{};
   } rows[] = {
       {Outcome::corrupt, 30, "checksum",
        "30 of its last 32 exchanges failed: its replies come damaged (checksum): noise or a bad "
-       "wire at its end (feeder-1 is read well), or two devices with its address"},
+       "wire at its end, or two devices with its address; feeder-1 is read well"},
       {Outcome::no_reply, 2, "",
        "2 of its last 32 exchanges failed: single requests get no answer: it misses them in noise, "
-       "or is asked faster than it can (set timing: { quiet: 50ms } at the device, or raise its "
-       "poll)"},
+       "or is asked too fast (set timing: { quiet: 50ms } at the device, or raise its poll)"},
       {Outcome::busy, 7, "function 03: exception 06, device busy",
        "it says 'function 03: exception 06, device busy' to 7 of its last 32 requests: raise its "
-       "poll"},
+       "poll",
+       "raise its poll"},
       {Outcome::refused, 20, "exception 04, device failure",
-       "it says 'exception 04, device failure' to 20 of its last 32 requests: the device reports a "
-       "fault of its own: look at it, restart or replace it"},
+       "it says 'exception 04, device failure' to 20 of its last 32 requests: look at it",
+       "look at it"},
       {Outcome::unsupported, 64, "",
        "it says 'unsupported' to 32 of its last 32 requests: does the profile fit the device, with "
        "its options?"},
@@ -47,7 +48,8 @@ TEST_F(DiagnoseTest, FailuresNowAndThen) {
   const DeviceStatus well = device();
   for (const auto& row : rows) {
     device() = well;
-    Ended(row.outcome, row.count, row.reason);
+    Ended(row.outcome, SymptomOf(row.outcome), row.count, row.reason,
+          {.cause = row.reason, .remedy = row.remedy});
     EXPECT_THAT(Say(), ElementsAre(row.sentence));
   }
 }
@@ -67,8 +69,10 @@ TEST_F(DiagnoseTest, OutagesOfTheLastHourAreCounted) {
   EXPECT_THAT(Say(), IsEmpty()) << "a restart is no news";
   Minute().outages = 9;
   Minute().down = 10min;
-  EXPECT_THAT(Say(), ElementsAre("9 outages in the last hour, answered 86 % of the time: look at "
-                                 "its power and its wire"));
+  EXPECT_THAT(
+      Say(),
+      ElementsAre(
+          "9 outages in the last hour, answered 86 % of the time: look at its power and its wire"));
   device().hour.At(kNow.instant) = {};
   device().hour.At(kNow.instant - 61min).outages = 9;
   EXPECT_THAT(Say(), IsEmpty());
@@ -81,15 +85,28 @@ TEST_F(DiagnoseTest, ARequestThatIsNeverAnsweredBesideOthers) {
   EXPECT_THAT(Say(), ElementsAre("does not answer the request for " + name +
                                  " and 2 more, and answers the others: it may not have these "
                                  "points; take them out of the profile, or set access: none"));
+  device().queries[1].symptom = Symptom::damaged;
+  Looked(device(), Symptom::damaged, 8);
+  EXPECT_THAT(
+      Say(),
+      ElementsAre(::testing::StartsWith("the replies for " + name +
+                                        " and 2 more come damaged always, and others are good: ")));
+  device().findings = {};
+  Looked(device(), Symptom::clean, 9);
   device().queries[0] = device().queries[1];
   EXPECT_THAT(Say(), IsEmpty()) << "it answers none";
 }
 
 TEST_F(DiagnoseTest, WhatComesBesideGoodReplies) {
   Looked(device(), Symptom::noise_before, 4);
-  EXPECT_THAT(Say(), ElementsAre("stray bytes stand before its replies in 4 of its last 32 "
-                                 "exchanges: noise while nobody drives the bus; check bias "
-                                 "resistors, termination and ground"));
+  EXPECT_THAT(
+      Say(),
+      ElementsAre("stray bytes stand before its replies in 4 of its last 32 exchanges: noise while "
+                  "nobody drives the bus; check bias resistors, termination and ground"));
+  Looked(device(), Symptom::few_beside, 20, {.cause = "10 02 ... 10 03"});
+  EXPECT_THAT(Say(), ElementsAre("the same bytes stand around its replies (10 02 ... 10 03) in 24 "
+                                 "of its last 32 exchanges: a modem, radio or serial server in "
+                                 "between adds a packet frame or registration; set it to raw"));
   Looked(device(), Symptom::copies, 32);
   EXPECT_THAT(Say(),
               ElementsAre(::testing::StartsWith("its replies come twice in 32 of its last")));
@@ -103,9 +120,11 @@ TEST_F(DiagnoseTest, LateAnswersThatAreWaitedFor) {
   Ended(Outcome::ok, 20);
   device().patience = 195'200us;
   device().timing.reply = 300ms;
-  EXPECT_THAT(Say(), ElementsAre("late: its replies come after timing.reply (300 ms) is over, and "
-                                 "it is waited for 196 ms longer: set timing: { reply: 550ms } at "
-                                 "the device"));
+  EXPECT_THAT(Say(),
+              ElementsAre("late: its replies come up to 496 ms after the request, and timing.reply "
+                          "is 300 ms: set timing: { reply: 550ms } at the device"));
+  Looked(device(), Symptom::late, 1, {.time = 380ms});
+  EXPECT_THAT(Say(), ElementsAre(::testing::HasSubstr("up to 380 ms")));
 }
 
 TEST_F(DiagnoseTest, SecondRepliesAreSaidHoweverSeldom) {
@@ -120,10 +139,12 @@ TEST_F(DiagnoseTest, PointsThatAreNotGood) {
   record_.points[0].reported = Quality::good;
   record_.points[1].read_at = kNow.instant;
   record_.points[1].reported = Quality::bad_sensor_failure;
-  EXPECT_THAT(Say(), ElementsAre("1 of 2 points are older than their max_age: its polls fail or "
-                                 "come too seldom; see 'baudgate status bay-1.feeder-2'",
-                                 "1 of 2 points have no good value; see "
-                                 "'baudgate status bay-1.feeder-2'"));
+  EXPECT_THAT(Say(),
+              ElementsAre("1 of 2 points are older than their max_age: its polls fail or come too "
+                          "seldom; see 'baudgate status bay-1.feeder-2'",
+                          "1 of 2 points have no good value (" + record_.device->points[1].name +
+                              "): it gives no value for them; does the profile fit?; see 'baudgate "
+                              "status bay-1.feeder-2'"));
 }
 
 TEST_F(DiagnoseTest, DoubtIsNotTheDevicesReport) {
@@ -132,11 +153,10 @@ TEST_F(DiagnoseTest, DoubtIsNotTheDevicesReport) {
     point.reported = Quality::good;
   }
   record_.points[0].at_best = Quality::uncertain;
-  EXPECT_THAT(
-      Say(),
-      ElementsAre("1 of 2 points are in doubt until they are read again: the port was opened "
-                  "anew, the device was away, or a reply may have belonged to another "
-                  "request; see 'baudgate status bay-1.feeder-2'"));
+  EXPECT_THAT(Say(),
+              ElementsAre("1 of 2 points are in doubt until they are read again: the port was "
+                          "opened anew, the device was away, or a reply may have belonged to "
+                          "another request; see 'baudgate status bay-1.feeder-2'"));
   record_.points[0].at_best = Quality::uncertain_last_usable;
   EXPECT_THAT(Say(),
               ElementsAre(::testing::HasSubstr("1 of 2 points are older than their max_age")));
@@ -145,16 +165,16 @@ TEST_F(DiagnoseTest, DoubtIsNotTheDevicesReport) {
 TEST_F(DiagnoseTest, PointsWithoutAValueAlthoughTheDeviceAnswers) {
   record_.points[0] = {};
   Looked(device(), Symptom::refusal, 1, {.cause = "NACK 6"});
-  EXPECT_THAT(Say(),
-              ElementsAre("1 of 2 points have no value yet (current): it says 'NACK 6'; does "
-                          "the profile fit the device, with its options?"));
+  EXPECT_THAT(Say(), ElementsAre("1 of 2 points have no value yet (current): it says 'NACK 6'; "
+                                 "does the profile fit the device, with its options?"));
 }
 
 TEST_F(DiagnoseTest, DegradedWithoutAnotherSentenceSaysTheLastTrouble) {
   device().state = DeviceState::degraded;
   Ended(Outcome::corrupt, 1, "checksum 3A is not 74");
-  EXPECT_THAT(Say(), ElementsAre("degraded: several of its last 32 exchanges failed; last: "
-                                 "checksum 3A is not 74"));
+  EXPECT_THAT(
+      Say(), ElementsAre(
+                 "degraded: several of its last 32 exchanges failed; last: checksum 3A is not 74"));
 }
 
 }  // namespace

@@ -215,7 +215,7 @@ TEST_F(StatusTest, JsonHasWhatADeviceTookAndHowItIsNow) {
   const Json device = Status()["lines"][0]["devices"][0];
   EXPECT_EQ(device["busy_ms"], 1500);
   EXPECT_EQ(device["recent"],
-            Json::parse(R"({"exchanges":64,"ok":64,"no_reply":0,"partial":0,"corrupt":0,
+            Json::parse(R"({"exchanges":32,"ok":32,"no_reply":0,"partial":0,"corrupt":0,
               "unexpected":0,"busy":0,"refused":0,"unsupported":0,"line_down":0})"));
 }
 

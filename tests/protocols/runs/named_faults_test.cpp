@@ -123,6 +123,37 @@ const FaultRow kFaults[] = {
      [](const Setup& setup) { return setup.protocol->name != "modbus_tcp"; }},
     {"dribble", [](Stage stage) { Pieces(stage, 1, *TimingOf(stage).gap + 30ms); },
      "set timing: \\{ gap: |without an end", "second master|power", true},
+    {"pause",
+     [](Stage stage) {
+       stage.twin.manner.deliver = [stage](View, Bytes reply, Instant) {
+         if (reply.size() < 2 || !stage.strikes())
+           return std::vector<TimedPiece>{{20ms, std::move(reply)}};
+         const auto half = reply.begin() + static_cast<std::ptrdiff_t>(reply.size() / 2);
+         return std::vector<TimedPiece>{{20ms, Bytes(reply.begin(), half)},
+                                        {420ms, Bytes(half, reply.end())}};
+       };
+     },
+     "set timing: \\{ gap: ", "second master|power|bit rate|break off", false, IsSerial},
+    {"framed",
+     [](Stage stage) {
+       Distort(stage, [](Bytes reply) {
+         Bytes framed = {0x10, 0x02};
+         Append(framed, reply);
+         Append(framed, Bytes{0x10, 0x03});
+         return framed;
+       });
+     },
+     "the same bytes stand around its replies \\(10 02 ... 10 03\\)", "noise|gap|second master",
+     true, IsSerial},
+    {"XOFF",
+     [](Stage stage) {
+       Distort(stage, [](Bytes reply) {
+         reply.insert(reply.begin() + static_cast<std::ptrdiff_t>(reply.size() / 2), 0x13);
+         return reply;
+       });
+     },
+     "XON and XOFF.*flow control off|XOFF|too many|come damaged", "gap|second master|power", false,
+     IsSerial},
     {"head lost",
      [](Stage stage) {
        Distort(stage, [](Bytes reply) {

@@ -1,0 +1,17 @@
+// Bytes that would be a whole reply if one thing were otherwise: its first or last byte is missing,
+// a converter has put characters in or changed line ends, it has a parity bit too many. Pure; used
+// by gateway/line/examine.h.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+
+#include "gateway/base/bytes.h"
+#include "gateway/base/finding.h"
+#include "gateway/line/examine.h"
+
+namespace baudgate {
+
+std::optional<Finding> NearlyReply(const Hearing& hearing, View heard);
+
+}  // namespace baudgate

@@ -1,0 +1,16 @@
+// Other services than a line of devices, by what they say over TCP: a web server, SSH, TLS, Telnet.
+// Pure.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+
+#include "gateway/base/bytes.h"
+#include "gateway/base/finding.h"
+
+namespace baudgate {
+
+/// Nothing: it is none that is known.
+std::optional<Finding> OtherService(View heard);
+
+}  // namespace baudgate

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/status/diagnose_points.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+
+#include "gateway/status/words.h"
+
+namespace baudgate::control {
+namespace {
+
+using Sentences = std::vector<std::string>;
+
+/// A point that is polled has a value by then.
+constexpr Duration kLongWait = 20s;
+
+}  // namespace
+
+std::string NameOf(const DeviceRecord& record) {
+  return record.line->name + "." + record.device->name;
+}
+
+bool IsForeign(const DeviceRecord& record) {
+  return record.override_quality && ConcernsDevice(record.override_quality->reason);
+}
+
+Sentences DiagnosePoints(const DeviceRecord& record, Now now) {
+  if (IsForeign(record)) return {};  // that explains them all
+  std::size_t stale = 0;
+  std::size_t doubted = 0;
+  std::size_t reported = 0;
+  std::size_t unreadable = 0;
+  std::size_t empty = 0;
+  std::string first;
+  std::map<Reason, std::size_t> reasons;
+  for (std::size_t i = 0; i < record.points.size(); ++i) {
+    const Quality quality = QualityAt(record, i, now.instant);
+    if (IsGood(quality) || quality == Quality::bad_waiting) continue;
+    // What the reading itself said is the device's word; the rest is doubt or age.
+    const bool in_doubt = quality == Quality::uncertain && quality == record.points[i].at_best;
+    const bool said = quality == record.points[i].reported;
+    ++(said ? reported : in_doubt ? doubted : stale);
+    if (said && quality.reason != Reason::none) ++reasons[quality.reason];
+    if (said && quality.reason == Reason::none) {
+      ++(quality == Quality::bad_sensor_failure ? empty : unreadable);
+    }
+    if (said && first.empty()) first = record.device->points[i].name;
+  }
+  Sentences found;
+  const std::string see = "see 'baudgate status " + NameOf(record) + "'";
+  if (stale > 0) {
+    found.push_back(
+        fmt::format("{} of {} points are older than their max_age: its polls fail or "
+                    "come too seldom; {}",
+                    stale, record.points.size(), see));
+  }
+  if (doubted > 0) {
+    found.push_back(
+        fmt::format("{} of {} points are in doubt until they are read again: the port was opened "
+                    "anew, the device was away, or a reply may have belonged to another request; "
+                    "{}",
+                    doubted, record.points.size(), see));
+  }
+  if (reported > 0) {
+    std::string why;
+    for (const auto& [reason, count] : reasons) {
+      why += fmt::format("{}{} {}", why.empty() ? " (" : ", ", count, Name(reason));
+    }
+    why += (why.empty() ? " (" : "; ") + first + (reported > 1 ? ", ...)" : ")");
+    if (unreadable == reported)
+      why += ": what came is no value of their type; does the profile fit?";
+    if (empty == reported) why += ": it gives no value for them; does the profile fit?";
+    if (reasons.contains(Reason::not_fitted)) {
+      const std::string& said = record.status.findings.Last(Symptom::refusal).cause;
+      why += said.empty() ? ": it does not answer requests for them" : ": it says '" + said + "'";
+      why += "; does the profile fit the device?";
+    }
+    found.push_back(fmt::format("{} of {} points have no good value{}; {}", reported,
+                                record.points.size(), why, see));
+  }
+  return found;
+}
+
+Sentences DiagnoseWaiting(const DeviceRecord& record, Now now, Instant started) {
+  std::size_t waiting = 0;
+  std::string first;
+  for (std::size_t i = 0; i < record.points.size(); ++i) {
+    const config::Point& point = record.device->points[i];
+    const bool polled = point.group == config::Group::fast && point.access != config::Access::write;
+    if (!polled || QualityAt(record, i, now.instant) != Quality::bad_waiting) continue;
+    ++waiting;
+    if (first.empty()) first = point.name;
+  }
+  const Duration patience = std::max<Duration>(kLongWait, 3 * record.device->poll);
+  if (waiting == 0 || now.instant - started < patience) return {};
+  const Findings& findings = record.status.findings;
+  const std::string& odd = findings.Last(Symptom::odd).cause;
+  const std::string& reason = odd.empty() ? findings.Last(Symptom::refusal).cause : odd;
+  return {
+      fmt::format("{} of {} points have no value yet ({}{}): {}; does the profile fit the "
+                  "device, with its options?",
+                  waiting, record.points.size(), first, waiting > 1 ? ", ..." : "",
+                  reason.empty() ? "the device does not give them" : "it says '" + reason + "'")};
+}
+
+}  // namespace baudgate::control
