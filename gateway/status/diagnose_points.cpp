@@ -88,7 +88,7 @@ Sentences DiagnoseWaiting(const DeviceRecord& record, Now now, Instant started) 
   std::string first;
   for (std::size_t i = 0; i < record.points.size(); ++i) {
     const config::Point& point = record.device->points[i];
-    const bool polled = point.group == config::Group::fast && point.access != config::Access::write;
+    const bool polled = point.group >= config::Group::fast && point.access != config::Access::write;
     if (!polled || QualityAt(record, i, now.instant) != Quality::bad_waiting) continue;
     ++waiting;
     if (first.empty()) first = point.name;
