@@ -97,6 +97,7 @@ TwinBus::Answer TwinBus::Ask(View request, const config::SerialSettings& serial,
   Answer answer;
   WireBits wire;
   const WireBits sent = ToWire(request, serial);
+  ++asked_;
   for (const auto& one : twins_) {
     if (one->serial.baud != serial.baud) continue;
     const FromWire heard = FromWireBits(sent, one->serial);
@@ -115,8 +116,9 @@ TwinBus::Answer TwinBus::Ask(View request, const config::SerialSettings& serial,
       wire.insert(wire.end(), bits.begin(), bits.end());
       continue;
     }
-    if (wire.size() < bits.size()) wire.resize(bits.size(), true);
-    for (std::size_t i = 0; i < bits.size(); ++i) wire[i] = wire[i] && bits[i];
+    const std::size_t from = answer.speakers > 1 ? asked_ * 7 % 23 : 0;
+    if (wire.size() < from + bits.size()) wire.resize(from + bits.size(), true);
+    for (std::size_t i = 0; i < bits.size(); ++i) wire[from + i] = wire[from + i] && bits[i];
   }
   answer.heard = FromWireBits(wire, serial);
   return answer;

@@ -62,6 +62,7 @@ class TwinBus {
     std::unique_ptr<Twin> twin;
   };
   std::vector<std::unique_ptr<Inhabitant>> twins_;
+  std::size_t asked_ = 0;  // none of two begins at the same moment every time
 };
 
 }  // namespace baudgate

@@ -54,7 +54,7 @@ Result<scan::Wish> WishOf(const ScanOptions& options, const config::Catalog& cat
 scan::ProfileNames NamesOf(const scan::Wish& wish, const config::Catalog& catalog) {
   scan::ProfileNames names;
   for (const scan::Tongue& tongue : wish.tongues) {
-    names[std::string(tongue.protocol->name)] = config::ListedNames(catalog, *tongue.protocol);
+    names[std::string(tongue.protocol->name)] = config::NamesAndTitles(catalog, *tongue.protocol);
   }
   return names;
 }

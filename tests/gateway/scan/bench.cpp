@@ -72,7 +72,7 @@ ProfileNames ShippedNames(const Wish& wish) {
   catalog.profile_dirs = {"config/profiles"};  // tests run at the root of the source tree
   ProfileNames names;
   for (const Tongue& tongue : wish.tongues) {
-    names[std::string(tongue.protocol->name)] = config::ListedNames(catalog, *tongue.protocol);
+    names[std::string(tongue.protocol->name)] = config::NamesAndTitles(catalog, *tongue.protocol);
   }
   return names;
 }

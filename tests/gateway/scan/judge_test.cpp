@@ -44,7 +44,7 @@ constexpr Case kCases[] = {
     {"Damage", "spabus", 0, ">1RF:21\r", "\n<1D:SPCJ 4D\x7F:18\r\n", What::garbled},
     {"NameOfModule", "dcon", 0, "$01M\r", "!017017\r", What::device},
     {"Invalid", "dcon", 0, "$01M\r", "?01\r", What::device},
-    {"ChecksumOfModule", "dcon", 1, "$01MD2\r", "!01701757\r", What::device},
+    {"ChecksumOfModule", "dcon", 1, "$01MD2\r", "!01701751\r", What::device},
     {"NoChecksum", "dcon", 1, "$01MD2\r", "!017017\r", What::garbled},
     {"LateModule", "dcon", 0, "$02M\r", "!017017\r", What::other},
     {"Configuration", "dcon", 0, "$012\r", "!01080600\r", What::device},

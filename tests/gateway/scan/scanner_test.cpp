@@ -181,7 +181,8 @@ TEST_F(Scan, AnEchoIsToldAndFindsNobody) {
   bench.bus.Add({"modbus_rtu", "mitsubishi-fr-d700", "5", k8N1});
   Run(WishFor());
   EXPECT_THAT(Lines(report),
-              ElementsAre("modbus_rtu 9600 8N1 5 '' ", "set4tm 9600 8O1 3 '' set-4tm.03m"));
+              ElementsAre("modbus_rtu 9600 8N1 5 'baudgate Mitsubishi FR-D700' mitsubishi-fr-d700",
+                          "set4tm 9600 8O1 3 '' set-4tm.03m"));
   EXPECT_TRUE(report.echo);
   ExpectReadsOnly(bench);
 }
@@ -192,7 +193,8 @@ TEST_F(Scan, ADeviceThatIgnoresParityIsAskedInItsOwnFormat) {
   Wish wish = WishFor();
   Run(wish);
   EXPECT_THAT(Lines(report),
-              ElementsAre("modbus_rtu 9600 8E1 5 '' ", "spabus 9600 7E1 2 'SPCJ 4D29' spaj140c"));
+              ElementsAre("modbus_rtu 9600 8E1 5 'baudgate Mitsubishi FR-D700' mitsubishi-fr-d700",
+                          "spabus 9600 7E1 2 'SPCJ 4D29' spaj140c"));
   ExpectReadsOnly(bench);
 }
 
@@ -258,7 +260,7 @@ TEST_F(Scan, ItsConfigurationIsOne) {
   ASSERT_TRUE(loaded.ok());
   const config::Line& line = loaded.config.lines.at(0);
   EXPECT_EQ(line.echo, config::Echo::strip);
-  EXPECT_EQ(line.serial.ToString(), "9600 7E1");
+  EXPECT_EQ(line.protocol + " " + line.serial.ToString(), "dcon 9600 8N1");
   EXPECT_THAT(line.devices, SizeIs(report.found.size()));
 }
 
