@@ -22,6 +22,7 @@
 #include "gateway/cli/client/status_watch.h"
 #include "gateway/cli/client/writes.h"
 #include "gateway/cli/ports/ports.h"
+#include "gateway/cli/scan/ask.h"
 #include "gateway/cli/scan/scan.h"
 #include "gateway/cli/settings/settings.h"
 #include "gateway/cli/terminal/live_screen.h"
@@ -278,6 +279,36 @@ void AddScan(CLI::App& app, Action& action) {
   });
 }
 
+void AddAsk(CLI::App& app, Action& action) {
+  auto* command = app.add_subcommand("ask", "Send one telegram by hand, and say what comes back");
+  auto options = std::make_shared<AskOptions>();
+  command
+      ->add_option("TARGET", options->target,
+                   "A free port (/dev/..., tcp://HOST:PORT), or LINE or LINE.DEVICE of the "
+                   "running gateway")
+      ->required();
+  command->add_option("TELEGRAM", options->telegram, "Text, as '>1RF:XX', or hex")->required();
+  command->add_option("--protocol", options->protocol, "Of a port: the protocol");
+  command->add_option("--serial", options->serial, "Of a port, for example \"9600 7E1\"");
+  command->add_option_function<std::string>(
+      "--checksum",
+      [options = options.get()](const std::string& kind) {
+        options->set.push_back("checksum=" + kind);
+      },
+      "Of a port: DCON true or false, SET-4TM crc or ks");
+  command->add_option("--set", options->set, "Of a port: device option, key=value")->take_all();
+  command->add_option("--profile", options->profile, "Device profile, for names and units");
+  command->add_flag("--write", options->write, "It may write");
+  command->add_flag("--json", options->json, "Print one JSON object");
+  AddSocket(*command, options->socket);
+  command->callback([options, &action] {
+    action = [=](const auto& catalog) {
+      options->width = TerminalWidth(STDOUT_FILENO);
+      return RunAsk(*options, catalog, std::cout, std::cerr);
+    };
+  });
+}
+
 void AddInUse(CLI::App& app, Action& action, const char* name, const char* help, bool in_use) {
   auto* command = app.add_subcommand(name, help);
   auto options = std::make_shared<InUseOptions>();
@@ -372,6 +403,7 @@ void AddClientCommands(CLI::App& app, Action& action) {
   AddConfirm(app, action);
   AddPorts(app, action);
   AddScan(app, action);
+  AddAsk(app, action);
   AddInUse(app, action, "enable", "Ask a device again", true);
   AddInUse(app, action, "disable", "Ask a device no more, until the gateway restarts", false);
   AddSupportBundle(app, action);

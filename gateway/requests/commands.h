@@ -10,7 +10,6 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -29,8 +28,6 @@ struct PointWrite {
 
 /// One telegram by hand (`baudgate ask`), which the line sends as it is.
 struct Telegram {
-  std::uint32_t line = 0;
-  std::optional<std::uint32_t> device{};  ///< index in the point store; nothing: of the line
   Bytes bytes;                            ///< the whole frame
   bool reads = false;                     ///< the protocol proves that it is a read
   std::string shown{};                    ///< for the record; secrets are masked
