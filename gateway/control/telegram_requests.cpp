@@ -8,6 +8,7 @@
 #include "gateway/base/text.h"
 #include "gateway/control/request_text.h"
 #include "gateway/status/target.h"
+#include "gateway/trace/trace_head.h"
 #include "protocols/protocol.h"
 
 namespace baudgate::control {
@@ -89,8 +90,11 @@ Status AskByHand(const config::Config& config, LineControl& control, CommandSink
   command.client = writer.name;
   command.telegram = telegram;
   command.deadline = now + kPatience;
-  const Json head = {
-      {"protocol", protocol->name}, {"sent", telegram->shown}, {"write", !telegram->reads}};
+  const Json head = {{"protocol", protocol->name},
+                     {"sent", telegram->shown},
+                     {"write", !telegram->reads},
+                     {"device", to->device->name},
+                     {"head", TraceHead(*to->line)}};
   command.done = [answered, telegram, head](const WriteResult& result) {
     Json json = head;
     json["received"] = ToHex(telegram->reply);

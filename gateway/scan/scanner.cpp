@@ -120,9 +120,9 @@ void Scanner::Look(Asked asked, std::uint32_t finds) {
 Verdict Scanner::Exchange(const Asked& asked) {
   Verdict verdict = ExchangeOnce(asked);
   for (int tries = 1; traffic_ && tries < kTriesInTraffic && !is_over(); ++tries) {
-    const bool unclear = verdict.what == Verdict::What::garbled ||
-                         verdict.what == Verdict::What::other ||
-                         verdict.what == Verdict::What::foreign;
+    const bool unclear =
+        verdict.what == Verdict::What::garbled || verdict.what == Verdict::What::damaged ||
+        verdict.what == Verdict::What::other || verdict.what == Verdict::What::foreign;
     if (!unclear) break;
     verdict = ExchangeOnce(asked);
   }
@@ -211,7 +211,7 @@ bool Scanner::OnVerdict(Asked asked, Verdict verdict) {
 
 /// Other parities at the same bit rate. True: the device is found.
 bool Scanner::TryFormats(const Asked& asked, const std::string& why) {
-  if (wish_.network) return false;
+  if (wish_.network || traffic_) return false;
   bool found = false;
   for (const auto& serial : OtherFormats(asked.serial, *TongueAt(asked).protocol)) {
     Asked other = asked;

@@ -105,7 +105,8 @@ bool ScanView::MayTalk(const std::string& who) {
 
 void ScanView::Conclude(const scan::Report& report) {
   Clear();
-  if (!options_.json && report.found.empty() && !refused_) {
+  if (refused_ && report.found.empty()) return;
+  if (!options_.json && report.found.empty()) {
     out_ << "No device has answered. Is the adapter the right one ('baudgate ports'), are A and B "
             "exchanged, has the bus power?\n";
   }
