@@ -15,7 +15,7 @@ namespace baudgate::control {
 namespace {
 
 /// How long the line has for it.
-constexpr Duration kPatience = 8s;
+constexpr Duration kHandPatience = 8s;
 
 /// In hex; `**` in place of secret bytes.
 std::string Masked(View bytes, const Expectation& expect) {
@@ -89,7 +89,7 @@ Status AskByHand(const config::Config& config, LineControl& control, CommandSink
   command.device = to->index;
   command.client = writer.name;
   command.telegram = telegram;
-  command.deadline = now + kPatience;
+  command.deadline = now + kHandPatience;
   const Json head = {{"protocol", protocol->name},
                      {"sent", telegram->shown},
                      {"write", !telegram->reads},
