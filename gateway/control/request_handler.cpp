@@ -207,9 +207,11 @@ Reply RequestHandler::Trace(const Json& request, bool recorded) {
 /// One page; the client asks for the next with what this one says.
 Reply RequestHandler::Writes(const Json& request) {
   if (info_.audit == nullptr) {
-    return Refused(kUnavailable,
-                   "nothing of this gateway can be written, so that there are no records of "
-                   "writes: no device has 'write: allow', and no route can be written through");
+    return Refused(
+        kUnavailable,
+        "nothing of this gateway can be written, so that there are no records of "
+        "writes: no device has 'write: allow', no line has 'ask: write', and no route can be "
+        "written through");
   }
   audit::PageQuery query;
   if (TextOf(request, "order") == "settled") query.order = audit::PageQuery::Order::settled;

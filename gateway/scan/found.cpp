@@ -101,7 +101,6 @@ std::string Configuration(const Report& report, const std::string& port,
   std::string text = Comment(written) + "\n";
   for (const std::string& remark : report.remarks) text += Comment(remark) + "\n";
   text += "\ngateway: { name: scanned }\n\nmodbus:\n  listen: 127.0.0.1:1502\n\nlines:\n";
-  if (report.found.empty()) return text + "  []\n";
   const auto [protocol, serial] = MostFrequent(report.found, [](const Found& one) {
     return std::tuple(one.protocol, one.serial.ToString());
   });

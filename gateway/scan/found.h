@@ -45,7 +45,8 @@ unsigned UnitFor(const std::vector<Found>& others, unsigned address);
 /// a remark.
 void RemarkFormats(std::vector<Found>& found);
 
-/// A whole configuration with one line at `port`; `written`: for its first comment.
+/// A whole configuration with one line at `port`, of one device at least; `written`: for its first
+/// comment.
 std::string Configuration(const Report& report, const std::string& port,
                           const std::string& written);
 

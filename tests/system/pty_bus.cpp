@@ -5,6 +5,8 @@
 #include <termios.h>
 #include <unistd.h>
 
+#include <utility>
+
 #include "tests/system/child.h"
 #include "transports/serial_settings.h"
 
@@ -28,7 +30,7 @@ bool IsOddParity(int fd) {
 
 }  // namespace
 
-PtyBus::PtyBus(const std::string& link) : pty_(Pty::Create(link).value()) {}
+PtyBus::PtyBus(const std::string& link) : pty_(std::move(Pty::Create(link).value())) {}
 
 PtyBus::~PtyBus() {
   stop_ = true;

@@ -20,6 +20,8 @@
 namespace baudgate {
 namespace {
 
+constexpr Duration kLastAnswer = 1s;
+
 /// Everything else is a line of the gateway: names have no '/'.
 bool IsPort(const std::string& target) { return target.find('/') != std::string::npos; }
 
@@ -131,6 +133,8 @@ int RunScan(const ScanOptions& options, const config::Catalog& catalog, std::ost
     err << "baudgate: " << wire.error() << '\n';
     return kExitCanNot;
   }
+  // The gateway's last question may still be answered.
+  if (loan) (*wire)->Listen(kLastAnswer);
   const auto alive = [&loan] {
     if (loan) loan->Renew(ReadClocks().instant);
   };
@@ -147,6 +151,10 @@ int RunScan(const ScanOptions& options, const config::Catalog& catalog, std::ost
     code = kExitCanNot;
   }
   if (options.config.empty() || view.was_refused()) return code;
+  if (scanner.report().found.empty()) {
+    err << "baudgate: " << options.config << " was not written: there is nothing to put into it\n";
+    return kExitCanNot;
+  }
   const int written = WriteConfig(options, scanner.report(), port, overwrite, catalog, err);
   return code == kExitDone ? written : code;
 }
