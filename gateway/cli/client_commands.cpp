@@ -10,6 +10,7 @@
 #include "gateway/base/exit_code.h"
 #include "gateway/base/since.h"
 #include "gateway/cli/bundle/support_bundle.h"
+#include "gateway/cli/bus_commands.h"
 #include "gateway/cli/client/alarms.h"
 #include "gateway/cli/client/billing.h"
 #include "gateway/cli/client/events.h"
@@ -22,20 +23,13 @@
 #include "gateway/cli/client/status_watch.h"
 #include "gateway/cli/client/writes.h"
 #include "gateway/cli/ports/ports.h"
-#include "gateway/cli/scan/ask.h"
-#include "gateway/cli/scan/scan.h"
 #include "gateway/cli/settings/settings.h"
 #include "gateway/cli/terminal/live_screen.h"
-#include "gateway/cli/terminal/live_table.h"
 #include "gateway/cli/terminal/words.h"
 #include "gateway/cli/trace/trace.h"
 
 namespace baudgate {
 namespace {
-
-void AddSocket(CLI::App& command, std::string& socket) {
-  command.add_option("--socket", socket, "Control socket of the gateway, if it is not found");
-}
 
 /// `target` lives as long as the command.
 void AddTime(CLI::App& command, const std::string& name, std::optional<WallTime>& target) {
@@ -248,67 +242,6 @@ void AddPorts(CLI::App& app, Action& action) {
       [options, &action] { action = [=](const auto&) { return RunPorts(*options, std::cout); }; });
 }
 
-void AddScan(CLI::App& app, Action& action) {
-  auto* command = app.add_subcommand("scan", "Look who is on a bus: reads only");
-  auto options = std::make_shared<ScanOptions>();
-  command
-      ->add_option("TARGET", options->target,
-                   "A port (/dev/..., tcp://HOST:PORT), or a line of the running gateway")
-      ->required();
-  command->add_option("--protocol", options->protocol, "Only this protocol");
-  command->add_option_function<std::string>(
-      "--addresses",
-      [options = options.get()](const std::string& text) {
-        const auto addresses = scan::ParseAddresses(text);
-        if (!addresses) throw CLI::ValidationError("--addresses", addresses.error());
-        options->addresses = *addresses;
-      },
-      "Only these, for example 1-32");
-  command->add_flag("--quick", options->quick, "Usual settings and addresses: under a minute");
-  command->add_flag("--over-traffic", options->over_traffic,
-                    "Also where somebody else speaks on the line");
-  command->add_option("--config", options->config, "Write a configuration of what was found");
-  command->add_flag("--force", options->force, "The file may be there: it is written anew");
-  command->add_flag("--json", options->json, "Print one JSON object a device");
-  AddSocket(*command, options->socket);
-  command->callback([options, &action] {
-    action = [=](const auto& catalog) {
-      options->width = TerminalWidth(STDOUT_FILENO);
-      return RunScan(*options, catalog, std::cout, std::cerr);
-    };
-  });
-}
-
-void AddAsk(CLI::App& app, Action& action) {
-  auto* command = app.add_subcommand("ask", "Send one telegram by hand, and say what comes back");
-  auto options = std::make_shared<AskOptions>();
-  command
-      ->add_option("TARGET", options->target,
-                   "A free port (/dev/..., tcp://HOST:PORT), or LINE or LINE.DEVICE of the "
-                   "running gateway")
-      ->required();
-  command->add_option("TELEGRAM", options->telegram, "Text, as '>1RF:XX', or hex")->required();
-  command->add_option("--protocol", options->protocol, "Of a port: the protocol");
-  command->add_option("--serial", options->serial, "Of a port, for example \"9600 7E1\"");
-  command->add_option_function<std::string>(
-      "--checksum",
-      [options = options.get()](const std::string& kind) {
-        options->set.push_back("checksum=" + kind);
-      },
-      "Of a port: DCON true or false, SET-4TM crc or ks");
-  command->add_option("--set", options->set, "Of a port: device option, key=value")->take_all();
-  command->add_option("--profile", options->profile, "Device profile, for names and units");
-  command->add_flag("--write", options->write, "It may write");
-  command->add_flag("--json", options->json, "Print one JSON object");
-  AddSocket(*command, options->socket);
-  command->callback([options, &action] {
-    action = [=](const auto& catalog) {
-      options->width = TerminalWidth(STDOUT_FILENO);
-      return RunAsk(*options, catalog, std::cout, std::cerr);
-    };
-  });
-}
-
 void AddInUse(CLI::App& app, Action& action, const char* name, const char* help, bool in_use) {
   auto* command = app.add_subcommand(name, help);
   auto options = std::make_shared<InUseOptions>();
@@ -402,8 +335,7 @@ void AddClientCommands(CLI::App& app, Action& action) {
   AddReload(app, action);
   AddConfirm(app, action);
   AddPorts(app, action);
-  AddScan(app, action);
-  AddAsk(app, action);
+  AddBusCommands(app, action);
   AddInUse(app, action, "enable", "Ask a device again", true);
   AddInUse(app, action, "disable", "Ask a device no more, until the gateway restarts", false);
   AddSupportBundle(app, action);

@@ -28,11 +28,11 @@ struct PointWrite {
 
 /// One telegram by hand (`baudgate ask`), which the line sends as it is.
 struct Telegram {
-  Bytes bytes;                            ///< the whole frame
-  bool reads = false;                     ///< the protocol proves that it is a read
-  std::string shown{};                    ///< for the record; secrets are masked
-  Bytes reply{};                          ///< what has come back, before `done` is called
-  std::string outcome{};                  ///< of the exchange: "ok", "no_reply"
+  Bytes bytes;            ///< the whole frame
+  bool reads = false;     ///< the protocol proves that it is a read
+  std::string shown{};    ///< for the record; secrets are masked
+  Bytes reply{};          ///< what has come back, before `done` is called
+  std::string outcome{};  ///< of the exchange: "ok", "no_reply"
 };
 
 /// Several points are written in their order; the first that fails ends the command.

@@ -37,6 +37,23 @@ Status Scanner::Run() {
   return status_;
 }
 
+/// False: the port does not do that, and the scan goes on without it.
+bool Scanner::Set(const config::SerialSettings& serial) {
+  if (wish_.network) return true;
+  const Status set = wire_.Apply(serial);
+  if (!set && refused_.insert(serial.ToString()).second) report_.remarks.push_back(set.error());
+  return set.ok();
+}
+
+/// To what the port did before.
+void Scanner::SetBack(const config::SerialSettings& serial) {
+  if (wish_.network) return;
+  const Status set = wire_.Apply(serial);
+  if (set) return;
+  status_ = set;
+  End();
+}
+
 // ---------------------------------------------------------------- what others say
 
 void Scanner::Listen() {
@@ -44,8 +61,7 @@ void Scanner::Listen() {
   std::string who;
   for (const Listening& listening : ListenFirst(wish_)) {
     watcher_.OnProgress({"listening", 0, left + listening.time});
-    if (!wish_.network) status_ = wire_.Apply(listening.serial);
-    if (!status_) return End();
+    if (!Set(listening.serial)) continue;
     const auto gathered = wire_.Listen(listening.time);
     if (!gathered) {
       status_ = Error{gathered.error()};
@@ -72,8 +88,7 @@ void Scanner::TellForeign(const std::string& who) {
 // ---------------------------------------------------------------- one address after the other
 
 void Scanner::Sweep(const scan::Sweep& sweep, Duration behind) {
-  if (!wish_.network) status_ = wire_.Apply(sweep.serial);
-  if (!status_) return End();
+  if (!Set(sweep.serial)) return;
   const Tongue& tongue = wish_.tongues[sweep.tongue];
   const Duration whole = TimeOf(sweep, wish_);
   const unsigned count = sweep.addresses.last - sweep.addresses.first + 1;
@@ -168,24 +183,12 @@ void Scanner::CheckLate(std::optional<Asked> late) {
 }
 
 /// True: this address needs no further question.
-bool Scanner::OnVerdict(Asked asked, Verdict verdict) {
+bool Scanner::OnVerdict(const Asked& asked, Verdict verdict) {
   switch (verdict.what) {
     case Verdict::What::device: {
       std::vector<std::string> remarks;
       if (verdict.parity && !wish_.network) {
-        const Asked before = asked;
-        asked.serial.data_bits = 7;
-        asked.serial.parity = *verdict.parity;
-        remarks.push_back("it answers in " + asked.serial.ToString() + " where " +
-                          before.serial.ToString() + " was asked");
-        status_ = wire_.Apply(asked.serial);
-        const Verdict own = status_ ? Exchange(asked) : Verdict();
-        const bool better = own.what == Verdict::What::device && !own.parity;
-        if (!better) asked = before;
-        if (better) verdict = own;
-        Take(asked, std::move(verdict.sighting), std::move(remarks));
-        if (status_) status_ = wire_.Apply(before.serial);
-        if (!status_) End();
+        TakeInOwnFormat(asked, std::move(verdict));
         return true;
       }
       if (verdict.doubled) remarks.emplace_back(kTwo);
@@ -209,6 +212,21 @@ bool Scanner::OnVerdict(Asked asked, Verdict verdict) {
   }
 }
 
+/// It does not mind the parity of what it hears, and its own tells which it has.
+void Scanner::TakeInOwnFormat(Asked asked, Verdict verdict) {
+  const Asked before = asked;
+  asked.serial.data_bits = 7;
+  asked.serial.parity = *verdict.parity;
+  const std::string remark = "it answers in " + asked.serial.ToString() + " where " +
+                             before.serial.ToString() + " was asked";
+  Verdict own;
+  if (Set(asked.serial)) own = Exchange(asked);
+  if (is_over()) return;
+  const bool better = own.what == Verdict::What::device && !own.parity;
+  Take(better ? asked : before, better ? own.sighting : verdict.sighting, {remark});
+  if (!is_over()) SetBack(before.serial);
+}
+
 /// Other parities at the same bit rate. True: the device is found.
 bool Scanner::TryFormats(const Asked& asked, const std::string& why) {
   if (wish_.network || traffic_) return false;
@@ -216,17 +234,15 @@ bool Scanner::TryFormats(const Asked& asked, const std::string& why) {
   for (const auto& serial : OtherFormats(asked.serial, *TongueAt(asked).protocol)) {
     Asked other = asked;
     other.serial = serial;
-    status_ = wire_.Apply(serial);
-    Verdict verdict = status_ ? Exchange(other) : Verdict();
-    if (!status_) End();
+    if (!Set(serial)) continue;
+    Verdict verdict = Exchange(other);
     if (is_over()) return false;
     if (verdict.what != Verdict::What::device || verdict.parity) continue;
     Take(other, std::move(verdict.sighting), {why});
     found = true;
     break;
   }
-  status_ = wire_.Apply(asked.serial);
-  if (!status_) End();
+  SetBack(asked.serial);
   return found;
 }
 

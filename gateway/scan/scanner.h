@@ -71,6 +71,8 @@ class Scanner {
     over_ = true;
     report_.ended = false;
   }
+  bool Set(const config::SerialSettings& serial);
+  void SetBack(const config::SerialSettings& serial);
   void Listen();
   void Sweep(const scan::Sweep& sweep, Duration behind);
   bool IsKnown(std::size_t tongue, unsigned address) const;
@@ -78,7 +80,8 @@ class Scanner {
   Verdict Exchange(const Asked& asked);
   Verdict ExchangeOnce(const Asked& asked);
   void CheckLate(std::optional<Asked> late);
-  bool OnVerdict(Asked asked, Verdict verdict);
+  bool OnVerdict(const Asked& asked, Verdict verdict);
+  void TakeInOwnFormat(Asked asked, Verdict verdict);
   bool TryFormats(const Asked& asked, const std::string& why);
   void OnGarbled(const Asked& asked);
   void Take(const Asked& asked, Sighting sighting, std::vector<std::string> remarks);
@@ -97,6 +100,7 @@ class Scanner {
   bool over_ = false;
   bool traffic_ = false;  ///< others speak as well, and the user knows
   std::set<std::string> foreign_;
+  std::set<std::string> refused_;                     ///< settings that the port does not do
   std::set<std::pair<std::string, unsigned>> known_;  ///< protocol and address
   std::vector<Found> doubtful_;                       ///< nothing but damage came from there
   std::vector<config::SerialSettings> answered_;

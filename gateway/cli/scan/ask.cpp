@@ -126,7 +126,9 @@ int AskOnPort(const AskOptions& options, const config::Catalog& catalog, std::os
                 "nothing proves that this telegram only reads: say --write if you mean it");
   }
   const StopSignals stop;
-  auto wire = PortWire::Open(options.target, line->serial, stop);
+  config::SerialSettings serial = line->serial;
+  serial.rs485.enabled = options.rs485;
+  auto wire = PortWire::Open(options.target, serial, stop);
   if (!wire) return Fail(err, kExitCanNot, wire.error());
   const config::Timing timing = protocol.timing(line->serial);
   const auto gathered = (*wire)->Ask(*telegram, *timing.reply, *timing.gap);

@@ -18,6 +18,7 @@ struct AskOptions {
   std::string serial;              ///< of a port, "9600 7E1"; empty: the protocol's
   std::string profile;             ///< for names and units in the answer
   std::vector<std::string> set{};  ///< device options of a port, "key=value"
+  bool rs485 = false;              ///< of a port: its driver switches the direction
   bool write = false;              ///< it may write
   bool json = false;
   std::string socket;  ///< of the gateway; empty: the default places

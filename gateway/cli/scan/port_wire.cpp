@@ -23,7 +23,7 @@ constexpr Duration kNetworkGap = 100ms;
 
 PortWire::PortWire(const std::string& port, const config::SerialSettings& serial,
                    const StopSignals& stop)
-    : stop_(io_, ::dup(stop.descriptor())) {
+    : stop_(io_, ::dup(stop.descriptor())), rs485_(serial.rs485.enabled) {
   line_.name = "scan";
   line_.port = port;
   line_.serial = serial;
@@ -58,8 +58,10 @@ void PortWire::RunUntil(Instant until) {
 }
 
 Status PortWire::Apply(const config::SerialSettings& serial) {
-  if (const Status set = transport_->Apply(serial); !set) return set;
-  line_.serial = serial;
+  config::SerialSettings whole = serial;
+  whole.rs485.enabled = rs485_;
+  if (const Status set = transport_->Apply(whole); !set) return set;
+  line_.serial = whole;
   return {};
 }
 

@@ -16,7 +16,7 @@ namespace baudgate {
 
 class PortWire final : public scan::Wire, private TransportListener {
  public:
-  /// The error says why the port can not be opened. `stop` outlives the wire.
+  /// The error says why the port cannot be opened. `stop` outlives the wire.
   static Result<std::unique_ptr<PortWire>> Open(const std::string& port,
                                                 const config::SerialSettings& serial,
                                                 const StopSignals& stop);
@@ -48,6 +48,7 @@ class PortWire final : public scan::Wire, private TransportListener {
   std::unique_ptr<Transport> transport_;
   Bytes heard_;
   Instant last_byte_{};
+  const bool rs485_;  ///< the driver switches the direction
   bool opened_ = false;
   bool stopped_ = false;
   std::string lost_;

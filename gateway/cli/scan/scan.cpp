@@ -38,7 +38,7 @@ Result<scan::Wish> WishOf(const ScanOptions& options, const config::Catalog& cat
     const auto protocol = catalog.NeedProtocol(options.protocol);
     if (!protocol) return Error{"--protocol: " + protocol.error()};
     if ((*protocol)->scan == nullptr) {
-      return Error{"--protocol: devices that speak " + options.protocol + " can not be looked for"};
+      return Error{"--protocol: devices that speak " + options.protocol + " cannot be looked for"};
     }
     wish.tongues.push_back(scan::TongueOf(**protocol));
     return wish;
@@ -128,7 +128,9 @@ int RunScan(const ScanOptions& options, const config::Catalog& catalog, std::ost
   }
   const std::string port = loan ? loan->port() : PortOf(options.target);
   wish->network = IsTcpPort(port);
-  auto wire = PortWire::Open(port, wish->tongues.front().rule().serials.front(), stop);
+  config::SerialSettings first;  // any port does it
+  first.rs485.enabled = options.rs485;
+  auto wire = PortWire::Open(port, first, stop);
   if (!wire) {
     err << "baudgate: " << wire.error() << '\n';
     return kExitCanNot;

@@ -19,13 +19,14 @@ struct ScanOptions {
   bool quick = false;
   bool json = false;
   bool over_traffic = false;
+  bool rs485 = false;  ///< the port's driver switches the direction
   std::string config;  ///< a file to write; empty: none
   bool force = false;  ///< it may be there
   std::string socket;  ///< of the gateway; empty: the default places
   std::size_t width = 0;
 };
 
-/// Exit code 0, devices or none; 2 for a wrong word; 4 where the port can not be opened, is lost,
+/// Exit code 0, devices or none; 2 for a wrong word; 4 where the port cannot be opened, is lost,
 /// or others speak on it.
 int RunScan(const ScanOptions& options, const config::Catalog& catalog, std::ostream& out,
             std::ostream& err);
