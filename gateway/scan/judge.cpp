@@ -114,8 +114,8 @@ Verdict Judge(const Tongue& tongue, std::size_t mode, View request, const Gather
   return verdict;
 }
 
-std::string WhoTalks(const std::vector<Tongue>& tongues, View heard,
-                     const config::SerialSettings& serial) {
+Talk WhoTalks(const std::vector<Tongue>& tongues, View heard,
+              const config::SerialSettings& serial) {
   for (const bool seven : {false, true}) {
     const auto parity = ParityOfEighths(heard);
     if (seven && !parity) continue;
@@ -129,12 +129,12 @@ std::string WhoTalks(const std::vector<Tongue>& tongues, View heard,
       const Bytes own = tongue.rule().ask(tongue.rule().last_address, 0, 0);
       const auto found = tongue.protocol->recognise(own, bytes, tongue.options[0]);
       if (!found || found->what != Recognised::What::other_master) continue;
-      return found->cause + " (" + std::string(tongue.protocol->name) + ", " + format.ToString() +
-             ")";
+      return {true, found->cause + " (" + std::string(tongue.protocol->name) + ", " +
+                        format.ToString() + ")"};
     }
   }
-  return "somebody sends on this line, " + std::to_string(heard.size()) +
-         " characters were heard at " + std::to_string(serial.baud) + " bit/s";
+  return {false, "somebody sends on this line, " + std::to_string(heard.size()) +
+                     " characters were heard at " + std::to_string(serial.baud) + " bit/s"};
 }
 
 }  // namespace baudgate::scan

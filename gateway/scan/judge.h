@@ -52,9 +52,13 @@ struct Verdict {
 
 Verdict Judge(const Tongue& tongue, std::size_t mode, View request, const Gathered& gathered);
 
-/// What is heard before anything was sent, in a sentence without its full stop: "another master
-/// speaks on the line: it has asked slave 2 (ABB SPA Bus, master, 9600 7E1)".
-std::string WhoTalks(const std::vector<Tongue>& tongues, View heard,
-                     const config::SerialSettings& serial);
+/// Somebody else on the line.
+struct Talk {
+  bool known = false;  ///< a protocol has recognised a master
+  std::string text{};  ///< a sentence without its full stop
+};
+/// Of what is heard before anything was sent: "another master speaks on the line: it has asked
+/// slave 2 (spabus, 9600 7E1)".
+Talk WhoTalks(const std::vector<Tongue>& tongues, View heard, const config::SerialSettings& serial);
 
 }  // namespace baudgate::scan

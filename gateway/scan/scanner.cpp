@@ -58,7 +58,7 @@ void Scanner::SetBack(const config::SerialSettings& serial) {
 
 void Scanner::Listen() {
   Duration left = TimeOf(LikelySweeps(wish_), wish_) + TimeOf(ThoroughSweeps(wish_, {}), wish_);
-  std::string who;
+  std::optional<Talk> talk;
   for (const Listening& listening : ListenFirst(wish_)) {
     watcher_.OnProgress({"listening", 0, left + listening.time});
     if (!Set(listening.serial)) continue;
@@ -70,17 +70,16 @@ void Scanner::Listen() {
     if (gathered->stopped) return End();
     // Less may be a glitch.
     if (gathered->heard.size() < kLeastOfReply) continue;
-    const std::string here = WhoTalks(wish_.tongues, gathered->heard, listening.serial);
-    if (who.empty() || here.starts_with("another master")) who = here;
-    if (who.starts_with("another master")) break;
+    Talk here = WhoTalks(wish_.tongues, gathered->heard, listening.serial);
+    if (!talk || here.known) talk = std::move(here);
+    if (talk->known) break;
   }
-  if (!who.empty()) TellForeign(who);
+  if (talk) TellForeign(talk->text);
 }
 
 void Scanner::TellForeign(const std::string& who) {
-  if (!foreign_.insert(who).second) return;
-  report_.remarks.push_back(who);
   if (traffic_) return;
+  report_.remarks.push_back(who);
   traffic_ = watcher_.MayTalk(who);
   if (!traffic_) End();
 }

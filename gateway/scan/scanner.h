@@ -98,8 +98,7 @@ class Scanner {
   Report report_;
   Status status_;
   bool over_ = false;
-  bool traffic_ = false;  ///< others speak as well, and the user knows
-  std::set<std::string> foreign_;
+  bool traffic_ = false;                              ///< others speak as well, and the user knows
   std::set<std::string> refused_;                     ///< settings that the port does not do
   std::set<std::pair<std::string, unsigned>> known_;  ///< protocol and address
   std::vector<Found> doubtful_;                       ///< nothing but damage came from there

@@ -104,9 +104,9 @@ TEST(JudgeEcho, ALinkTestProvesNobody) {
 TEST(JudgeTalk, TheMasterAndItsFormatAreNamed) {
   const Wish wish = WishFor();
   const FromWire heard = FromWireBits(ToWire(ToBytes(">2RI1/5:06\r"), kEven), {});
-  EXPECT_THAT(WhoTalks(wish.tongues, heard.bytes, {}),
+  EXPECT_THAT(WhoTalks(wish.tongues, heard.bytes, {}).text,
               testing::AllOf(HasSubstr("it has asked slave 2"), HasSubstr("spabus, 9600 7E1")));
-  EXPECT_THAT(WhoTalks(wish.tongues, ToBytes("hello"), {}),
+  EXPECT_THAT(WhoTalks(wish.tongues, ToBytes("hello"), {}).text,
               HasSubstr("somebody sends on this line, 5 characters were heard at 9600 bit/s"));
 }
 
