@@ -85,16 +85,23 @@ bool BeginsWith(View bytes, View start) {
   return bytes.size() >= start.size() && std::ranges::equal(bytes.first(start.size()), start);
 }
 
+bool MayMirror(const Tongue& tongue, std::size_t mode, View request) {
+  return tongue.protocol->expect(request, tongue.options[mode]).mirrors;
+}
+
 }  // namespace
 
 Verdict Judge(const Tongue& tongue, std::size_t mode, View request, const Gathered& gathered) {
   View heard = gathered.heard;
   Verdict verdict;
   const bool back = BeginsWith(heard, request);
-  if (back && heard.size() == request.size()) {
-    // The reply itself may look like this.
-    auto alike = FromFrames(tongue, mode, request, heard);
+  if (back && MayMirror(tongue, mode, request) &&
+      !FromFrames(tongue, mode, request, heard.subspan(request.size()))) {
+    // The reply itself may look like this; what follows is somebody else's.
+    auto alike = FromFrames(tongue, mode, request, heard.first(request.size()));
     if (alike && alike->what == Verdict::What::maybe) return *alike;
+  }
+  if (back && heard.size() == request.size()) {
     verdict.what = Verdict::What::echo;
     verdict.echoed = true;
     return verdict;

@@ -110,6 +110,21 @@ TEST_F(ScanSystem, WhereSomebodySpeaksItRefuses) {
   EXPECT_THAT(scan.output, IsEmpty());
 }
 
+TEST_F(ScanSystem, OverTrafficItFindsTheSame) {
+  AddSix();
+  bus.Talk(">2RI1/5:06\r");
+  bus.Start();
+  const Finished scan =
+      Command({"scan", bus.path(), "--quick", "--addresses", "1-3", "--json", "--over-traffic"});
+  EXPECT_EQ(scan.code, 0) << scan.errors;
+  EXPECT_THAT(scan.errors, HasSubstr("another master speaks on the line"));
+  EXPECT_THAT(
+      Devices(scan.output),
+      UnorderedElementsAre("spabus 9600 7E1 1 spaj140c", "spabus 9600 7E1 2 spau130c",
+                           "dcon 9600 8N1 1 icpdas-i-7017", "dcon 9600 8N1 3 icpdas-i-7060",
+                           "set4tm 9600 8O1 2 set-4tm.03m", "set4tm 9600 8O1 3 set-4tm.03m"));
+}
+
 TEST_F(ScanSystem, CtrlCPrintsWhatWasFound) {
   AddSix();
   bus.Start();

@@ -92,6 +92,10 @@ TEST(JudgeEcho, ALinkTestProvesNobody) {
   Gathered gathered;
   gathered.heard = link;
   EXPECT_EQ(Judge(tongue, 0, link, gathered).what, What::maybe);
+  Append(gathered.heard, std::string_view(">2RI1/5:06\r"));
+  const Verdict before_others = Judge(tongue, 0, link, gathered);
+  EXPECT_EQ(before_others.what, What::maybe);
+  EXPECT_FALSE(before_others.echoed) << "somebody else has spoken behind the reply";
   const Bytes serial = rule.ask(20, 0, 1);
   gathered.heard = serial;
   EXPECT_EQ(Judge(tongue, 0, serial, gathered).what, What::echo);
