@@ -9,6 +9,19 @@ namespace {
 constexpr std::size_t kMostNames = 64;
 constexpr std::size_t kLongestName = 64;
 
+/// Calls `take` with each entry of each profile.
+template <typename Take>
+void ReadEntriesOfAll(const Catalog& catalog, const Protocol& protocol, Take take) {
+  for (const ProfileFile& file : catalog.Profiles(std::string(protocol.name))) {
+    // Who uses the file is told what is wrong with it.
+    Problems unheard;
+    const auto text = ReadWholeFile(file.path.string());
+    const auto root = text ? ParseYaml(file.path.string(), *text, unheard) : std::nullopt;
+    if (!root || root->kind() != YamlNode::Kind::map) continue;
+    for (const Entry& entry : ReadEntries(*root, "profile", unheard)) take(file, entry, unheard);
+  }
+}
+
 }  // namespace
 
 std::vector<std::string> ReadIdentityNames(const YamlNode& node, Problems& problems) {
@@ -44,19 +57,24 @@ Identity ReadIdentity(MapReader& map, const std::vector<std::string>& of_profile
 
 std::map<std::string, std::string> ListedNames(const Catalog& catalog, const Protocol& protocol) {
   std::map<std::string, std::string> listed;
-  for (const ProfileFile& file : catalog.Profiles(std::string(protocol.name))) {
-    // Who uses the file is told what is wrong with it.
-    Problems unheard;
-    const auto text = ReadWholeFile(file.path.string());
-    const auto root = text ? ParseYaml(file.path.string(), *text, unheard) : std::nullopt;
-    if (!root || root->kind() != YamlNode::Kind::map) continue;
-    for (const Entry& entry : ReadEntries(*root, "profile", unheard)) {
-      if (entry.key != "identity") continue;
-      for (const std::string& name : ReadIdentityNames(entry.value, unheard)) {
-        listed.emplace(SpokenName(name), file.name);
-      }
+  ReadEntriesOfAll(catalog, protocol, [&](const auto& file, const Entry& entry, Problems& unheard) {
+    if (entry.key != "identity") return;
+    for (const std::string& name : ReadIdentityNames(entry.value, unheard)) {
+      listed.emplace(SpokenName(name), file.name);
     }
-  }
+  });
+  return listed;
+}
+
+std::map<std::string, std::string> NamesAndTitles(const Catalog& catalog,
+                                                  const Protocol& protocol) {
+  std::map<std::string, std::string> listed = ListedNames(catalog, protocol);
+  ReadEntriesOfAll(catalog, protocol, [&](const auto& file, const Entry& entry, Problems& unheard) {
+    if (entry.key != "device") return;
+    if (const auto title = ReadText(entry.value, "device", unheard)) {
+      listed.emplace(SpokenName(*title), file.name);
+    }
+  });
   return listed;
 }
 

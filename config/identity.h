@@ -23,5 +23,7 @@ Identity ReadIdentity(MapReader& map, const std::vector<std::string>& of_profile
 /// Of all installed profiles that the protocol can use: which profile lists a name. Files that can
 /// not be read list none.
 std::map<std::string, std::string> ListedNames(const Catalog& catalog, const Protocol& protocol);
+/// The same and their titles (`device:`), which no profile needs to list.
+std::map<std::string, std::string> NamesAndTitles(const Catalog& catalog, const Protocol& protocol);
 
 }  // namespace baudgate::config

@@ -21,6 +21,7 @@ constexpr std::size_t kMostDevices = 1000;
 
 constexpr std::array<Word<Echo>, 3> kEchoes = {
     {{"off", Echo::off}, {"strip", Echo::strip}, {"verify", Echo::verify}}};
+constexpr std::array<Word<Ask>, 2> kAsks = {{{"deny", Ask::deny}, {"write", Ask::write}}};
 
 void ReadPort(MapReader& map, bool shared, Line& line, LoadContext& context) {
   const auto node = map.Need("port", "/dev/ttyUSB0");
@@ -103,6 +104,7 @@ Line ReadLine(const YamlNode& node, LoadContext& context) {
   line.timing = pace.timing;
   Assign(line.retries, pace.retries);
   Assign(line.echo, map.OneOf("echo", kEchoes));
+  Assign(line.ask, map.OneOf("ask", kAsks));
   line.alarms = ReadAlarmSetting(map, context.alarms);
   if (protocol) CheckTcp(*protocol, line.port, map.keys(), context.problems);
   Options given;

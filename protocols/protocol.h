@@ -24,6 +24,7 @@
 #include "protocols/conversation.h"
 #include "protocols/frame_rule.h"
 #include "protocols/option_specs.h"
+#include "protocols/scanning.h"
 #include "protocols/twin.h"
 
 namespace baudgate {
@@ -91,6 +92,16 @@ struct Recognised {
   What what = What::other_device;
   std::string cause{};   ///< a sentence without its full stop: "slave 7 answers in its place"
   std::string remedy{};  ///< "set protocol: modbus_rtu at the line"
+};
+
+/// What a person sends by hand (`baudgate ask`). Pure functions.
+struct TelegramRule {
+  /// The whole frame of what was written: the checksum that the device's options want in the place
+  /// of a final "XX", or behind text and bytes that have none, and the end of the line. The error
+  /// says what is wrong.
+  Result<Bytes> (*complete)(View written, const config::Options& options) = nullptr;
+  /// No device takes `request`, a whole frame, for anything else than a read. False: nobody knows.
+  bool (*is_read)(View request, const config::Options& options) = nullptr;
 };
 
 /// What devices of one line have to share, such as a checksum variant that is learned from the
@@ -171,6 +182,9 @@ struct Protocol {
 
   /// Whether the conversation with this device has a Memory. Null: none has.
   bool (*remembers)(const config::Device& device) = nullptr;
+  const ScanRule* scan = nullptr;  ///< null: its devices cannot be looked for
+  /// Null: nothing is sent by hand.
+  const TelegramRule* telegram = nullptr;
   const PduCarrier* carrier = nullptr;  ///< null: does not carry Modbus PDUs
   /// The protocol whose profiles serve this one as well: "modbus_rtu" of modbus_ascii. Empty: none.
   std::string_view profiles_of{};

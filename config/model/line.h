@@ -13,6 +13,8 @@
 namespace baudgate::config {
 
 enum class Echo : std::uint8_t { off, strip, verify };
+/// Telegrams by hand that may write.
+enum class Ask : std::uint8_t { deny, write };
 
 struct Line {
   std::string name;
@@ -23,6 +25,7 @@ struct Line {
   Timing timing;     ///< line before gateway
   int retries = 2;   ///< of exchanges that may be repeated
   Echo echo = Echo::off;
+  Ask ask = Ask::deny;
   AlarmSetting alarms;  ///< of the line itself; line before gateway
   Options options;
   std::vector<Device> devices;
@@ -42,6 +45,7 @@ void VisitFields(const Line*, Visit visit) {
   visit(Field<&Line::timing>());
   visit(Field<&Line::retries>());
   visit(Field<&Line::echo>());
+  visit(Field<&Line::ask>());
   visit(Field<&Line::alarms>());
   visit(Field<&Line::options>());
   visit(Field<&Line::devices>());

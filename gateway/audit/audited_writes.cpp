@@ -19,7 +19,8 @@ AuditedWrites::AuditedWrites(const PointStore& store, CommandSink& inner, WriteL
       clocks_(std::move(clocks)) {}
 
 bool AuditedWrites::Submit(WriteCommand command) {
-  if (command.writes.empty()) return inner_.Submit(std::move(command));  // it only reads
+  const bool telegram = command.telegram && !command.telegram->reads;
+  if (command.writes.empty() && !telegram) return inner_.Submit(std::move(command));  // it reads
   const Now now = clocks_();
   // Held until it waits: records and commands have one order, whoever submits at the same time.
   const MutexLock lock(mutex_);
@@ -31,8 +32,8 @@ bool AuditedWrites::Submit(WriteCommand command) {
   Waiting waiting;
   waiting.until = now.instant + kPatience;
   std::vector<Ticket> tickets;  // 0: there was no room for it
-  for (const PointWrite& write : command.writes) {
-    const auto ticket = log_.Begin(RecordOf(command, write, now));
+  for (WriteRecord& record : RecordsOf(command, now)) {
+    const auto ticket = log_.Begin(std::move(record));
     tickets.push_back(ticket.value_or(0));
     waiting.kept = waiting.kept && ticket;
     if (ticket) waiting.last = *ticket;
@@ -79,9 +80,23 @@ WriteRecord AuditedWrites::RecordOf(const WriteCommand& command, const PointWrit
   return record;
 }
 
+std::vector<WriteRecord> AuditedWrites::RecordsOf(const WriteCommand& command, Now now) const {
+  std::vector<WriteRecord> records;
+  for (const PointWrite& write : command.writes) records.push_back(RecordOf(command, write, now));
+  if (!command.telegram) return records;
+  WriteRecord record;
+  record.line = Clipped(store_.line(command.device).name);
+  record.device = Clipped(store_.device(command.device).name);
+  record.point = "telegram";
+  record.time = record.last = now.wall;
+  record.client = Clipped(command.client);
+  record.value = Clipped(command.telegram->shown);
+  records.push_back(std::move(record));
+  return records;
+}
+
 void AuditedWrites::NoteBusy(const WriteCommand& command, Now now) {
-  for (const PointWrite& write : command.writes) {
-    WriteRecord record = RecordOf(command, write, now);
+  for (WriteRecord& record : RecordsOf(command, now)) {
     record.kind = Kind::denied;
     record.end = WriteEnd::busy;
     record.reason = "too many writes wait already";

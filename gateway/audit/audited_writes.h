@@ -11,6 +11,7 @@
 #include <deque>
 #include <functional>
 #include <thread>
+#include <vector>
 
 #include "config/model/config.h"
 #include "gateway/audit/write_log.h"
@@ -54,6 +55,7 @@ class AuditedWrites final : public CommandSink {
   };
 
   WriteRecord RecordOf(const WriteCommand& command, const PointWrite& write, Now now) const;
+  std::vector<WriteRecord> RecordsOf(const WriteCommand& command, Now now) const;
   WriteRecord Named(Kind kind, std::uint32_t device, std::uint32_t point) const;
   void NoteBusy(const WriteCommand& command, Now now);
   void Run();

@@ -10,6 +10,7 @@
 #include "gateway/base/exit_code.h"
 #include "gateway/base/since.h"
 #include "gateway/cli/bundle/support_bundle.h"
+#include "gateway/cli/bus_commands.h"
 #include "gateway/cli/client/alarms.h"
 #include "gateway/cli/client/billing.h"
 #include "gateway/cli/client/events.h"
@@ -29,10 +30,6 @@
 
 namespace baudgate {
 namespace {
-
-void AddSocket(CLI::App& command, std::string& socket) {
-  command.add_option("--socket", socket, "Control socket of the gateway, if it is not found");
-}
 
 /// `target` lives as long as the command.
 void AddTime(CLI::App& command, const std::string& name, std::optional<WallTime>& target) {
@@ -328,6 +325,7 @@ void AddClientCommands(CLI::App& app, Action& action) {
   AddReload(app, action);
   AddConfirm(app, action);
   AddPorts(app, action);
+  AddBusCommands(app, action);
   AddInUse(app, action, "enable", "Ask a device again", true);
   AddInUse(app, action, "disable", "Stop asking a device, until the gateway restarts", false);
   AddSupportBundle(app, action);

@@ -11,6 +11,7 @@
 #include "gateway/control/history_requests.h"
 #include "gateway/control/request_shape.h"
 #include "gateway/control/request_text.h"
+#include "gateway/control/telegram_requests.h"
 #include "gateway/events/event_source.h"
 #include "gateway/status/audit_json.h"
 #include "gateway/status/events_json.h"
@@ -52,6 +53,7 @@ RequestHandler::RequestHandler(const config::Config& config, const PointStore& s
     : config_(&config),
       store_(store),
       control_(control),
+      sink_(sink),
       info_(std::move(info)),
       points_(config, store, sink) {}
 
@@ -101,15 +103,20 @@ Reply RequestHandler::Dispatch(const Json& request, const Writer& client, Now no
   if (command == "ack") return Acknowledge(request, client, answered);
   if (command == "reload") return Reload(request, client, false, answered);
   if (command == "confirm") return Reload(request, client, true, answered);
+  if (command == "ask") {
+    const Status status =
+        AskByHand(*config_, control_, sink_, request, client, now.instant, answered);
+    return status ? Reply{} : Refused(kUnknown, status.error());
+  }
   if (command == "read" || command == "write") {
     const Status status = command == "read" ? points_.Read(request, client, now, answered)
                                             : points_.Write(request, client, now.instant, answered);
     return status ? Reply{} : Refused(kUnknown, status.error());
   }
   constexpr std::string_view kCommands[] = {
-      "status", "read",    "write", "may_write", "writes",  "events",
-      "alarms", "history", "ack",   "settings",  "release", "take_back",
-      "enable", "disable", "trace", "recorded",  "reload",  "confirm"};
+      "status",  "read",    "write",    "may_write", "ask",     "writes",    "events",
+      "alarms",  "history", "ack",      "settings",  "release", "take_back", "enable",
+      "disable", "trace",   "recorded", "reload",    "confirm"};
   return Refused(kUsage, config::Quoted(command) + " is no command;" +
                              config::DidYouMean(command, kCommands) +
                              " there are: " + config::Join(kCommands));
@@ -200,9 +207,10 @@ Reply RequestHandler::Trace(const Json& request, bool recorded) {
 /// One page; the client asks for the next with what this one says.
 Reply RequestHandler::Writes(const Json& request) {
   if (info_.audit == nullptr) {
-    return Refused(kUnavailable,
-                   "nothing of this gateway can be written, so there are no records of writes: no "
-                   "device has 'write: allow', and no route can be written through");
+    return Refused(
+        kUnavailable,
+        "nothing of this gateway can be written, so there are no records of writes: no "
+        "device has 'write: allow', no line has 'ask: write', and no route can be written through");
   }
   audit::PageQuery query;
   if (TextOf(request, "order") == "settled") query.order = audit::PageQuery::Order::settled;

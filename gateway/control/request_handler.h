@@ -84,6 +84,7 @@ class RequestHandler {
   const config::Config* config_;
   const PointStore& store_;
   LineControl& control_;
+  CommandSink& sink_;
   GatewayInfo info_;
   PointRequests points_;
   ReloadDesk* reload_ = nullptr;

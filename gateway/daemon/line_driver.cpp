@@ -40,6 +40,12 @@ LineDriver::LineDriver(const config::Line& line, std::uint32_t first_device,
       events_(events),
       news_(line, events),
       poller_(line, first_device, find, store, *this),
+      hand_(line, poller_, recorder_,
+            [this](View bytes, const config::SerialSettings& serial) {
+              hand_serial_ = serial;
+              applied_ = nullptr;
+              Send(bytes, hand_serial_);
+            }),
       listens_(find(line.protocol).unasked) {
   poller_.Attach(recorder_);
 }
@@ -66,6 +72,7 @@ void LineDriver::Stop(Now now, std::function<void()> stopped) {
   lent_until_.reset();
   AfterTheWrite([this, stopped = std::move(stopped)] {
     ClosePort();
+    hand_.OnClosed("the gateway stops");
     if (open_.exchange(false)) poller_.OnClosed(now_);
     stopped();
   });
@@ -162,6 +169,7 @@ void LineDriver::Lost(const std::string& reason) {
   rest_.End();
   check_at_.reset();
   look_at_.reset();
+  hand_.OnClosed("the port was lost");
   poller_.OnClosed(now_);
   if (connection_ == Connection::proven) return Down(reason);
   connection_ = Connection::useless;
@@ -268,6 +276,7 @@ void LineDriver::Lend(Duration time) {
   out_of_service_ = true;
   open_ = false;
   ClosePort();
+  hand_.OnClosed("the port is lent to another program");
   poller_.OnClosed(now_, Quality::bad_out_of_service);
   log::Info({.line = config_.name}, "{} is released for {}; its points are out of service",
             config_.port, FormatDuration(time));
@@ -291,7 +300,7 @@ void LineDriver::OnBytes(View bytes, Now now) {
   rest_.OnBytes();
   if (connection_ == Connection::fresh) connection_ = Connection::heard;
   if (connection_ == Connection::heard && now.instant - opened_ >= kGreeting) Prove();
-  poller_.OnBytes(bytes, now);
+  if (!hand_.OnBytes(bytes, now)) poller_.OnBytes(bytes, now);
   Settle();
 }
 
@@ -312,6 +321,10 @@ void LineDriver::Send(View bytes, const config::SerialSettings& serial) {
 
 void LineDriver::Submit(WriteCommand command, Now now) {
   now_ = now;
+  if (command.telegram) {
+    hand_.Submit(std::move(command), open_, now);
+    return Settle();
+  }
   // Whoever hands commands over keeps to Poller::kQueueLimit, so the poller never says no.
   poller_.Submit(std::move(command), now);
   Settle();
@@ -355,6 +368,7 @@ void LineDriver::OnTimer(Now now) {
   if (is_due(lent_until_)) EndLoan();
   if (is_due(check_at_)) CheckConnection();
   if (is_due(look_at_)) LookAtPort();
+  if (is_due(hand_.Deadline())) hand_.OnTimer(now);
   if (is_due(poller_.Deadline())) poller_.OnTimer(now);
   Settle();
 }
@@ -362,11 +376,12 @@ void LineDriver::OnTimer(Now now) {
 /// At the end of every input.
 void LineDriver::Settle() {
   if (after_write_ && !poller_.IsWriting()) GoOn();
+  hand_.Settle(now_);
 }
 
 std::optional<Instant> LineDriver::Deadline() const {
   std::optional<Instant> soonest = poller_.Deadline();
-  for (const auto& at : {check_at_, look_at_, lent_until_, patience_until_}) {
+  for (const auto& at : {check_at_, look_at_, lent_until_, patience_until_, hand_.Deadline()}) {
     if (at && (!soonest || *at < *soonest)) soonest = at;
   }
   return soonest;

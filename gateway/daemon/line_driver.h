@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "config/model/line.h"
+#include "gateway/daemon/hand_desk.h"
 #include "gateway/daemon/news_desk.h"
 #include "gateway/daemon/rest.h"
 #include "gateway/poll/poller.h"
@@ -133,6 +134,8 @@ class LineDriver final : private PollerListener {
   NewsDesk news_;
   std::set<std::uint32_t> reported_;  // devices whose events are not kept yet
   Poller poller_;
+  config::SerialSettings hand_serial_;  // of the telegram by hand that was sent last
+  HandDesk hand_;
   Now now_{};                                        // of the input that is being handled
   std::optional<Instant> check_at_;                  // of a network connection
   std::optional<Instant> lent_until_;                // the port, to another program

@@ -20,7 +20,9 @@ LoopWatch::Ask AskOn(asio::io_context& io) {
 }  // namespace
 
 Lines::Lines(PointStore& store, const config::Catalog& catalog, std::size_t loops)
-    : store_(store), find_([&catalog](const std::string& name) -> const Protocol& {
+    : store_(store),
+      catalog_(catalog),
+      find_([&catalog](const std::string& name) -> const Protocol& {
         return *catalog.FindProtocol(name);
       }) {
   while (shared_.size() < loops) {
@@ -218,6 +220,10 @@ void Lines::OnDenied(const DeniedWrite& denied) {
   store_.UpdateStatus(denied.device, [](DeviceStatus& status) {
     ++status.writes[static_cast<std::size_t>(WriteEnd::denied)];
   });
+}
+
+const Protocol* Lines::FindProtocol(const std::string& name) const {
+  return catalog_.FindProtocol(name);
 }
 
 void Lines::Release(std::uint32_t line, Duration time) {

@@ -83,6 +83,7 @@ class Lines final : public CommandSink, public LineControl {
   void Release(std::uint32_t line, Duration time) override;
   void TakeBack(std::uint32_t line) override;
   void SetInUse(std::uint32_t device, bool in_use) override;
+  const Protocol* FindProtocol(const std::string& name) const override;
   std::shared_ptr<TraceQueue> Trace(std::uint32_t line, std::function<void()> wake) override;
   std::vector<TraceRecord> Recorded(std::uint32_t line) override;
 
@@ -99,6 +100,7 @@ class Lines final : public CommandSink, public LineControl {
   std::vector<LineRunner*> All() const;
 
   PointStore& store_;
+  const config::Catalog& catalog_;
   const Poller::FindProtocol find_;
   Links links_;
   std::vector<std::unique_ptr<LoopThread>> shared_;

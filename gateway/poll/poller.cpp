@@ -64,6 +64,7 @@ void Poller::OnOpened(Now now, bool keeps_bit_rate) {
   if (is_open()) OnClosed(now);
   Advance(now);
   winding_up_ = false;
+  paused_ = false;
   idle_since_ = now.instant;
   ledger_.OnOpened();
   run_.OnOpened();
@@ -78,6 +79,7 @@ void Poller::OnOpened(Now now, bool keeps_bit_rate) {
 
 void Poller::OnClosed(Now now, Override why) {
   Advance(now);
+  paused_ = false;
   ledger_.OnClosed(why);
   const std::string reason = ledger_.WhyClosed();
   LineNews news = line_.OnClosed();
@@ -225,8 +227,25 @@ std::optional<Instant> Poller::Deadline() const {
     sooner(LatestStart(job->goal()));
     return soonest;
   }
-  if (!winding_up_) sooner(chooser_.NextAt(idle()));
+  if (!winding_up_ && !paused_) sooner(chooser_.NextAt(idle()));
   return soonest;
+}
+
+bool Poller::Pause() {
+  paused_ = true;
+  return is_open() && line_.idle() && run_.job() == nullptr;
+}
+
+void Poller::GoOn(Now now) {
+  if (!std::exchange(paused_, false) || !is_open()) return;
+  Advance(now);
+  idle_since_ = now.instant;
+  Settle();
+}
+
+Speaking Poller::SpeakingAs(std::uint32_t index) const {
+  const Device& device = roster_.DeviceAt(index);
+  return {device.protocol, &device.config->options, device.serial, device.times};
 }
 
 bool Poller::IsWriting() const {

@@ -14,6 +14,7 @@
 #include "gateway/line/line.h"
 #include "gateway/poll/chooser.h"
 #include "gateway/poll/examiner.h"
+#include "gateway/poll/hand_exchange.h"
 #include "gateway/poll/job_run.h"
 #include "gateway/poll/late_answers.h"
 #include "gateway/poll/ledger.h"
@@ -78,6 +79,14 @@ class Poller : private LineClient {
   void WindUp() { winding_up_ = true; }
   bool IsWriting() const;
 
+  /// Nothing is begun any more until GoOn: the line is wanted for something else. True: what was
+  /// under way has ended, and the line is silent.
+  bool Pause();
+  /// Without a Pause: nothing.
+  void GoOn(Now now);
+  /// As whom a telegram by hand to this device goes out.
+  Speaking SpeakingAs(std::uint32_t device) const;
+
   const Ledger& ledger() const { return ledger_; }
 
  private:
@@ -122,6 +131,7 @@ class Poller : private LineClient {
   Speaker speaker_;
   JobRun run_;
   bool winding_up_ = false;
+  bool paused_ = false;
   bool was_idle_ = false;  // the line, before the input that is being handled
   Instant idle_since_{};   // when it last became so
   Now now_{};              // of the input that is being handled

@@ -13,7 +13,7 @@ namespace baudgate {
 void Poller::Pump() {
   while (line_.idle()) {
     if (run_.job() == nullptr) {
-      if (winding_up_) return;
+      if (winding_up_ || paused_) return;
       std::unique_ptr<Job> job = chooser_.Next(idle());
       if (!job) return;
       run_.Begin(std::move(job));

@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "gateway/base/bytes.h"
 #include "gateway/base/time.h"
 #include "gateway/base/value.h"
 #include "gateway/base/write_result.h"
@@ -25,6 +26,15 @@ struct PointWrite {
   Value before{};           ///< what the point showed when it was asked for; nothing: not known
 };
 
+/// One telegram by hand (`baudgate ask`), which the line sends as it is.
+struct Telegram {
+  Bytes bytes;            ///< the whole frame
+  bool reads = false;     ///< the protocol proves that it is a read
+  std::string shown{};    ///< for the record; secrets are masked
+  Bytes reply{};          ///< what has come back, before `done` is called
+  std::string outcome{};  ///< of the exchange: "ok", "no_reply"
+};
+
 /// Several points are written in their order; the first that fails ends the command.
 struct WriteCommand {
   std::uint32_t device = 0;  ///< index in the point store
@@ -32,6 +42,8 @@ struct WriteCommand {
   std::vector<PointWrite> writes;
   /// In place of writes: points that are to be read now. `read_back` says whether all were.
   std::vector<std::uint32_t> reads{};
+  /// In place of both.
+  std::shared_ptr<Telegram> telegram{};
   Instant deadline;            ///< nothing is sent later; answered no_reply when it passes
   std::uint64_t sequence = 0;  ///< the line's own: its place among all writes to the line
   /// Asked right before each point is begun: why it must not be written now; empty: it may. Null:

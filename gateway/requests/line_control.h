@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "gateway/base/result.h"
@@ -14,6 +15,8 @@
 #include "gateway/trace/trace_text.h"
 
 namespace baudgate {
+
+struct Protocol;
 
 class LineControl {
  public:
@@ -26,6 +29,8 @@ class LineControl {
   /// A device that is not in use is not asked, and its points are out of service. Not kept over a
   /// restart: `enabled: false` in the configuration is for that.
   virtual void SetInUse(std::uint32_t device, bool in_use) = 0;
+  /// Null: it is not installed.
+  virtual const Protocol* FindProtocol(const std::string& /*name*/) const { return nullptr; }
   /// Records of the line from now on, until the queue is given back. `wake` is called from the
   /// line's thread when the empty queue gets its first record; it must not block.
   virtual std::shared_ptr<TraceQueue> Trace(std::uint32_t line, std::function<void()> wake) = 0;

@@ -15,7 +15,8 @@
 
 namespace baudgate {
 
-/// Something can be written: a point of a device, or behind a route that a listener permits.
+/// Something can be written: a point of a device, behind a route that a listener permits, or by
+/// hand.
 bool CanWrite(const config::Config& config);
 
 /// Events are kept: the configuration says so, or one of its devices does.

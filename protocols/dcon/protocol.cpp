@@ -11,7 +11,9 @@
 #include "protocols/dcon/frame_rule.h"
 #include "protocols/dcon/points.h"
 #include "protocols/dcon/recognise.h"
+#include "protocols/dcon/scan.h"
 #include "protocols/dcon/settings.h"
+#include "protocols/dcon/telegram.h"
 #include "protocols/dcon/twin.h"
 
 namespace baudgate::protocols::dcon {
@@ -161,6 +163,8 @@ const Protocol& DconProtocol() {
       .recognise = Recognise,
       .weak_check = true,
       .remembers = HasTotals,
+      .scan = &kScan,
+      .telegram = &kTelegram,
       .make_bus = MakeLine,
       .make_conversation = MakeConversation,
       .make_twin = MakeTwin,

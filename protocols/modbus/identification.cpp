@@ -7,12 +7,6 @@
 #include "protocols/modbus/named_places.h"
 
 namespace baudgate::protocols::modbus {
-namespace {
-
-constexpr std::size_t kVendor = 0;
-constexpr std::size_t kProduct = 1;
-
-}  // namespace
 
 std::optional<Bytes> Identification::Next() {
   if (identity_.names.empty() || identity_.ignore) return std::nullopt;

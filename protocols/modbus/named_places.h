@@ -15,6 +15,8 @@ namespace baudgate::protocols::modbus {
 
 /// Function 43/14: what is read of a device's identification, and where the maker's objects begin.
 enum Category : std::uint16_t { kBasic = 1, kRegular = 2, kExtended = 3 };
+/// The first objects of an identification.
+enum Object : std::size_t { kVendor = 0, kProduct = 1 };
 inline constexpr unsigned kFirstOwnObject = 0x80;
 
 /// "'holding 200[b16]' names no bits ...".

@@ -10,8 +10,10 @@
 #include "protocols/modbus/points.h"
 #include "protocols/modbus/recognise.h"
 #include "protocols/modbus/rtu_frame_rule.h"
+#include "protocols/modbus/scan.h"
 #include "protocols/modbus/settings.h"
 #include "protocols/modbus/tcp_frame_rule.h"
+#include "protocols/modbus/telegram.h"
 #include "protocols/modbus/twin.h"
 
 namespace baudgate::protocols::modbus {
@@ -127,6 +129,8 @@ Protocol Describe(std::string_view name, std::string_view title,
       .expect = Expect<kFraming>,
       .recognise = RecogniseAs<kFraming>,
       .weak_check = kFraming == Framing::ascii,
+      .scan = ScanOf(kFraming),
+      .telegram = TelegramOf(kFraming),
       .carrier = Carrier(kFraming),
       .profiles_of = kFraming == Framing::rtu ? "" : "modbus_rtu",
       .make_bus = kTcp ? MakeTransactions : nullptr,

@@ -12,7 +12,9 @@
 #include "protocols/set4tm/latch.h"
 #include "protocols/set4tm/points.h"
 #include "protocols/set4tm/recognise.h"
+#include "protocols/set4tm/scan.h"
 #include "protocols/set4tm/settings.h"
+#include "protocols/set4tm/telegram.h"
 #include "protocols/set4tm/twin.h"
 
 namespace baudgate::protocols::set4tm {
@@ -195,6 +197,8 @@ const Protocol& Set4tmProtocol() {
       .expect = Expect,
       .recognise = Recognise,
       .remembers = [](const config::Device&) { return true; },
+      .scan = &kScan,
+      .telegram = &kTelegram,
       .make_bus = MakeLine,
       .make_conversation = MakeConversation,
       .make_twin = MakeTwin,

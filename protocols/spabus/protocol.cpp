@@ -9,7 +9,9 @@
 #include "protocols/spabus/frame_rule.h"
 #include "protocols/spabus/points.h"
 #include "protocols/spabus/recognise.h"
+#include "protocols/spabus/scan.h"
 #include "protocols/spabus/settings.h"
+#include "protocols/spabus/telegram.h"
 #include "protocols/spabus/twin.h"
 
 namespace baudgate::protocols::spabus {
@@ -67,6 +69,8 @@ const Protocol& SpabusProtocol() {
       .expect = Expect,
       .recognise = Recognise,
       .weak_check = true,
+      .scan = &kScan,
+      .telegram = &kTelegram,
       .make_bus = MakeLine,
       .make_conversation = MakeDevice,
       .make_twin = MakeTwin,

@@ -13,6 +13,11 @@ namespace baudgate {
 /// The configuration of the service.
 inline constexpr auto kInstalledConfig = "/etc/baudgate/baudgate.yaml";
 
+/// Of a command that asks the running gateway.
+inline void AddSocket(CLI::App& command, std::string& socket) {
+  command.add_option("--socket", socket, "Control socket of the gateway, if it is not found");
+}
+
 /// Reads "250ms" into a Duration.
 inline CLI::Option* AddDuration(CLI::App& app, const std::string& name, Duration& target,
                                 const std::string& help) {

@@ -35,6 +35,7 @@ class FakeLines final : public LineControl, public CommandSink {
   void SetInUse(std::uint32_t device, bool in_use) override;
   std::shared_ptr<TraceQueue> Trace(std::uint32_t line, std::function<void()> wake) override;
   std::vector<TraceRecord> Recorded(std::uint32_t line) override;
+  const Protocol* FindProtocol(const std::string&) const override { return protocol; }
 
   /// Answered at once with `result`, unless the queue is full.
   bool Submit(WriteCommand command) override;
@@ -42,6 +43,7 @@ class FakeLines final : public LineControl, public CommandSink {
 
   WriteResult result{.read_back = true};
   bool full = false;
+  const Protocol* protocol = nullptr;  ///< of every name
 
   /// False when nobody follows the line.
   bool Push(std::uint32_t line, const TraceRecord& record);

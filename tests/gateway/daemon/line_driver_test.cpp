@@ -143,6 +143,18 @@ class LineDriverTest : public testing::Test {
     driver_->Submit(std::move(command), now_);
   }
 
+  /// By hand.
+  std::shared_ptr<Telegram> Ask(std::string_view text, Duration patience = 5s) {
+    auto telegram = std::make_shared<Telegram>();
+    telegram->bytes = ToBytes(text);
+    WriteCommand command;
+    command.telegram = telegram;
+    command.deadline = now_.instant + patience;
+    command.done = [this](const WriteResult& result) { ends_.push_back(result.end); };
+    driver_->Submit(std::move(command), now_);
+    return telegram;
+  }
+
   config::Config config_;
   std::unique_ptr<PointStore> store_;
   FixedValues values_ = ToyValues();
@@ -224,6 +236,72 @@ TEST_F(LocalPort, IsPolledAndWritten) {
   Write();
   Pass(1s);
   EXPECT_THAT(ends_, ElementsAre(WriteEnd::ok));
+}
+
+TEST_F(LocalPort, ATelegramByHandHasTheLineToItselfAndPollsGoOn) {
+  Open();
+  Pass(2s);
+  const auto before = store_->ReadLine(0).outcomes[static_cast<std::size_t>(Outcome::ok)];
+  const auto telegram = Ask("?A1\r");
+  Pass(2s);
+  EXPECT_THAT(ends_, ElementsAre(WriteEnd::ok));
+  EXPECT_EQ(telegram->outcome, "ok");
+  EXPECT_EQ(telegram->reply, twin_->Answer(telegram->bytes, now_.instant));
+  EXPECT_GT(store_->ReadLine(0).outcomes[static_cast<std::size_t>(Outcome::ok)], before);
+}
+
+TEST_F(LocalPort, ATelegramByHandWaitsForTheEndOfThePoll) {
+  answers_ = false;
+  Open();
+  Pass(20ms);  // a poll is under way
+  Ask("?A1\r");
+  EXPECT_THAT(port_.sent, IsEmpty());
+  answers_ = true;
+  Pass(5s);
+  EXPECT_THAT(ends_, ElementsAre(WriteEnd::ok));
+}
+
+TEST_F(LocalPort, NobodyKnowsWhatBecameOfATelegramThatWasNotAnswered) {
+  Open();
+  Pass(2s);
+  answers_ = false;
+  const auto telegram = Ask("?A1\r");
+  Pass(5s);
+  EXPECT_THAT(ends_, ElementsAre(WriteEnd::unknown));
+  EXPECT_EQ(telegram->outcome, "no_reply");
+  EXPECT_THAT(telegram->reply, IsEmpty());
+  answers_ = true;
+  Pass(1min);
+  ends_.clear();
+  Ask("?A1\r");
+  Pass(1s);
+  EXPECT_THAT(ends_, ElementsAre(WriteEnd::ok));
+}
+
+TEST_F(LocalPort, ATelegramOnALineThatGoesAwayIsAnswered) {
+  Ask("?A1\r");
+  EXPECT_THAT(ends_, ElementsAre(WriteEnd::not_sent)) << "the port is not open yet";
+  Open();
+  Pass(2s);
+  answers_ = false;
+  Ask("?A1\r");
+  Ask("?A1\r");
+  Pass(10ms);
+  Lose("gone");
+  EXPECT_THAT(ends_, ElementsAre(WriteEnd::not_sent, WriteEnd::unknown, WriteEnd::not_sent));
+  answers_ = true;
+  Open();
+  Pass(2s);
+  EXPECT_EQ(status().port, LineStatus::Port::open);
+}
+
+TEST_F(LocalPort, ATelegramWhoseTimeIsOverIsNotSent) {
+  answers_ = false;
+  Open();
+  Pass(20ms);  // a poll is under way
+  Ask("?A1\r", 5ms);
+  Pass(10s);
+  EXPECT_THAT(ends_, ElementsAre(WriteEnd::not_sent));
 }
 
 TEST_F(LocalPort, OneThatDoesNotOpenIsDown) {

@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/cli/scan/ask.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "gateway/base/exit_code.h"
+#include "gateway/base/text.h"
+#include "gateway/cli/client/control_client.h"
+#include "gateway/cli/offline/decode.h"
+#include "gateway/cli/offline/make_line.h"
+#include "gateway/cli/scan/port_wire.h"
+#include "gateway/cli/terminal/stop_signals.h"
+#include "gateway/trace/trace_head.h"
+
+namespace baudgate {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr int kSilent = 1;
+
+/// One exchange, wherever it took place.
+struct Exchanged {
+  std::string sent{};      ///< in hex; secrets are masked
+  std::string received{};  ///< in hex
+  std::string reason{};
+  TracedDevice device{};
+};
+
+int Fail(std::ostream& err, int code, const std::string& why) {
+  err << "baudgate: ask: " << why << '\n';
+  return code;
+}
+
+/// Hex where it is nothing else; text begins as telegrams of its protocol do.
+Bytes WrittenOf(const std::string& telegram) {
+  if (const auto bytes = ParseHex(telegram)) return *bytes;
+  return ToBytes(telegram);
+}
+
+/// The protocol that the first character of a text shows.
+std::string ProtocolLike(const std::string& telegram) {
+  if (telegram.starts_with('>')) return "spabus";
+  if (telegram.starts_with(':')) return "modbus_ascii";
+  const bool dcon =
+      !telegram.empty() && std::string_view("$#%@~^").find(telegram[0]) != std::string_view::npos;
+  return dcon ? "dcon" : "";
+}
+
+std::string Hex(View bytes, const Expectation& expect) {
+  std::string text;
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    const bool secret = std::ranges::any_of(expect.secrets, [i](const auto& range) {
+      return i >= range.first && i - range.first < range.second;
+    });
+    text += (text.empty() ? "" : " ") + (secret ? std::string("**") : HexByte(bytes[i]));
+  }
+  return text;
+}
+
+std::string TextOf(const std::string& hex) {
+  const auto bytes = ParseHex(hex);
+  if (!bytes) return {};
+  const auto printable = std::ranges::count_if(*bytes, [](auto byte) {
+    return (byte >= 0x20 && byte < 0x7F) || byte == '\r' || byte == '\n';
+  });
+  const bool text = static_cast<std::size_t>(printable) == bytes->size();
+  return text && !bytes->empty() ? "   " + Printable(*bytes) : std::string();
+}
+
+int Show(const AskOptions& options, const Exchanged& exchange, const config::Catalog& catalog,
+         std::ostream& out) {
+  DecodeOptions how{.protocol = exchange.device.protocol,
+                    .profile = options.profile.empty() ? exchange.device.profile : options.profile,
+                    .set = exchange.device.set,
+                    .width = options.width};
+  how.prose = !options.json;
+  std::istringstream captured("> " + exchange.sent + "\n" +
+                              (exchange.received.empty() ? "" : "< " + exchange.received + "\n"));
+  std::ostringstream decoded;
+  std::ostringstream ignored;  // the bytes are shown all the same
+  RunDecode(how, catalog, captured, decoded, ignored);
+  if (options.json) {
+    Json json = {{"sent", exchange.sent}, {"received", exchange.received}};
+    const Json meaning = Json::parse(decoded.str(), nullptr, false);
+    if (meaning.is_object()) json.update(meaning);
+    if (!exchange.reason.empty()) json["reason"] = exchange.reason;
+    out << json.dump(-1, ' ', false, Json::error_handler_t::replace) << '\n';
+  } else {
+    out << "> " << exchange.sent << TextOf(exchange.sent) << '\n';
+    if (!exchange.received.empty()) {
+      out << "< " << exchange.received << TextOf(exchange.received) << '\n';
+    }
+    out << decoded.str();
+    if (!exchange.reason.empty()) out << exchange.reason << '\n';
+  }
+  return exchange.received.empty() ? kSilent : kExitDone;
+}
+
+int AskOnPort(const AskOptions& options, const config::Catalog& catalog, std::ostream& out,
+              std::ostream& err) {
+  const std::string name =
+      options.protocol.empty() ? ProtocolLike(options.telegram) : options.protocol;
+  if (name.empty()) {
+    return Fail(err, kExitUsage,
+                "--protocol is missing, and the telegram does not begin as those of one do");
+  }
+  const auto line =
+      MakeLine({.port = options.target,
+                .protocol = name,
+                .serial = options.serial,
+                .devices = {{.profile = options.profile, .address = "1", .set = options.set}}},
+               catalog);
+  if (!line) return Fail(err, kExitUsage, line.error());
+  const Protocol& protocol = *catalog.FindProtocol(name);
+  const config::Options& its = line->devices.front().options;
+  if (protocol.telegram == nullptr) {
+    return Fail(err, kExitUsage, "devices that speak " + name + " are not asked by hand");
+  }
+  const auto telegram = protocol.telegram->complete(WrittenOf(options.telegram), its);
+  if (!telegram) return Fail(err, kExitUsage, telegram.error());
+  if (!protocol.telegram->is_read(*telegram, its) && !options.write) {
+    return Fail(err, kExitUsage,
+                "nothing proves that this telegram only reads: say --write if you mean it");
+  }
+  const StopSignals stop;
+  config::SerialSettings serial = line->serial;
+  serial.rs485.enabled = options.rs485;
+  auto wire = PortWire::Open(options.target, serial, stop);
+  if (!wire) return Fail(err, kExitCanNot, wire.error());
+  const config::Timing timing = protocol.timing(line->serial);
+  const auto gathered = (*wire)->Ask(*telegram, *timing.reply, *timing.gap);
+  if (!gathered) return Fail(err, kExitCanNot, gathered.error());
+  Exchanged exchange;
+  exchange.sent = Hex(*telegram, protocol.expect(*telegram, its));
+  exchange.received = ToHex(gathered->heard);
+  exchange.device = {.protocol = name, .profile = options.profile, .set = options.set};
+  return Show(options, exchange, catalog, out);
+}
+
+int AskGateway(const AskOptions& options, const config::Catalog& catalog, std::ostream& out,
+               std::ostream& err) {
+  Json answer;
+  const Json request = {{"command", "ask"},
+                        {"target", options.target},
+                        {"telegram", ToHex(WrittenOf(options.telegram))},
+                        {"write", options.write}};
+  if (const int code = Ask(options.socket, request, answer, err); code != 0) return code;
+  Exchanged exchange;
+  exchange.sent = answer.value("sent", "");
+  exchange.received = answer.value("received", "");
+  exchange.reason = answer.value("reason", "");
+  exchange.device.protocol = answer.value("protocol", "");
+  for (const Json& line : answer.value("head", Json::array())) {
+    const auto device = line.is_string() ? ReadTracedDevice(line.get<std::string>()) : std::nullopt;
+    if (device && device->name == answer.value("device", "")) exchange.device = *device;
+  }
+  return Show(options, exchange, catalog, out);
+}
+
+}  // namespace
+
+int RunAsk(const AskOptions& options, const config::Catalog& catalog, std::ostream& out,
+           std::ostream& err) {
+  const bool port = options.target.find('/') != std::string::npos;
+  return port ? AskOnPort(options, catalog, out, err) : AskGateway(options, catalog, out, err);
+}
+
+}  // namespace baudgate

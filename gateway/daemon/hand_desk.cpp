@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/daemon/hand_desk.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace baudgate {
+namespace {
+
+constexpr const char* kTooLate = "the telegram waited for the line beyond its deadline";
+
+WriteEnd EndOf(Outcome outcome) {
+  if (outcome == Outcome::ok) return WriteEnd::ok;
+  return outcome == Outcome::line_down ? WriteEnd::not_sent : WriteEnd::unknown;
+}
+
+}  // namespace
+
+HandDesk::HandDesk(const config::Line& line, Poller& poller, Tap& tap, Send send)
+    : line_(line), poller_(poller), tap_(tap), send_(std::move(send)) {}
+
+void HandDesk::Answer(const WriteCommand& command, WriteEnd end, const std::string& reason,
+                      Outcome outcome) {
+  command.telegram->outcome = Name(outcome);
+  command.done({.end = end, .reason = reason});
+}
+
+void HandDesk::Submit(WriteCommand command, bool open, Now now) {
+  if (!open) {
+    return Answer(command, WriteEnd::not_sent, "the port of the line is not open",
+                  Outcome::line_down);
+  }
+  waiting_.push_back(std::move(command));
+  Settle(now);
+}
+
+void HandDesk::Settle(Now now) {
+  while (!waiting_.empty() && waiting_.front().deadline <= now.instant) {
+    const WriteCommand late = std::move(waiting_.front());
+    waiting_.pop_front();
+    Answer(late, WriteEnd::not_sent, kTooLate, Outcome::busy);
+  }
+  if (exchange_) return;
+  if (waiting_.empty()) {
+    poller_.GoOn(now);
+    return;
+  }
+  if (!poller_.Pause()) return;
+  command_ = std::move(waiting_.front());
+  waiting_.pop_front();
+  const Speaking as = poller_.SpeakingAs(command_->device);
+  serial_ = as.serial;
+  exchange_.emplace(as, line_.echo, command_->telegram->bytes, now.instant);
+  Hand(exchange_->Begin(now.instant), now);
+}
+
+void HandDesk::Hand(bool send, Now now) {
+  if (send) {
+    tap_.OnSent(command_->device, exchange_->request(), now);
+    send_(exchange_->request().bytes, serial_);
+  }
+  if (exchange_->is_over()) End(now);
+}
+
+bool HandDesk::OnBytes(View bytes, Now now) {
+  if (!exchange_) return false;
+  tap_.OnReceived(bytes, now);
+  Hand(exchange_->OnBytes(bytes, now.instant), now);
+  return true;
+}
+
+void HandDesk::OnTimer(Now now) {
+  if (exchange_) Hand(exchange_->OnTimer(now.instant), now);
+  Settle(now);
+}
+
+void HandDesk::End(Now now) {
+  const ExchangeEnd end = exchange_->end();
+  tap_.OnExchangeEnd(command_->device, end, now);
+  command_->telegram->reply = exchange_->reply();
+  exchange_.reset();
+  const WriteCommand done = std::move(*std::exchange(command_, std::nullopt));
+  Answer(done, EndOf(end.outcome), end.reason, end.outcome);
+  Settle(now);
+}
+
+void HandDesk::OnClosed(const std::string& reason) {
+  if (exchange_) {
+    exchange_.reset();
+    const WriteCommand cut = std::move(*std::exchange(command_, std::nullopt));
+    Answer(cut, WriteEnd::unknown, reason, Outcome::line_down);
+  }
+  for (const WriteCommand& command : std::exchange(waiting_, {})) {
+    Answer(command, WriteEnd::not_sent, reason, Outcome::line_down);
+  }
+}
+
+std::optional<Instant> HandDesk::Deadline() const {
+  std::optional<Instant> soonest = exchange_ ? exchange_->Deadline() : std::nullopt;
+  if (!waiting_.empty()) {
+    const Instant first = waiting_.front().deadline;
+    soonest = soonest ? std::min(*soonest, first) : first;
+  }
+  return soonest;
+}
+
+}  // namespace baudgate

@@ -1,0 +1,57 @@
+// Telegrams by hand (`baudgate ask`) that wait for their turn on a line: when the poller has ended
+// what it is at, it stops, the telegram has the line to itself, and the poller goes on.
+//
+//   poll under way → its end → the telegram and its reply → silence → the next poll
+//
+// One thread, the line's.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <deque>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "config/model/line.h"
+#include "gateway/poll/hand_exchange.h"
+#include "gateway/poll/poller.h"
+#include "gateway/requests/commands.h"
+#include "gateway/trace/tap.h"
+
+namespace baudgate {
+
+class HandDesk {
+ public:
+  using Send = std::function<void(View bytes, const config::SerialSettings& serial)>;
+  /// All outlive it.
+  HandDesk(const config::Line& line, Poller& poller, Tap& tap, Send send);
+
+  /// `open`: the port is; otherwise it is answered at once.
+  void Submit(WriteCommand command, bool open, Now now);
+  /// False: nothing of it is on the line, and the bytes are the poller's.
+  bool OnBytes(View bytes, Now now);
+  void OnTimer(Now now);
+  /// The port is gone, or is given away.
+  void OnClosed(const std::string& reason);
+  /// Behind every input of the line.
+  void Settle(Now now);
+  std::optional<Instant> Deadline() const;
+  bool is_busy() const { return exchange_.has_value(); }
+
+ private:
+  void Hand(bool send, Now now);
+  void End(Now now);
+  static void Answer(const WriteCommand& command, WriteEnd end, const std::string& reason,
+                     Outcome outcome);
+
+  const config::Line& line_;
+  Poller& poller_;
+  Tap& tap_;
+  const Send send_;
+  std::deque<WriteCommand> waiting_;
+  std::optional<WriteCommand> command_;  // under way
+  config::SerialSettings serial_;
+  std::optional<HandExchange> exchange_;
+};
+
+}  // namespace baudgate
