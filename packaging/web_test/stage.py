@@ -19,7 +19,7 @@ TOKEN = "a-token-of-the-test-0123456789"
 
 
 class LeftOut(Exception):
-    """A test can not be done here; the text says why."""
+    """A test cannot be done here; the text says why."""
 
 
 def free_port():
