@@ -40,8 +40,10 @@ def main(out):
     for path in sorted(installed):
         made = pathlib.Path(out) / path
         made.parent.mkdir(parents=True, exist_ok=True)
-        text = (SOURCE / path).read_text(encoding="utf-8")
-        made.write_text(linked(text, path.parent, installed) if path.suffix == ".md" else text, encoding="utf-8")
+        content = (SOURCE / path).read_bytes()
+        if path.suffix == ".md":
+            content = linked(content.decode(), path.parent, installed).encode()
+        made.write_bytes(content)
         made.chmod(0o644)
 
 

@@ -110,7 +110,7 @@ TEST_F(LedgerTest, AMinuteIsSplitByWhatItsTimeWentTo) {
     EXPECT_DOUBLE_EQ(minute[i], expected[i]) << Name(static_cast<LineUse>(i));
   }
   ledger_.OnTime(At(66s), true, &a_);
-  ledger_.OnExchange(a_, good, false, false);
+  ledger_.OnExchange(a_, good, {}, false, false);
   ledger_.ShowLine({});
   EXPECT_EQ(store_.ReadLine(0).spent, (TimeByUse{12s, 0s, 6s, 0s, 3s, 3s})) << "since the start";
   const MinuteCounts counts = StatusOf(a_).hour.Sum(At(18s).instant);
