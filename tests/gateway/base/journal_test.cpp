@@ -58,6 +58,7 @@ TEST(Log, LinesThatNobodyTakesAreCounted) {
   const int full = ::open("/dev/full", O_WRONLY);
   ::dup2(full, STDERR_FILENO);
   Write(Level::info, "nobody reads this");
+  Flush();
   ::dup2(kept, STDERR_FILENO);
   ::close(full);
   ::close(kept);

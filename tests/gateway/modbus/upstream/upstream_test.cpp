@@ -112,14 +112,17 @@ TEST_F(UpstreamTest, BehindAMisframedReplyTheNextHeaderIsFound) {
 }
 
 TEST_F(UpstreamTest, OtherUnitsAndFunctionsAreNoReply) {
-  for (const std::string reply : {"00 00 00 00 00 05 15 03 02 09 C4",
-                                  "00 01 00 00 00 05 14 04 02 09 C4", "00 02 00 00 00 02 14 83"}) {
+  using Case = std::pair<std::string, std::string>;
+  for (const auto& [reply, reason] :
+       {Case{"00 00 00 00 00 05 15 03 02 09 C4", "answered for unit 21"},
+        Case{"00 01 00 00 00 05 14 04 02 09 C4", "sent an answer that does not fit"},
+        Case{"00 02 00 00 00 02 14 83", "sent an answer that does not fit"}}) {
     const Asked& asked = Submit();
     ASSERT_TRUE(server_.Wait(asked_.size()));
     server_.Write(reply);
     EXPECT_EQ(Wait(asked).outcome, Outcome::unexpected) << reply;
     EXPECT_TRUE(asked.reply.pdu.empty());
-    EXPECT_THAT(asked.reply.reason, HasSubstr("sent an answer"));
+    EXPECT_THAT(asked.reply.reason, HasSubstr(reason));
   }
 }
 
