@@ -14,16 +14,16 @@ namespace {
 /// `>1RF:`, `>1RF:XX` and `>1RF:21` give `>1RF:21` and CR; XX stays where the device is sent XX.
 Result<Bytes> CompleteMessage(View written, const config::Options& options) {
   std::string text(Trim(AsText(written)));
-  if (!text.starts_with('>')) return Error{"a SPA telegram begins with '>', as in '>1RF:XX'"};
+  if (!text.starts_with('>')) return Error{"an SPA telegram begins with '>', as in '>1RF:XX'"};
   const bool printable =
       std::ranges::all_of(text, [](char c) { return IsPrintable(static_cast<std::uint8_t>(c)); });
-  if (!printable) return Error{"a SPA telegram has printable characters only"};
+  if (!printable) return Error{"an SPA telegram has printable characters only"};
   if (text.ends_with(kWildcard)) text.resize(text.size() - kWildcard.size());
   if (text.ends_with(':')) {
     text +=
         ReadSettings(options).send_wildcard ? std::string(kWildcard) : HexByte(Xor8(ToBytes(text)));
   }
-  if (text.size() > kMaxLine) return Error{"a SPA telegram has at most 255 characters"};
+  if (text.size() > kMaxLine) return Error{"an SPA telegram has at most 255 characters"};
   text += static_cast<char>(kCr);
   return ToBytes(text);
 }
