@@ -113,8 +113,7 @@ void AlarmDesk::OnUnanswered(const OwnAlarms::Place& unit, const std::string& wh
   ++its.requests;
   its.last = now.instant;
   const Duration since = now.instant - its.first.instant;
-  const bool many =
-      its.requests >= DeviceHealth::kOfflineCount && since >= DeviceHealth::kOfflineTime;
+  const bool many = its.requests >= DeviceHealth::kOfflineCount;
   const bool long_ago = its.requests > 1 && since >= kLongSilence;
   if (many || long_ago) alarms_.Begin(Trouble::unit_silent, unit, why, its.first);
 }

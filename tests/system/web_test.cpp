@@ -81,9 +81,9 @@ TEST_F(Web, ComesMovesAndGoesByReload) {
   const std::uint16_t before = std::exchange(web_, FreePort());
   SetFile(WithWeb(", token: { file: " + token + " }"));
   EXPECT_EQ(Ask({"reload"}).code, 0);
-  std::string last;
-  while (auto event = stream.NextEvent()) last = *event;
-  EXPECT_EQ(last, "event: reload\ndata: {}");
+  bool told = false;  // a beat may come behind it
+  while (auto event = stream.NextEvent()) told = told || *event == "event: reload\ndata: {}";
+  EXPECT_TRUE(told);
   EXPECT_FALSE(HttpClient(before).raw().connected());
   EXPECT_EQ(HttpClient(web_).Get("/api/v1/status").status, 401);
 
