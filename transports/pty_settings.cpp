@@ -41,7 +41,8 @@ Status SetPtyFormat(int fd, const config::SerialSettings& serial) {
 config::SerialSettings ReadPtyFormat(int fd, const config::SerialSettings& device) {
   config::SerialSettings user = device;
   termios2 mode{};
-  if (ioctl(fd, TCGETS2, &mode) != 0) return user;
+  // Zero is no rate: its user has hung up.
+  if (ioctl(fd, TCGETS2, &mode) != 0 || mode.c_ospeed == 0) return user;
   user.baud = static_cast<int>(mode.c_ospeed);
   user.parity = ParityOf(mode, device.parity);
   user.stop_bits = (mode.c_cflag & CSTOPB) != 0 ? 2 : 1;

@@ -109,7 +109,12 @@ Json HistoryPage(const Json& request, const KeptValues& kept) {
       return ErrorJson(kUnknown, its.error());
     }
   }
-  json["history"] = HistoryJson(kept.history->state());
+  const history::HistoryState state = kept.history->state();
+  // What waits for the disk, or lies on it and cannot be reached.
+  if (state.disk == Disk::failing || state.disk == Disk::stalled) {
+    json["unread"].push_back(state.trouble);
+  }
+  json["history"] = HistoryJson(state);
   return json;
 }
 

@@ -199,10 +199,10 @@ bool Scanner::OnVerdict(const Asked& asked, Verdict verdict) {
         return true;
       }
       OnGarbled(asked);
-      return false;
+      return IsKnown(asked.tongue, asked.address);
     case Verdict::What::garbled:
       OnGarbled(asked);
-      return false;
+      return IsKnown(asked.tongue, asked.address);
     case Verdict::What::other:
       CheckLate(previous_);
       return false;
@@ -276,7 +276,7 @@ void Scanner::OnGarbled(const Asked& asked) {
 
 void Scanner::Take(const Asked& asked, Sighting sighting, std::vector<std::string> remarks) {
   const Tongue& tongue = TongueAt(asked);
-  known_.emplace(std::string(tongue.protocol->name), asked.address);
+  if (!known_.emplace(std::string(tongue.protocol->name), asked.address).second) return;
   const bool known_as_two = std::ranges::find(remarks, kTwo) != remarks.end();
   const bool shared = known_as_two || IsShared(asked, sighting);
   if (!is_over()) AskName(asked, sighting);

@@ -4,6 +4,7 @@
 #include <sqlite3.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <limits>
 
 #include "gateway/state/file_health.h"
@@ -50,8 +51,15 @@ bool Database::Fail(int code) {
   if (error_.empty() || error_ == "not an error") error_ = sqlite3_errstr(code);
   std::ranges::replace(error_, '\n', ' ');  // what it quotes of the schema may have lines
   const int base = code & 0xFF;
-  if (base == SQLITE_FULL) error_ += "; make room on it";
-  if (base == SQLITE_IOERR) error_ += "; look at the disk (dmesg)";
+  const int system = handle_ ? sqlite3_system_errno(handle_.get()) : 0;
+  const bool full = system == ENOSPC || system == EDQUOT;
+  if (base == SQLITE_FULL || (base == SQLITE_IOERR && full)) {
+    error_ = "the disk is full; make room on it";
+  } else if (base == SQLITE_IOERR && system == EFBIG) {
+    error_ = "the file is as large as LimitFSIZE or 'ulimit -f' allows; raise it";
+  } else if (base == SQLITE_IOERR) {
+    error_ += "; look at the disk (dmesg)";
+  }
   damaged_ = base == SQLITE_CORRUPT || base == SQLITE_NOTADB;
   return false;
 }

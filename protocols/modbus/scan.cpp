@@ -106,9 +106,10 @@ ScanRule RuleOf(std::span<const config::SerialSettings> serials) {
           .last_address = kLastSlave,
           .modes = kModes,
           .questions = kCount,
-          .finds = 1U << kServer | 1U << kObjects | 1U << kLoopback | 1U << kHolding,
-          .quick_finds = 1U << kServer | 1U << kHolding,
-          // 03 00 is a write to a meter, and its frames have the same check value.
+          // 03 00 is a write to a meter, whose frames have the same check value: nobody is asked
+          // that has not answered as a Modbus slave.
+          .finds = 1U << kServer | 1U << kObjects | 1U << kLoopback | 1U << kInput,
+          .quick_finds = 1U << kServer | 1U << kInput,
           .never_at = kFraming == Framing::rtu ? "set4tm" : "",
           .usual = 80ms,
           .ask = AskSlave<kFraming>,

@@ -213,7 +213,12 @@ int Serve(config::Config config, std::optional<ReloadOptions> reload,
 }
 
 int RunDaemon(const std::string& file, const config::Catalog& catalog) {
-  BlockSignals();
+  // A file that is a pipe may keep this waiting for its writer: SIGTERM and SIGINT end it. A reload
+  // waits until there is something to reload.
+  sigset_t later;
+  sigemptyset(&later);
+  sigaddset(&later, SIGHUP);
+  pthread_sigmask(SIG_BLOCK, &later, nullptr);
   std::ostringstream problems;
   Choice choice = Choose(file, catalog, problems);
   log::Plain(problems.str());

@@ -2,6 +2,7 @@
 #include "gateway/cli/scan/ask.h"
 
 #include <algorithm>
+#include <cctype>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -34,10 +35,14 @@ int Fail(std::ostream& err, int code, const std::string& why) {
   return code;
 }
 
-/// Hex where it is nothing else; text begins as telegrams of its protocol do.
-Bytes WrittenOf(const std::string& telegram) {
+/// Hex where it is nothing else; text begins with a mark, as telegrams of all protocols in text do.
+Result<Bytes> WrittenOf(const std::string& telegram) {
   if (const auto bytes = ParseHex(telegram)) return *bytes;
-  return ToBytes(telegram);
+  const bool mark = !telegram.empty() && std::ispunct(static_cast<unsigned char>(telegram[0])) != 0;
+  if (mark) return ToBytes(telegram);
+  return Error{"'" + telegram +
+               "' is neither hex, two digits for each byte as in '01 03 00 00 00 01', nor a "
+               "telegram in text, as in '>1RV201:XX'"};
 }
 
 /// The protocol that the first character of a text shows.
@@ -81,7 +86,14 @@ int Show(const AskOptions& options, const Exchanged& exchange, const config::Cat
                               (exchange.received.empty() ? "" : "< " + exchange.received + "\n"));
   std::ostringstream decoded;
   std::ostringstream ignored;  // the bytes are shown all the same
-  RunDecode(how, catalog, captured, decoded, ignored);
+  if (RunDecode(how, catalog, captured, decoded, ignored) != kExitDone && !how.profile.empty()) {
+    // A profile of the gateway may be a file that is not here.
+    how.profile.clear();
+    captured.clear();
+    captured.seekg(0);
+    decoded.str({});
+    RunDecode(how, catalog, captured, decoded, ignored);
+  }
   if (options.json) {
     Json json = {{"sent", exchange.sent}, {"received", exchange.received}};
     const Json meaning = Json::parse(decoded.str(), nullptr, false);
@@ -119,11 +131,15 @@ int AskOnPort(const AskOptions& options, const config::Catalog& catalog, std::os
   if (protocol.telegram == nullptr) {
     return Fail(err, kExitUsage, "devices that speak " + name + " are not asked by hand");
   }
-  const auto telegram = protocol.telegram->complete(WrittenOf(options.telegram), its);
+  const auto bytes = WrittenOf(options.telegram);
+  if (!bytes) return Fail(err, kExitUsage, bytes.error());
+  const auto telegram = protocol.telegram->complete(*bytes, its);
   if (!telegram) return Fail(err, kExitUsage, telegram.error());
   if (!protocol.telegram->is_read(*telegram, its) && !options.write) {
     return Fail(err, kExitUsage,
-                "nothing proves that this telegram only reads: say --write if you mean it");
+                "nothing proves that this telegram only reads (" +
+                    Hex(*telegram, protocol.expect(*telegram, its)) +
+                    "): say --write if you mean it");
   }
   const StopSignals stop;
   config::SerialSettings serial = line->serial;
@@ -142,10 +158,12 @@ int AskOnPort(const AskOptions& options, const config::Catalog& catalog, std::os
 
 int AskGateway(const AskOptions& options, const config::Catalog& catalog, std::ostream& out,
                std::ostream& err) {
+  const auto bytes = WrittenOf(options.telegram);
+  if (!bytes) return Fail(err, kExitUsage, bytes.error());
   Json answer;
   const Json request = {{"command", "ask"},
                         {"target", options.target},
-                        {"telegram", ToHex(WrittenOf(options.telegram))},
+                        {"telegram", ToHex(*bytes)},
                         {"write", options.write}};
   if (const int code = Ask(options.socket, request, answer, err); code != 0) return code;
   Exchanged exchange;

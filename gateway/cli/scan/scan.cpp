@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/cli/scan/scan.h"
 
-#include <fcntl.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -15,6 +14,7 @@
 #include "gateway/cli/scan/line_loan.h"
 #include "gateway/cli/scan/port_wire.h"
 #include "gateway/cli/scan/scan_view.h"
+#include "gateway/state/whole_file.h"
 #include "transports/tcp_address.h"
 
 namespace baudgate {
@@ -43,6 +43,11 @@ Result<scan::Wish> WishOf(const ScanOptions& options, const config::Catalog& cat
     wish.tongues.push_back(scan::TongueOf(**protocol));
     return wish;
   }
+  if (catalog.protocols.empty()) {
+    return Error{
+        "no protocol is installed: the modules of the package are missing, or "
+        "$BAUDGATE_MODULES leads to another folder"};
+  }
   // Those come first whose frames others must not send.
   for (const bool first : {true, false}) {
     for (const auto& [name, protocol] : catalog.protocols) {
@@ -62,36 +67,22 @@ scan::ProfileNames NamesOf(const scan::Wish& wish, const config::Catalog& catalo
 }
 
 /// Before anything is sent: what was found should not be lost for a file that was there.
-bool MayWrite(const ScanOptions& options, const StopSignals& stop, bool& overwrite,
-              std::ostream& err) {
-  overwrite = options.force;
-  if (options.config.empty() || overwrite || access(options.config.c_str(), F_OK) != 0) return true;
-  overwrite = AskUser("baudgate: " + options.config + " exists. Write it anew?", stop, err);
-  if (!overwrite) {
-    err << "baudgate: " << options.config
-        << " exists; choose another file, or write it anew with --force\n";
+bool MayWrite(const ScanOptions& options, const StopSignals& stop, std::ostream& err) {
+  if (options.config.empty()) return true;
+  const auto folder = std::filesystem::absolute(options.config).parent_path();
+  if (access(folder.c_str(), W_OK | X_OK) != 0) {
+    err << "baudgate: cannot write to " << folder.string() << ": " << std::strerror(errno) << '\n';
+    return false;
   }
-  return overwrite;
-}
-
-Status WriteFile(const std::string& path, const std::string& text, bool overwrite) {
-  const int mode = O_WRONLY | O_CREAT | O_CLOEXEC | (overwrite ? O_TRUNC : O_EXCL);
-  const int file = ::open(path.c_str(), mode, 0644);
-  if (file < 0) return Error{"cannot write " + path + ": " + std::strerror(errno)};
-  std::size_t done = 0;
-  while (done < text.size()) {
-    const ssize_t count = ::write(file, text.data() + done, text.size() - done);
-    if (count < 0 && errno == EINTR) continue;
-    if (count <= 0) break;
-    done += static_cast<std::size_t>(count);
-  }
-  const bool whole = done == text.size();
-  if (::close(file) == 0 && whole) return {};
-  return Error{"cannot write " + path + ": " + std::strerror(errno)};
+  if (options.force || access(options.config.c_str(), F_OK) != 0) return true;
+  if (AskUser("baudgate: " + options.config + " exists. Overwrite it?", stop, err)) return true;
+  err << "baudgate: " << options.config
+      << " exists; choose another file, or overwrite it with --force\n";
+  return false;
 }
 
 int WriteConfig(const ScanOptions& options, const scan::Report& report, const std::string& port,
-                bool overwrite, const config::Catalog& catalog, std::ostream& err) {
+                const config::Catalog& catalog, std::ostream& err) {
   const std::string text =
       scan::Configuration(report, port,
                           "What 'baudgate scan " + options.target + "' has found, " +
@@ -100,8 +91,8 @@ int WriteConfig(const ScanOptions& options, const scan::Report& report, const st
   for (const config::Problem& problem : loaded.problems) {
     if (!problem.warning) err << problem.mark.ToString() << ": " << problem.message << '\n';
   }
-  if (const Status written = WriteFile(options.config, text, overwrite); !written) {
-    err << "baudgate: " << written.error() << '\n';
+  if (const int error = WriteWhole(options.config, text); error != 0) {
+    err << "baudgate: cannot write " << options.config << ": " << std::strerror(error) << '\n';
     return kExitCanNot;
   }
   err << "Wrote " << options.config << "; try it with 'baudgate run -c " << options.config << "'\n";
@@ -118,8 +109,7 @@ int RunScan(const ScanOptions& options, const config::Catalog& catalog, std::ost
     return kExitUsage;
   }
   const StopSignals stop;
-  bool overwrite = false;
-  if (!MayWrite(options, stop, overwrite, err)) return kExitCanNot;
+  if (!MayWrite(options, stop, err)) return kExitCanNot;
   std::unique_ptr<LineLoan> loan;
   if (!IsPort(options.target)) {
     int code = kExitDone;
@@ -157,7 +147,7 @@ int RunScan(const ScanOptions& options, const config::Catalog& catalog, std::ost
     err << "baudgate: " << options.config << " was not written: there is nothing to put into it\n";
     return kExitCanNot;
   }
-  const int written = WriteConfig(options, scanner.report(), port, overwrite, catalog, err);
+  const int written = WriteConfig(options, scanner.report(), port, catalog, err);
   return code == kExitDone ? written : code;
 }
 

@@ -108,7 +108,7 @@ void ScanView::Conclude(const scan::Report& report) {
   if (refused_ && report.found.empty()) return;
   if (!options_.json && report.found.empty()) {
     out_ << "No device has answered. Is the adapter the right one ('baudgate ports'), are A and B "
-            "exchanged, has the bus power?\n";
+            "swapped, is the bus powered?\n";
   }
   if (!options_.json && !report.found.empty()) {
     config::TextTable table(

@@ -272,5 +272,30 @@ TEST(ScanUnits, AreTheAddressesWhereTheyAreFree) {
   EXPECT_EQ(UnitFor(found, 600), 1U);
 }
 
+/// Its garbage in the first format leads to its own, in which it is found; the questions that were
+/// left find it no second time.
+TEST_F(Scan, ADeviceWhoseFormatIsFoundOutIsFoundOnce) {
+  for (const config::SerialSettings& format : {k8E1, k8O1, k8N1}) {
+    SCOPED_TRACE(format.ToString());
+    bench = Bench();
+    bench.bus.Add({"modbus_rtu", "generic-meter", "17", format});
+    Wish wish = WishFor("modbus_rtu");
+    wish.addresses = Addresses{17, 17};
+    Run(wish);
+    EXPECT_THAT(report.found, SizeIs(1));
+  }
+}
+
+/// Function 3 is a write to a meter: who has not answered as a slave is not asked that, also where
+/// nobody looked for meters.
+TEST_F(Scan, AMeterIsNeverAskedForHoldingRegisters) {
+  bench.bus.Add({"set4tm", "set-4tm.03m", "20", k8O1});
+  Wish wish = WishFor("modbus_rtu");
+  wish.addresses = Addresses{20, 20};
+  Run(wish);
+  EXPECT_FALSE(bench.sent.empty());
+  for (const auto& [frame, serial] : bench.sent) EXPECT_NE(frame[1], 3) << ToHex(frame);
+}
+
 }  // namespace
 }  // namespace baudgate::scan
