@@ -79,13 +79,31 @@ HistoryLog::~HistoryLog() {
 
 HistoryState HistoryLog::state() const {
   const MutexLock lock(mutex_);
-  return state_;
+  HistoryState state = state_;
+  state.unread = unread_;
+  return state;
 }
 
 Result<Page> HistoryLog::Read(const PageQuery& query) const {
   if (options_.folder.empty()) return Error{options_.why_no_folder};
   if (state().disk == Disk::opening) return Page{.next = query.after, .known = true};
-  return ReadPage(options_.folder, query);
+  auto page = ReadPage(options_.folder, query);
+  if (page) TellUnread(page->unread);
+  return page;
+}
+
+/// Once each: a file that is damaged while the gateway runs is seen by who reads it first.
+void HistoryLog::TellUnread(const std::vector<std::string>& unread) const {
+  constexpr std::size_t kMost = 16;
+  for (const std::string& text : unread) {
+    {
+      const MutexLock lock(mutex_);
+      const bool known = std::ranges::find(unread_, text) != unread_.end();
+      if (known || unread_.size() >= kMost) continue;
+      unread_.push_back(text);
+    }
+    options_.warn("history: " + text + "; its values are missing in answers");
+  }
 }
 
 Result<TrendPage> HistoryLog::ReadTrends(const TrendQuery& query) const {

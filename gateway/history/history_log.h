@@ -56,6 +56,7 @@ class HistoryLog final : public HistorySource {
   void WriteOn();
   void WriteOnce(bool last);
   void Show(Disk disk, const std::string& trouble) BAUDGATE_REQUIRES(mutex_);
+  void TellUnread(const std::vector<std::string>& unread) const;
 
   const Options options_;
   const std::size_t most_samples_;
@@ -67,6 +68,7 @@ class HistoryLog final : public HistorySource {
   std::condition_variable changed_;
   Batch queue_ BAUDGATE_GUARDED_BY(mutex_);
   HistoryState state_ BAUDGATE_GUARDED_BY(mutex_);
+  mutable std::vector<std::string> unread_ BAUDGATE_GUARDED_BY(mutex_);
   bool begin_anew_ BAUDGATE_GUARDED_BY(mutex_) = false;  // values are lost that were kept
   std::optional<Instant> writing_since_ BAUDGATE_GUARDED_BY(mutex_);
   bool stop_recording_ BAUDGATE_GUARDED_BY(mutex_) = false;

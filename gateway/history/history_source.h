@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "gateway/history/history_page.h"
 #include "gateway/history/recorder.h"
@@ -22,6 +23,7 @@ struct HistoryState {
   std::uint64_t limit = 0;
   WallTime oldest{};  ///< begin of the oldest day that is kept; the epoch: none is
   std::string folder;
+  std::vector<std::string> unread{};  ///< files that somebody could not read, or not whole, and why
 };
 
 class HistorySource {

@@ -17,6 +17,10 @@ Json AdviceOf(const history::HistoryState& state) {
     advice.push_back(state.trouble +
                      "; values wait, and are dropped when there is no room for more");
   }
+  for (const std::string& text : state.unread) {
+    advice.push_back(text + "; its values are missing in answers. A restart puts a damaged file " +
+                     "aside and begins a new one");
+  }
   if (state.counters.dropped > 0) {
     advice.push_back(Plural(state.counters.dropped, "value") +
                      " were dropped since the start, because the disk did not take them; the "

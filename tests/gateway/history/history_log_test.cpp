@@ -6,6 +6,7 @@
 #include <sqlite3.h>
 
 #include <condition_variable>
+#include <fstream>
 #include <mutex>
 
 #include "tests/gateway/audit/faulty_disk.h"
@@ -15,6 +16,8 @@ namespace baudgate::history {
 namespace {
 
 using audit::FaultyDisk;
+using ::testing::Contains;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 class HistoryLogTest : public FolderTest {
@@ -88,6 +91,24 @@ class HistoryLogTest : public FolderTest {
   std::mutex mutex_;
   std::vector<std::string> heard_;
 };
+
+TEST_F(HistoryLogTest, WhatCannotBeReadIsNotSilentlyMissing) {
+  const auto path = folder();
+  const auto log = Start(path);
+  Await([&] { return log->state().disk == Disk::fine; });
+  const Millis yesterday = FloorTo(ToMillis(ReadClocks().wall), kDay) - kDay;
+  const std::string damaged = DayFileName(yesterday);
+  std::ofstream(path / damaged) << std::string(8192, 'x');
+  for (int times = 0; times < 2; ++times) {
+    const auto page = log->Read({.point = "bay.f1.a"});
+    ASSERT_TRUE(page.ok());
+    EXPECT_THAT(page->unread, ElementsAre(damaged + ": file is not a database"));
+  }
+  EXPECT_EQ(log->state().unread.size(), 1U);
+  EXPECT_THAT(heard(), Contains("warn: history: " + damaged +
+                                ": file is not a database; its values are missing in answers"));
+  EXPECT_EQ(heard().size(), 1U) << "once";
+}
 
 TEST_F(HistoryLogTest, KeepsOverRestarts) {
   const auto path = folder();
