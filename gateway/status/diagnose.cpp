@@ -85,6 +85,7 @@ std::string Absence(const LineStatus& line, const DeviceRecord& record,
     return since + ", as no device of line '" + record.line->name + "' answers";
   }
   const Evidence evidence = Gather(line, record, all, now);
+  if (status.last_ok && evidence.failed == 0) return {};  // it is on its way back
   if (const std::string often = Outages(record, 2, now, started);
       status.last_ok && !often.empty()) {
     since += " (" + often + ")";
@@ -331,7 +332,10 @@ Sentences DiagnoseDevice(const LineStatus& line, const DeviceRecord& device,
     return {"cannot be reached: the ring of line '" + device.line->name +
             "' is open; this says nothing about the device"};
   }
-  if (IsAbsent(status)) return {Absence(line, device, all, now, started)};
+  if (IsAbsent(status)) {
+    const std::string absence = Absence(line, device, all, now, started);
+    return absence.empty() ? Sentences() : Sentences{absence};
+  }
 
   Sentences found;
   const auto add = [&found](Sentences more) {

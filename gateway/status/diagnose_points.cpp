@@ -41,6 +41,8 @@ Sentences DiagnosePoints(const DeviceRecord& record, Now now) {
     // What the reading itself said is the device's word; the rest is doubt or age.
     const bool in_doubt = quality == Quality::uncertain && quality == record.points[i].at_best;
     const bool said = quality == record.points[i].reported;
+    // What a reader has not read yet is not missing.
+    if (said && record.status.unasked && quality.reason == Reason::not_ready) continue;
     ++(said ? reported : in_doubt ? doubted : stale);
     if (said && quality.reason != Reason::none) ++reasons[quality.reason];
     if (said && quality.reason == Reason::none) {

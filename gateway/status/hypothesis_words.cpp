@@ -186,6 +186,11 @@ std::string SayText(const Evidence& evidence) {
 }
 
 std::string SayEcho(const Evidence& evidence) {
+  if (!OnWire(evidence)) {
+    return "only the request itself comes back: another service than a Modbus server is at this "
+           "port; check address and port (" +
+           evidence.line->port + ")";
+  }
   return "only the request itself comes back: the adapter echoes (set echo: strip at the line), "
          "and the device is silent: check its power, its wire and its address (" +
          evidence.first().device->address + ")";
@@ -243,6 +248,10 @@ std::string SaySilent(const Evidence& evidence) {
   }
   if (ComesAndGoes(evidence)) {
     return "it is away for some time and comes back: look for restarts, its power and a loose wire";
+  }
+  if (!OnWire(evidence)) {
+    return "single requests get no answer: the server or the network loses them, or it is asked "
+           "too fast (raise its poll)";
   }
   return "single requests get no answer: it misses them in noise, or is asked too fast (set "
          "timing: { quiet: 50ms } at the device, or raise its poll)";

@@ -24,6 +24,13 @@ TEST_F(DiagnoseTest, AnAbsentDeviceSaysSinceWhenWhyAndWhenItsReturnIsNoticed) {
                           "its wire and its address (2); feeder-1 answers on the same line"));
 }
 
+TEST_F(DiagnoseTest, ADeviceOnItsWayBackIsNotTalkedAbout) {
+  device().state = DeviceState::offline;
+  device().last_ok = kNow.instant - 300ms;
+  Ended(Outcome::ok, 2);
+  EXPECT_THAT(Say(), ::testing::IsEmpty());
+}
+
 TEST_F(DiagnoseTest, AfterAnOutageOfThePortADeviceIsNotBlamed) {
   device().state = DeviceState::offline;
   Ended(Outcome::line_down, 1, "the port is closed");

@@ -147,6 +147,15 @@ TEST_F(DiagnoseTest, PointsThatAreNotGood) {
                               "status bay-1.feeder-2'"));
 }
 
+TEST_F(DiagnoseTest, WhatAReaderHasNotReadYetIsNotMissing) {
+  device().unasked = true;
+  for (PointRecord& point : record_.points) {
+    point.read_at = kNow.instant;
+    point.reported = Quality(Quality::bad_sensor_failure, Reason::not_ready);
+  }
+  EXPECT_THAT(Say(), ::testing::Each(::testing::Not(::testing::HasSubstr("no good value"))));
+}
+
 TEST_F(DiagnoseTest, DoubtIsNotTheDevicesReport) {
   for (PointRecord& point : record_.points) {
     point.read_at = kNow.instant;

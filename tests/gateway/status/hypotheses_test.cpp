@@ -163,6 +163,12 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        "only the request itself comes back: the adapter echoes (set echo: strip at the line), and "
        "the device is silent: check its power, its wire and its address (2)",
        true},
+      {{{echo, 9}},
+       "only the request itself comes back: another service than a Modbus server is at this port; "
+       "check address and port (tcp://10.0.0.7:502)",
+       false,
+       false,
+       true},
       {{{other_protocol, 9, {.cause = "messages of Modbus RTU come back", .remedy = "set it"}}},
        "messages of Modbus RTU come back: set it"},
       {{{other_setting, 9, {.cause = "its replies carry no checksum", .remedy = "set it"}}},
