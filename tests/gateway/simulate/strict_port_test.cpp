@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
+#include <termios.h>
 #include <unistd.h>
 
 #include <asio/io_context.hpp>
@@ -48,6 +49,19 @@ TEST(PtySettings, SayWhatAReaderHasSetAsFarAsThePtyKeepsIt) {
     }
   }
   close(slave);
+}
+
+/// "Hang up", as any program may set it: zero characters a second would be a division by zero.
+TEST(PtySettings, AReaderThatHangsUpSetsNoRate) {
+  auto pty = Pty::Create();
+  ASSERT_TRUE(pty) << pty.error();
+  const auto device = Serial(19200, 8, Parity::none);
+  ASSERT_TRUE(SetPtyFormat(pty->master(), device));
+  termios mode{};
+  ASSERT_EQ(tcgetattr(pty->master(), &mode), 0);
+  cfsetospeed(&mode, B0);
+  ASSERT_EQ(tcsetattr(pty->master(), TCSANOW, &mode), 0);
+  EXPECT_EQ(ReadPtyFormat(pty->master(), device).baud, 19200);
 }
 
 class Bench : public ::testing::Test {
