@@ -224,7 +224,7 @@ struct IntegerRange {
 
 /// bool counts as 0…1; types that are no integers have only 0.
 IntegerRange RangeOf(Type type);
-/// Of its type; a time of day ends at midnight.
+/// The range of its type; a time of day ends at midnight.
 IntegerRange RangeOf(const Point& point);
 
 }  // namespace baudgate::config

@@ -1,4 +1,4 @@
-// `baudgate alarms` and `baudgate ack`: what somebody has to know of, and that somebody does.
+// `baudgate alarms` lists active and unacknowledged alarms, `baudgate ack` acknowledges them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
