@@ -19,6 +19,16 @@ const Protocol* Catalog::FindProtocol(const std::string& name) const {
   return found == protocols.end() ? nullptr : found->second;
 }
 
+Status Catalog::HasProtocols() const {
+  if (!protocols.empty()) return {};
+  std::string looked;
+  for (const auto& folder : module_dirs) looked += (looked.empty() ? "" : ", ") + folder.string();
+  return Error{"no protocol is installed; modules were looked for in " +
+               (looked.empty() ? "no folder" : looked) +
+               ": install the package again, or set $BAUDGATE_MODULES to the folder that holds "
+               "'protocols' and 'profiles'"};
+}
+
 Result<const Protocol*> Catalog::NeedProtocol(const std::string& name,
                                               const std::string& port) const {
   if (const Protocol* protocol = FindProtocol(name)) return protocol;

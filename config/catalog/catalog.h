@@ -32,6 +32,7 @@ bool IsProfilePath(const std::string& profile);
 
 struct Catalog {
   std::map<std::string, const Protocol*> protocols;  ///< by name; the pointers live for ever
+  std::vector<std::filesystem::path> module_dirs;    ///< where protocols were looked for
   std::vector<std::filesystem::path> profile_dirs;   ///< the first hit wins
 
   /// Null when no module of that name is installed.
@@ -52,6 +53,8 @@ struct Catalog {
   /// duplicates.
   std::vector<ProfileFile> Profiles(const std::string& protocol = {}) const;
   std::vector<std::string_view> ProtocolNames() const;
+  /// The error: no protocol is installed at all, and where it was looked for.
+  Status HasProtocols() const;
 };
 
 /// From now on no problem shows the value of an option that its protocol calls secret.

@@ -61,6 +61,7 @@ Modules LoadModules() {
   for (const fs::path& root : Roots(BAUDGATE_INSTALLED_MODULES)) {
     std::error_code error;
     std::vector<fs::path> files;
+    modules.catalog.module_dirs.push_back(root / "protocols");
     for (const auto& entry : fs::directory_iterator(root / "protocols", error)) {
       if (entry.path().extension() == ".so") files.push_back(entry.path());
     }

@@ -41,6 +41,10 @@ constexpr Meaning kForms[] = {
     {"float64", "float64 double lreal f64 float64bit"},
     {"bcd16", "bcd16 bcd"},
     {"bcd32", "bcd32"},
+    {"TIME", "time"},
+    {"DATE", "date"},
+    {"TOD", "tod timeofday"},
+    {"DT", "dt datetime dateandtime timestamp unixtime"},
 };
 
 constexpr Meaning kTables[] = {
@@ -104,11 +108,26 @@ std::optional<std::string> TableNamed(std::string_view text) { return Named(kTab
 std::optional<std::string> AccessNamed(std::string_view text) { return Named(kAccesses, text); }
 
 std::size_t RegistersOf(const std::string& form) {
-  if (form.starts_with("string(")) {
-    return (ParseInteger<std::size_t>(form.substr(7, form.size() - 8)).value_or(1) + 1) / 2;
-  }
-  if (form.ends_with("32")) return 2;
+  if (form.starts_with("string(")) return (LengthOf(form) + 1) / 2;
+  if (form.ends_with("32") || IsTimeForm(form)) return 2;
   return form.ends_with("64") ? 4 : 1;
+}
+
+std::size_t LengthOf(const std::string& form) {
+  return ParseInteger<std::size_t>(form.substr(7, form.size() - 8)).value_or(1);
+}
+
+bool IsTimeForm(std::string_view form) {
+  return form == "TIME" || form == "DATE" || form == "TOD" || form == "DT";
+}
+
+std::string InQuotes(std::string_view text) {
+  std::string quoted = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') quoted += '\\';
+    quoted += c == '\n' || c == '\t' ? ' ' : c;
+  }
+  return quoted + "\"";
 }
 
 }  // namespace baudgate

@@ -24,7 +24,7 @@ enum class ListColumn {
 /// "Data Type" → type. Case, blanks and marks do not count.
 std::optional<ListColumn> ColumnNamed(std::string_view header);
 
-/// "U16", "WORD", "unsigned int 16" → "uint16"; "STRING(16)" → "string(16)".
+/// "U16", "WORD", "unsigned int 16" → "uint16"; "STRING(16)" → "string(16)"; "Date" → "DATE".
 std::optional<std::string> FormNamed(std::string_view text);
 
 /// "Holding Register", "FC3", "4x" → "holding".
@@ -35,5 +35,12 @@ std::optional<std::string> AccessNamed(std::string_view text);
 
 /// How many registers a form takes; 1 of bits.
 std::size_t RegistersOf(const std::string& form);
+/// Characters of "string(16)".
+std::size_t LengthOf(const std::string& form);
+/// Two registers with a time or a date of IEC 61131-3.
+bool IsTimeForm(std::string_view form);
+
+/// As a text stands in YAML.
+std::string InQuotes(std::string_view text);
 
 }  // namespace baudgate

@@ -8,6 +8,7 @@
 #include "gateway/base/exit_code.h"
 #include "gateway/base/text.h"
 #include "gateway/cli/offline/check.h"
+#include "gateway/cli/offline/listed_words.h"
 #include "gateway/state/whole_file.h"
 
 namespace baudgate {
@@ -15,15 +16,6 @@ namespace {
 
 /// Whose profiles modbus_tcp and modbus_ascii use, too.
 constexpr const char* kProtocol = "modbus_rtu";
-
-std::string Quote(std::string_view text) {
-  std::string quoted = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') quoted += '\\';
-    quoted += c == '\n' || c == '\t' ? ' ' : c;
-  }
-  return quoted + "\"";
-}
 
 /// Spreadsheets write UTF-8, or the code page of Western Europe, of which Latin-1 is most.
 std::string AsUtf8(const std::string& text) {
@@ -59,15 +51,15 @@ class Places {
 std::string PointLine(const ListedPoint& point, std::size_t modbus) {
   std::string read = point.table + " " + std::to_string(point.address);
   if (point.form != "bool" && point.form != point.type) read += " " + point.form;
-  std::string line = "  - { name: " + point.name + ", read: " + Quote(read);
+  std::string line = "  - { name: " + point.name + ", read: " + InQuotes(read);
   line += ", type: " + point.type;
   if (point.scale != 1) line += ", scale: " + point.scale.ToText();
-  if (!point.unit.empty()) line += ", unit: " + Quote(point.unit);
+  if (!point.unit.empty()) line += ", unit: " + InQuotes(point.unit);
   if (point.access != "r") line += ", access: " + point.access;
   if (!point.group.empty()) line += ", group: " + point.group;
   line += ", modbus: " + std::to_string(modbus);
-  if (point.example) line += ", simulate: " + (*point.example / point.scale).ToText();
-  if (!point.description.empty()) line += ", description: " + Quote(point.description);
+  if (point.simulate) line += ", simulate: " + *point.simulate;
+  if (!point.description.empty()) line += ", description: " + InQuotes(point.description);
   return line + " }\n";
 }
 
@@ -77,7 +69,7 @@ std::string ProfileText(const RegisterList& list, const NewProfileOptions& optio
   std::string text = "# Points of " + file.filename().string() +
                      ". Addresses behind `read` are those on the wire: the first register is 0.\n"
                      "device: " +
-                     Quote(title) + "\npoints:\n";
+                     InQuotes(title) + "\npoints:\n";
   Places places;
   for (const ListedPoint& point : list.points) text += PointLine(point, places.Next(point));
   return text;
@@ -128,7 +120,7 @@ int RunNewProfile(const NewProfileOptions& options, const config::Catalog& catal
   if (!loaded.ok()) return kExitBadConfiguration;
   out << profile;
   const bool wide = std::ranges::any_of(list.points, [](const ListedPoint& point) {
-    return point.form.ends_with("32") || point.form.ends_with("64");
+    return RegistersOf(point.form) > 1 && !point.form.starts_with("string");
   });
   if (wide) {
     err << "note: values of several registers are read high word first; where the manual says "

@@ -142,6 +142,10 @@ void PrintProfile(const config::Profile& profile, ProfileFormat format, std::siz
 
 int RunProfiles(const std::string& name, ProfileFormat format, const config::Catalog& catalog,
                 std::ostream& out, std::ostream& err, std::size_t width) {
+  if (const Status any = catalog.HasProtocols(); !any) {
+    err << "baudgate: " << any.error() << '\n';
+    return kExitCanNot;
+  }
   const std::vector<ProfileFile> files = catalog.Profiles();
   if (name.empty()) return PrintList(files, format, width, catalog, out);
   const std::vector<ProfileFile> matching = Matching(files, name);

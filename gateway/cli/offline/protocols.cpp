@@ -125,6 +125,10 @@ void PrintList(const config::Catalog& catalog, std::ostream& out) {
 
 int RunProtocols(const std::string& name, bool json, const config::Catalog& catalog,
                  std::ostream& out, std::ostream& err) {
+  if (const Status any = catalog.HasProtocols(); !any) {
+    err << "baudgate: " << any.error() << '\n';
+    return kExitCanNot;
+  }
   const Protocol* one = name.empty() ? nullptr : catalog.FindProtocol(name);
   if (!name.empty() && !one) {
     const std::vector<std::string_view> installed = catalog.ProtocolNames();

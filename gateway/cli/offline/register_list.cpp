@@ -5,11 +5,12 @@
 #include <map>
 
 #include "config/checks/name_checks.h"
-#include "gateway/base/decimal_comma.h"
 #include "gateway/base/shown.h"
 #include "gateway/base/spelling.h"
 #include "gateway/base/text.h"
 #include "gateway/cli/offline/csv_table.h"
+#include "gateway/cli/offline/listed_example.h"
+#include "gateway/cli/offline/listed_places.h"
 #include "gateway/cli/offline/listed_words.h"
 
 namespace baudgate {
@@ -29,17 +30,12 @@ std::optional<std::uint32_t> Number(std::string_view text) {
   return hex ? ParseInteger<std::uint32_t>(text.substr(2), 16) : ParseInteger<std::uint32_t>(text);
 }
 
-std::optional<Decimal> DecimalOf(const std::string& text) {
-  const std::string with_point = WithDecimalPoint(text);
-  return Decimal::Parse(with_point.empty() ? text : with_point);
-}
-
-/// "0.1", "0,1", "/10", "1/10".
+/// "0.1", "0,1", "1E-05", "/10", "1/10".
 std::optional<Decimal> ScaleOf(const std::string& text) {
   const auto slash = text.find('/');
-  if (slash == std::string::npos) return DecimalOf(text);
-  const auto above = slash == 0 ? Decimal(1) : DecimalOf(text.substr(0, slash));
-  const auto below = DecimalOf(text.substr(slash + 1));
+  if (slash == std::string::npos) return ListedNumber(text);
+  const auto above = slash == 0 ? Decimal(1) : ListedNumber(text.substr(0, slash));
+  const auto below = ListedNumber(text.substr(slash + 1));
   if (!above || !below || *below == 0) return std::nullopt;
   return *above / *below;
 }
@@ -92,14 +88,19 @@ class ListReader {
       list_.errors.push_back(file_ + " is empty");
       return std::move(list_);
     }
+    separator_ = csv.separator;
     ReadHeader(csv.rows.front());
     if (!list_.errors.empty()) return std::move(list_);
-    for (std::size_t i = 1; i < csv.rows.size(); ++i) ReadRow(csv.rows[i]);
+    for (std::size_t i = 1; i < csv.rows.size(); ++i) {
+      if (HasItsColumns(csv.rows[i])) ReadRow(csv.rows[i]);
+    }
     if (csv.rows.size() == 1) Error(csv.rows.front().line, "no row follows the header");
     if (lowest_) {
       list_.numbers = std::to_string(*lowest_);
       if (highest_ != *lowest_) list_.numbers += "…" + std::to_string(highest_);
+      CheckCounting();
     }
+    if (first_ || list_.numbers.empty()) CheckPlaces(file_, list_);
     return std::move(list_);
   }
 
@@ -109,6 +110,7 @@ class ListReader {
   }
 
   void ReadHeader(const CsvRow& row) {
+    width_ = row.cells.size();
     for (std::size_t i = 0; i < row.cells.size(); ++i) {
       const auto column = ColumnNamed(row.cells[i]);
       if (column && !columns_.emplace(*column, i).second) {
@@ -133,6 +135,40 @@ class ListReader {
     const auto found = columns_.find(column);
     const bool there = found != columns_.end() && found->second < row.cells.size();
     return there ? row.cells[found->second] : std::string();
+  }
+
+  /// A separator that is meant as part of a cell makes more of them.
+  bool HasItsColumns(const CsvRow& row) {
+    const bool more =
+        row.cells.size() > width_ &&
+        std::ranges::any_of(row.cells.begin() + static_cast<std::ptrdiff_t>(width_),
+                            row.cells.end(), [](auto& cell) { return !cell.empty(); });
+    if (!more) return true;
+    Error(row.line, "there are " + std::to_string(row.cells.size()) + " cells, and " +
+                        std::to_string(width_) + " columns; " + HintOfSeparator());
+    return false;
+  }
+
+  std::string HintOfSeparator() const {
+    if (separator_ == ',') {
+      return "where a number has a decimal comma, write it in quotes, \"0,1\", or separate the "
+             "cells by semicolons";
+    }
+    return "write a cell that holds a separator in quotes";
+  }
+
+  /// The numbers look like those of another counting.
+  void CheckCounting() {
+    if (!first_ || *first_ == FirstRegister::modicon) return;
+    const auto within = [&](std::uint32_t from, std::uint32_t to) {
+      return *lowest_ >= from && highest_ <= to;
+    };
+    if (!within(30'001, 39'999) && !within(40'001, 49'999)) return;
+    const std::uint32_t base = *first_ == FirstRegister::one ? 1 : 0;
+    list_.warnings.push_back(
+        file_ + ": register " + std::to_string(*lowest_) + " is taken for address " +
+        std::to_string(*lowest_ - base) +
+        " on the wire; where 40001 is the first holding register, say --first-register 40001");
   }
 
   void ReadRow(const CsvRow& row) {
@@ -176,7 +212,8 @@ class ListReader {
                 ? std::string("no type; write for example uint16")
                 : "type " + Quoted(given) +
                       " is unknown; write bool, int8, uint8, int16, uint16, int32, uint32, "
-                      "int64, uint64, float32, float64, bcd16, bcd32 or string(n)");
+                      "int64, uint64, float32, float64, bcd16, bcd32, string(n), TIME, DATE, TOD "
+                      "or DT");
       return;
     }
     point.form = *form;
@@ -238,7 +275,9 @@ class ListReader {
       const bool modicon = first_ == FirstRegister::modicon;
       return Error(row.line, "register " + Quoted(given) + " is none" +
                                  (modicon ? " where 40001 is the first holding register; write "
-                                            "30001 to 39999 or 40001 to 49999"
+                                            "40001 to 49999 or, in six digits, 400001 to 465536; "
+                                            "input registers begin at 30001 or 300001, discrete "
+                                            "inputs at 10001 or 100001, coils at 1"
                                           : "; write a number, or for example 'input 3'"));
     }
     if (!place->table.empty() && !column.empty() && place->table != column) {
@@ -272,12 +311,14 @@ class ListReader {
       const auto scale = ScaleOf(given);
       if (!scale || *scale == 0) {
         return Error(row.line, "scale " + Quoted(given) +
-                                   " is no number; write what the raw value is multiplied by, for "
-                                   "example 0.1 or 1/10");
+                                   " is no number above or below 0; write what the raw value is "
+                                   "multiplied by, for example 0.1 or 1/10" +
+                                   (separator_ == ',' ? "; " + HintOfSeparator() : ""));
       }
       point.scale = *scale;
     }
-    const bool number = point.form != "bool" && !point.form.starts_with("string");
+    const bool number =
+        point.form != "bool" && !point.form.starts_with("string") && !IsTimeForm(point.form);
     if (point.scale != 1 && !number) {
       return Error(row.line, "scale: only numbers have one, and the type is " + point.form);
     }
@@ -287,7 +328,8 @@ class ListReader {
 
   /// Decimals need a float that holds all digits of the raw number.
   static std::string TypeOf(const std::string& form, const Decimal& scale) {
-    if (form.starts_with("float") || form.starts_with("string") || form == "bool") return form;
+    const bool kept = form.starts_with("float") || form.starts_with("string") || form == "bool";
+    if (kept || IsTimeForm(form)) return form;
     const std::size_t registers = RegistersOf(form);
     if (!scale.is_whole()) return registers == 1 ? "float32" : "float64";
     if (scale != 1) return "int64";
@@ -308,9 +350,11 @@ class ListReader {
     if (written && (point.table == "input" || point.table == "discrete")) {
       Error(row.line, "access: nothing can be written to table " + point.table + "; write r");
     }
-    if (const std::string given = Cell(row, ListColumn::example); !given.empty()) {
-      point.example = DecimalOf(given);
-      if (!point.example) Error(row.line, "example " + Quoted(given) + " is no number");
+    if (const std::string given = Cell(row, ListColumn::example);
+        !given.empty() && !point.form.empty()) {
+      const auto simulate = ListedExample(given, point.form, point.scale);
+      if (!simulate) return Error(row.line, "example " + Quoted(given) + " " + simulate.error());
+      point.simulate = *simulate;
     }
   }
 
@@ -321,6 +365,8 @@ class ListReader {
   std::map<std::string, int> names_;
   std::optional<std::uint32_t> lowest_;
   std::uint32_t highest_ = 0;
+  char separator_ = ',';
+  std::size_t width_ = 0;  // columns of the header
   RegisterList list_;
 };
 

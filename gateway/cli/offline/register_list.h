@@ -29,10 +29,10 @@ struct ListedPoint {
   Decimal scale = 1;
   std::string unit;
   std::string access = "r";
-  std::string group;               ///< empty: not given
-  std::string description;         ///< the name as the list has it, where that is no point name
-  std::optional<Decimal> example;  ///< a usual value, for the device's twin
-  std::size_t registers = 1;       ///< that the value takes in the gateway
+  std::string group;        ///< empty: not given
+  std::string description;  ///< the name as the list has it, where that is no point name
+  std::optional<std::string> simulate;  ///< of the example: what the twin shows, as YAML has it
+  std::size_t registers = 1;            ///< that the value takes in the gateway
 };
 
 struct RegisterList {

@@ -203,6 +203,22 @@ TEST(Map, Json) {
 
 TEST(Map, BadConfigurationIsExitCode3) { EXPECT_EQ(Map("lines: 1\n", MapFormat::table).code, 3); }
 
+TEST(Protocols, WhereNoneIsInstalledTheFoldersAreNamed) {
+  config::Catalog nothing;
+  nothing.module_dirs = {"/opt/baudgate/protocols"};
+  const Ran runs[] = {
+      Capture([&](auto& out, auto& err) { return RunProtocols("", false, nothing, out, err); }),
+      Capture([&](auto& out, auto& err) {
+        return RunProfiles("", ProfileFormat::table, nothing, out, err, 0);
+      })};
+  for (const Ran& ran : runs) {
+    EXPECT_EQ(ran.code, 4);
+    EXPECT_THAT(ran.err, ::testing::AllOf(HasSubstr("no protocol is installed"),
+                                          HasSubstr("/opt/baudgate/protocols"),
+                                          HasSubstr("$BAUDGATE_MODULES")));
+  }
+}
+
 TEST(Protocols, ListAndOne) {
   const auto run = [](const std::string& name, bool json) {
     return Capture(

@@ -5,12 +5,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
+
 #include "gateway/cli/offline/csv_table.h"
 #include "gateway/cli/offline/listed_words.h"
 
 namespace baudgate::testing {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -59,7 +62,9 @@ TEST(RegisterList, TheFirstRegisterDecides) {
   EXPECT_EQ(Row("a,input 12,REAL", FirstRegister::one), "input 12 float32 float32");
   EXPECT_EQ(Row("a,7,WORD,FC4", FirstRegister::zero, "name,register,type,function"),
             "input 7 uint16 uint16");
-  for (const char* wrong : {"40000", "50001", "20001", "0"}) {
+  EXPECT_EQ(Row("a,400001,WORD", FirstRegister::modicon), "holding 0 uint16 uint16");
+  EXPECT_THAT(Row("a,465537,WORD", FirstRegister::modicon), HasSubstr("400001 to 465536"));
+  for (const char* wrong : {"40000", "50001", "20001", "0", "465537"}) {
     EXPECT_THAT(Row(std::string("a,") + wrong + ",WORD", FirstRegister::modicon),
                 HasSubstr("l.csv:2: register '" + std::string(wrong) + "' is none"));
   }
@@ -102,6 +107,83 @@ TEST(RegisterList, ScalesAndWideNumbersKeepTheirDigits) {
   EXPECT_THAT(type("a,0,INT,0"), HasSubstr("scale '0' is no number"));
   EXPECT_THAT(type("a,0,INT,x10"), HasSubstr("for example 0.1 or 1/10"));
   EXPECT_THAT(type("a,0,STRING(8),2"), HasSubstr("only numbers"));
+}
+
+TEST(RegisterList, NumbersThatLookLikeAnotherCountingAreDoubted) {
+  const auto warning = [](const std::string& number, FirstRegister first) {
+    const RegisterList list = Read("name,register,type\na," + number + ",WORD\n", first);
+    return list.warnings.empty() ? std::string() : list.warnings.front();
+  };
+  EXPECT_THAT(warning("40001", FirstRegister::one),
+              AllOf(HasSubstr("taken for address 40000"), HasSubstr("--first-register 40001")));
+  EXPECT_THAT(warning("30005", FirstRegister::zero), HasSubstr("taken for address 30005"));
+  EXPECT_EQ(warning("40001", FirstRegister::modicon), "");
+  EXPECT_EQ(warning("40000", FirstRegister::zero), "") << "as SunSpec counts";
+}
+
+TEST(RegisterList, PointsShareNoRegisterUnseen) {
+  const RegisterList list = Read(
+      "name,register,type,table\n"
+      "a,10,UDINT,\n"
+      "b,11,INT,\n"
+      "c,12,INT,\n"
+      "d,12,UINT,\n"
+      "e,11,INT,input\n"
+      "f,20,STRING(8),\n"
+      "g,23,INT,\n",
+      FirstRegister::zero);
+  EXPECT_THAT(list.errors,
+              ElementsAre(AllOf(HasSubstr("l.csv:3: 'b' (holding 11) overlaps 'a' in line 2"),
+                                HasSubstr("(holding 10…11)")),
+                          HasSubstr("l.csv:8: 'g' (holding 23) overlaps 'f'")));
+  EXPECT_THAT(list.warnings, ElementsAre(HasSubstr("'d' (holding 12) reads the same as 'c'")));
+  EXPECT_THAT(Read("name,register,type\na,1,DINT\nb,1,INT\n").errors, IsEmpty())
+      << "it is not known yet where they are";
+}
+
+TEST(RegisterList, ADecimalCommaAmongCommasIsNamed) {
+  const RegisterList list = Read(
+      "name,register,type,scale,unit\n"
+      "a,1,INT,0,1,V\n"
+      "b,2,INT,\"0,1\",V\n"
+      "c,3,INT,0,1\n",
+      FirstRegister::one);
+  EXPECT_THAT(list.errors,
+              ElementsAre(AllOf(HasSubstr("l.csv:2: there are 6 cells, and 5 columns"),
+                                HasSubstr("in quotes, \"0,1\"")),
+                          AllOf(HasSubstr("l.csv:4: scale '0'"), HasSubstr("in quotes, \"0,1\""))));
+  EXPECT_THAT(Read("name,register,type\na,1,INT,,\n", FirstRegister::one).errors, IsEmpty());
+}
+
+TEST(RegisterList, ExamplesAreOfTheirType) {
+  const auto shown = [](const std::string& type, const std::string& example,
+                        const std::string& scale = "1") {
+    const RegisterList list =
+        Read("name;register;type;scale;example\na;1;" + type + ";" + scale + ";" + example + "\n",
+             FirstRegister::one);
+    if (!list.errors.empty()) return list.errors.front();
+    return list.points.at(0).type + " " + list.points.at(0).simulate.value_or("-");
+  };
+  for (const auto& [type, example, scale, simulate] : {
+           std::array<const char*, 4>{"UINT", "230,4", "0,1", "float32 2304"},
+           {"UINT", "", "1", "uint16 -"},
+           {"UINT", "0.5", "1E-05", "float32 50000"},
+           {"REAL", "1,5e3", "1", "float32 1500"},
+           {"STRING(8)", "Acme \"1\"", "1", "string(8) \"Acme \\\"1\\\"\""},
+           {"DATE", "1970-01-02", "1", "DATE 86400"},
+           {"DT", "1970-01-01 00:01:00", "1", "DT 60"},
+           {"TOD", "00:00:01", "1", "TOD 1000"},
+           {"TIME", "2s", "1", "TIME 2000"},
+           {"TIME", "7", "1", "TIME 7"},
+       }) {
+    EXPECT_EQ(shown(type, example, scale), simulate) << type << " " << example;
+  }
+  EXPECT_THAT(shown("UINT", "70000"), HasSubstr("uint16 holds 0 to 65535"));
+  EXPECT_THAT(shown("INT", "-4000", "0,1"), HasSubstr("is -40000 in the device"));
+  EXPECT_THAT(shown("STRING(4)", "Acme1"), HasSubstr("is longer than string(4)"));
+  EXPECT_THAT(shown("DATE", "27.11.2026"), HasSubstr("2026-11-27"));
+  EXPECT_THAT(shown("UINT", "high"), HasSubstr("is none of type uint16; write for example 230.4"));
+  EXPECT_THAT(shown("DATE", "5", "2"), HasSubstr("only numbers"));
 }
 
 TEST(RegisterList, EveryErrorIsToldAtOnceWithItsLine) {
