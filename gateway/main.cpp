@@ -1,9 +1,12 @@
 // The binary: parses the words, loads the protocol modules, and does what the subcommand says.
 // SPDX-License-Identifier: Apache-2.0
+#include <iostream>
+
 #include "gateway/base/exit_code.h"
 #include "gateway/base/log.h"
 #include "gateway/base/version.h"
 #include "gateway/cli/commands.h"
+#include "gateway/cli/mistakes.h"
 #include "gateway/cli/terminal/output.h"
 #include "gateway/daemon/modules.h"
 #include "gateway/process_start.h"
@@ -19,10 +22,16 @@ int main(int argc, char** argv) {
   Action action;
   AddCommands(app, action);
   if (argc > 1 && IsUnknownSubcommand(app, argv[1])) return kExitUsage;
+  if (const auto mistake = UnquotedSerial({argv, static_cast<std::size_t>(argc)})) {
+    std::cerr << "baudgate: " << *mistake << '\n';
+    return kExitUsage;
+  }
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? AfterOutput(0) : kExitUsage;
+    if (app.exit(error) == 0) return AfterOutput(0);
+    TellMeant(app, std::cerr);
+    return kExitUsage;
   }
   log::Begin(log::Level::info);
   const Modules modules = LoadModules();

@@ -63,7 +63,9 @@ void AddAsk(CLI::App& app, Action& action) {
         options->set.push_back("checksum=" + kind);
       },
       "Of a port: DCON true or false, SET-4TM crc or ks");
-  command->add_option("--set", options->set, "Of a port: device option, key=value")->take_all();
+  command->add_option("--set", options->set, "Of a port: device option, key=value")
+      ->take_all()
+      ->allow_extra_args(false);
   command->add_option("--profile", options->profile, "Device profile, for names and units");
   command->add_flag("--rs485", options->rs485, "Of a port: its driver switches the direction");
   command->add_flag("--write", options->write, "It may write");

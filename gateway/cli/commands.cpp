@@ -67,7 +67,8 @@ void AddCerts(CLI::App& app, Action& action) {
   auto options = std::make_shared<CertsOptions>();
   command->add_option("DIR", options->directory, "Folder; it is made if it is missing")->required();
   command->add_option("--gateway", options->gateways, "Name of a gateway; may be repeated")
-      ->take_all();
+      ->take_all()
+      ->allow_extra_args(false);
   command->add_option("--subscribers", options->subscribers, "How many subscribers")
       ->check(CLI::Range(0, 100));
   command->add_option("--writers", options->writers, "How many subscribers that may write, too")
@@ -141,7 +142,9 @@ void AddDecode(CLI::App& app, Action& action) {
   auto file = std::make_shared<std::string>();
   command->add_option("--protocol", options->protocol, "Protocol, if no head of a trace names it");
   command->add_option("--profile", options->profile, "Device profile, for names and units");
-  command->add_option("--set", options->set, "Device option, key=value")->take_all();
+  command->add_option("--set", options->set, "Device option, key=value")
+      ->take_all()
+      ->allow_extra_args(false);
   command->add_option("--device", options->device, "Only this device of a trace");
   auto json = std::make_shared<bool>(false);
   command->add_flag("--json", *json, "Print one JSON object a line, also in a terminal");

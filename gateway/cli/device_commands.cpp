@@ -36,7 +36,9 @@ void AddSimulate(CLI::App& app, Action& action) {
   profile->needs(address)->needs(pty);
   address->needs(profile);
   pty->needs(profile);
-  auto* set = command->add_option("--set", options->set, "Device option, key=value")->take_all();
+  auto* set = command->add_option("--set", options->set, "Device option, key=value")
+                  ->take_all()
+                  ->allow_extra_args(false);
   auto* file = command->add_option("-c,--config", all->file,
                                    "All devices of this configuration, a pty or TCP port a line");
   for (auto* one : {profile, protocol, address, pty, baud, set}) file->excludes(one);
@@ -57,7 +59,8 @@ void AddSimulate(CLI::App& app, Action& action) {
             }
           },
           "Misbehave: KIND[:key=value,...], for example loss:rate=0.1; may be repeated")
-      ->take_all();
+      ->take_all()
+      ->allow_extra_args(false);
   command->add_option_function<std::string>(
       "--events",
       [options](const std::string& text) {
@@ -159,6 +162,7 @@ void AddRead(CLI::App& app, Action& action) {
       ->needs(port);
   command->add_option("--option", direct->options, "Device option, key=value")
       ->take_all()
+      ->allow_extra_args(false)
       ->needs(port);
   command->callback([=, &action] {
     if (port->empty() && target->empty()) {
@@ -188,7 +192,8 @@ void AddBridge(CLI::App& app, Action& action) {
   command
       ->add_option("--allow", options->allow,
                    "Who may come, for example 10.0.0.0/24; needed beyond loopback; may be repeated")
-      ->take_all();
+      ->take_all()
+      ->allow_extra_args(false);
   command->add_flag("--read-only", options->read_only, "Refuse every function that writes");
   command->callback([options, &action] {
     action = [=](const auto& catalog) { return RunBridge(*options, catalog, std::cerr); };

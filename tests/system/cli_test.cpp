@@ -61,6 +61,28 @@ TEST_F(Cli, WrongWordsAreWrongUsage) {
   EXPECT_THAT(Command({"--version"}).output, StartsWith("baudgate "));
 }
 
+TEST_F(Cli, WhatWasMeantIsSaid) {
+  const struct {
+    std::vector<std::string> words;
+    const char* says;
+  } kMeant[] = {
+      {{"scan", "/dev/x", "--protocl", "dcon"}, "baudgate scan: did you mean --protocol?"},
+      {{"scan", "/dev/x", "--adresses=1-2"}, "did you mean --addresses?"},
+      {{"--versoin"}, "did you mean --version?"},
+      {{"certs", "dsd", "x"}, "baudgate certs: did you mean dds?"},
+      {{"run", "first.yaml"}, "give the file with -c: baudgate run -c first.yaml"},
+      {{"read", "--port", "/dev/x", "--serial", "19200", "8N1"}, "--serial \"19200 8N1\""},
+      {{"simulate", "--baud", "9600", "7e1"}, "--baud \"9600 7e1\""},
+      {{"ask", "127.0.0.1:4001", "00"}, "tcp://127.0.0.1:4001"},
+      {{"bridge", "/dev/x", "--listen", "15364"}, "write 127.0.0.1:15364"},
+  };
+  for (const auto& [words, says] : kMeant) {
+    const Finished wrong = Command(words);
+    EXPECT_EQ(wrong.code, kUsage) << ::testing::PrintToString(words);
+    EXPECT_THAT(wrong.errors, HasSubstr(says)) << ::testing::PrintToString(words);
+  }
+}
+
 TEST_F(Cli, OutputThatIsLostIsAFailure) {
   for (const std::string words : {"protocols", "profiles", "--version", "demo --help"}) {
     const Finished full = RunToEnd({"/bin/sh", "-c", BAUDGATE_BINARY " " + words + " >/dev/full"},

@@ -11,7 +11,8 @@ namespace baudgate {
 struct ReadOptions {
   std::string target;  ///< "LINE.DEVICE" or "LINE.DEVICE.POINT"
   bool json = false;
-  std::string socket;  ///< empty: the gateway in the default places
+  std::string socket;    ///< empty: the gateway in the default places
+  bool passing = false;  ///< the gateway ends with this answer: whoever asked says what is wrong
 };
 
 struct WriteOptions {

@@ -3,8 +3,10 @@
 
 #include "config/model/network.h"
 #include "gateway/base/exit_code.h"
+#include "gateway/base/text.h"
 #include "gateway/cli/direct/port_config.h"
 #include "gateway/cli/live/run.h"
+#include "gateway/cli/live/scratch_directory.h"
 
 namespace baudgate {
 namespace {
@@ -13,6 +15,10 @@ constexpr std::uint16_t kUsualPort = 1502;
 
 /// "0.0.0.0:1502" of "0.0.0.0".
 Result<config::HostPort> Place(const std::string& listen) {
+  if (ParseInteger<std::uint16_t>(listen)) {
+    return Error{"--listen: " + listen + " is a port without an address; write 127.0.0.1:" +
+                 listen + " for this machine alone, or 0.0.0.0:" + listen + " with --allow"};
+  }
   const auto place = config::ParseServer(listen, kUsualPort);
   if (!place) return Error{"--listen: " + place.error()};
   if (!config::IsIpAddress(place->host)) {
@@ -25,7 +31,8 @@ bool IsLocal(const config::HostPort& place) {
   return config::IsLoopback(config::ReachOf(place.host));
 }
 
-std::string Yaml(const BridgeOptions& options, const config::HostPort& place) {
+std::string Yaml(const BridgeOptions& options, const config::HostPort& place,
+                 const ScratchDirectory& scratch) {
   std::string serial;
   for (const std::string& word : options.serial) serial += (serial.empty() ? "" : " ") + word;
   std::string allow;
@@ -35,7 +42,8 @@ std::string Yaml(const BridgeOptions& options, const config::HostPort& place) {
   const bool bracketed = place.host.find(':') != std::string::npos;
   const std::string at =
       (bracketed ? "[" + place.host + "]" : place.host) + ":" + std::to_string(place.port);
-  std::string yaml = "gateway: { name: bridge-" + NameOfPort(options.port) + " }\n";
+  std::string yaml = "gateway:\n  name: bridge-" + NameOfPort(options.port) + "\n";
+  yaml += "  state: " + YamlText((scratch.path() / "state").string()) + "\n";
   yaml += "modbus:\n  listen:\n    - at: " + YamlText(at) + "\n";
   if (!allow.empty()) yaml += "      allow: [" + allow + "]\n";
   if (options.read_only) yaml += "      permit: read\n";
@@ -61,7 +69,12 @@ int RunBridge(const BridgeOptions& options, const config::Catalog& catalog, std:
            "for example --allow 10.0.0.0/24\n";
     return kExitUsage;
   }
-  auto config = PortConfig(Yaml(options, *place), catalog);
+  const ScratchDirectory scratch("bridge");
+  if (scratch.path().empty()) {
+    err << "baudgate: no temporary directory can be made\n";
+    return kExitCanNot;
+  }
+  auto config = PortConfig(Yaml(options, *place, scratch), catalog);
   if (!config) {
     err << "baudgate: " << config.error() << '\n';
     return kExitBadConfiguration;

@@ -7,6 +7,7 @@
 
 #include "gateway/base/exit_code.h"
 #include "gateway/base/log.h"
+#include "gateway/base/text.h"
 #include "gateway/cli/client/control_client.h"
 #include "gateway/cli/client/points.h"
 #include "gateway/cli/direct/port_config.h"
@@ -89,8 +90,44 @@ Status AwaitPort(const PointStore& store) {
   return Error{"it did not open within " + FormatDuration(kPatience)};
 }
 
-/// What the gateway makes of what it has heard so far.
-void ExplainSilence(const std::string& socket, std::ostream& err) {
+/// What went over the line.
+struct Heard {
+  int requests = 0;
+  std::string request{};  ///< the last one, in hex
+  bool anything = false;  ///< bytes came back
+};
+Heard WhatWasHeard(const std::string& socket, std::ostream& err) {
+  Heard heard;
+  ControlClient::Json recorded;
+  if (Ask(socket, {{"command", "recorded"}, {"target", kLine}}, recorded, err) != kExitDone) {
+    return heard;
+  }
+  for (const auto& record : recorded.value("records", ControlClient::Json::array())) {
+    const std::string text = record.get<std::string>();
+    heard.anything = heard.anything || text.find(" < ") != std::string::npos;
+    const auto sent = text.find(" > ");
+    if (sent == std::string::npos) continue;
+    ++heard.requests;
+    const auto from = sent + 3;
+    heard.request = Trim(text.substr(from, text.find('|', from) - from));
+  }
+  return heard;
+}
+
+/// What was sent where nothing came back; else what the gateway makes of it.
+void ExplainFailure(const ReadPortOptions& options, const std::string& serial,
+                    const std::string& socket, std::ostream& err) {
+  const Heard heard = WhatWasHeard(socket, err);
+  err << "baudgate: " << options.port << ": ";
+  if (heard.requests > 0 && !heard.anything) {
+    err << heard.request << " was sent " << heard.requests << " times"
+        << (serial.empty() ? "" : " at " + serial)
+        << ", and nothing came back: check power, the two wires of the bus, address "
+        << options.address << " and the settings; 'baudgate scan " << options.port
+        << "' tries other ones\n";
+    return;
+  }
+  err << "not all was read\n";
   ControlClient::Json status;
   if (Ask(socket, {{"command", "status"}}, status, err) != kExitDone) return;
   for (const auto& line : status.value("lines", ControlClient::Json::array())) {
@@ -120,6 +157,8 @@ int RunReadPort(const ReadPortOptions& options, const config::Catalog& catalog, 
   auto config = PortConfig(*yaml, catalog);
   if (!config) return Fail(config.error(), kExitBadConfiguration, err);
   const std::string socket = config->socket;
+  const config::Line& line = config->lines.front();
+  const std::string serial = line.is_network() ? std::string() : line.serial.ToString();
   Daemon daemon(std::move(*config), catalog);
   if (const Status started = daemon.Start(); !started) {
     return Fail(started.error(), kExitCanNot, err);
@@ -129,8 +168,9 @@ int RunReadPort(const ReadPortOptions& options, const config::Catalog& catalog, 
   if (open) {
     std::string target = std::string(kLine) + "." + kDevice;
     if (!options.point.empty()) target += "." + options.point;
-    code = RunRead({.target = target, .json = options.json, .socket = socket}, out, err);
-    if (code == kNotDone && !options.json) ExplainSilence(socket, err);
+    code = RunRead({.target = target, .json = options.json, .socket = socket, .passing = true}, out,
+                   err);
+    if (code == kNotDone) ExplainFailure(options, serial, socket, err);
   } else {
     err << "baudgate: " << options.port << ": " << open.error()
         << "; 'baudgate ports' says what there is, and who holds it\n";
