@@ -33,6 +33,7 @@ Error NoSuchLine(const config::Config& config, std::string_view name) {
     }
   }
   const auto names = NamesOf(config.lines);
+  if (name.empty()) return {"name a line; lines: " + Join(names)};
   return {"there is no line " + Quoted(name) + ";" + DidYouMean(name, names) +
           " lines: " + Join(names)};
 }

@@ -29,6 +29,7 @@ void AddCounters(const modbus::RouteCounters& counters, Json& json) {
   json["requests"] = counters.requests;
   json["ok"] = counters.ok;
   json["refused"] = counters.refused;
+  json["denied"] = counters.denied;
   json["no_reply"] = counters.no_reply;
   json["expired"] = counters.expired;
   json["busy"] = counters.busy;

@@ -93,6 +93,7 @@ Decoders LiveApi::DecodersFor(const control::Target& target, const std::string& 
 }
 
 Result<std::uint32_t> LiveApi::DeviceNamed(const std::string& name) const {
+  if (name.empty()) return Error{"name one device: ?device=LINE.DEVICE"};
   const auto target = control::FindTarget(*config_, name);
   if (!target) return Error{target.error()};
   if (!target->device) return Error{"name one device: " + name + ".DEVICE"};

@@ -40,6 +40,10 @@ void RequestDesk::Handle(View frame, const Now& now) {
     const bool routed = way.kind == Way::Kind::route;
     const auto witness = routed ? WitnessOf(frame, points_.targets().of(way.route), now) : nullptr;
     if (witness) witness->Refuse(WriteEnd::denied, kNotPermitted);
+    if (routed) {
+      points_.book()->Asked(way.route, UnitOf(frame));
+      points_.book()->Ended(way.route, UnitOf(frame), RouteEnd::denied, {}, now.wall);
+    }
     if (way.kind == Way::Kind::device) {
       points_.Deny(frame, writer(), {.end = WriteEnd::denied, .reason = kNotPermitted}, now);
     }

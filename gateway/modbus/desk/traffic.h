@@ -40,12 +40,13 @@ struct MasterStatus {
   WallTime last_frame{};      ///< the epoch: none yet
 };
 
-/// How routed requests ended. requests == ok + refused + no_reply + expired + busy + dropped +
-/// broadcasts + those under way.
+/// How routed requests ended. requests == ok + refused + denied + no_reply + expired + busy +
+/// dropped + broadcasts + those under way.
 struct RouteCounters {
   std::uint64_t requests = 0;
   std::uint64_t ok = 0;
   std::uint64_t refused = 0;     ///< the slave answered an exception of its own
+  std::uint64_t denied = 0;      ///< its listener does not permit it; 0x01
   std::uint64_t no_reply = 0;    ///< no good reply: silence, damage, port closed; 0x0B
   std::uint64_t expired = 0;     ///< waited beyond the deadline and was not sent; 0x0B
   std::uint64_t busy = 0;        ///< the queue was full; 0x06

@@ -14,6 +14,9 @@ void Count(RouteCounters& counters, RouteEnd end, const RoutedReply& reply) {
     case RouteEnd::refused:
       ++counters.refused;
       break;
+    case RouteEnd::denied:
+      ++counters.denied;
+      break;
     case RouteEnd::no_reply:
       ++counters.no_reply;
       break;

@@ -44,7 +44,16 @@ struct ClientRecord {
 };
 
 /// How a routed request ended, as RouteCounters has it.
-enum class RouteEnd : std::uint8_t { ok, refused, no_reply, expired, busy, dropped, broadcast };
+enum class RouteEnd : std::uint8_t {
+  ok,
+  refused,
+  no_reply,
+  expired,
+  busy,
+  dropped,
+  broadcast,
+  denied,
+};
 
 class TrafficBook {
  public:

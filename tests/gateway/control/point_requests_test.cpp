@@ -88,7 +88,7 @@ TEST_F(PointRequestsTest, WhatCanNotBeMeantIsAnError) {
   EXPECT_THAT(Ask(R"({"command":"write","target":"io.ai-1","value":"7"})"),
               HasSubstr("name a point: io.ai-1.POINT; its points: setting, trip"));
   EXPECT_THAT(Ask(R"({"command":"write","target":"io","value":"7"})"), HasSubstr("name a point"));
-  EXPECT_THAT(Ask(R"({"command":"write"})"), HasSubstr("there is no line ''"));
+  EXPECT_THAT(Ask(R"({"command":"write"})"), HasSubstr("name a line"));
   EXPECT_THAT(lines_.calls(), IsEmpty());
 }
 

@@ -105,7 +105,7 @@ TEST_F(ServiceTest, UnknownNamesSayWhatThereIs) {
               HasSubstr("line 'bay-1' has no device 'feeder2'; did you mean 'feeder-2'? its "
                         "devices: feeder-1, feeder-2"));
   EXPECT_THAT(ask("ai-1"), HasSubstr("'ai-1' is a device of line 'io': write io.ai-1"));
-  EXPECT_THAT(ask(""), HasSubstr("there is no line ''"));
+  EXPECT_THAT(ask(""), HasSubstr("name a line"));
   EXPECT_THAT(ask("bay-1."), HasSubstr("has no device ''"));
   EXPECT_THAT(ask("io.feeder-1"), HasSubstr("its devices: ai-1"));
   EXPECT_THAT(Ask(R"({"command":"release","target":"io.ai-1","for_ms":5000})"),

@@ -82,7 +82,8 @@ TEST_F(WebTest, AnswersAreThoseOfTheControlSocket) {
       {"/api/v1/points/stream?device=bay-1", 404, "name one device"},
       {"/api/v1/map?device=x", 404, "there is no line 'x'"},
       {"/api/v1/trace?line=x", 404, "there is no line 'x'"},
-      {"/api/v1/recorded", 404, "there is no line ''"},
+      {"/api/v1/recorded", 404, "name a line; lines: bay-1"},
+      {"/api/v1/map", 404, "name one device"},
   };
   for (const auto& [path, code, says] : kRefused) {
     Reply reply = Get(path);

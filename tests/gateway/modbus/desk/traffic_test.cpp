@@ -19,9 +19,9 @@ class TrafficTest : public DeskTest {
  protected:
   /// The identity that traffic.h promises.
   static void ExpectSum(const RouteCounters& counters, std::uint64_t under_way) {
-    EXPECT_EQ(counters.requests, counters.ok + counters.refused + counters.no_reply +
-                                     counters.expired + counters.busy + counters.dropped +
-                                     counters.broadcasts + under_way);
+    EXPECT_EQ(counters.requests, counters.ok + counters.refused + counters.denied +
+                                     counters.no_reply + counters.expired + counters.busy +
+                                     counters.dropped + counters.broadcasts + under_way);
   }
 };
 
@@ -167,6 +167,17 @@ TEST_F(TrafficTest, EveryEndOfARoutedRequestIsCounted) {
   desks_[0]->Close();
   EXPECT_EQ(Traffic().routes[0].dropped, 1U);
   ExpectSum(Traffic().routes[0], 0);
+}
+
+TEST_F(TrafficTest, WhatTheListenerDoesNotPermitIsCounted) {
+  Add(1, 20, 22);
+  listener().permit = config::Permit::read;
+  Ask(21, "06 00 08 00 07");
+  const RouteStatus route = Traffic().routes.at(0);
+  EXPECT_EQ(route.denied, 1U);
+  EXPECT_EQ(route.by_unit.at(21).denied, 1U);
+  EXPECT_EQ(route.last_trouble, "") << "the slave has none";
+  ExpectSum(route, 0);
 }
 
 TEST(TrafficBookTest, APortsTimesAreTheCallers) {
