@@ -96,6 +96,9 @@ struct Recognised {
 
 /// What a person sends by hand (`baudgate ask`). Pure functions.
 struct TelegramRule {
+  /// The characters that a telegram in text begins with, each of one protocol's only. Empty: its
+  /// telegrams are no text.
+  std::string_view leads{};
   /// The whole frame of what was written: the checksum that the device's options want in the place
   /// of a final "XX", or behind text and bytes that have none, and the end of the line. The error
   /// says what is wrong.

@@ -9,6 +9,12 @@
 #include "gateway/store/conversion.h"
 
 namespace baudgate::audit {
+namespace {
+
+/// In the place of a point's name.
+constexpr const char* kTelegramPoint = "telegram";
+
+}  // namespace
 
 AuditedWrites::AuditedWrites(const PointStore& store, CommandSink& inner, WriteLog& log,
                              config::Audit audit, std::function<Now()> clocks)
@@ -54,12 +60,13 @@ bool AuditedWrites::Submit(WriteCommand command) {
   return true;
 }
 
-WriteRecord AuditedWrites::Named(Kind kind, std::uint32_t device, std::uint32_t point) const {
+WriteRecord AuditedWrites::Named(Kind kind, std::uint32_t device,
+                                 std::optional<std::uint32_t> point) const {
   WriteRecord record;
   record.kind = kind;
   record.line = Clipped(store_.line(device).name);
   record.device = Clipped(store_.device(device).name);
-  record.point = Clipped(store_.device(device).points[point].name);
+  record.point = point ? Clipped(store_.device(device).points[*point].name) : kTelegramPoint;
   return record;
 }
 
@@ -84,10 +91,7 @@ std::vector<WriteRecord> AuditedWrites::RecordsOf(const WriteCommand& command, N
   std::vector<WriteRecord> records;
   for (const PointWrite& write : command.writes) records.push_back(RecordOf(command, write, now));
   if (!command.telegram) return records;
-  WriteRecord record;
-  record.line = Clipped(store_.line(command.device).name);
-  record.device = Clipped(store_.device(command.device).name);
-  record.point = "telegram";
+  WriteRecord record = Named(Kind::point, command.device, std::nullopt);
   record.time = record.last = now.wall;
   record.client = Clipped(command.client);
   record.value = Clipped(command.telegram->shown);

@@ -10,6 +10,7 @@
 #include <condition_variable>
 #include <deque>
 #include <functional>
+#include <optional>
 #include <thread>
 #include <vector>
 
@@ -56,7 +57,8 @@ class AuditedWrites final : public CommandSink {
 
   WriteRecord RecordOf(const WriteCommand& command, const PointWrite& write, Now now) const;
   std::vector<WriteRecord> RecordsOf(const WriteCommand& command, Now now) const;
-  WriteRecord Named(Kind kind, std::uint32_t device, std::uint32_t point) const;
+  /// Without a point: of a telegram.
+  WriteRecord Named(Kind kind, std::uint32_t device, std::optional<std::uint32_t> point) const;
   void NoteBusy(const WriteCommand& command, Now now);
   void Run();
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/control/telegram_requests.h"
 
-#include <algorithm>
 #include <memory>
 #include <utility>
 
@@ -9,6 +8,7 @@
 #include "gateway/control/request_text.h"
 #include "gateway/status/target.h"
 #include "gateway/trace/trace_head.h"
+#include "protocols/masked_hex.h"
 #include "protocols/protocol.h"
 
 namespace baudgate::control {
@@ -16,18 +16,6 @@ namespace {
 
 /// How long the line has for it.
 constexpr Duration kHandPatience = 8s;
-
-/// In hex; `**` in place of secret bytes.
-std::string Masked(View bytes, const Expectation& expect) {
-  std::string text;
-  for (std::size_t i = 0; i < bytes.size(); ++i) {
-    const bool secret = std::ranges::any_of(expect.secrets, [i](const auto& range) {
-      return i >= range.first && i - range.first < range.second;
-    });
-    text += (text.empty() ? "" : " ") + (secret ? std::string("**") : HexByte(bytes[i]));
-  }
-  return text;
-}
 
 struct Addressed {
   const config::Line* line = nullptr;
@@ -83,8 +71,14 @@ Status AskByHand(const config::Config& config, LineControl& control, CommandSink
   auto telegram = std::make_shared<Telegram>();
   telegram->bytes = *bytes;
   telegram->reads = protocol->telegram->is_read(*bytes, to->device->options);
-  telegram->shown = Masked(*bytes, protocol->expect(*bytes, to->device->options));
-  if (Status allowed = Allows(*to, telegram->reads, confirmed); !allowed) return allowed;
+  telegram->shown = MaskedHex(*bytes, protocol->expect(*bytes, to->device->options));
+  if (Status allowed = Allows(*to, telegram->reads, confirmed); !allowed) {
+    sink.OnDenied({.client = writer.name,
+                   .device = to->index,
+                   .value = telegram->shown,
+                   .reason = allowed.error()});
+    return allowed;
+  }
   WriteCommand command;
   command.device = to->index;
   command.client = writer.name;

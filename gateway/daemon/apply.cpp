@@ -73,8 +73,8 @@ void Daemon::Impl::Examine(const config::Config& next, reload::Difference& diffe
   }
   if (modbus) CountClients(modbus->server().Traffic(), difference.modbus);
   if (NeedsState(next, catalog) && !records.open()) {
-    difference.restart.push_back("that anything is kept where nothing was (" +
-                                 WhatIsKept(next, catalog) + ")");
+    difference.restart.push_back("what is recorded, from nothing to " + WhatIsKept(next, catalog) +
+                                 " (the file of records is opened at a start)");
   } else if (KeepsEvents(next) && !records.keeps_events()) {
     difference.restart.emplace_back("that events are kept");
   }

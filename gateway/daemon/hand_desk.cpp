@@ -27,7 +27,8 @@ void HandDesk::Answer(const WriteCommand& command, WriteEnd end, const std::stri
 
 void HandDesk::Submit(WriteCommand command, bool open, Now now) {
   if (!open) {
-    return Answer(command, WriteEnd::not_sent, "the port of the line is not open",
+    return Answer(command, WriteEnd::not_sent,
+                  "the port of the line is not open, or is lent; see 'baudgate status'",
                   Outcome::line_down);
   }
   waiting_.push_back(std::move(command));

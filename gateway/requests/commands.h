@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -57,12 +58,12 @@ struct WriteCommand {
 
 /// What a client asked for and the gateway did not let through: kept like any other write.
 struct DeniedWrite {
-  std::string client;               ///< as in WriteCommand
-  std::uint32_t device = 0;         ///< index in the point store
-  std::uint32_t point = 0;          ///< index in the device's points
-  Value value{};                    ///< as users see it
-  std::string reason;               ///< one sentence
-  WriteEnd end = WriteEnd::denied;  ///< or busy
+  std::string client{};                  ///< as in WriteCommand
+  std::uint32_t device = 0;              ///< index in the point store
+  std::optional<std::uint32_t> point{};  ///< index in the device's points; nothing: a telegram
+  Value value{};                         ///< as users see it
+  std::string reason{};                  ///< one sentence
+  WriteEnd end = WriteEnd::denied;       ///< or busy
 };
 
 class CommandSink {

@@ -44,6 +44,6 @@ bool IsRead(View request, const config::Options&) {
 
 }  // namespace
 
-const TelegramRule kTelegram = {CompleteCommand, IsRead};
+const TelegramRule kTelegram = {kLeads, CompleteCommand, IsRead};
 
 }  // namespace baudgate::protocols::dcon

@@ -51,8 +51,8 @@ bool IsReadFrame(View request, const config::Options&) {
   return adu && adu->slave != 0 && IsReadPdu(adu->pdu);
 }
 
-constexpr TelegramRule kRtu = {CompleteRtu, IsReadFrame<Framing::rtu>};
-constexpr TelegramRule kAscii = {CompleteAscii, IsReadFrame<Framing::ascii>};
+constexpr TelegramRule kRtu = {"", CompleteRtu, IsReadFrame<Framing::rtu>};
+constexpr TelegramRule kAscii = {":", CompleteAscii, IsReadFrame<Framing::ascii>};
 
 }  // namespace
 

@@ -46,6 +46,6 @@ bool IsRead(View request, const config::Options& options) {
 
 }  // namespace
 
-const TelegramRule kTelegram = {CompleteFrame, IsRead};
+const TelegramRule kTelegram = {"", CompleteFrame, IsRead};
 
 }  // namespace baudgate::protocols::set4tm

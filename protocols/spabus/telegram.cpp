@@ -36,6 +36,6 @@ bool IsRead(View request, const config::Options&) {
 
 }  // namespace
 
-const TelegramRule kTelegram = {CompleteMessage, IsRead};
+const TelegramRule kTelegram = {">", CompleteMessage, IsRead};
 
 }  // namespace baudgate::protocols::spabus

@@ -216,6 +216,9 @@ TEST_F(AuditedWritesTest, DeniedOnesAreNotedAndPassedOn) {
   writes_->OnDenied({"192.0.2.9:1", 0, 2, Value(99.0), "too many", WriteEnd::busy});
   EXPECT_EQ(log_.noted.at(1).kind, Kind::denied);
   EXPECT_EQ(log_.noted.at(1).end, WriteEnd::busy);
+  writes_->OnDenied({.client = "user:anna", .value = std::string("3E **"), .reason = "no"});
+  EXPECT_EQ(log_.noted.at(2).point, "telegram");
+  EXPECT_EQ(ToText(log_.noted.at(2).value), "3E **");
 }
 
 TEST_F(AuditedWritesTest, AtTheEndNothingIsLeft) {

@@ -11,12 +11,13 @@
 namespace baudgate::control {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-using ::testing::IsEmpty;
 
 /// '?' reads; the second byte is a password; CR ends a telegram.
-const TelegramRule kRule = {[](View written, const config::Options&) -> Result<Bytes> {
+const TelegramRule kRule = {"?!",
+                            [](View written, const config::Options&) -> Result<Bytes> {
                               Bytes frame(written.begin(), written.end());
                               if (frame.size() > 4)
                                 return Error{"a telegram has four bytes at most"};
@@ -73,9 +74,12 @@ TEST_F(TelegramRequestsTest, WhatMayWriteNeedsTheLineAndTheUser) {
   EXPECT_THAT(Ask("bay-1", "21 31", R"(,"write":true)"), HasSubstr("'ask: write'"));
   config_.lines[0].ask = config::Ask::write;
   EXPECT_THAT(Ask("bay-1", "21 31"), HasSubstr("say --write"));
-  EXPECT_THAT(lines_.calls(), IsEmpty());
   EXPECT_THAT(Ask("bay-1", "21 31", R"(,"write":true)"), HasSubstr(R"("write":true)"));
-  EXPECT_THAT(lines_.calls(), ElementsAre("user:anna reads of device 0"));
+  EXPECT_THAT(
+      lines_.calls(),
+      ElementsAre(AllOf(HasSubstr("user:anna may not write 21 ** 0D"), HasSubstr("'ask: write'")),
+                  AllOf(HasSubstr("user:anna may not write 21 ** 0D"), HasSubstr("say --write")),
+                  "user:anna reads of device 0"));
 }
 
 TEST_F(TelegramRequestsTest, WhatIsNoTelegramIsRefused) {

@@ -2,7 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include <map>
 #include <string>
+#include <string_view>
 
 #include "config/catalog/option_values.h"
 #include "gateway/base/text.h"
@@ -131,6 +133,21 @@ TEST(Telegram, WhatIsNoneIsToldInASentence) {
     ASSERT_FALSE(sent) << name << " " << written;
     EXPECT_NE(sent.error().find(", as in '"), std::string::npos) << sent.error();
   }
+}
+
+/// `ask` tells the protocol by the first character.
+TEST(Telegram, TheLeadsOfEachProtocolAreItsOwn) {
+  std::map<char, std::string_view> owners;
+  for (const Protocol* protocol : AllProtocols()) {
+    if (protocol->telegram == nullptr) continue;
+    for (const char lead : protocol->telegram->leads) {
+      const auto [owner, fresh] = owners.emplace(lead, protocol->name);
+      EXPECT_TRUE(fresh) << lead << " of " << owner->second << " and " << protocol->name;
+    }
+  }
+  EXPECT_EQ(owners['>'], "spabus");
+  EXPECT_EQ(owners['$'], "dcon");
+  EXPECT_EQ(owners[':'], "modbus_ascii");
 }
 
 }  // namespace
