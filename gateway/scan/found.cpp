@@ -11,6 +11,9 @@
 namespace baudgate::scan {
 namespace {
 
+/// Of host names.
+constexpr std::size_t kLongestName = 63;
+
 std::string FormatOf(const config::SerialSettings& serial) {
   const std::string text = serial.ToString();
   return text.substr(text.find(' ') + 1);
@@ -96,15 +99,30 @@ void RemarkFormats(std::vector<Found>& found) {
   }
 }
 
-std::string Configuration(const Report& report, const std::string& port,
-                          const std::string& written) {
-  std::string text = Comment(written) + "\n";
+std::string GatewayName(std::string_view host) {
+  std::string name;
+  for (const char c : host.substr(0, host.find('.'))) {
+    if (std::isalnum(static_cast<unsigned char>(c)) != 0) {
+      name += c;
+    } else if (!name.empty() && std::isalnum(static_cast<unsigned char>(name.back())) != 0) {
+      name += c == '_' ? '_' : '-';
+    }
+  }
+  while (!name.empty() && std::isalnum(static_cast<unsigned char>(name.back())) == 0) {
+    name.pop_back();
+  }
+  return name.empty() ? "gateway" : name.substr(0, kLongestName);
+}
+
+std::string Configuration(const Report& report, const Heading& heading) {
+  std::string text = Comment(heading.written) + "\n";
   for (const std::string& remark : report.remarks) text += Comment(remark) + "\n";
-  text += "\ngateway: { name: scanned }\n\nmodbus:\n  listen: 127.0.0.1:1502\n\nlines:\n";
+  text += "\ngateway: { name: \"" + heading.gateway + "\" }\n";
+  text += "\nmodbus:\n  listen: 127.0.0.1:1502\nweb:\n  listen: 127.0.0.1:8502\n\nlines:\n";
   const auto [protocol, serial] = MostFrequent(report.found, [](const Found& one) {
     return std::tuple(one.protocol, one.serial.ToString());
   });
-  text += "  - name: bus\n    port: " + port + "\n";
+  text += "  - name: \"" + heading.line + "\"\n    port: " + heading.port + "\n";
   if (!report.network) text += "    serial: " + serial + "\n";
   text += "    protocol: " + protocol + "\n";
   if (report.echo) text += "    echo: strip\n";

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <map>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "config/model/serial.h"
@@ -31,6 +32,7 @@ struct Report {
   std::vector<Found> found{};
   bool network = false;  ///< the server has the serial settings
   bool echo = false;     ///< the bus gives requests back
+  bool asked = false;    ///< something was sent
   bool ended = true;     ///< false: the user or the time has ended it before
   std::vector<std::string> remarks{};
 };
@@ -45,9 +47,17 @@ unsigned UnitFor(const std::vector<Found>& others, unsigned address);
 /// a remark.
 void RemarkFormats(std::vector<Found>& found);
 
-/// A whole configuration with one line at `port`, of one device at least; `written`: for its first
-/// comment.
-std::string Configuration(const Report& report, const std::string& port,
-                          const std::string& written);
+/// What a bus does not tell.
+struct Heading {
+  std::string written{};  ///< for the first comment
+  std::string gateway{};  ///< its name
+  std::string line{};
+  std::string port{};
+};
+/// A whole configuration with one line, of one device at least.
+std::string Configuration(const Report& report, const Heading& heading);
+
+/// A name for a gateway, made of this machine's: "gate_7.plant.example" → "gate_7".
+std::string GatewayName(std::string_view host);
 
 }  // namespace baudgate::scan

@@ -197,6 +197,11 @@ bool SameWire(const config::SerialSettings& a, const config::SerialSettings& b) 
 
 std::vector<config::SerialSettings> OtherFormats(const config::SerialSettings& serial,
                                                  const Protocol& protocol) {
+  const auto is_listed = [&](const config::SerialSettings& other) {
+    return std::ranges::any_of(protocol.scan->serials, [&](const auto& listed) {
+      return listed.data_bits == other.data_bits && listed.parity == other.parity;
+    });
+  };
   std::vector<config::SerialSettings> others;
   for (const int bits : {7, 8}) {
     for (const auto parity : {config::Parity::even, config::Parity::odd, config::Parity::none}) {
@@ -206,6 +211,8 @@ std::vector<config::SerialSettings> OtherFormats(const config::SerialSettings& s
       others.push_back(other);
     }
   }
+  // A pty does not tell 7E1 from 8E1: those come first that devices of the protocol have.
+  std::ranges::stable_partition(others, is_listed);
   return others;
 }
 

@@ -78,7 +78,8 @@ inline constexpr Duration kQuickLimit = 57s;
 
 /// Same bit rate and format.
 bool SameWire(const config::SerialSettings& a, const config::SerialSettings& b);
-/// The other formats of the same bit rate that the protocol's characters fit into.
+/// The other formats of the same bit rate that the protocol's characters fit into, those first that
+/// its devices usually have. `protocol` has a ScanRule.
 std::vector<config::SerialSettings> OtherFormats(const config::SerialSettings& serial,
                                                  const Protocol& protocol);
 

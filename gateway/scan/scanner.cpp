@@ -147,6 +147,7 @@ Verdict Scanner::ExchangeOnce(const Asked& asked) {
   const Tongue& tongue = TongueAt(asked);
   const Bytes request = tongue.rule().ask(asked.address, asked.mode, asked.question);
   const config::Timing timing = tongue.protocol->timing(asked.serial);
+  report_.asked = true;
   auto gathered = wire_.Ask(request, asked.patience, *timing.gap);
   if (!gathered) {
     status_ = Error{gathered.error()};

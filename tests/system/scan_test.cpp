@@ -88,6 +88,9 @@ TEST_F(ScanSystem, ABusOfThreeProtocolsRunsAsItWasFound) {
   const std::string fixed = "127.0.0.1:1502";
   ASSERT_NE(yaml.find(fixed), std::string::npos);
   yaml.replace(yaml.find(fixed), fixed.size(), "127.0.0.1:" + std::to_string(port()));
+  const std::string page = "web:\n  listen: 127.0.0.1:8502\n";
+  ASSERT_NE(yaml.find(page), std::string::npos);
+  yaml.erase(yaml.find(page), page.size());
   const auto gateway = StartDaemon(yaml);
   ModbusClient client(port());
   std::istringstream lines(scan.output);
@@ -171,6 +174,21 @@ TEST_F(ScanGateway, ALineIsLentAndTakenBack) {
   EXPECT_TRUE(EventuallyQuality(client, 1, 0, kGood)) << "it has the port again";
 }
 
+TEST_F(ScanGateway, AHangUpKeepsWhatWasFoundAndGivesTheLineBack) {
+  const auto gateway = StartBay();
+  ModbusClient client(port());
+  ASSERT_TRUE(EventuallyQuality(client, 1, 0, kGood));
+  const auto scan = Start(
+      {"scan", "bay", "--protocol", "spabus", "--json", "--config", File(), "--socket", Socket()});
+  ASSERT_TRUE(Eventually([&] { return !scan->Output().empty(); })) << scan->Errors();
+  const Finished lent = Ask(">1RF:XX");
+  EXPECT_EQ(lent.code, kCannotOpen) << "nobody was asked: " << lent.output << lent.errors;
+  scan->Signal(SIGHUP);
+  EXPECT_EQ(scan->WaitForEnd(), 0);
+  EXPECT_THAT(ReadWholeFile(File()), HasSubstr("- name: \"bay\""));
+  EXPECT_TRUE(EventuallyQuality(client, 1, 0, kGood)) << "it has the port again";
+}
+
 TEST_F(ScanGateway, ATelegramByHandGoesBetweenTwoPolls) {
   const auto gateway = StartBay();
   ModbusClient client(port());
@@ -197,13 +215,18 @@ TEST_F(ScanGateway, WhatMayWriteIsRecorded) {
   const auto gateway = StartBay("    ask: write\n");
   ModbusClient client(port());
   ASSERT_TRUE(EventuallyQuality(client, 1, 0, kGood));
-  EXPECT_THAT(Ask(">1WV160:1:XX").errors, HasSubstr("--write"));
+  EXPECT_THAT(Ask(">1WV160:124:XX").errors, HasSubstr("--write"));
   const Finished open = Ask(">1WV160:123:XX", {"--write"});
   EXPECT_EQ(open.code, 0) << open.errors;
   EXPECT_THAT(open.output, HasSubstr("3E 31 57 56 31 36 30 3A ** ** ** 3A ** ** 0D"));
   const Finished writes = Command({"writes", "--json", "--socket", Socket()});
-  EXPECT_THAT(writes.output, AllOf(HasSubstr("\"point\":\"telegram\""),
+  EXPECT_THAT(writes.output, AllOf(HasSubstr("\"point\":\"telegram\""), HasSubstr("\"denied\""),
                                    HasSubstr("3E 31 57 56 31 36 30 3A ** ** ** 3A ** ** 0D")));
+  for (const auto& [option, value] : {std::pair{"--protocol", "dcon"}, {"--serial", "9600 8N1"}}) {
+    const Finished refused = Ask(">1RF:XX", {option, value});
+    EXPECT_EQ(refused.code, kUsage);
+    EXPECT_THAT(refused.errors, AllOf(HasSubstr(option), HasSubstr("free port")));
+  }
 }
 
 TEST_F(ScanSystem, ATelegramOnAFreePort) {

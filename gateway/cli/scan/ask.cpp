@@ -12,8 +12,10 @@
 #include "gateway/cli/offline/decode.h"
 #include "gateway/cli/offline/make_line.h"
 #include "gateway/cli/scan/port_wire.h"
+#include "gateway/cli/scan/target.h"
 #include "gateway/cli/terminal/stop_signals.h"
 #include "gateway/trace/trace_head.h"
+#include "protocols/masked_hex.h"
 
 namespace baudgate {
 namespace {
@@ -45,24 +47,14 @@ Result<Bytes> WrittenOf(const std::string& telegram) {
                "telegram in text, as in '>1RV201:XX'"};
 }
 
-/// The protocol that the first character of a text shows.
-std::string ProtocolLike(const std::string& telegram) {
-  if (telegram.starts_with('>')) return "spabus";
-  if (telegram.starts_with(':')) return "modbus_ascii";
-  const bool dcon =
-      !telegram.empty() && std::string_view("$#%@~^").find(telegram[0]) != std::string_view::npos;
-  return dcon ? "dcon" : "";
-}
-
-std::string Hex(View bytes, const Expectation& expect) {
-  std::string text;
-  for (std::size_t i = 0; i < bytes.size(); ++i) {
-    const bool secret = std::ranges::any_of(expect.secrets, [i](const auto& range) {
-      return i >= range.first && i - range.first < range.second;
-    });
-    text += (text.empty() ? "" : " ") + (secret ? std::string("**") : HexByte(bytes[i]));
+/// The protocol that the first character of a text shows; empty: none of those that are installed.
+std::string ProtocolLike(const std::string& telegram, const config::Catalog& catalog) {
+  for (const auto& [name, protocol] : catalog.protocols) {
+    const bool begins = protocol->telegram != nullptr && !telegram.empty() &&
+                        protocol->telegram->leads.find(telegram[0]) != std::string_view::npos;
+    if (begins) return name;
   }
-  return text;
+  return {};
 }
 
 std::string TextOf(const std::string& hex) {
@@ -114,7 +106,7 @@ int Show(const AskOptions& options, const Exchanged& exchange, const config::Cat
 int AskOnPort(const AskOptions& options, const config::Catalog& catalog, std::ostream& out,
               std::ostream& err) {
   const std::string name =
-      options.protocol.empty() ? ProtocolLike(options.telegram) : options.protocol;
+      options.protocol.empty() ? ProtocolLike(options.telegram, catalog) : options.protocol;
   if (name.empty()) {
     return Fail(err, kExitUsage,
                 "--protocol is missing, and the telegram does not begin as those of one do");
@@ -138,7 +130,7 @@ int AskOnPort(const AskOptions& options, const config::Catalog& catalog, std::os
   if (!protocol.telegram->is_read(*telegram, its) && !options.write) {
     return Fail(err, kExitUsage,
                 "nothing proves that this telegram only reads (" +
-                    Hex(*telegram, protocol.expect(*telegram, its)) +
+                    MaskedHex(*telegram, protocol.expect(*telegram, its)) +
                     "): say --write if you mean it");
   }
   const StopSignals stop;
@@ -150,10 +142,18 @@ int AskOnPort(const AskOptions& options, const config::Catalog& catalog, std::os
   const auto gathered = (*wire)->Ask(*telegram, *timing.reply, *timing.gap);
   if (!gathered) return Fail(err, kExitCanNot, gathered.error());
   Exchanged exchange;
-  exchange.sent = Hex(*telegram, protocol.expect(*telegram, its));
+  exchange.sent = MaskedHex(*telegram, protocol.expect(*telegram, its));
   exchange.received = ToHex(gathered->heard);
   exchange.device = {.protocol = name, .profile = options.profile, .set = options.set};
   return Show(options, exchange, catalog, out);
+}
+
+/// One that the gateway would not hear of; empty: there is none.
+std::string OptionOfPort(const AskOptions& options) {
+  if (!options.protocol.empty()) return "--protocol";
+  if (!options.serial.empty()) return "--serial";
+  if (!options.set.empty()) return "--checksum or --set";
+  return options.rs485 ? "--rs485" : "";
 }
 
 int AskGateway(const AskOptions& options, const config::Catalog& catalog, std::ostream& out,
@@ -175,15 +175,27 @@ int AskGateway(const AskOptions& options, const config::Catalog& catalog, std::o
     const auto device = line.is_string() ? ReadTracedDevice(line.get<std::string>()) : std::nullopt;
     if (device && device->name == answer.value("device", "")) exchange.device = *device;
   }
-  return Show(options, exchange, catalog, out);
+  const int code = Show(options, exchange, catalog, out);
+  const std::string outcome = answer.value("outcome", "");
+  const bool sent = outcome != Name(Outcome::line_down) && outcome != Name(Outcome::busy);
+  return sent || code == kExitDone ? code : kExitCanNot;
 }
 
 }  // namespace
 
 int RunAsk(const AskOptions& options, const config::Catalog& catalog, std::ostream& out,
            std::ostream& err) {
-  const bool port = options.target.find('/') != std::string::npos;
-  return port ? AskOnPort(options, catalog, out, err) : AskGateway(options, catalog, out, err);
+  if (const Status target = CheckTarget(options.target); !target) {
+    return Fail(err, kExitUsage, target.error());
+  }
+  if (IsPort(options.target)) return AskOnPort(options, catalog, out, err);
+  const std::string refused = OptionOfPort(options);
+  if (!refused.empty()) {
+    return Fail(err, kExitUsage,
+                refused + " is for a free port; the configuration of the gateway says how line " +
+                    options.target + " speaks");
+  }
+  return AskGateway(options, catalog, out, err);
 }
 
 }  // namespace baudgate

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/cli/scan/scan.h"
 
+#include <limits.h>
+#include <signal.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -14,6 +16,7 @@
 #include "gateway/cli/scan/line_loan.h"
 #include "gateway/cli/scan/port_wire.h"
 #include "gateway/cli/scan/scan_view.h"
+#include "gateway/cli/scan/target.h"
 #include "gateway/state/whole_file.h"
 #include "transports/tcp_address.h"
 
@@ -21,9 +24,6 @@ namespace baudgate {
 namespace {
 
 constexpr Duration kLastAnswer = 1s;
-
-/// Everything else is a line of the gateway: names have no '/'.
-bool IsPort(const std::string& target) { return target.find('/') != std::string::npos; }
 
 /// As a configuration wants it.
 std::string PortOf(const std::string& target) {
@@ -34,6 +34,7 @@ Result<scan::Wish> WishOf(const ScanOptions& options, const config::Catalog& cat
   scan::Wish wish;
   wish.addresses = options.addresses;
   wish.quick = options.quick;
+  if (const Status any = catalog.HasProtocols(); !any) return Error{any.error()};
   if (!options.protocol.empty()) {
     const auto protocol = catalog.NeedProtocol(options.protocol);
     if (!protocol) return Error{"--protocol: " + protocol.error()};
@@ -42,11 +43,6 @@ Result<scan::Wish> WishOf(const ScanOptions& options, const config::Catalog& cat
     }
     wish.tongues.push_back(scan::TongueOf(**protocol));
     return wish;
-  }
-  if (catalog.protocols.empty()) {
-    return Error{
-        "no protocol is installed: the modules of the package are missing, or "
-        "$BAUDGATE_MODULES leads to another folder"};
   }
   // Those come first whose frames others must not send.
   for (const bool first : {true, false}) {
@@ -81,12 +77,20 @@ bool MayWrite(const ScanOptions& options, const StopSignals& stop, std::ostream&
   return false;
 }
 
+/// Unique among the gateways of a network, where machines are.
+std::string NameOfThisMachine() {
+  char host[HOST_NAME_MAX + 1] = {};
+  return scan::GatewayName(::gethostname(host, sizeof host - 1) == 0 ? host : "");
+}
+
 int WriteConfig(const ScanOptions& options, const scan::Report& report, const std::string& port,
                 const config::Catalog& catalog, std::ostream& err) {
-  const std::string text =
-      scan::Configuration(report, port,
-                          "What 'baudgate scan " + options.target + "' has found, " +
-                              FormatWallTime(ReadClocks().wall).substr(0, 19) + "Z.");
+  const scan::Heading heading{.written = "What 'baudgate scan " + options.target + "' has found, " +
+                                         FormatWallTime(ReadClocks().wall).substr(0, 19) + "Z.",
+                              .gateway = NameOfThisMachine(),
+                              .line = IsPort(options.target) ? "bus" : options.target,
+                              .port = port};
+  const std::string text = scan::Configuration(report, heading);
   const config::Loaded loaded = config::LoadText(text, options.config, catalog);
   for (const config::Problem& problem : loaded.problems) {
     if (!problem.warning) err << problem.mark.ToString() << ": " << problem.message << '\n';
@@ -108,6 +112,12 @@ int RunScan(const ScanOptions& options, const config::Catalog& catalog, std::ost
     err << "baudgate: " << wish.error() << '\n';
     return kExitUsage;
   }
+  if (const Status target = CheckTarget(options.target); !target) {
+    err << "baudgate: scan: " << target.error() << '\n';
+    return kExitUsage;
+  }
+  // A reader of the output that leaves does not end it: a lent line has to be taken back.
+  signal(SIGPIPE, SIG_IGN);
   const StopSignals stop;
   if (!MayWrite(options, stop, err)) return kExitCanNot;
   std::unique_ptr<LineLoan> loan;

@@ -106,7 +106,7 @@ bool ScanView::MayTalk(const std::string& who) {
 void ScanView::Conclude(const scan::Report& report) {
   Clear();
   if (refused_ && report.found.empty()) return;
-  if (!options_.json && report.found.empty()) {
+  if (!options_.json && report.found.empty() && report.asked) {
     out_ << "No device has answered. Is the adapter the right one ('baudgate ports'), are A and B "
             "swapped, is the bus powered?\n";
   }
@@ -125,7 +125,12 @@ void ScanView::Conclude(const scan::Report& report) {
   for (const std::string& remark : report.remarks) {
     words << WrapSentence(remark + ".", options_.width);
   }
-  if (!report.ended && !refused_) words << "The scan has ended before everything was asked.\n";
+  if (!report.asked && !refused_) {
+    words << (report.ended ? "Nothing was asked: no protocol has these addresses.\n"
+                           : "The scan ended while it still listened: nothing was asked yet.\n");
+  } else if (!report.ended && !refused_) {
+    words << "The scan has ended before everything was asked.\n";
+  }
 }
 
 }  // namespace baudgate

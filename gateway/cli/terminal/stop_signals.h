@@ -1,5 +1,5 @@
-// SIGINT and SIGTERM as a descriptor, for commands that run until they are stopped; for those that
-// draw on a terminal also that its size has changed.
+// SIGINT, SIGTERM and SIGHUP as a descriptor, for commands that run until they are stopped, or
+// until their terminal is gone; for those that draw on a terminal also that its size has changed.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -23,6 +23,7 @@ class StopSignals {
     sigemptyset(&set_);
     sigaddset(&set_, SIGINT);
     sigaddset(&set_, SIGTERM);
+    if (!IsIgnored(SIGHUP)) sigaddset(&set_, SIGHUP);  // behind nohup it is
     if (also == And::resize) sigaddset(&set_, SIGWINCH);
     pthread_sigmask(SIG_BLOCK, &set_, &before_);
     descriptor_ = ::signalfd(-1, &set_, SFD_CLOEXEC | SFD_NONBLOCK);
@@ -53,6 +54,11 @@ class StopSignals {
   }
 
  private:
+  static bool IsIgnored(int signal) {
+    struct sigaction held {};
+    return ::sigaction(signal, nullptr, &held) == 0 && held.sa_handler == SIG_IGN;
+  }
+
   sigset_t set_{};
   sigset_t before_{};
   int descriptor_ = -1;

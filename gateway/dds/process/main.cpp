@@ -165,8 +165,8 @@ int main(int argc, char** argv) {
     Say("the daemon starts this process; by hand only --socket PATH makes sense");
     return kExitUsage;
   }
-  const StopSignals stop;  // before any other thread, which inherits the mask
   signal(SIGPIPE, SIG_IGN);
   signal(SIGHUP, SIG_IGN);
+  const StopSignals stop;  // before any other thread, which inherits the mask
   return options.socket.empty() ? ServeParent(options, stop) : ServeSocket(options, stop);
 }

@@ -28,6 +28,7 @@ class Bench final : public Wire {
   Duration think = 10ms;
   std::optional<Master> master;
   std::optional<std::size_t> stop_after;  ///< the user presses Ctrl-C behind so many requests
+  bool stops_listening = false;           ///< the same before anything was sent
   std::vector<std::pair<Bytes, config::SerialSettings>> sent;
 
   Status Apply(const config::SerialSettings& serial) override {
@@ -38,6 +39,7 @@ class Bench final : public Wire {
     Gathered gathered;
     TakeMaster(time, gathered.heard);
     now_ += time;
+    gathered.stopped = stops_listening;
     return gathered;
   }
   Result<Gathered> Ask(View request, Duration patience, Duration gap) override;

@@ -64,6 +64,8 @@ TEST(Plan, AddressesAreReadAsARange) {
 TEST(Plan, OtherFormatsHoldTheCharactersOfTheProtocol) {
   EXPECT_THAT(OtherFormats({}, *FindProtocol("modbus_rtu")), SizeIs(2));
   EXPECT_THAT(OtherFormats({}, *FindProtocol("spabus")), SizeIs(4));
+  EXPECT_EQ(OtherFormats({}, *FindProtocol("dcon")).front().ToString(), "9600 8E1")
+      << "no module has seven bits";
 }
 
 TEST(Plan, EveryRuleOfAProtocolIsWhole) {

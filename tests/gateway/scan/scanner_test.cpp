@@ -212,6 +212,15 @@ TEST_F(Scan, CtrlCKeepsWhatWasFound) {
   EXPECT_THAT(report.found, SizeIs(1));
   EXPECT_FALSE(report.ended);
   EXPECT_THAT(bench.sent, SizeIs(20));
+  EXPECT_TRUE(report.asked);
+}
+
+TEST_F(Scan, CtrlCWhileItListensSendsNothing) {
+  bench.stops_listening = true;
+  Run(WishFor("spabus"));
+  EXPECT_FALSE(report.ended);
+  EXPECT_FALSE(report.asked);
+  EXPECT_THAT(bench.sent, IsEmpty());
 }
 
 TEST_F(Scan, AQuickScanIsOverWithinAMinute) {
@@ -246,7 +255,10 @@ TEST_F(Scan, ItsConfigurationIsOne) {
   AddTwelve();
   bench.echoes = true;
   Run(WishFor());
-  const std::string yaml = Configuration(report, "/dev/ttyUSB0", "what was found");
+  const std::string yaml = Configuration(report, {.written = "what was found",
+                                                  .gateway = GatewayName("gate-7.plant"),
+                                                  .line = "bus",
+                                                  .port = "/dev/ttyUSB0"});
   config::Catalog catalog;
   for (const Protocol* protocol : AllProtocols()) {
     catalog.protocols[std::string(protocol->name)] = protocol;
@@ -260,8 +272,18 @@ TEST_F(Scan, ItsConfigurationIsOne) {
   ASSERT_TRUE(loaded.ok());
   const config::Line& line = loaded.config.lines.at(0);
   EXPECT_EQ(line.echo, config::Echo::strip);
+  EXPECT_EQ(loaded.config.name + " " + line.name, "gate-7 bus");
+  EXPECT_TRUE(loaded.config.web.enabled);
   EXPECT_EQ(line.protocol + " " + line.serial.ToString(), "dcon 9600 8N1");
   EXPECT_THAT(line.devices, SizeIs(report.found.size()));
+}
+
+TEST(ScanNames, AreThoseOfTheMachineAsFarAsTheyAreNames) {
+  EXPECT_EQ(GatewayName("gate-7.plant.example"), "gate-7");
+  EXPECT_EQ(GatewayName("_a--b_"), "a-b");
+  EXPECT_EQ(GatewayName("2026"), "2026");
+  EXPECT_EQ(GatewayName(""), "gateway");
+  EXPECT_EQ(GatewayName("..."), "gateway");
 }
 
 TEST(ScanUnits, AreTheAddressesWhereTheyAreFree) {
