@@ -81,11 +81,11 @@ std::string Absence(const LineStatus& line, const DeviceRecord& record,
   std::string since = status.last_ok
                           ? "offline for " + FormatAge(now.instant - *status.last_ok)
                           : "has never answered (" + Plural(status.exchanges, "exchange") + ")";
+  const Evidence evidence = Gather(line, record, all, now);
+  if (status.last_ok && evidence.failed == 0) return {};  // it is on its way back
   if (AbsentTogether(all)) {
     return since + ", as no device of line '" + record.line->name + "' answers";
   }
-  const Evidence evidence = Gather(line, record, all, now);
-  if (status.last_ok && evidence.failed == 0) return {};  // it is on its way back
   if (const std::string often = Outages(record, 2, now, started);
       status.last_ok && !often.empty()) {
     since += " (" + often + ")";
@@ -370,7 +370,7 @@ Sentences DiagnoseDevice(const LineStatus& line, const DeviceRecord& device,
     found.push_back(
         fmt::format("missed {} of its polls in the last minutes: {}", Percent(missed), why));
   }
-  add(DiagnosePoints(device, now));
+  add(DiagnosePoints(line, device, now));
   if (found.empty()) add(DiagnoseWaiting(device, now, started));
   const std::string outages = Outages(device, 1, now, started);
   if (found.empty() && !outages.empty()) {

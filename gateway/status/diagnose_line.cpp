@@ -93,9 +93,11 @@ std::size_t InUse(std::span<const DeviceRecord> devices) {
       devices, [](const DeviceRecord& one) { return one.status.state != DeviceState::disabled; }));
 }
 
+/// Empty: none of them was asked in vain, as right behind a loan of the port.
 std::string NobodyAnswers(const LineStatus& status, std::span<const DeviceRecord> devices,
                           Now now) {
   const Evidence evidence = GatherAbsent(status, devices, now);
+  if (evidence.failed == 0) return {};
   std::string text = fmt::format("none of its {} devices answers: ", InUse(devices));
   const auto said = Judge(evidence);
   for (const Hypothesis* hypothesis : said) {
@@ -157,8 +159,8 @@ Sentences DiagnoseLine(const config::Line& line, const LineStatus& status,
         "a loose or broken fibre, or a device on it without power. No device of the "
         "line can answer until then",
         ClockText(*status.cut_since)));
-  } else if (nobody) {
-    found.push_back(NobodyAnswers(status, devices, now));
+  } else if (std::string why = nobody ? NobodyAnswers(status, devices, now) : ""; !why.empty()) {
+    found.push_back(std::move(why));
   }
   // A device that answers no more than the echo says it itself.
   const bool answered = std::ranges::any_of(

@@ -26,8 +26,9 @@ bool IsForeign(const DeviceRecord& record) {
   return record.override_quality && ConcernsDevice(record.override_quality->reason);
 }
 
-Sentences DiagnosePoints(const DeviceRecord& record, Now now) {
+Sentences DiagnosePoints(const LineStatus& line, const DeviceRecord& record, Now now) {
   if (IsForeign(record)) return {};  // that explains them all
+  const Duration open = now.wall - line.port_since;
   std::size_t stale = 0;
   std::size_t doubted = 0;
   std::size_t reported = 0;
@@ -43,6 +44,8 @@ Sentences DiagnosePoints(const DeviceRecord& record, Now now) {
     const bool said = quality == record.points[i].reported;
     // What a reader has not read yet is not missing.
     if (said && record.status.unasked && quality.reason == Reason::not_ready) continue;
+    const auto group = static_cast<std::size_t>(record.device->points[i].group);
+    if (!said && !in_doubt && open < record.age_limits[group].max_age) continue;
     ++(said ? reported : in_doubt ? doubted : stale);
     if (said && quality.reason != Reason::none) ++reasons[quality.reason];
     if (said && quality.reason == Reason::none) {

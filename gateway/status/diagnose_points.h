@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "gateway/store/line_status.h"
 #include "gateway/store/point_store.h"
 
 namespace baudgate::control {
@@ -15,8 +16,10 @@ std::string NameOf(const DeviceRecord& record);
 /// It is not what it should be, so that no value of it is good.
 bool IsForeign(const DeviceRecord& record);
 
-/// Values that are not good although the device answers.
-std::vector<std::string> DiagnosePoints(const DeviceRecord& record, Now now);
+/// Values that are not good although the device answers. Their age is not spoken of before the port
+/// of `line` has been open as long as they may be old: their polls had no chance yet.
+std::vector<std::string> DiagnosePoints(const LineStatus& line, const DeviceRecord& record,
+                                        Now now);
 
 /// Points that are polled and have never had a value, although the device answers.
 std::vector<std::string> DiagnoseWaiting(const DeviceRecord& record, Now now, Instant started);

@@ -29,6 +29,9 @@ TEST_F(DiagnoseTest, ADeviceOnItsWayBackIsNotTalkedAbout) {
   device().last_ok = kNow.instant - 300ms;
   Ended(Outcome::ok, 2);
   EXPECT_THAT(Say(), ::testing::IsEmpty());
+  neighbour_.status.state = DeviceState::offline;
+  EXPECT_THAT(Say(), ::testing::IsEmpty()) << "nor is its line, whose port was lent";
+  EXPECT_THAT(SayOfLine(), ::testing::IsEmpty());
 }
 
 TEST_F(DiagnoseTest, AfterAnOutageOfThePortADeviceIsNotBlamed) {

@@ -145,6 +145,9 @@ TEST_F(DiagnoseTest, PointsThatAreNotGood) {
                           "1 of 2 points have no good value (" + record_.device->points[1].name +
                               "): it gives no value for them; does the profile fit?; see 'baudgate "
                               "status bay-1.feeder-2'"));
+  line_.port_since = kNow.wall - 1s;
+  EXPECT_THAT(Say(), ElementsAre(::testing::HasSubstr("no good value")))
+      << "its polls had no chance yet";
 }
 
 TEST_F(DiagnoseTest, WhatAReaderHasNotReadYetIsNotMissing) {
