@@ -8,15 +8,9 @@ namespace baudgate {
 bool IsPort(const std::string& target) { return target.find('/') != std::string::npos; }
 
 Status CheckTarget(const std::string& target) {
-  if (IsPort(target)) return {};
-  const std::string quoted = config::Quoted(target);
-  if (target.find(':') != std::string::npos) {
-    return Error{quoted + " is no line of a gateway; a serial server is written tcp://" + target};
-  }
-  if (target.starts_with("tty")) {
-    return Error{quoted + " is no port; write /dev/" + target};
-  }
-  return {};
+  if (IsPort(target) || target.find(':') == std::string::npos) return {};
+  return Error{config::Quoted(target) +
+               " is no line of a gateway; a serial server is written tcp://" + target};
 }
 
 }  // namespace baudgate
