@@ -111,6 +111,7 @@ const config::Catalog& FakeCatalog() {
   static const Protocol kFake = MakeFakeProtocol("fake");
   static const Protocol kOther = MakeFakeProtocol("other");
   static const config::Catalog kCatalog = {{{"fake", &kFake}, {"other", &kOther}},
+                                           {},
                                            {"tests/config/nowhere", "tests/config/profiles"}};
   return kCatalog;
 }
@@ -121,6 +122,7 @@ const config::Catalog& ModbusCatalog() {
   static const Protocol kRtu = MakeFakeCarrier("modbus_rtu");
   static const config::Catalog kCatalog = {
       {{"fake", &kFake}, {"modbus_ascii", &kAscii}, {"modbus_rtu", &kRtu}},
+      {},
       {"tests/config/profiles"}};
   return kCatalog;
 }

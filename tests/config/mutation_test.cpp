@@ -24,6 +24,7 @@ const config::Catalog& ExampleCatalog() {
   static const Protocol kRtu = MakeFakeCarrier("modbus_rtu");
   static const config::Catalog kCatalog = {
       {{"spabus", &kSpabus}, {"dcon", &kDcon}, {"set4tm", &kSet4tm}, {"modbus_rtu", &kRtu}},
+      {},
       {"tests/config/profiles"}};
   return kCatalog;
 }

@@ -273,7 +273,7 @@ TEST_F(Scan, ItsConfigurationIsOne) {
   const config::Line& line = loaded.config.lines.at(0);
   EXPECT_EQ(line.echo, config::Echo::strip);
   EXPECT_EQ(loaded.config.name + " " + line.name, "gate-7 bus");
-  EXPECT_TRUE(loaded.config.web.enabled);
+  EXPECT_TRUE(loaded.config.web.on);
   EXPECT_EQ(line.protocol + " " + line.serial.ToString(), "dcon 9600 8N1");
   EXPECT_THAT(line.devices, SizeIs(report.found.size()));
 }
