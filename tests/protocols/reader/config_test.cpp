@@ -15,9 +15,8 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
 config::Loaded Load(const std::string& devices, const std::string& line = {}) {
-  const config::Catalog catalog{{{"reader", &ReaderProtocol()}, {"toy", &ToyProtocol()}},
-                                {},
-                                {"config/profiles"}};
+  const config::Catalog catalog{
+      {{"reader", &ReaderProtocol()}, {"toy", &ToyProtocol()}}, {}, {"config/profiles"}};
   return config::LoadText(
       "events: {}\nlines:\n  - { name: gate, port: /dev/ttyACM0, protocol: reader" + line +
           ",\n      devices: [" + devices + "] }\n",
