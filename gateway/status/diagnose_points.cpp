@@ -45,7 +45,9 @@ Sentences DiagnosePoints(const LineStatus& line, const DeviceRecord& record, Now
     // What a reader has not read yet is not missing.
     if (said && record.status.unasked && quality.reason == Reason::not_ready) continue;
     const auto group = static_cast<std::size_t>(record.device->points[i].group);
-    if (!said && !in_doubt && open < record.age_limits[group].max_age) continue;
+    const Duration max_age = record.age_limits[group].max_age;
+    const bool waits = max_age != Duration::max() && open < max_age;  // else it does not age
+    if (!said && !in_doubt && waits) continue;
     ++(said ? reported : in_doubt ? doubted : stale);
     if (said && quality.reason != Reason::none) ++reasons[quality.reason];
     if (said && quality.reason == Reason::none) {
