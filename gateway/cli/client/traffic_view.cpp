@@ -35,7 +35,6 @@ std::string RouteTable(const Json& routes, const TableView& view) {
       {.title = "requests", .right = true},
       {.title = "ok", .right = true},
       {.title = "refused", .right = true},
-      {.title = "denied", .right = true, .spare = true},
       {.title = "no reply", .right = true},
       {.title = "too late", .right = true, .spare = true},
       {.title = "queue full", .right = true, .spare = true},
@@ -43,11 +42,11 @@ std::string RouteTable(const Json& routes, const TableView& view) {
       {.title = "mean wait", .right = true}};
   std::vector<TableRow> rows;
   const auto add = [&rows](const std::string& units, const std::string& target, const Json& of) {
-    rows.push_back({{units, target, NumberText(of, "requests"), NumberText(of, "ok"),
-                     NumberText(of, "refused"), NumberText(of, "denied"),
-                     NumberText(of, "no_reply"), NumberText(of, "expired"), NumberText(of, "busy"),
-                     NumberText(of, "dropped"), Milliseconds(of, "mean_wait_us")},
-                    Failed(of) > 0 ? Tone::warning : Tone::plain});
+    rows.push_back(
+        {{units, target, NumberText(of, "requests"), NumberText(of, "ok"),
+          NumberText(of, "refused"), NumberText(of, "no_reply"), NumberText(of, "expired"),
+          NumberText(of, "busy"), NumberText(of, "dropped"), Milliseconds(of, "mean_wait_us")},
+         Failed(of) > 0 ? Tone::warning : Tone::plain});
   };
   for (const Json& route : routes) {
     add(Text(route, "units"), Text(route, "target"), route);
