@@ -232,7 +232,11 @@ WebOutput::Prepared Daemon::Impl::PrepareWeb() {
   web::LiveApi::Links links{store, lines, GatewayForStatus()};
   links.protocol = [this](const std::string& name) { return catalog.FindProtocol(name); };
   if (reloader) links.configuration = [this] { return reloader->ConfigurationText(); };
-  web = std::make_unique<WebOutput>(std::move(links));
+  modbus::DescriptorNeeds needs = modbus::DescriptorNeedsOf(config);
+  needs.web = modbus::kWebDescriptors;  // a reload may add the page
+  const std::size_t limit = modbus::RaiseDescriptorLimit(needs.all());
+  web = std::make_unique<WebOutput>(std::move(links),
+                                    web::Limits::Of(modbus::WebShare(needs, limit)));
   return web->Prepare(config.web);
 }
 
