@@ -296,6 +296,10 @@ class Conversation {
   /// `now`: for civil times in it.
   virtual void Recall(std::string_view /*memory*/, Now /*now*/) {}
 
+  /// A write that was begun before a restart has not ended, as far as the audit knows: a session or
+  /// a password may still be open in the device.
+  virtual void OnUnsettledWrite() {}
+
   /// One of the latest replies on the line was another request's: a refusal may have been, too.
   /// What was refused is asked again. True: Queries() are others now.
   virtual bool ForgetRefusals() { return false; }

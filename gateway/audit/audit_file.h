@@ -30,6 +30,9 @@ class AuditFile {
   /// Takes out what there is no room for, and what is too old. Its failures are the next write's.
   void Tidy(Now now);
 
+  /// See WriteTable. Of a file that is open.
+  const std::set<Target>& unsettled() const { return table_->unsettled(); }
+
   bool is_open() const { return table_.has_value(); }
   const std::filesystem::path& path() const { return connection_.path(); }
 

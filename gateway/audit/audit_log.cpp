@@ -133,6 +133,9 @@ void AuditLog::WriteDue() {
     if (!opened->put_aside.empty()) options_.warn("audit: " + opened->put_aside);
     if (opened->lost) options_.warn("audit: " + *opened->lost);
     if (!opened->ok) status = Error{opened->error};
+    if (opened->ok && !std::exchange(was_open_, true) && options_.unsettled) {
+      options_.unsettled(file_.unsettled());
+    }
     const MutexLock lock(mutex_);
     if (opened->new_file) book_.NewFile();
   }

@@ -30,6 +30,9 @@ class AuditLog final : public WriteLog, public AuditSource {
     /// One line when the disk begins to fail, and one when it is well again; from any thread.
     std::function<void(const std::string&)> warn;
     std::function<void(const std::string&)> inform;
+    /// Devices to which the last run has begun a write that has not ended, when the file opens
+    /// first; on the writing thread. Empty: nobody wants to know.
+    std::function<void(const std::set<Target>& devices)> unsettled{};
   };
   explicit AuditLog(Options options);
   /// Writes what is left; as long as the disk takes.
@@ -54,7 +57,8 @@ class AuditLog final : public WriteLog, public AuditSource {
   std::string Consequence() const;
 
   const Options options_;
-  AuditFile file_;  // of the writing thread
+  AuditFile file_;         // of the writing thread
+  bool was_open_ = false;  // likewise
   mutable Mutex mutex_;
   std::condition_variable due_;
   std::condition_variable changed_;

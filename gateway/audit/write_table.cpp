@@ -12,7 +12,9 @@ constexpr const char* kInsert =
 constexpr const char* kUpdate =
     "UPDATE writes SET last=?, first=?, new=?, outcome=?, reason=?, took=?, count=?, settled=? "
     "WHERE seq=?";
-constexpr const char* kOrphans = "SELECT seq FROM writes WHERE settled IS NULL ORDER BY seq";
+constexpr const char* kOrphans =
+    "SELECT seq, line, device, kind='point' AND outcome IS NULL FROM writes WHERE settled IS NULL "
+    "ORDER BY seq";
 constexpr const char* kSettle =
     "UPDATE writes SET settled=?, outcome=coalesce(outcome, 'unknown'), reason=CASE WHEN outcome "
     "IS NULL THEN 'the gateway was stopped before it had ended' ELSE reason END WHERE seq=?";
@@ -57,7 +59,10 @@ bool WriteTable::SettleOrphans() {
   std::vector<std::int64_t> orphans;
   Statement find(database_, kOrphans);
   Statement::Step step = find.Next();
-  for (; step == Statement::Step::row; step = find.Next()) orphans.push_back(find.Number(0));
+  for (; step == Statement::Step::row; step = find.Next()) {
+    orphans.push_back(find.Number(0));
+    if (find.Number(3) != 0) unsettled_.emplace(find.Text(1), find.Text(2));
+  }
   if (step == Statement::Step::failed) return false;
   find.Reset();
   if (!orphans.empty() && !database_.Execute("BEGIN IMMEDIATE")) return false;

@@ -5,6 +5,9 @@
 
 #include <array>
 #include <cstdint>
+#include <set>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "gateway/audit/audit_book.h"
@@ -23,13 +26,18 @@ inline constexpr Duration kDay = 24h;
 inline constexpr std::array<Room, kKinds> kRooms = {
     Room{200'000, 5 * 366 * kDay}, Room{100'000, 400 * kDay}, Room{20'000, 400 * kDay}};
 
+/// Line and bare name of a device.
+using Target = std::pair<std::string, std::string>;
+
 class WriteTable {
  public:
   /// `database` is of OpenEvents, and outlives it.
   explicit WriteTable(Database& database, const std::array<Room, kKinds>& rooms = kRooms);
 
-  /// Once, before anything else: what the last run has begun and not ended is unknown now.
+  /// Once, before anything else: what the last run has begun and not ended is unknown now. Its
+  /// writes to points are `unsettled()` then.
   bool SettleOrphans();
+  const std::set<Target>& unsettled() const { return unsettled_; }
   /// All or none. Sets the seq of new ones.
   bool Write(std::vector<Draft>& drafts);
   /// Takes out what is beyond the rows of its kind.
@@ -50,6 +58,7 @@ class WriteTable {
   Statement update_;
   std::array<std::int64_t, kKinds> rows_{};
   std::int64_t settled_ = 0;  // the last that was given
+  std::set<Target> unsettled_;
 };
 
 }  // namespace baudgate::audit

@@ -25,11 +25,12 @@ std::string Plural(std::uint64_t count, std::string_view word) {
   return std::to_string(count) + " " + std::string(word) + (count == 1 ? "" : "s");
 }
 
-std::string Harmless(std::string_view text) {
+std::string Harmless(std::string_view text, std::string_view kept) {
   std::string safe(text);
   for (char& c : safe) {
     const auto byte = static_cast<unsigned char>(c);
-    if (byte < 0x20 || byte == 0x7F) c = '?';
+    const bool control = byte < 0x20 || byte == 0x7F;
+    if (control && kept.find(c) == std::string_view::npos) c = '?';
   }
   // C1 controls (U+0080…U+009F) steer some terminals too.
   for (std::size_t at = 0; at + 1 < safe.size(); ++at) {

@@ -16,7 +16,7 @@ std::string FormatValue(double value);
 std::string FormatAge(Duration age);
 /// "1 line", "2 lines".
 std::string Plural(std::uint64_t count, std::string_view word);
-/// Control characters, and what is no UTF-8, become '?'.
-std::string Harmless(std::string_view text);
+/// Control characters but those in `kept`, and what is no UTF-8, become '?'.
+std::string Harmless(std::string_view text, std::string_view kept = {});
 
 }  // namespace baudgate

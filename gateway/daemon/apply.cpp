@@ -41,7 +41,7 @@ void CountClients(const modbus::TrafficStatus& traffic, reload::ModbusDifference
 
 void Daemon::Impl::SetReload(ReloadOptions options) {
   Reloader::Links links;
-  links.running = [this]() -> const config::Config& { return *slots; };
+  links.running = [this] { return slots; };
   links.keeps = [this] { return records.open(); };
   links.open_folder = [this]() -> Status {
     if (Status status = records.OpenFolder(config); !status) return status;

@@ -119,13 +119,27 @@ double Daemon::Impl::MakeRoomFor(const config::Config& its_config) {
 
 Status Daemon::Impl::OpenRecords() {
   const Records::Links links{
-      store, lines, [this](std::uint32_t device, const std::string& said, bool reported) {
+      store, lines,
+      [this](std::uint32_t device, const std::string& said, bool reported) {
         lines.OfDevice(device).With(
             [&](LineRunner& runner) { runner.OnEventsKept(device, said, reported); });
-      }};
+      },
+      [this](const std::set<audit::Target>& devices) { TellUnsettled(devices); }};
   if (NeedsState(config, catalog)) return records.Open(config, links);
   records.OpenAlarms(config, links);
   return {};
+}
+
+/// Before a reload: devices have the numbers of the start.
+void Daemon::Impl::TellUnsettled(const std::set<audit::Target>& devices) {
+  std::uint32_t index = 0;
+  for (const config::Line& line : config.lines) {
+    for (const config::Device& device : line.devices) {
+      const std::uint32_t its = index++;
+      if (!devices.contains({line.name, device.name})) continue;
+      lines.OfDevice(its).With([&](LineRunner& runner) { runner.OnUnsettledWrite(its); });
+    }
+  }
 }
 
 void Daemon::Impl::MakeLines() {
@@ -232,7 +246,11 @@ WebOutput::Prepared Daemon::Impl::PrepareWeb() {
   web::LiveApi::Links links{store, lines, GatewayForStatus()};
   links.protocol = [this](const std::string& name) { return catalog.FindProtocol(name); };
   if (reloader) links.configuration = [this] { return reloader->ConfigurationText(); };
-  web = std::make_unique<WebOutput>(std::move(links));
+  modbus::DescriptorNeeds needs = modbus::DescriptorNeedsOf(config);
+  needs.web = modbus::kWebDescriptors;  // a reload may add the page
+  const std::size_t limit = modbus::RaiseDescriptorLimit(needs.all());
+  web = std::make_unique<WebOutput>(std::move(links),
+                                    web::Limits::Of(modbus::WebShare(needs, limit)));
   return web->Prepare(config.web);
 }
 

@@ -63,6 +63,7 @@ struct Daemon::Impl {
   /// Of file descriptors. Which part of each listener's max_clients may connect.
   static double MakeRoomFor(const config::Config& its_config);
   Status OpenRecords();
+  void TellUnsettled(const std::set<audit::Target>& devices);
   void MakeLines();
   void MakeClocks();
   Status StartModbus();

@@ -17,10 +17,11 @@ constexpr std::size_t kForSerialPort = 8;
 constexpr std::size_t kForNetworkPort = 2;
 constexpr std::size_t kForListener = 4;
 constexpr std::size_t kForServer = 2;
-constexpr std::size_t kForWeb = 352;  // web::Limits::at_all, and some
+constexpr std::size_t kPartForWeb = 8;
 
 std::size_t RoomForClients(const DescriptorNeeds& needs, std::size_t limit) {
-  return limit > needs.others ? std::min(limit - needs.others, needs.clients) : 1;
+  const std::size_t kept = needs.others + WebShare(needs, limit);
+  return limit > kept ? std::min(limit - kept, needs.clients) : 1;
 }
 
 }  // namespace
@@ -32,7 +33,7 @@ DescriptorNeeds DescriptorNeedsOf(const config::Config& config) {
     needs.others += line.is_network() ? kForNetworkPort : kForSerialPort;
   }
   if (config.dds.enabled) needs.others += kForDds;
-  if (config.web.on) needs.others += kForWeb;
+  if (config.web.on) needs.web = kWebDescriptors;
   if (!config.modbus.enabled) return needs;
   needs.others += config.modbus.routes.size() * kForServer;
   for (const config::Listener& listener : config.modbus.listen) {
@@ -60,13 +61,17 @@ double ClientShare(const DescriptorNeeds& needs, std::size_t limit) {
   return static_cast<double>(RoomForClients(needs, limit)) / static_cast<double>(needs.clients);
 }
 
+std::size_t WebShare(const DescriptorNeeds& needs, std::size_t limit) {
+  return limit >= needs.all() ? needs.web : std::min(needs.web, limit / kPartForWeb);
+}
+
 std::string ExplainClientShare(const DescriptorNeeds& needs, std::size_t limit) {
   return fmt::format(
       "at most {} clients may connect, not {}, and the same part of each listener's max_clients: "
-      "of the "
-      "{} files that this process may have open {} are kept for ports and sockets; raise "
+      "of the {} files that this process may have open {} are kept for ports and sockets; raise "
       "LimitNOFILE of the service (ulimit -Hn) to {} or lower max_clients",
-      RoomForClients(needs, limit), needs.clients, limit, needs.others, needs.all());
+      RoomForClients(needs, limit), needs.clients, limit, needs.others + WebShare(needs, limit),
+      needs.all());
 }
 
 }  // namespace baudgate::modbus

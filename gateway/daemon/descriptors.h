@@ -1,6 +1,7 @@
 // File descriptors: how many the gateway needs by its configuration, and how many Modbus clients
-// may connect where the system allows fewer. Clients must never take those with which a port is
-// opened anew and the control socket answers. Asked once, by daemon.cpp.
+// and viewers of the page may connect where the system allows fewer. Neither must take those with
+// which a port is opened anew and the control socket answers, nor the viewers those of the clients.
+// Asked once, by daemon.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -11,11 +12,15 @@
 
 namespace baudgate::modbus {
 
+/// Of the page: web::Limits::at_all, and some.
+inline constexpr std::size_t kWebDescriptors = 352;
+
 struct DescriptorNeeds {
   std::size_t clients = 0;  ///< max_clients of all listeners
   std::size_t others = 0;   ///< ports, sockets, files; generously
+  std::size_t web = 0;      ///< connections of the page
 
-  std::size_t all() const { return clients + others; }
+  std::size_t all() const { return clients + others + web; }
 };
 
 DescriptorNeeds DescriptorNeedsOf(const config::Config& config);
@@ -26,6 +31,9 @@ std::size_t RaiseDescriptorLimit(std::size_t needed);
 
 /// Which part of each listener's max_clients may connect, above 0 and at most 1.
 double ClientShare(const DescriptorNeeds& needs, std::size_t limit);
+
+/// How many of `needs.web` the page may use: all, or an eighth of the limit.
+std::size_t WebShare(const DescriptorNeeds& needs, std::size_t limit);
 
 /// For the log, when it is less than all.
 std::string ExplainClientShare(const DescriptorNeeds& needs, std::size_t limit);

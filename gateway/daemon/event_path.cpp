@@ -59,7 +59,7 @@ events::EventLog::Options OptionsOf(const config::Config& config, const EventsPl
   options.feed = std::move(feed);
   options.tells_own = config.events.given;
   options.watches = [&config](const events::Alarm& alarm) {
-    return events::Watches(config, alarm);
+    return events::PriorityOf(config, alarm);
   };
   options.kept = [kept = std::move(kept)](const std::vector<events::Source>& sources) {
     for (const events::Source source : sources) kept(source);
@@ -114,8 +114,9 @@ void EventPath::AddPlaces(const config::Line& line) {
 
 void EventPath::Renumber(const std::shared_ptr<const config::Config>& config,
                          std::span<const std::shared_ptr<const config::Line>> begun) {
-  log_.Renumber(SourcesOf(*config),
-                [config](const events::Alarm& alarm) { return events::Watches(*config, alarm); });
+  log_.Renumber(SourcesOf(*config), [config](const events::Alarm& alarm) {
+    return events::PriorityOf(*config, alarm);
+  });
   std::set<std::string> names;
   for (const auto& line : begun) names.insert(line->name);
   alarms_.Renew(config, names);

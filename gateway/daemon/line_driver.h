@@ -62,6 +62,7 @@ class LineDriver final : private PollerListener {
   /// `reported`: it is what OnEvents has told last. Otherwise the store of events has opened, and
   /// this is what it holds.
   void OnEventsKept(std::uint32_t device, const std::string& said, bool reported, Now now);
+  void OnUnsettledWrite(std::uint32_t device) { poller_.OnUnsettledWrite(device); }
   /// See Conversation.
   void OnHostClock(bool right) { poller_.OnHostClock(right); }
 

@@ -88,6 +88,10 @@ void LineRunner::OnEventsKept(std::uint32_t device, std::string said, bool repor
   });
 }
 
+void LineRunner::OnUnsettledWrite(std::uint32_t device) {
+  Post([this, device](Now) { driver_.OnUnsettledWrite(device); });
+}
+
 void LineRunner::OnHostClock(bool right) {
   Post([this, right](Now) { driver_.OnHostClock(right); });
 }

@@ -61,6 +61,8 @@ class LineRunner final : public RouteTarget, private TransportListener {
   void SetInUse(std::uint32_t device, bool in_use);
   /// From any thread, as long as the runner lives.
   void OnEventsKept(std::uint32_t device, std::string said, bool reported);
+  /// See Conversation.
+  void OnUnsettledWrite(std::uint32_t device);
   void OnHostClock(bool right);
   LineRecorder& recorder() { return driver_.recorder(); }
 

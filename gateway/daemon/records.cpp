@@ -28,7 +28,7 @@ Status Records::Open(const config::Config& config, const Links& links) {
   if (Status status = PlaceEvents(config, place); !status) return status;
   if (Status status = PlaceHistory(config); !status) return status;
   StartHistory(config, links.store);
-  writes_ = std::make_unique<WritePath>(config, links.store, links.lines, place);
+  writes_ = std::make_unique<WritePath>(config, links.store, links.lines, place, links.unsettled);
   keeps_events_ = KeepsEvents(config);
   place.in_memory = !keeps_events_;
   if (place.in_memory) place.file.clear();

@@ -32,6 +32,7 @@ class Records {
     PointStore& store;
     CommandSink& lines;
     EventPath::Kept kept;  ///< see EventPath
+    WritePath::Unsettled unsettled;
   };
   /// The error: another gateway has the folder. `config` outlives this.
   Status Open(const config::Config& config, const Links& links);

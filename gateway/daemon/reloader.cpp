@@ -69,7 +69,8 @@ Reloader::Reloader(ReloadOptions options, Links links)
 
 void Reloader::Start() {
   started_ = true;
-  confirmed_ = std::make_shared<const Applied>(Applied{options_.running, links_.running()});
+  confirmed_ =
+      std::make_shared<const Applied>(Applied{std::move(options_.running), links_.running()});
   SetRuns(confirmed_);
   if (options_.kept && (links_.keeps() || !options_.kept->empty())) {
     const Status status = OpenFolder();
@@ -161,7 +162,7 @@ control::ReloadAnswer Reloader::Do(const control::ReloadAsk& ask) {
     if (!ask.dry_run) log::Act(Level::error, "reload: nothing is changed: {}", taken_back);
     return Failed(kBadFile, taken_back);
   }
-  reload::Difference difference = reload::Compare(links_.running(), *loaded.config);
+  reload::Difference difference = reload::Compare(*links_.running(), *loaded.config);
   links_.examine(*loaded.config, difference);
   const std::string why_not = reload::WhyNot(difference);
   if (ask.dry_run || !why_not.empty()) {
@@ -183,7 +184,7 @@ bool Reloader::WasTakenBack(const std::string& text) const {
 
 /// The text may be another all the same. What is on trial stays there.
 control::ReloadAnswer Reloader::Unchanged(const control::ReloadAsk& ask, const std::string& text) {
-  const Duration trial = probation_.running() ? TrialOf(ask, runs_->config) : Duration::zero();
+  const Duration trial = probation_.running() ? TrialOf(ask, *runs_->config) : Duration::zero();
   Status kept;
   if (text != runs_->text || !state().not_the_file.empty()) {
     kept = Keep(text, trial > Duration::zero());
@@ -210,7 +211,8 @@ control::ReloadAnswer Reloader::Apply(const control::ReloadAsk& ask, const std::
   options_.notify(fmt::format("RELOADING=1\nMONOTONIC_USEC={}\nSTATUS=reads {}",
                               ReadClocks().instant.time_since_epoch() / 1us, options_.file));
   prepared.apply();
-  SetRuns(std::make_shared<const Applied>(Applied{text, std::move(next)}));
+  SetRuns(std::make_shared<const Applied>(
+      Applied{text, std::make_shared<const config::Config>(std::move(next))}));
   Show([](control::ReloadState& state) { state.applied = ReadClocks().wall; });
   BeginTrial(trial, before);
   links_.tell(false, fmt::format("{}, by {}{}", reload::Summary(difference), ask.by, OnTrial()));
@@ -237,7 +239,7 @@ control::ReloadAnswer Reloader::Done(const control::ReloadAsk& ask,
 /// before is asked for.
 Duration Reloader::TrialOf(const control::ReloadAsk& ask, const config::Config& next) const {
   if (!probation_.running()) return ask.confirm;
-  if (reload::Compare(confirmed_->config, next).empty()) return Duration::zero();
+  if (reload::Compare(*confirmed_->config, next).empty()) return Duration::zero();
   if (ask.confirm > Duration::zero()) return ask.confirm;
   return std::max<Duration>(probation_.until() - ReadClocks().instant, kLook);
 }
@@ -335,11 +337,11 @@ void Reloader::TakeBack(const std::string& why) {
   if (!kept) log::Warn("the configuration is not kept: {}", kept.error());
   options_.notify(fmt::format("RELOADING=1\nMONOTONIC_USEC={}\nSTATUS=takes back {}",
                               ReadClocks().instant.time_since_epoch() / 1us, options_.file));
-  reload::Difference difference = reload::Compare(links_.running(), confirmed_->config);
-  links_.examine(confirmed_->config, difference);
+  reload::Difference difference = reload::Compare(*links_.running(), *confirmed_->config);
+  links_.examine(*confirmed_->config, difference);
   difference.restart.clear();  // what ran before can run again
   std::vector<std::string> missing;
-  if (!difference.empty()) missing = links_.prepare(confirmed_->config, difference).apply();
+  if (!difference.empty()) missing = links_.prepare(*confirmed_->config, difference).apply();
   SetRuns(confirmed_);
   BeginTrial(Duration::zero(), {});
   LogChanges(difference);

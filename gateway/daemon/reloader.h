@@ -57,7 +57,7 @@ class Reloader final : public control::ReloadDesk {
   };
   /// How it is done; on the reloader's thread.
   struct Links {
-    std::function<const config::Config&()> running;
+    std::function<std::shared_ptr<const config::Config>()> running;
     /// Something is kept anyway. Else the state folder is made for the first reload.
     std::function<bool()> keeps;
     std::function<Status()> open_folder;
@@ -91,7 +91,7 @@ class Reloader final : public control::ReloadDesk {
   /// A text that was applied, and what it and the profiles said then.
   struct Applied {
     std::string text;
-    config::Config config;
+    std::shared_ptr<const config::Config> config;
   };
 
   control::ReloadAnswer Do(const control::ReloadAsk& ask);

@@ -39,7 +39,7 @@ std::string WebOutput::Apply(const config::Config& config, Prepared prepared) {
     const Status status = server_->Apply(config, std::move(prepared.opened), links_.info.history);
     if (!status) return status.error();
   } else {
-    auto server = web::WebServer::Start(config, std::move(prepared.opened), links_);
+    auto server = web::WebServer::Start(config, std::move(prepared.opened), links_, limits_);
     if (!server) return server.error();
     server_ = std::move(*server);
   }

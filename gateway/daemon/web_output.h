@@ -15,7 +15,8 @@ namespace baudgate {
 class WebOutput {
  public:
   /// All of `links` outlives it.
-  explicit WebOutput(web::LiveApi::Links links) : links_(std::move(links)) {}
+  WebOutput(web::LiveApi::Links links, const web::Limits& limits)
+      : links_(std::move(links)), limits_(limits) {}
 
   /// The file of the token has another one, or none any more.
   bool HasOtherToken(const config::Web& next) const;
@@ -36,6 +37,7 @@ class WebOutput {
 
  private:
   web::LiveApi::Links links_;
+  const web::Limits limits_;
   config::Web web_;  // as it is served
   std::optional<std::string> token_;
   std::unique_ptr<web::WebServer> server_;

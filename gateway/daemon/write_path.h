@@ -3,12 +3,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <memory>
+#include <set>
 #include <string>
 
 #include "config/model/config.h"
 #include "gateway/audit/audit_log.h"
 #include "gateway/audit/audited_writes.h"
+#include "gateway/base/guarded.h"
 #include "gateway/daemon/events_place.h"
 #include "gateway/requests/commands.h"
 #include "gateway/store/point_store.h"
@@ -17,19 +20,28 @@ namespace baudgate {
 
 class WritePath {
  public:
+  /// Called once, from any thread: see AuditLog::Options.
+  using Unsettled = std::function<void(const std::set<audit::Target>& devices)>;
   /// All but `place` outlive it.
   WritePath(const config::Config& config, const PointStore& store, CommandSink& lines,
-            const EventsPlace& place);
+            const EventsPlace& place, Unsettled unsettled);
 
   /// What outputs submit to.
   CommandSink& entrance() { return audited_; }
   audit::AuditLog& log() { return log_; }
 
-  void Start() { audited_.Start(); }
+  /// The lines are there: `unsettled` is called from now on.
+  void Start();
   /// Nobody submits any more: what waits is handed to the lines, or denied.
   void Stop() { audited_.Stop(); }
 
  private:
+  void OnUnsettled(const std::set<audit::Target>& devices);
+
+  const Unsettled unsettled_;
+  Mutex mutex_;
+  bool started_ BAUDGATE_GUARDED_BY(mutex_) = false;
+  std::set<audit::Target> early_ BAUDGATE_GUARDED_BY(mutex_);  // before Start
   audit::AuditLog log_;
   audit::AuditedWrites audited_;
 };

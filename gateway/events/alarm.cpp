@@ -22,6 +22,7 @@ AlarmState After(AlarmState before, Step step) {
     case Step::acknowledge:
       if (before == AlarmState::active) return AlarmState::acknowledged;
       return before == AlarmState::returned ? AlarmState::normal : before;
+    case Step::priority:
     case Step::none:
       break;
   }
@@ -63,16 +64,18 @@ AlarmChange Apply(const Alarm* before, const EventRecord& event) {
     if (!meant || !IsUnacknowledged(was)) return {.counts = false};
   }
   if (mark.first && IsActive(was) == (mark.step == Step::raise)) return {.counts = false};
+  const bool reprioritised = mark.step == Step::priority && IsActive(was) && before != nullptr &&
+                             before->priority != mark.priority;
   const AlarmState is = After(was, mark.step);
   const bool begins = mark.step == Step::raise ? was != AlarmState::active
                                                : mark.step == Step::pulse && !IsActive(was);
-  if (is == was && !begins) return {};
+  if (is == was && !begins && !reprioritised) return {};
   Alarm alarm = before == nullptr ? NewAlarm(event) : *before;
   alarm.state = is;
   alarm.changed = event.received;
   if (acknowledges) alarm.by = mark.by;
+  if (begins || reprioritised) alarm.priority = mark.priority;
   if (begins) {
-    alarm.priority = mark.priority;
     alarm.seq = event.seq;
     alarm.raised = event.device_time;
     alarm.text = event.text;

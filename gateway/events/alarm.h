@@ -43,6 +43,7 @@ struct AlarmMark {
     clear,
     pulse,  ///< raised and over at once
     acknowledge,
+    priority,  ///< it is another one from now on
   };
   Step step = Step::none;
   config::AlarmPriority priority = config::AlarmPriority::none;

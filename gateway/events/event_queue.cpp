@@ -217,7 +217,7 @@ bool EventQueue::OnOpened(const EventTable::Contents& contents) {
     first = !std::exchange(opened_, true);
     if (first) {
       last_run_ = contents.last_run;
-      EndUnwatched();
+      FollowConfiguration();
     }
     tell = std::exchange(tell_opened_, {});
   }
@@ -225,10 +225,17 @@ bool EventQueue::OnOpened(const EventTable::Contents& contents) {
   return first;
 }
 
-void EventQueue::EndUnwatched() {
+void EventQueue::FollowConfiguration() {
+  if (!watches_) return;
   for (const auto& [key, alarm] : book_.alarms()) {
-    if (!IsActive(alarm.state) || !watches_ || watches_(alarm)) continue;
-    book_.TellAlways(NotWatchedRecord(alarm, options_.clocks().wall));
+    if (!IsActive(alarm.state)) continue;
+    const auto priority = watches_(alarm);
+    const WallTime at = options_.clocks().wall;
+    if (!priority) {
+      book_.TellAlways(NotWatchedRecord(alarm, at));
+    } else if (*priority != alarm.priority) {
+      book_.TellAlways(PriorityRecord(alarm, *priority, at));
+    }
   }
 }
 
@@ -256,7 +263,7 @@ std::vector<Source> EventQueue::Done(Round& round, const Status& status, std::in
       kept = book_.Kept(round.batches.size());
       records_.erase(records_.begin(),
                      records_.begin() + static_cast<std::ptrdiff_t>(round.records.size()));
-      if (round.ends_alarms) EndUnwatched();
+      if (round.ends_alarms) FollowConfiguration();
     } else {
       ends_alarms_ = ends_alarms_ || round.ends_alarms;
     }

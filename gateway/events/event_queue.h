@@ -87,7 +87,7 @@ class EventQueue {
   bool IsIdle() const BAUDGATE_REQUIRES(mutex_);
   std::optional<Instant> WakesAt() const BAUDGATE_REQUIRES(mutex_);
   void TellEnd() BAUDGATE_REQUIRES(mutex_);
-  void EndUnwatched() BAUDGATE_REQUIRES(mutex_);
+  void FollowConfiguration() BAUDGATE_REQUIRES(mutex_);
   std::vector<Alarm> AlarmsNow() const BAUDGATE_REQUIRES(mutex_);
   /// Calls `use` with the alarms as they are now.
   template <typename Use>

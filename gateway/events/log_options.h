@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,8 +14,9 @@
 
 namespace baudgate::events {
 
-/// Whether the configuration still has it; empty: it has all.
-using Watched = std::function<bool(const Alarm&)>;
+/// Its priority in the configuration; nothing: the configuration does not have it any more. Without
+/// a function all alarms stay as they are.
+using Watched = std::function<std::optional<config::AlarmPriority>(const Alarm&)>;
 
 struct LogOptions {
   std::filesystem::path file;  ///< empty: there is no place for it

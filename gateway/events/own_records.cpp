@@ -87,6 +87,14 @@ EventRecord NotWatchedRecord(const Alarm& alarm, WallTime at) {
   return record;
 }
 
+EventRecord PriorityRecord(const Alarm& alarm, config::AlarmPriority priority, WallTime at) {
+  const std::string change = std::string("priority ") + std::string(Name(priority)) + ", was " +
+                             std::string(Name(alarm.priority)) + ": ";
+  EventRecord record = AlarmRecord(OwnCode::priority, change.c_str(), alarm, at);
+  record.mark = {.step = AlarmMark::Step::priority, .priority = priority};
+  return record;
+}
+
 EventRecord OwnAlarmRecord(Trouble trouble, const std::string& line, const std::string& device,
                            AlarmMark mark, std::string text, WallTime at) {
   EventRecord record = OwnRecord(OwnCode::own_alarm, std::move(text), at);

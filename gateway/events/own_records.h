@@ -29,6 +29,8 @@ EventRecord LeftOutRecord(std::uint64_t events, const EventRecord& last, WallTim
                           WallTime at);
 /// Of an alarm that the configuration does not have any more.
 EventRecord NotWatchedRecord(const Alarm& alarm, WallTime at);
+/// Of an alarm whose priority in the configuration is another one now.
+EventRecord PriorityRecord(const Alarm& alarm, config::AlarmPriority priority, WallTime at);
 /// What raises or ends an alarm of the gateway's own.
 EventRecord OwnAlarmRecord(Trouble trouble, const std::string& line, const std::string& device,
                            AlarmMark mark, std::string text, WallTime at);

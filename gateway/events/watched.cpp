@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/events/watched.h"
 
-#include <algorithm>
 #include <string_view>
 
 #include "gateway/base/text.h"
@@ -11,42 +10,51 @@
 namespace baudgate::events {
 namespace {
 
-/// "2:17": channel and code.
-bool Raises(const config::Device& device, std::string_view name) {
-  const auto parts = Split(name, ':');
-  if (parts.size() != 2) return false;
-  const auto channel = ParseInteger<std::uint32_t>(parts[0]);
-  const auto code = ParseInteger<std::uint32_t>(parts[1]);
-  if (!channel || !code) return false;
-  const auto* known = config::FindEvent(device.event_texts, *channel, *code);
-  return known != nullptr && known->alarm != config::AlarmPriority::none;
+using Priority = std::optional<config::AlarmPriority>;
+
+Priority Alarming(config::AlarmPriority priority) {
+  return priority == config::AlarmPriority::none ? std::nullopt : Priority(priority);
 }
 
-bool Watches(const config::Device& device, const Alarm& alarm) {
-  if (alarm.point.empty()) return device.events && Raises(device, alarm.name);
-  return device.point_events && std::ranges::any_of(device.points, [&](const auto& point) {
-           return point.name == alarm.point &&
-                  std::ranges::any_of(point.events, [&](const config::PointEvent& event) {
-                    return event.alarm != config::AlarmPriority::none &&
-                           SubjectOf(point, event) == alarm.name;
-                  });
-         });
+/// "2:17": channel and code.
+Priority OfEvent(const config::Device& device, std::string_view name) {
+  const auto parts = Split(name, ':');
+  if (parts.size() != 2) return std::nullopt;
+  const auto channel = ParseInteger<std::uint32_t>(parts[0]);
+  const auto code = ParseInteger<std::uint32_t>(parts[1]);
+  if (!channel || !code) return std::nullopt;
+  const auto* known = config::FindEvent(device.event_texts, *channel, *code);
+  return known != nullptr ? Alarming(known->alarm) : std::nullopt;
+}
+
+Priority OfDevice(const config::Device& device, const Alarm& alarm) {
+  if (alarm.point.empty()) {
+    return device.events ? OfEvent(device, alarm.name) : std::nullopt;
+  }
+  if (!device.point_events) return std::nullopt;
+  for (const config::Point& point : device.points) {
+    if (point.name != alarm.point) continue;
+    for (const config::PointEvent& event : point.events) {
+      if (SubjectOf(point, event) == alarm.name) return Alarming(event.alarm);
+    }
+  }
+  return std::nullopt;
 }
 
 }  // namespace
 
-bool Watches(const config::Config& config, const Alarm& alarm) {
+std::optional<config::AlarmPriority> PriorityOf(const config::Config& config, const Alarm& alarm) {
   if (const auto trouble = TroubleNamed(alarm.name); trouble && alarm.point.empty()) {
     const auto setting = SettingOf(config, *trouble, alarm.line, alarm.device);
-    return setting && setting->on();
+    return setting && setting->on() ? Priority(setting->priority) : std::nullopt;
   }
   for (const config::Line& line : config.lines) {
     if (line.name != alarm.line) continue;
     for (const config::Device& device : line.devices) {
-      if (device.name == alarm.device) return Watches(device, alarm);
+      if (device.name == alarm.device) return OfDevice(device, alarm);
     }
   }
-  return false;
+  return std::nullopt;
 }
 
 }  // namespace baudgate::events

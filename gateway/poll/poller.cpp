@@ -191,6 +191,10 @@ void Poller::OnHostClock(bool right) {
   for (const auto& device : roster_.devices()) device->conversation->OnHostClock(right);
 }
 
+void Poller::OnUnsettledWrite(std::uint32_t index) {
+  roster_.DeviceAt(index).conversation->OnUnsettledWrite();
+}
+
 void Poller::OnEventsKept(std::uint32_t index, const std::string& said, Now now) {
   Advance(now);
   Device& device = roster_.DeviceAt(index);

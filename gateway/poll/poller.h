@@ -71,6 +71,7 @@ class Poller : private LineClient {
   void OnEventsKept(std::uint32_t device, const std::string& said, Now now);
   /// See Conversation.
   void OnHostClock(bool right);
+  void OnUnsettledWrite(std::uint32_t device);
   /// The client has left: its routed requests are answered, and what is not on the wire is not
   /// sent.
   void Forget(std::uint64_t client, Now now);

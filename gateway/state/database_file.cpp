@@ -94,6 +94,11 @@ fs::path PutAside(const fs::path& file) {
   return to;
 }
 
+std::string RenamedText(const fs::path& file, const std::string& why, const fs::path& to) {
+  return fmt::format("{} is damaged ({}) and was renamed to {}; a new one begins", file.string(),
+                     why, to.filename().string());
+}
+
 /// Some file systems leave this of a file that was there before a power cut. None of ours is empty
 /// once it was opened.
 bool IsEmpty(const fs::path& file) {
@@ -113,9 +118,13 @@ OpenedDatabase OpenDatabase(const fs::path& file, const DatabaseKind& kind, cons
       return opened;
     }
   }
-  if (put_aside && fs::exists(file, none) && PutAside(file).empty()) {
-    opened.error = file.string() + " is damaged, and cannot be renamed";
-    return opened;
+  if (put_aside && fs::exists(file, none)) {
+    const fs::path to = PutAside(file);
+    if (to.empty()) {
+      opened.error = file.string() + " is damaged, and cannot be renamed";
+      return opened;
+    }
+    opened.put_aside = RenamedText(file, "found while it was in use", to);
   }
   for (int tries = 0; tries < 2; ++tries) {
     const bool was_there = !vfs.empty() || fs::exists(file, none);
@@ -143,8 +152,7 @@ OpenedDatabase OpenDatabase(const fs::path& file, const DatabaseKind& kind, cons
     if (look != Look::damaged) return opened;
     const fs::path to = PutAside(file);
     if (to.empty()) return opened;
-    opened.put_aside = fmt::format("{} is damaged ({}) and was renamed to {}; a new one begins",
-                                   file.string(), why, to.filename().string());
+    opened.put_aside = RenamedText(file, why, to);
   }
   return opened;
 }

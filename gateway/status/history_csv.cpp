@@ -16,7 +16,8 @@ constexpr std::array<const char*, 7> kSpanFields = {"mean", "min",   "max",     
 std::string FieldOf(const nlohmann::ordered_json& record, const char* key) {
   const auto found = record.find(key);
   if (found == record.end() || found->is_null()) return {};
-  return Harmless(found->is_string() ? found->get<std::string>() : found->dump());
+  // A text may have tabs and several lines, which a cell can hold.
+  return Harmless(found->is_string() ? found->get<std::string>() : found->dump(), "\t\r\n");
 }
 
 }  // namespace

@@ -56,6 +56,7 @@ void LineRecorder::OnSent(std::uint32_t device, const Request& request, Now now)
   const MutexLock lock(mutex_);
   Begin();
   asked_ = device;
+  sent_ = now.instant;
   masks_received_ = !request.expect.secrets.empty();
   if (masks_received_) last_secret_ = now.instant;
   AddBytes({.kind = TraceRecord::Kind::sent, .device = device, .at = now.wall}, request.bytes,
@@ -64,6 +65,7 @@ void LineRecorder::OnSent(std::uint32_t device, const Request& request, Now now)
 
 void LineRecorder::OnReceived(View bytes, Now now) {
   const MutexLock lock(mutex_);
+  BeginUnasked(now);
   AddBytes({.kind = TraceRecord::Kind::received, .device = asked_, .at = now.wall}, bytes,
            std::vector<bool>(masks_received_ ? bytes.size() : 0, true));
 }
@@ -112,6 +114,13 @@ LineRecorder::Exchange& LineRecorder::Begin() {
   count_ = std::min(count_ + 1, kExchanges);
   ring_[newest_].Clear();
   return ring_[newest_];
+}
+
+void LineRecorder::BeginUnasked(Now now) {
+  const auto last = std::exchange(received_, now.instant);
+  if (count_ == 0 || (sent_ && now.instant - *sent_ < kOnlyListens)) return;
+  const bool silent = !last || now.instant - *last >= kSilence;
+  if (silent || ring_[newest_].on_wire >= kMostBytes) Begin();
 }
 
 void LineRecorder::Add(const Item& item, std::string_view text) {

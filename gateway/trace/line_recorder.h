@@ -39,6 +39,9 @@ class LineRecorder final : public Tap {
   /// A reason may quote what came back: none is kept for so long after a request with secrets, as
   /// its task may go on with requests that have none.
   static constexpr Duration kNoReasons = 5s;
+  /// A line that has sent nothing for so long only listens. Its messages are told apart by silence.
+  static constexpr Duration kOnlyListens = 10s;
+  static constexpr Duration kSilence = 500ms;
   /// A line that is in trouble for long gives one recording in this time.
   static constexpr Duration kBetweenRecordings = 1min;
 
@@ -77,7 +80,8 @@ class LineRecorder final : public Tap {
     WallTime at{};
     Duration round_trip{};
   };
-  /// One request and everything up to the next one. Kept as bytes: most are never looked at.
+  /// One request and everything up to the next one; on a line that only listens, one message. Kept
+  /// as bytes: most are never looked at.
   struct Exchange {
     std::vector<Item> items;
     Bytes bytes;               // and texts
@@ -90,6 +94,8 @@ class LineRecorder final : public Tap {
 
   Exchange& Begin() BAUDGATE_REQUIRES(mutex_);
   Exchange& Current() BAUDGATE_REQUIRES(mutex_) { return count_ == 0 ? Begin() : ring_[newest_]; }
+  /// Begins a new entry for what is received on a line that only listens.
+  void BeginUnasked(Now now) BAUDGATE_REQUIRES(mutex_);
   void Add(const Item& item, std::string_view text) BAUDGATE_REQUIRES(mutex_);
   void AddBytes(const Item& item, View bytes, const std::vector<bool>& masked)
       BAUDGATE_REQUIRES(mutex_);
@@ -110,6 +116,8 @@ class LineRecorder final : public Tap {
   std::size_t count_ BAUDGATE_GUARDED_BY(mutex_) = 0;               // of exchanges kept
   std::uint32_t asked_ BAUDGATE_GUARDED_BY(mutex_) = kNoDevice;     // whose exchange is under way
   bool masks_received_ BAUDGATE_GUARDED_BY(mutex_) = false;         // the last request had secrets
+  std::optional<Instant> sent_ BAUDGATE_GUARDED_BY(mutex_);         // the last request
+  std::optional<Instant> received_ BAUDGATE_GUARDED_BY(mutex_);     // the last bytes
   std::optional<Instant> last_secret_ BAUDGATE_GUARDED_BY(mutex_);  // when one was last sent
   std::optional<Instant> saved_ BAUDGATE_GUARDED_BY(mutex_);        // when it last gave a recording
   std::vector<std::weak_ptr<TraceQueue>> readers_ BAUDGATE_GUARDED_BY(mutex_);

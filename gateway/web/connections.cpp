@@ -7,6 +7,15 @@
 
 namespace baudgate::web {
 
+Limits Limits::Of(std::size_t descriptors) {
+  constexpr std::size_t kFew = 4;
+  Limits limits;
+  limits.at_all = std::clamp(descriptors, kFew, limits.at_all);
+  limits.connections = std::min(limits.connections, limits.at_all * 4 / 5);
+  limits.of_address = std::min(limits.of_address, limits.connections);
+  return limits;
+}
+
 std::optional<Connections::Id> Connections::Open(Id id, const std::string& peer, Instant now) {
   std::optional<Id> ends;
   if (all_.size() >= limits_.at_all) {

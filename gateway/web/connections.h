@@ -24,6 +24,9 @@ struct Limits {
   std::size_t body = 4096;                 ///< of a request
   std::size_t header = 8192;               ///< memory of a connection
   int send_buffer = 32 * 1024;             ///< of the kernel, for each connection
+
+  /// With as many connections as so many file descriptors allow.
+  static Limits Of(std::size_t descriptors);
 };
 
 class Connections {

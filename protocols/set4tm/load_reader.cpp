@@ -82,13 +82,14 @@ bool LoadReader::OnInterval(unsigned minutes) {
 
 bool LoadReader::OnPointer(View data, const Manner& manner) {
   pointer_ = ParseLoadPointer(data);
+  waits_ = false;
   return GoOn(manner);
 }
 
 bool LoadReader::GoOn(const Manner& manner) {
   read_.reset();
   const auto current = pointer_ && knows_interval_ ? ring_.HourOf(*pointer_) : std::nullopt;
-  if (current && place_ && !Reaches(*current)) {
+  if (current && place_ && !Reaches(place_->address, *current)) {
     Lose();
     return true;
   }
@@ -99,13 +100,19 @@ bool LoadReader::GoOn(const Manner& manner) {
   return plans;
 }
 
-bool LoadReader::Reaches(std::size_t current) const {
-  std::size_t address = place_->address;
+bool LoadReader::Reaches(std::size_t from, std::size_t current) const {
+  std::size_t address = from;
   for (std::size_t hours = 0; address != current; ++hours) {
     if (hours > ring_.hours()) return false;
     address = ring_.Next(address);
   }
   return true;
+}
+
+/// Of the hour that the pointer names. Until its header is written, what stands there is an hour of
+/// an earlier round, or no header at all.
+bool LoadReader::IsWritten(std::size_t address, const std::optional<LoadHeader>& header) const {
+  return ring_.HourOf(*pointer_) != address || (header && header->begin == pointer_->hour);
 }
 
 /// A header may stand at each record. Where memory has wrapped the oldest hour is the next one to
@@ -114,7 +121,10 @@ bool LoadReader::PlanScan(std::size_t current, std::size_t finished, const Manne
   const std::size_t end = current + (finished > 0 ? kLoadRecord : 0);
   if (!scan_) scan_ = pointer_->wrapped ? ring_.Next(current) : 0;
   if (*scan_ + kLoadRecord > ring_.bytes) scan_ = 0;
-  if (*scan_ == end) return false;
+  if (*scan_ == end) {
+    scan_ = current;  // its header may be written by the next look
+    return false;
+  }
   const std::size_t room = (*scan_ < end ? end : ring_.bytes) - *scan_;
   const std::size_t most = std::min(manner.most, room);
   const MemoryRead::Stretch stretch{*scan_, most - most % kLoadRecord};
@@ -182,8 +192,12 @@ void LoadReader::TakeScan(View bytes) {
   for (std::size_t at = 0; at + kLoadRecord <= bytes.size(); at += kLoadRecord) {
     const View record = bytes.subspan(at, kLoadRecord);
     const auto header = ParseLoadHeader(record);
-    if (!header || header->minutes != ring_.minutes || header->begin > pointer_->hour) continue;
-    place_ = LoadPlace{*scan_ + at, Bytes(record.begin(), record.end()), 0};
+    const std::size_t address = *scan_ + at;
+    if (!IsWritten(address, header)) waits_ = true;
+    if (!header || header->minutes != ring_.minutes || header->begin > pointer_->hour ||
+        !IsWritten(address, header) || !Reaches(address, *ring_.HourOf(*pointer_)))
+      continue;
+    place_ = LoadPlace{address, Bytes(record.begin(), record.end()), 0};
     scan_.reset();
     return;
   }
@@ -203,6 +217,10 @@ bool LoadReader::TakeHours(View bytes, const Scale& scale, Taken& taken) {
       return true;
     }
     const auto header = ParseLoadHeader(head);
+    if (!IsWritten(block.address, header)) {
+      waits_ = true;
+      break;
+    }
     if (!header || header->minutes != ring_.minutes) {
       if (moved) break;
       Lose();

@@ -72,6 +72,8 @@ class LoadReader {
 
   /// The end of what was read last, for the status.
   std::optional<CivilZone::Utc> end() const;
+  /// The pointer named an hour whose header is not written yet: what is there was taken.
+  bool waits() const { return waits_; }
 
  private:
   struct Block {
@@ -82,7 +84,8 @@ class LoadReader {
 
   bool PlanScan(std::size_t current, std::size_t finished, const Manner& manner);
   bool PlanHours(std::size_t current, std::size_t finished, const Manner& manner);
-  bool Reaches(std::size_t current) const;
+  bool Reaches(std::size_t from, std::size_t current) const;
+  bool IsWritten(std::size_t address, const std::optional<LoadHeader>& header) const;
   void TakeScan(View bytes);
   bool TakeHours(View bytes, const Scale& scale, Taken& taken);
   void Add(PastRecord record, std::vector<PastRecord>& records) const;
@@ -93,6 +96,7 @@ class LoadReader {
   CivilZone zone_;
   LoadRing ring_;
   bool knows_interval_ = false;
+  bool waits_ = false;
   std::optional<LoadPointer> pointer_;
   std::optional<LoadPlace> place_;
   std::optional<std::size_t> scan_;  // a header is looked for from there on

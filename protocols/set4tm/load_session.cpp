@@ -190,6 +190,10 @@ std::string LoadSession::Shown() const {
     } else if (end) {
       text += (text.empty() ? "" : ", ") + name + " read to " + FormatWallTime(WallTime(*end));
     }
+    if (!state.refused && state.reader.waits()) {
+      text += (text.empty() ? "" : ", ") + name +
+              ": the meter has not written the header of its current hour yet";
+    }
   }
   return text;
 }

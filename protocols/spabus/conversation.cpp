@@ -95,7 +95,7 @@ class SpaConversation final : public Conversation {
       return writes_.OnAnswer(std::move(exchange.answer), exchange.nack);
     }
     if (request.closes) {
-      writes_.OnLeftover(exchange.answer);
+      writes_.OnLeftover(exchange.answer, exchange.nack);
       exchange.answer.then = Then::ask_again;
       return std::move(exchange.answer);
     }
@@ -156,6 +156,8 @@ class SpaConversation final : public Conversation {
     if (!command || command->write || command->category != 'L') return std::nullopt;
     return Seal(events_.Instead(slave_));
   }
+
+  void OnUnsettledWrite() override { writes_.OnUnsettledWrite(); }
 
   void OnReconnect() override {
     named_ = false;

@@ -51,6 +51,7 @@ Result<Command> WriteSession::Next(unsigned slave, const Task& task,
   switch (step_) {
     case Step::open:
       maybe_open_ = true;
+      unsettled_ = false;
       return WriteOf(slave, kOpenPassword, std::to_string(password_));
     case Step::close:
       return WriteOf(slave, kClosePassword, std::to_string(password_));
@@ -60,12 +61,25 @@ Result<Command> WriteSession::Next(unsigned slave, const Task& task,
 }
 
 std::optional<Command> WriteSession::Leftover(unsigned slave) {
-  if (!maybe_open_ || step_ != Step::idle || closings_ == kMostClosings) return std::nullopt;
+  if (step_ != Step::idle || closings_ == kMostClosings) return std::nullopt;
+  if (unsettled_ && !password_refused_) {
+    ++closings_;
+    return WriteOf(slave, kOpenPassword, std::to_string(password_));
+  }
+  if (!maybe_open_) return std::nullopt;
   ++closings_;
   return WriteOf(slave, kClosePassword, std::to_string(password_));
 }
 
-void WriteSession::OnLeftover(const Answer& answer) {
+void WriteSession::OnLeftover(const Answer& answer, std::optional<int> nack) {
+  if (unsettled_) {
+    // Without a NACK and without "ok" nobody knows: it is tried once more.
+    unsettled_ = answer.outcome != Outcome::ok && !nack;
+    maybe_open_ = answer.outcome == Outcome::ok;
+    password_refused_ = nack && RuleOf(*nack).judged && !RuleOf(*nack).missing;
+    if (!unsettled_) closings_ = 0;
+    return;
+  }
   if (answer.outcome == Outcome::ok || IsFinal(answer)) maybe_open_ = false;
 }
 
@@ -133,7 +147,7 @@ Answer WriteSession::Written(Answer answer, std::optional<int> nack) const {
 }
 
 Answer WriteSession::Closed(Answer answer) {
-  OnLeftover(answer);
+  OnLeftover(answer, std::nullopt);
   if (answer.outcome == Outcome::ok) return Finish({});
   if (!IsFinal(answer) && closings_ < kMostClosings) {
     answer.then = Then::ask_again;

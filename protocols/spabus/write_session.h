@@ -39,8 +39,13 @@ class WriteSession {
 
   /// Closes what an earlier task has left open; nothing when nothing is, or no closing was
   /// answered. For a device that answers: before it is read, as no write may come for a long time.
+  /// Behind OnUnsettledWrite it opens the password first.
   std::optional<Command> Leftover(unsigned slave);
-  void OnLeftover(const Answer& answer);
+  void OnLeftover(const Answer& answer, std::optional<int> nack);
+
+  /// The program was killed within a write: its password may be open. Only a device that takes the
+  /// configured password is closed with it: in another one it would become the new password.
+  void OnUnsettledWrite() { unsettled_ = password_ != 0; }
 
   /// A person has looked: a refused password may be sent once more.
   void OnEnabled() { password_refused_ = false; }
@@ -67,6 +72,7 @@ class WriteSession {
   int closings_ = 0;
   bool password_refused_ = false;
   bool maybe_open_ = false;  ///< the password was sent, and no closing was answered since
+  bool unsettled_ = false;   ///< a write before a restart may have left it open
 };
 
 }  // namespace baudgate::protocols::spabus

@@ -3,22 +3,13 @@
 
 #include <algorithm>
 
+#include "gateway/base/csv.h"
 #include "gateway/base/text.h"
 #include "gateway/cli/terminal/column_layout.h"
 #include "gateway/cli/terminal/width.h"
 
 namespace baudgate::config {
 namespace {
-
-std::string CsvCell(const std::string& text) {
-  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) {
-    if (c == '"') quoted += '"';
-    quoted += c;
-  }
-  return quoted + '"';
-}
 
 std::string MarkdownCell(const std::string& text) {
   std::string escaped;
@@ -72,8 +63,8 @@ void TextTable::PrintMarkdown(std::ostream& out) const {
 }
 
 void TextTable::PrintCsv(std::ostream& out) const {
-  PrintJoined(out, header_, "", ",", "", CsvCell);
-  for (const auto& row : rows_) PrintJoined(out, row, "", ",", "", CsvCell);
+  PrintJoined(out, header_, "", ",", "", PlainCsvCell);
+  for (const auto& row : rows_) PrintJoined(out, row, "", ",", "", PlainCsvCell);
 }
 
 }  // namespace baudgate::config

@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/dds/fast/participant.h"
 
-#include <arpa/inet.h>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
-#include <ifaddrs.h>
-#include <netinet/in.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -19,6 +16,7 @@
 #include "gateway/base/time.h"
 #include "gateway/dds/fast/checked_transport.h"
 #include "gateway/dds/fast/dds_time.h"
+#include "gateway/dds/fast/own_addresses.h"
 #include "gateway/dds/fast/participant_security.h"
 #include "gateway/dds/fast/peers.h"
 
@@ -69,33 +67,14 @@ void PrepareProcessOnce() {
   });
 }
 
-bool IsOwnAddress(const std::string& text) {
-  in_addr wanted{};
-  if (inet_pton(AF_INET, text.c_str(), &wanted) != 1) return false;
-  // All of 127/8 is ours, although the interface lists 127.0.0.1 only.
-  if (ntohl(wanted.s_addr) >> 24 == 127) return true;
-  ifaddrs* raw = nullptr;
-  if (getifaddrs(&raw) != 0) return false;
-  const std::unique_ptr<ifaddrs, decltype(&freeifaddrs)> list(raw, &freeifaddrs);
-  for (const ifaddrs* at = raw; at != nullptr; at = at->ifa_next) {
-    if (at->ifa_addr == nullptr || at->ifa_addr->sa_family != AF_INET) continue;
-    const auto* address = reinterpret_cast<const sockaddr_in*>(at->ifa_addr);
-    if (address->sin_addr.s_addr == wanted.s_addr) return true;
-  }
-  return false;
-}
-
-bool MeansAll(const std::vector<std::string>& interfaces) {
-  return interfaces.empty() || std::ranges::find(interfaces, "0.0.0.0") != interfaces.end();
-}
-
 Status Check(const ParticipantOptions& options) {
   if (options.domain < 0 || options.domain > kLastDomain) {
     return Error{"dds: domain " + std::to_string(options.domain) + " is not 0..232"};
   }
   if (MeansAll(options.interfaces)) return {};
+  const OwnAddresses own = FindOwnAddresses();
   for (const std::string& address : options.interfaces) {
-    if (IsOwnAddress(address)) continue;
+    if (IsOwn(own, address)) continue;
     return Error{"dds: interface " + address +
                  " is not an IPv4 address of this machine; list those with: ip -4 addr"};
   }
@@ -149,6 +128,10 @@ Status Settle(const ParticipantOptions& options, fast::DomainParticipantQos& qos
 
 }  // namespace
 
+bool MeansAll(const std::vector<std::string>& interfaces) {
+  return interfaces.empty() || std::ranges::find(interfaces, "0.0.0.0") != interfaces.end();
+}
+
 Result<fast::DomainParticipant*> CreateParticipant(const ParticipantOptions& options,
                                                    fast::DomainParticipantListener* listener,
                                                    Role role) {
@@ -183,6 +166,12 @@ DatagramCounters DatagramsOf(const fast::DomainParticipant& participant) {
 Neighbours NeighboursOf(const fast::DomainParticipant& participant,
                         const ParticipantOptions& options) {
   Neighbours neighbours;
+  const OwnAddresses own = FindOwnAddresses();
+  for (const std::string& address : options.interfaces) {
+    if (MeansAll(options.interfaces) || IsOwn(own, address)) continue;
+    neighbours.remarks.push_back("nothing is sent from " + address +
+                                 " (dds.interfaces): no interface of this machine has it now");
+  }
   const auto gate = GateOf(participant);
   if (!gate) return neighbours;
   const auto known = gate->known(std::chrono::steady_clock::now());
@@ -195,8 +184,8 @@ Neighbours NeighboursOf(const fast::DomainParticipant& participant,
     const std::string host = HostOf(at);
     neighbours.remarks.push_back(
         host + " was heard and cannot be answered: " +
-        (IsOwnAddress(host) ? "it is on this machine, so name 127.0.0.1 and " + host
-                            : std::string("name the address of this machine in its network")) +
+        (IsOwn(own, host) ? "it is on this machine, so name 127.0.0.1 and " + host
+                          : std::string("name the address of this machine in its network")) +
         " in dds.interfaces");
   }
   return neighbours;

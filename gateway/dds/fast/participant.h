@@ -23,11 +23,15 @@ Result<eprosima::fastdds::dds::DomainParticipant*> CreateParticipant(
     const ParticipantOptions& options,
     eprosima::fastdds::dds::DomainParticipantListener* listener = nullptr, Role role = Role::any);
 
+/// No interface is named, or 0.0.0.0.
+bool MeansAll(const std::vector<std::string>& interfaces);
+
 /// What was let in by UDP and what was not. From any thread.
 DatagramCounters DatagramsOf(const eprosima::fastdds::dds::DomainParticipant& participant);
 
-/// The subscribers that it reaches, and a sentence for each that was heard and cannot be answered.
-/// With DDS Security there are no such sentences: a stranger is not answered anyway.
+/// The subscribers that it reaches, and a sentence for each address of dds.interfaces that is gone
+/// and for each subscriber that was heard and cannot be answered. With DDS Security the latter have
+/// none: a stranger is not answered anyway.
 Neighbours NeighboursOf(const eprosima::fastdds::dds::DomainParticipant& participant,
                         const ParticipantOptions& options);
 

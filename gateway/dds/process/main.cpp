@@ -12,6 +12,7 @@
 #include <cinttypes>
 #include <cstdio>
 #include <iostream>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -22,8 +23,10 @@
 #include "gateway/cli/terminal/output.h"
 #include "gateway/cli/terminal/stop_signals.h"
 #include "gateway/dds/fast/fast_writer.h"
+#include "gateway/dds/fast/own_addresses.h"
 #include "gateway/dds/link/link_keeper.h"
 #include "gateway/dds/process/confine.h"
+#include "gateway/dds/process/interface_watch.h"
 #include "gateway/dds/process/serve.h"
 #include "gateway/dds/watch/guarded.h"
 #include "gateway/dds/watch/watch_words.h"
@@ -67,14 +70,22 @@ class SlowWhile {
 
 Result<ServeEnd> ServeOne(const Descriptor& link, const StopSignals& stop) {
   const WakeUp wake;
+  std::optional<InterfaceWatch> interfaces;
   LinkServer server(
-      [](const LinkOpen& open) {
+      [&interfaces](const LinkOpen& open) {
         const SlowWhile opening;
+        interfaces.emplace(open.participant.interfaces, FindOwnAddresses());
         return CreateFastWriter(open.participant, open.points, open.devices,
                                 open.requests ? open.gateway : std::string(), open.events);
       },
       [&wake] { wake.Ring(); });
-  return Serve(link, server, wake, stop.descriptor(), [] { sd_notify(0, "WATCHDOG=1"); });
+  const auto alive = [&interfaces]() -> Status {
+    sd_notify(0, "WATCHDOG=1");
+    const auto changed = interfaces ? interfaces->Look(FindOwnAddresses()) : std::nullopt;
+    if (changed) return Error{*changed + ": DDS begins anew"};
+    return {};
+  };
+  return Serve(link, server, wake, stop.descriptor(), alive);
 }
 
 /// 0: as much memory as there is.

@@ -44,7 +44,7 @@ void WakeUp::Clear() const {
 }
 
 Result<ServeEnd> Serve(const Descriptor& link, LinkServer& server, const WakeUp& wake, int stop,
-                       const std::function<void()>& alive) {
+                       const std::function<Status()>& alive) {
   const auto buffer = std::make_unique<PacketBuffer>();
   std::array<pollfd, 3> waited{
       {{link.get(), POLLIN, 0}, {stop, POLLIN, 0}, {wake.descriptor(), POLLIN, 0}}};
@@ -70,7 +70,7 @@ Result<ServeEnd> Serve(const Descriptor& link, LinkServer& server, const WakeUp&
     }
     if (now >= next_alive) {
       next_alive = now + 1s;
-      alive();
+      if (const Status status = alive(); !status) return Error{status.error()};
     }
     ::poll(waited.data(), waited.size(), static_cast<int>(kLook / 1ms));
     if ((waited[1].revents & POLLIN) != 0) return ServeEnd::stopped;

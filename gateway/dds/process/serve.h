@@ -30,8 +30,9 @@ class WakeUp {
 };
 
 /// Until the link ends; the error is what was wrong with it. `alive` is called at least once a
-/// second, by the thread that reads the link. `wake` rings when the server has a request.
+/// second, by the thread that reads the link; an error of it ends the link. `wake` rings when the
+/// server has a request.
 Result<ServeEnd> Serve(const Descriptor& link, LinkServer& server, const WakeUp& wake, int stop,
-                       const std::function<void()>& alive);
+                       const std::function<Status()>& alive);
 
 }  // namespace baudgate::dds

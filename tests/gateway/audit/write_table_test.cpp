@@ -13,6 +13,7 @@
 namespace baudgate::audit {
 namespace {
 
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 namespace fs = std::filesystem;
 
@@ -81,7 +82,10 @@ TEST_F(WriteTableTest, WhatHadNotEndedIsUnknownAfterARestart) {
     book.Begin(route);
     ASSERT_TRUE(Keep(audit, book));
   }
-  ASSERT_TRUE(Open().ok);
+  AuditFile again(file());
+  ASSERT_TRUE(again.Open()->ok);
+  EXPECT_THAT(again.unsettled(),
+              ElementsAre(Target{WrittenPoint("a").line, WrittenPoint("a").device}));
   const auto rows = ReadAll(file());
   ASSERT_EQ(rows.size(), 3U);
   EXPECT_EQ(rows[0].end, WriteEnd::unknown);

@@ -8,6 +8,7 @@
 
 #include "gateway/base/bytes.h"
 #include "gateway/base/checksum.h"
+#include "gateway/base/csv.h"
 #include "gateway/base/shown.h"
 #include "gateway/base/text.h"
 #include "gateway/base/time.h"
@@ -183,6 +184,20 @@ TEST(Values, AsNumberAndText) {
   EXPECT_EQ(ToText(std::numeric_limits<std::uint64_t>::max()), "18446744073709551615");
   EXPECT_EQ(ToText(0.52), "0.52");
   EXPECT_EQ(ToText({}), "");
+}
+
+TEST(Csv, GuardsFormulasAndChangesNothingElse) {
+  const std::pair<const char*, const char*> rows[] = {
+      {"=1+1", "'=1+1"},      {"@SUM(A1)", "'@SUM(A1)"},
+      {"+A1", "'+A1"},        {"-cmd|' /C x'!A0", "'-cmd|' /C x'!A0"},
+      {"-5+A1", "'-5+A1"},    {"\t=1", "'\t=1"},
+      {"-5.2 kW", "-5.2 kW"}, {"-", "-"},
+      {"- 7", "- 7"},         {"a\tb", "a\tb"},
+      {"a\nb", "\"a\nb\""},   {"a\"b", "\"a\"\"b\""},
+      {"1,5", "\"1,5\""},     {"", ""},
+  };
+  for (const auto& [text, cell] : rows) EXPECT_EQ(CsvCell(text), cell);
+  EXPECT_EQ(PlainCsvCell("=1+1"), "=1+1") << "for programs";
 }
 
 }  // namespace

@@ -30,17 +30,25 @@ TEST(DescriptorsTest, EveryClientPortAndServerNeedsSome) {
 }
 
 TEST(DescriptorsTest, ClientsGetWhatPortsAndSocketsLeave) {
-  const DescriptorNeeds needs{1280, 100};
+  const DescriptorNeeds needs{1280, 100, 0};
   EXPECT_EQ(ClientShare(needs, 1380), 1);
   EXPECT_EQ(ClientShare(needs, 100'000), 1);
   EXPECT_DOUBLE_EQ(ClientShare(needs, 420), 0.25);
   EXPECT_GT(ClientShare(needs, 100), 0);
   EXPECT_GT(ClientShare(needs, 0), 0);
-  EXPECT_EQ(ClientShare({0, 100}, 50), 1) << "nobody is turned away";
+  EXPECT_EQ(ClientShare({0, 100, 0}, 50), 1) << "nobody is turned away";
   const std::string text = ExplainClientShare(needs, 420);
   for (const char* part : {"320 clients", "not 1280", "420 files", "100 are kept", "to 1380"}) {
     EXPECT_THAT(text, HasSubstr(part));
   }
+}
+
+TEST(DescriptorsTest, ViewersOfThePageTakeNoPlaceOfAClient) {
+  const DescriptorNeeds needs{256, 100, kWebDescriptors};
+  EXPECT_EQ(WebShare(needs, needs.all()), kWebDescriptors);
+  EXPECT_EQ(WebShare(needs, 160), 20U);
+  EXPECT_DOUBLE_EQ(ClientShare(needs, 160), 40.0 / 256);
+  EXPECT_EQ(WebShare({256, 100, 0}, 160), 0U) << "there is no page";
 }
 
 TEST(DescriptorsTest, TheSoftLimitIsRaisedAsFarAsItMay) {

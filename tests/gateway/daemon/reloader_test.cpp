@@ -49,7 +49,7 @@ class ReloaderTest : public ::testing::Test {
     options.summary = [] { return "runs"; };
     options.kept = std::make_unique<reload::KeptConfigs>(folder_);
     Reloader::Links links;
-    links.running = [this]() -> const config::Config& { return running_; };
+    links.running = [this] { return std::make_shared<const config::Config>(running_); };
     links.keeps = [] { return true; };
     links.open_folder = []() -> Status { return {}; };
     links.examine = [](const config::Config&, reload::Difference&) {};

@@ -94,7 +94,7 @@ class EventLogTest : public audit::FolderTest {
   }
 
   std::shared_ptr<EventFeed> feed_ = std::make_shared<EventFeed>();
-  std::function<bool(const Alarm&)> watches_;
+  Watched watches_;
 
  private:
   std::mutex mutex_;
@@ -282,6 +282,12 @@ EventRecord Raised(const std::string& name) {
   record.mark = {.step = AlarmMark::Step::raise, .priority = config::AlarmPriority::high};
   return record;
 }
+Watched Only(const std::string& name,
+             config::AlarmPriority priority = config::AlarmPriority::high) {
+  return [=](const Alarm& alarm) {
+    return alarm.name == name ? std::optional(priority) : std::nullopt;
+  };
+}
 Acknowledged Ack(EventLog& log, const AckQuery& query) {
   std::promise<Acknowledged> done;
   log.Acknowledge(query, [&done](const Acknowledged& told) { done.set_value(told); });
@@ -368,7 +374,7 @@ TEST_F(EventLogTest, ForgetsAlarmsThatNobodyWatches) {
     log->Tell(Raised("a"));
     log->Tell(Raised("b"));
   }
-  watches_ = [](const Alarm& alarm) { return alarm.name == "b"; };
+  watches_ = Only("b");
   const auto log = Start(file());
   while (log->state().newest < 3) std::this_thread::yield();
   EXPECT_EQ(Texts(*log).back(), "not in the configuration any more: a");
@@ -382,12 +388,26 @@ TEST_F(EventLogTest, AReloadEndsAlarmsThatNobodyWatchesAnyMore) {
   log->Tell(Raised("b"));
   while (log->state().newest < 2) std::this_thread::yield();
   log->Tell(Raised("c"));  // maybe not on the disk yet
-  log->Renumber({{"bay-1", "feeder-1"}}, [](const Alarm& alarm) { return alarm.name == "b"; });
+  log->Renumber({{"bay-1", "feeder-1"}}, Only("b"));
   while (log->state().newest < 5) std::this_thread::yield();
   EXPECT_THAT(Texts(*log), ElementsAre("a", "b", "c", "not in the configuration any more: a",
                                        "not in the configuration any more: c"));
   EXPECT_EQ(log->state().alarms_active, 1U);
   EXPECT_EQ(log->state().alarms_unacknowledged, 3U);
+}
+
+TEST_F(EventLogTest, AChangedPriorityReachesAnActiveAlarm) {
+  const auto log = Start(file());
+  log->Tell(Raised("a"));
+  while (log->state().newest < 1) std::this_thread::yield();
+  log->Renumber({{"bay-1", "feeder-1"}}, Only("a", config::AlarmPriority::low));
+  while (log->state().newest < 2) std::this_thread::yield();
+  EXPECT_THAT(Texts(*log), ElementsAre("a", "priority low, was high: a"));
+  const auto alarms = log->Alarms();
+  ASSERT_EQ(alarms.size(), 1U);
+  EXPECT_EQ(alarms[0].priority, config::AlarmPriority::low);
+  EXPECT_EQ(alarms[0].state, AlarmState::active);
+  EXPECT_EQ(alarms[0].text, "a") << "that of the event that raised it";
 }
 
 TEST_F(EventLogTest, SaysThatAnAcknowledgementWaits) {

@@ -285,5 +285,35 @@ TEST(LineRecorderOnALine, HearsOfEveryExchange) {
   EXPECT_EQ(saved[0].records.back().text.substr(0, 7), "offline");
 }
 
+TEST_F(LineRecorderTest, ALineThatOnlyListensKeepsItsLatestMessages) {
+  for (int i = 0; i < 200; ++i) {
+    Later(1s);
+    recorder_->OnReceived(ToBytes("tag " + std::to_string(i)), Later());
+    recorder_->OnReceived(ToBytes("\r\n"), Later());
+  }
+  const std::string kept = ReceivedText();
+  EXPECT_THAT(kept, HasSubstr("tag 199"));
+  EXPECT_THAT(kept, Not(HasSubstr("tag 135.")));
+  EXPECT_THAT(kept, HasSubstr("tag 136."));
+}
+
+TEST_F(LineRecorderTest, AStreamWithoutSilenceKeepsItsLatestBytes) {
+  for (int i = 0; i < 2000; ++i) Receive("piece " + std::to_string(i) + ";");
+  EXPECT_THAT(ReceivedText(), HasSubstr("piece 1999;"));
+  EXPECT_LE(ReceivedText().size(), LineRecorder::kExchanges * LineRecorder::kMostBytes);
+}
+
+TEST_F(LineRecorderTest, NoiseBetweenRequestsPushesOutNoExchange) {
+  Send("1st");
+  End();
+  for (int i = 0; i < 9; ++i) {
+    Later(LineRecorder::kSilence);
+    Receive("noise");
+  }
+  EXPECT_THAT(recorder_->Recorded().front().text, HasSubstr("1st"));
+  for (std::size_t i = 0; i < 2 * LineRecorder::kExchanges; ++i) Receive("noise");
+  EXPECT_THAT(recorder_->Recorded().front().text, HasSubstr("1st"));
+}
+
 }  // namespace
 }  // namespace baudgate

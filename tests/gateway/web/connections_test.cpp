@@ -12,6 +12,16 @@ using ::testing::IsEmpty;
 
 constexpr Instant kStart{1h};
 
+TEST(LimitsTest, FewDescriptorsAllowFewConnections) {
+  const Limits all;
+  EXPECT_EQ(Limits::Of(1000).at_all, all.at_all);
+  EXPECT_EQ(Limits::Of(1000).connections, all.connections);
+  EXPECT_EQ(Limits::Of(20).at_all, 20U);
+  EXPECT_EQ(Limits::Of(20).connections, 16U);
+  EXPECT_EQ(Limits::Of(20).of_address, 16U);
+  EXPECT_GE(Limits::Of(0).connections, 1U);
+}
+
 TEST(Connections, WhoAsksNothingGivesWayToTheNext) {
   Connections all({.at_all = 3});
   EXPECT_EQ(all.Open(1, "10.0.0.1", kStart), std::nullopt);

@@ -352,6 +352,40 @@ TEST(SpaWrite, LostClosingsAreMadeUpForByTheNextPoll) {
   EXPECT_EQ(Body(Asked(talk, kPoll)).substr(0, 3), ">1R");
 }
 
+TEST(SpaWrite, AWriteBeforeARestartMayHaveLeftItOpen) {
+  Interrupted relay(1);
+  ASSERT_TRUE(relay.is_open());
+  Talk again(SpabusProtocol(), Device(345));
+  again->OnUnsettledWrite();
+  EXPECT_EQ(again.Exchange(kPoll, *relay.twin).then, Then::ask_again);
+  EXPECT_EQ(Body(AsText(again.request().bytes)), ">1WV160:345") << "is it the right one?";
+  EXPECT_EQ(again.Exchange(kPoll, *relay.twin).then, Then::ask_again);
+  EXPECT_EQ(Body(AsText(again.request().bytes)), ">1WV161:345");
+  EXPECT_FALSE(relay.is_open());
+  EXPECT_EQ(again.Exchange(kPoll, *relay.twin).readings.size(), 1U);
+}
+
+TEST(SpaWrite, WhatIsUnsettledIsClosedOnlyWithAPasswordThatFits) {
+  for (const std::int64_t password : {0, 346}) {
+    Interrupted relay(1);
+    Talk again(SpabusProtocol(), Device(password));
+    again->OnUnsettledWrite();
+    for (int polls = 0; polls < 3; ++polls) {
+      again.Exchange(kPoll, *relay.twin);
+      EXPECT_EQ(AsText(again.request().bytes).find("V161"), std::string_view::npos) << password;
+    }
+  }
+}
+
+TEST(SpaWrite, AnUnsettledWriteOfASilentDeviceDoesNotKeepThePollsAway) {
+  Talk talk(SpabusProtocol(), Device(345));
+  talk->OnUnsettledWrite();
+  for (const bool opens : {true, true, false}) {
+    EXPECT_EQ(Body(Asked(talk, kPoll)) == ">1WV160:345", opens);
+    talk.Fail(kPoll, Outcome::no_reply);
+  }
+}
+
 TEST(SpaWrite, ARefusedPasswordIsNotClosedEither) {
   Talk talk(SpabusProtocol(), Device(345));
   Asked(talk, kWrite);

@@ -1,0 +1,35 @@
+// Notices that an interface was deleted and made anew, or that an address has come: the library
+// has joined its multicast groups on the old ones, and sends nothing on the new ones. Pure:
+// addresses come in, see gateway/dds/fast/own_addresses.h.
+//
+//   at the start 10.0.0.5 at 2     later 10.0.0.5 at 2    nothing
+//                                  later gone             nothing yet: others may still be reached
+//                                  later 10.0.0.5 at 7    the participant must be made anew
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "gateway/dds/fast/own_addresses.h"
+
+namespace baudgate::dds {
+
+class InterfaceWatch {
+ public:
+  /// `interfaces`: as in ParticipantOptions. `own`: when the participant was made.
+  InterfaceWatch(std::vector<std::string> interfaces, OwnAddresses own)
+      : interfaces_(std::move(interfaces)), own_(std::move(own)) {}
+
+  /// Why the participant must be made anew; nothing: it need not.
+  std::optional<std::string> Look(const OwnAddresses& now) const;
+
+ private:
+  bool Uses(const std::string& address) const;
+
+  const std::vector<std::string> interfaces_;
+  const OwnAddresses own_;
+};
+
+}  // namespace baudgate::dds

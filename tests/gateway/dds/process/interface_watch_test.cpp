@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/dds/process/interface_watch.h"
+
+#include <gtest/gtest.h>
+
+namespace baudgate::dds {
+namespace {
+
+TEST(InterfaceWatch, TellsWhatTheLibraryCannotFollow) {
+  const OwnAddresses begin = {{"127.0.0.1", 1}, {"10.0.0.5", 2}, {"10.1.0.5", 3}};
+  struct Row {
+    std::vector<std::string> interfaces;
+    OwnAddresses now;
+    const char* why;
+  };
+  const Row rows[] = {
+      {{"10.0.0.5"}, begin, ""},
+      {{"10.0.0.5"}, {{"127.0.0.1", 1}}, ""},  // gone: others may still be reached
+      {{"10.0.0.5"}, {{"10.0.0.5", 7}}, "the interface of 10.0.0.5 was made anew"},
+      {{"10.0.0.5"}, {{"10.0.0.5", 2}, {"10.1.0.5", 9}}, ""},  // that of another address
+      {{"10.0.0.5"}, {{"10.0.0.5", 2}, {"10.2.0.5", 9}}, ""},
+      {{"127.0.0.1", "10.1.0.5"}, {{"10.1.0.5", 9}}, "the interface of 10.1.0.5 was made anew"},
+      {{}, {{"10.2.0.5", 9}}, "this machine has a new address, 10.2.0.5"},
+      {{"0.0.0.0"}, {{"10.0.0.5", 9}}, "the interface of 10.0.0.5 was made anew"},
+      {{}, {}, ""},
+  };
+  for (const Row& row : rows) {
+    EXPECT_EQ(InterfaceWatch(row.interfaces, begin).Look(row.now).value_or(""), row.why);
+  }
+}
+
+TEST(InterfaceWatch, FindsTheLoopback) {
+  const OwnAddresses own = FindOwnAddresses();
+  EXPECT_GT(own.at("127.0.0.1"), 0U);
+  EXPECT_TRUE(IsOwn(own, "127.0.0.7"));
+  EXPECT_FALSE(IsOwn(own, "192.0.2.1"));
+  EXPECT_FALSE(IsOwn(own, "localhost"));
+}
+
+}  // namespace
+}  // namespace baudgate::dds
