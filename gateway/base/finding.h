@@ -32,7 +32,7 @@ enum class Symptom : std::uint8_t {
   echo,            ///< the request itself, and nothing else
   late,            ///< a whole reply behind the reply time
   split,           ///< a whole reply with a pause inside that is longer than `gap`
-  head_lost,       ///< a whole reply but for its first byte
+  head_lost,       ///< a whole reply but for its first byte, or a few; `cause`: a few
   end_lost,        ///< a whole reply but for its last byte
   tail_lost,       ///< the beginning of a reply
   bytes_lost,      ///< beginning and end of a reply, and one or two bytes too few
@@ -44,6 +44,7 @@ enum class Symptom : std::uint8_t {
   other_device,    ///< a whole reply of another device
   other_master,    ///< a request that this gateway has not sent
   one_behind,      ///< the reply to the request before, in time
+  same_again,      ///< what came to other requests before, byte for byte
   late_echo,       ///< a request of this gateway, long after it was sent
   late_other,      ///< the late reply of another device of the line
   other_reply,     ///< a whole reply to another request
@@ -61,6 +62,7 @@ struct Finding {
   Symptom symptom = Symptom::clean;
   /// late: from the end of the request to the reply; split: the pause.
   Duration time{};
+  Duration idle{};           ///< silence of the line before the request
   std::size_t bytes = 0;     ///< that came
   std::size_t expected = 0;  ///< of the longest good reply, where that is known
   /// Which of kSpecialBytes came, one bit each: converters that are not transparent change them;
@@ -79,9 +81,9 @@ constexpr std::string_view Name(Symptom symptom) {
       "others_beside", "silence",     "echo",          "late",           "split",
       "head_lost",     "end_lost",    "tail_lost",     "bytes_lost",     "bytes_added",
       "bad_check",     "eighth_bit",  "other_setting", "other_protocol", "other_device",
-      "other_master",  "one_behind",  "late_echo",     "late_other",     "other_reply",
-      "two_replies",   "odd",         "text",          "zeros",          "damaged",
-      "endless",       "noise"};
+      "other_master",  "one_behind",  "same_again",    "late_echo",      "late_other",
+      "other_reply",   "two_replies", "odd",           "text",           "zeros",
+      "damaged",       "endless",     "noise"};
   static_assert(std::size(kNames) == kSymptoms);
   return kNames[static_cast<std::size_t>(symptom)];
 }

@@ -139,6 +139,7 @@ void LineDriver::Prove() {
 void LineDriver::OnOpenFailed(const std::string& reason, Now now) {
   now_ = now;
   if (rest_.rests()) {
+    CountLoss();
     Lost(reason);
     return Settle();
   }
@@ -150,13 +151,26 @@ void LineDriver::OnOpenFailed(const std::string& reason, Now now) {
 
 void LineDriver::OnLost(const std::string& reason, Now now) {
   now_ = now;
-  store_.UpdateLine(line_, [](LineStatus& status) { ++status.times_lost; });
+  CountLoss();
   Lost(reason);
   Settle();
 }
 
+void LineDriver::CountLoss() {
+  store_.UpdateLine(line_, [this](LineStatus& status) {
+    ++status.times_lost;
+    status.losses.Add(now_.instant);
+  });
+}
+
 void LineDriver::OnEnded(const std::string& reason, Now now) {
   const bool several = config_.devices.size() > 1;
+  if (rest_.IsDrop(Answers(), now.instant - used_)) {
+    store_.UpdateLine(line_, [&](LineStatus& status) { status.drops.Add(now.instant); });
+    log::WarnFolded(config_.name + " ended",
+                    "line {}: {}, which was in use; it is opened again with the next request",
+                    config_.name, reason);
+  }
   if (listens_ || !rest_.OnEnded(Answers(), several)) return OnLost(reason, now);
   now_ = now;
   if (connection_ != Connection::proven && !rest_.in_vain()) Prove();
@@ -166,6 +180,7 @@ void LineDriver::OnEnded(const std::string& reason, Now now) {
 
 void LineDriver::Lost(const std::string& reason) {
   open_ = false;
+  const bool asked = rest_.asks();
   rest_.End();
   check_at_.reset();
   look_at_.reset();
@@ -173,9 +188,12 @@ void LineDriver::Lost(const std::string& reason) {
   poller_.OnClosed(now_);
   if (connection_ == Connection::proven) return Down(reason);
   connection_ = Connection::useless;
-  Down(reason +
-       ", before it had worked; is the server in use by another client, or at its connection "
-       "limit?");
+  // One that resets it has not even read the request.
+  const bool read = asked && !reason.ends_with("reset the connection");
+  Down(reason + (read ? ", before it had worked: does it speak " + config_.protocol +
+                            " and know the device, or has it too many clients?"
+                      : ", before it had worked; is the server in use by another client, or at its "
+                        "connection limit?"));
 }
 
 void LineDriver::Down(const std::string& reason) {
@@ -297,6 +315,7 @@ void LineDriver::EndLoan() {
 
 void LineDriver::OnBytes(View bytes, Now now) {
   now_ = now;
+  used_ = now.instant;
   rest_.OnBytes();
   if (connection_ == Connection::fresh) connection_ = Connection::heard;
   if (connection_ == Connection::heard && now.instant - opened_ >= kGreeting) Prove();
@@ -305,6 +324,7 @@ void LineDriver::OnBytes(View bytes, Now now) {
 }
 
 void LineDriver::Send(View bytes, const config::SerialSettings& serial) {
+  used_ = now_.instant;
   if (now_.instant - errors_counted_ >= kCountErrorsEvery) LookAtPort();
   if (&serial != applied_) {
     const Status status = port_.Apply(serial);

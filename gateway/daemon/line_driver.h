@@ -111,6 +111,7 @@ class LineDriver final : private PollerListener {
   void Prove();
   void CheckConnection();
   void Lost(const std::string& reason);
+  void CountLoss();
   void Down(const std::string& reason);
   void ClosePort();
   void AfterTheWrite(std::function<void()> then);
@@ -148,6 +149,7 @@ class LineDriver final : private PollerListener {
   Rest rest_;
   const bool listens_;  // a device of it speaks unasked: the connection is wanted all the time
   Instant opened_{};
+  Instant used_{};               // the last byte in or out
   std::string shown_;            // of the port, in the status
   bool out_of_service_ = false;  // the points, since the port was lent
   bool stopping_ = false;

@@ -17,6 +17,7 @@
 #include <utility>
 
 #include "gateway/base/bytes.h"
+#include "gateway/base/time.h"
 
 namespace baudgate {
 
@@ -43,6 +44,12 @@ class Rest {
     if (answered && asks_) alone_ = kAlone;
     return rests_ = true;
   }
+  /// The server ends one that is in use, `since` the last byte on it: not behind each answer, and
+  /// not after a rest.
+  bool IsDrop(std::uint64_t answers, Duration since) const {
+    const std::uint64_t its = answers - answers_before_;
+    return asks_ ? its > 1 : its > 0 && since >= kBehindAnswer && since < kShortestRest;
+  }
   void OnBytes() { asks_ = false; }
   /// A request is to be sent. True: it waits for a connection to be opened.
   bool Holds(View request) {
@@ -68,12 +75,16 @@ class Rest {
   }
 
   bool rests() const { return rests_; }
+  /// A request went out over this connection, and nothing has come since.
+  bool asks() const { return asks_; }
   /// The last connection ended before any answer.
   bool in_vain() const { return in_vain_ > 0; }
 
  private:
   static constexpr int kMostInVain = 4;
   static constexpr int kAlone = 1000;
+  static constexpr Duration kBehindAnswer = 100ms;
+  static constexpr Duration kShortestRest = 1s;
 
   std::uint64_t answers_before_ = 0;
   bool rests_ = false;

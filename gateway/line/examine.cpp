@@ -10,6 +10,7 @@
 
 #include "gateway/base/text.h"
 #include "gateway/line/assembler.h"
+#include "gateway/line/changed_bytes.h"
 #include "gateway/line/nearly_reply.h"
 #include "gateway/line/other_service.h"
 
@@ -84,10 +85,6 @@ std::string Quote(View text) {
   return "'" + quoted + "'";
 }
 
-bool IsPrintable(std::uint8_t byte) {
-  return (byte >= 0x20 && byte < 0x7F) || byte == '\r' || byte == '\n' || byte == '\t';
-}
-
 bool IsLetter(std::uint8_t byte) {
   return (byte >= 'a' && byte <= 'z') || (byte >= 'A' && byte <= 'Z');
 }
@@ -108,14 +105,14 @@ bool IsLine(const Hearing& hearing, View heard) {
   return ends && std::ranges::all_of(heard, IsPrintable);
 }
 
-/// In a binary protocol a few letters are words; where replies are text themselves, half of it.
+/// In a binary protocol a few letters are words; where replies are text themselves, much of it.
 bool IsWords(const Hearing& hearing, View heard) {
   const auto printable = std::ranges::count_if(heard, IsPrintable);
   const auto letters = std::ranges::count_if(heard, IsLetter);
   const auto size = static_cast<std::ptrdiff_t>(heard.size());
   const bool binary = !std::ranges::all_of(hearing.request, IsPrintable);
   if (heard.size() < kShortestText || 20 * printable < 19 * size) return false;
-  return binary ? letters >= 3 : 2 * letters >= size;
+  return binary ? letters >= 3 : 5 * letters >= 2 * size;
 }
 
 /// Its first bytes are those of a reply, or nearly.
@@ -123,7 +120,7 @@ bool BeginsLikeReply(const Hearing& hearing, View heard) {
   const Expectation& expect = *hearing.expect;
   return std::ranges::any_of(heard.first(std::min<std::size_t>(heard.size(), 3)), [&](auto byte) {
     const bool address = !expect.address.empty() && byte == expect.address[0];
-    const bool lead = byte == hearing.request.front();
+    const bool lead = !hearing.request.empty() && byte == hearing.request.front();
     return address || lead || std::ranges::any_of(expect.shapes, [byte](const Shape& shape) {
              return shape.tag > 0 && (shape.tag & 0xFF) == byte;
            });
@@ -330,7 +327,9 @@ std::uint8_t SpecialsIn(const Hearing& hearing, View heard) {
 }  // namespace
 
 Finding Plain(const Hearing& hearing) {
-  return {.expected = OnlyLength(hearing), .specials = SpecialsIn(hearing, hearing.heard)};
+  return {.bytes = hearing.heard.size(),
+          .expected = OnlyLength(hearing),
+          .specials = SpecialsIn(hearing, hearing.heard)};
 }
 
 std::optional<Finding> Greeting(const Hearing& hearing, View heard) {

@@ -22,6 +22,8 @@ constexpr Service kServices[] = {
     {"220-", "a mail or file server answers"}, {"* OK ", "a mail server answers"},
     {"+OK ", "a mail server answers"},         {"-ERR ", "a database or mail server answers"},
     {"AMQP", "a message broker answers"},      {"RFB 0", "a remote desktop answers (VNC)"},
+    {"ACKF", "an OPC UA server answers"},      {"ERRF", "an OPC UA server answers"},
+    {"FINS", "a FINS server answers (Omron)"},
 };
 
 /// An alert, or a handshake.
@@ -36,6 +38,35 @@ bool IsTelnet(View heard) {
          heard[2] < 0x80;
 }
 
+/// STARTDT, STOPDT or TESTFR, asked or confirmed; or an acknowledgement.
+bool IsIec104(View heard) {
+  if (heard.size() < 6 || heard[0] != 0x68 || heard[1] != 4) return false;
+  const bool unnumbered = (heard[2] & 3) == 3 && heard[3] == 0 && heard[4] == 0 && heard[5] == 0;
+  return unnumbered || (heard[2] == 1 && heard[3] == 0);
+}
+
+/// ISO on TCP, with a whole packet that confirms, refuses or carries data.
+bool IsIsoOnTcp(View heard) {
+  if (heard.size() < 7 || heard[0] != 3 || heard[1] != 0) return false;
+  const std::size_t size = heard[2] * 256U + heard[3];
+  return size == heard.size() && (heard[5] == 0xD0 || heard[5] == 0xF0 || heard[5] == 0x80);
+}
+
+bool IsDnp3(View heard) {
+  return heard.size() >= 10 && heard[0] == 0x05 && heard[1] == 0x64 && heard[2] >= 5;
+}
+
+struct BinaryService {
+  bool (*is_it)(View);
+  const char* cause;
+};
+constexpr BinaryService kBinaryServices[] = {
+    {IsTls, "the server wants TLS"},
+    {IsIec104, "an IEC 60870-5-104 server answers"},
+    {IsIsoOnTcp, "an S7 or IEC 61850 server answers (ISO on TCP)"},
+    {IsDnp3, "a DNP3 outstation answers"},
+};
+
 }  // namespace
 
 std::optional<Finding> OtherService(View heard) {
@@ -48,7 +79,9 @@ std::optional<Finding> OtherService(View heard) {
   for (const Service& service : kServices) {
     if (AsText(heard).starts_with(service.begins)) return other(service.cause, kPortNumber);
   }
-  if (IsTls(heard)) return other("the server wants TLS", kPortNumber);
+  for (const BinaryService& service : kBinaryServices) {
+    if (service.is_it(heard)) return other(service.cause, kPortNumber);
+  }
   if (IsTelnet(heard)) {
     return other("the server speaks Telnet", "set its port to raw TCP, without Telnet or RFC 2217");
   }

@@ -1,4 +1,5 @@
-// Other services than a line of devices, by what they say over TCP: a web server, SSH, TLS, Telnet.
+// Other services than a line of devices, by what they say over TCP: a web server, SSH, TLS, Telnet,
+// IEC 60870-5-104.
 // Pure.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once

@@ -17,6 +17,11 @@ constexpr std::size_t kArrivals = 256;
 constexpr std::size_t kTaken = 8;
 /// What begins as a reply has begun is another one.
 constexpr std::size_t kFront = 2;
+/// The same reply to so many other requests is no chance.
+constexpr std::size_t kSame = 2;
+/// Fewer bytes may well be the same.
+constexpr std::size_t kShortest = 4;
+constexpr std::size_t kTransaction = 2;
 /// The rest of a reply that comes still later is nobody's.
 constexpr Duration kLongestPause = 5s;
 
@@ -25,7 +30,9 @@ constexpr Duration kLongestPause = 5s;
 void Examiner::Begin(const Member& member, const Request& request, const LineTimes& times,
                      Instant now) {
   times_ = times;
+  idle_ = last_ == Instant{} ? Duration() : std::max(now - last_, Duration());
   sent_ = now + static_cast<std::int64_t>(request.bytes.size()) * times.character;
+  last_ = sent_;
   if (broken_.member == &member) ++broken_.began;
   if (open_.size() <= member.place) open_.resize(member.place + 1);
   Asked& asked = open_[member.place];
@@ -43,6 +50,7 @@ void Examiner::Begin(const Member& member, const Request& request, const LineTim
 }
 
 void Examiner::Hear(View bytes, Instant now) {
+  last_ = std::max(last_, now);
   if (member_ == nullptr) {
     Append(greeting_, bytes.first(std::min(bytes.size(), kKept - greeting_.size())));
     return;
@@ -68,12 +76,17 @@ Finding Examiner::End(Outcome outcome) {
   if (!ProvesLife(outcome)) frame_.clear();
   const bool plain = ProvesLife(outcome) && heard_.size() == frame_.size();
   Finding finding = plain ? Plain(Heard()) : Look();
+  const bool right = IsAnswered(finding.symptom);
+  if (IsSameAgain(outcome == Outcome::ok) && !right) {
+    finding = {.symptom = Symptom::same_again, .bytes = heard_.size()};
+  }
   // What a server says at once may meet the first request.
   const bool says = finding.symptom == Symptom::text ||
                     (roster_.is_network() && OtherService(heard_).has_value());
   if (std::exchange(fresh_, false) && says && greeting_.empty()) greeting_ = heard_;
   const bool greeted = !IsAnswered(finding.symptom) && !greeting_.empty();
   if (greeted) finding = Greeting(Heard(), greeting_).value_or(finding);
+  finding.idle = idle_;
   told_ = finding.symptom;
   if (finding.symptom == Symptom::tail_lost || finding.symptom == Symptom::end_lost) {
     broken_ = {member_, request_, heard_, arrivals_.back().after + sent_, 0};
@@ -187,6 +200,26 @@ bool Examiner::IsCopy() const {
   return copies > 0 && others < 2;
 }
 
+/// What has come is what came to other requests before, one after another, and it was `right` once.
+bool Examiner::IsSameAgain(bool right) {
+  Asked& asked = open_[member_->place];
+  const View heard = heard_;
+  const View came =
+      heard.subspan(std::min(heard.size(), member_->protocol->tcp ? kTransaction : std::size_t{0}));
+  if (came.size() < kShortest) return false;
+  if (!std::ranges::equal(came, asked.came)) {
+    asked.came.assign(came.begin(), came.end());
+    asked.others = 0;
+    asked.asked = request_.bytes;
+    asked.right = false;
+  } else if (request_.bytes != asked.asked) {
+    ++asked.others;
+    asked.asked = request_.bytes;
+  }
+  asked.right = asked.right || right;
+  return asked.right && asked.others >= kSame;
+}
+
 /// A request of this gateway has come back so late that it seems somebody else's.
 bool Examiner::IsLateEcho() const {
   return std::ranges::any_of(open_, [this](const Asked& asked) {
@@ -246,7 +279,8 @@ Finding Examiner::Attribute(Finding finding) {
   const Duration after = sent_ + arrivals_.back().after - whose->sent;
   const bool late = !whose->answered && after > reply;
   if (whose->member->IsSame(*member_)) {
-    if (answered) return {};
+    if (answered && !whose->answered) return {};
+    if (answered) return {.symptom = whose->repeated ? Symptom::copies : Symptom::others_beside};
     if (finding.symptom == Symptom::two_replies) {
       return late && whose->silent ? Finding{.symptom = Symptom::late, .time = after} : finding;
     }

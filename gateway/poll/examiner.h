@@ -64,10 +64,14 @@ class Examiner {
     bool repeated = false;  // what was found is the same reply once more
     Bytes reply;
   };
-  /// Of one member: the last one, and another one before it.
+  /// Of one member: the last one, and another one before it; and what came to them.
   struct Asked {
     Open last;
     Open before;
+    Bytes came;              // to the last one, without the number of its transaction
+    Bytes asked;             // by which request
+    std::size_t others = 0;  // further ones in a row to which the same came
+    bool right = false;      // it was the reply to one of them
   };
 
   /// A reply that was taken, and what it answered.
@@ -86,6 +90,7 @@ class Examiner {
 
   Hearing Heard() const;
   bool IsCopy() const;
+  bool IsSameAgain(bool right);
   std::pair<View, View> BesideReply() const;
   bool IsRest(View rest) const;
   bool FindRest();
@@ -99,7 +104,9 @@ class Examiner {
   const Member* member_ = nullptr;
   Request request_;
   LineTimes times_;
-  Instant sent_{};  // computed end of the request
+  Instant sent_{};   // computed end of the request
+  Instant last_{};   // when something was on the line last
+  Duration idle_{};  // silence before the request
   Outcome outcome_ = Outcome::none;
   Symptom told_ = Symptom::clean;
   Bytes frame_;              // the reply that was taken

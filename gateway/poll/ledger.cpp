@@ -258,7 +258,8 @@ void Ledger::OnSpeaks(const Member& member) {
   Change(member, [](DeviceStatus& status) { status.unasked = true; });
 }
 
-void Ledger::OnUnasked(const Member& member, Outcome outcome, const std::string& reason) {
+void Ledger::OnUnasked(const Member& member, Outcome outcome, const std::string& reason,
+                       const Finding& finding) {
   ++counters_.exchanges;
   ++counters_.outcomes[static_cast<std::size_t>(outcome)];
   Change(member, [&](DeviceStatus& status) {
@@ -266,6 +267,7 @@ void Ledger::OnUnasked(const Member& member, Outcome outcome, const std::string&
     ++status.outcomes[static_cast<std::size_t>(outcome)];
     status.last_outcome = outcome;
     status.recent.Add(outcome);
+    status.findings.Add(finding);
     status.learned = roster_.AsDevice(member)->conversation->WhatIsLearned();
     if (outcome != Outcome::ok) {
       status.last_reason = reason;

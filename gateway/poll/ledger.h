@@ -69,7 +69,8 @@ class Ledger {
   /// The device speaks unasked.
   void OnSpeaks(const Member& member);
   /// It has said something, and this is what became of it.
-  void OnUnasked(const Member& member, Outcome outcome, const std::string& reason);
+  void OnUnasked(const Member& member, Outcome outcome, const std::string& reason,
+                 const Finding& finding);
   /// More has come behind its last exchange, or behind the one that is `back` before it: that looks
   /// otherwise now.
   void OnMore(const Member& member, const Finding& finding, std::size_t back = 0);

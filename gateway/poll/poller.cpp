@@ -127,6 +127,9 @@ void Poller::OnBytes(View bytes, Now now) {
   if (!heard.bytes.empty()) {
     ledger_.OnReceived(heard.bytes);
     examiner_.Hear(heard.bytes, now.instant);
+    if (const auto before = speaker_.Hear(heard.bytes, now.instant)) {
+      ledger_.OnMore(*speaker_.device(), *before);
+    }
     Hear(line_.OnBytes(heard.bytes, now.instant));
   }
   Settle();

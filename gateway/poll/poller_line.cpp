@@ -64,11 +64,12 @@ void Poller::OnUnasked(const Heard& heard) {
   if (!speaker_.in_use()) return;
   Device& device = *speaker_.device();
   for (std::size_t i = 0; i < heard.damaged; ++i) {
-    upkeep_.OnUnasked(device, Outcome::corrupt, std::string(heard.why), now_.instant);
+    upkeep_.OnUnasked(device, Outcome::corrupt, std::string(heard.why), speaker_.OnDamaged(),
+                      now_.instant);
   }
   for (const UnaskedMessage& message : heard.messages) {
     Speaker::Said said = speaker_.OnMessage(message, now_);
-    upkeep_.OnUnasked(device, said.outcome, said.reason, now_.instant);
+    upkeep_.OnUnasked(device, said.outcome, said.reason, speaker_.Look(said), now_.instant);
     TakeUnasked(std::move(said));
   }
 }

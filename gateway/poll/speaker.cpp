@@ -14,6 +14,11 @@ Speaker::Speaker(const Roster& roster) {
   for (const auto& device : roster.devices()) {
     if (device_ == nullptr && device->conversation->Listens() != nullptr) device_ = device.get();
   }
+  if (device_ != nullptr) overheard_.emplace(*device_, roster.is_network());
+}
+
+std::optional<Finding> Speaker::Hear(View bytes, Instant now) {
+  return in_use() ? overheard_->Hear(bytes, now) : std::nullopt;
 }
 
 const Standing* Speaker::standing() const {
@@ -23,6 +28,13 @@ const Standing* Speaker::standing() const {
 Speaker::Said Speaker::OnMessage(const UnaskedMessage& message, Now now) {
   const Now received{now.instant - message.since, now.wall - message.since};
   return Take(device_->conversation->OnUnasked(message.bytes, received), received);
+}
+
+Finding Speaker::Look(const Said& said) {
+  if (!ProvesLife(said.outcome)) return overheard_->OnDamaged();
+  overheard_->OnRead();
+  if (said.reason.empty()) return {};
+  return {.symptom = Symptom::refusal, .cause = said.reason, .remedy = said.remedy};
 }
 
 std::optional<Instant> Speaker::DueAt() const {
@@ -38,6 +50,7 @@ std::optional<Speaker::Said> Speaker::OnTimer(Now now) {
 Speaker::Said Speaker::Take(Answer answer, Now received) {
   Said said{.outcome = answer.outcome,
             .reason = std::move(answer.reason),
+            .remedy = std::move(answer.remedy),
             .received = received,
             .samples = SamplesOf(*device_->config, answer.readings),
             .events = {},

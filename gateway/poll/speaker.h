@@ -15,6 +15,7 @@
 
 #include "gateway/base/time.h"
 #include "gateway/line/ear.h"
+#include "gateway/poll/overheard.h"
 #include "gateway/poll/poller_listener.h"
 #include "gateway/poll/roster.h"
 #include "gateway/poll/unkept.h"
@@ -38,14 +39,21 @@ class Speaker {
   struct Said {
     Outcome outcome = Outcome::ok;
     std::string reason;
+    std::string remedy;
     Now received{};  ///< its last byte
     std::vector<Sample> samples;
     std::optional<ReportedEvents> events;  ///< to be kept
     std::size_t lost = 0;                  ///< events that are not
     std::string warning;                   ///< of the first of these; else empty
   };
+  /// Bytes of the line. What it said before, where that could not be read and looks otherwise now.
+  std::optional<Finding> Hear(View bytes, Instant now);
+  /// What it says cannot be read: what it looks like.
+  Finding OnDamaged() { return overheard_->OnDamaged(); }
   /// Only in use.
   Said OnMessage(const UnaskedMessage& message, Now now);
+  /// What its message looked like.
+  Finding Look(const Said& said);
   /// When OnTimer may have something although nothing is said.
   std::optional<Instant> DueAt() const;
   /// What follows without a message: nobody has to answer for its outcome.
@@ -61,6 +69,7 @@ class Speaker {
   void Keep(EventBatch batch, Said& said);
 
   Device* device_ = nullptr;
+  std::optional<Overheard> overheard_;  // of `device_`
   Unkept unkept_;
   bool told_lost_ = false;  // the user knows that events are lost
 };

@@ -75,9 +75,10 @@ void Upkeep::OnTask(Member& member, Outcome outcome, const std::string& reason, 
   ledger_.OnState(member, reason.empty() ? std::string(why) : reason);
 }
 
-void Upkeep::OnUnasked(Device& device, Outcome outcome, const std::string& reason, Instant now) {
+void Upkeep::OnUnasked(Device& device, Outcome outcome, const std::string& reason,
+                       const Finding& finding, Instant now) {
   device.health.OnExchange(outcome);
-  ledger_.OnUnasked(device, outcome, reason);
+  ledger_.OnUnasked(device, outcome, reason, finding);
   if (ProvesLife(outcome)) {
     OnTask(device, Outcome::ok, {}, now);
   } else {

@@ -27,7 +27,8 @@ class Upkeep {
   /// A task has ended: a device may be offline now, or back.
   void OnTask(Member& member, Outcome outcome, const std::string& reason, Instant now);
   /// It has said something unasked, and this is what became of it.
-  void OnUnasked(Device& device, Outcome outcome, const std::string& reason, Instant now);
+  void OnUnasked(Device& device, Outcome outcome, const std::string& reason, const Finding& finding,
+                 Instant now);
   /// Another device answers in its place: nothing that the old one has said holds.
   void OnReplaced(Device& device, Now now);
   /// What its conversation wants to do in the background may be due at another time now.

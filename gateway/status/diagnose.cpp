@@ -19,6 +19,8 @@ using Sentences = std::vector<std::string>;
 
 /// A single failure of a device that answers is not worth a sentence.
 constexpr std::size_t kNotableFailures = 2;
+/// So many in a row are no outage of the port.
+constexpr std::size_t kManyFailures = 8;
 /// Bytes beside good replies, of the exchanges that are kept.
 constexpr std::size_t kNotableNoise = 3;
 /// Bytes around a reply that were the same so often are no noise.
@@ -27,6 +29,8 @@ constexpr std::size_t kConstant = 4;
 constexpr std::uint32_t kNeverAnswered = 3;
 /// An outage of the last hour that was shorter than that part is not worth a word.
 constexpr double kNotableOutage = 0.01;
+/// One that begins so soon behind the start may be its end.
+constexpr Duration kStart = 5min;
 /// A device that speaks unasked may be silent so long without a word about it.
 constexpr Duration kNotableSilence = 1min;
 
@@ -49,50 +53,52 @@ std::string Looks(const Evidence& evidence) {
   return text;
 }
 
-/// "cause: remedy", and the alternative where the first one leaves much open.
-std::string Said(const Evidence& evidence) {
-  std::string text;
-  for (const Hypothesis* hypothesis : Judge(evidence)) {
-    text += (text.empty() ? "" : "; or ") + hypothesis->say(evidence);
+/// "cause: remedy" behind `before`, and in sentences of their own what goes with it.
+Sentences Said(const std::string& before, const Evidence& evidence) {
+  const auto judged = Judge(evidence);
+  if (judged.empty()) {
+    const std::string looks = Looks(evidence);
+    return {before + "no cause stands out" + (looks.empty() ? "" : " (" + looks + ")") +
+            ": look at 'baudgate trace " + evidence.line->name + "'"};
   }
-  const std::string looks = Looks(evidence);
-  if (text.empty()) {
-    text = "no cause stands out" + (looks.empty() ? "" : " (" + looks + ")") +
-           ": look at 'baudgate trace " + evidence.line->name + "'";
-  }
-  if (evidence.alike.empty()) return text;
-  return text + "; " + evidence.alike + " fails alike, so look first at what both share";
+  Sentences said = Besides(evidence, judged);
+  said.insert(said.begin(), before + judged.front()->say(evidence));
+  return said;
 }
 
-/// "3 outages in the last hour, answered 86 % of the time": what a look at the present does not
-/// show. Empty: none, or one that is not worth a word.
+/// "3 outages in the last hour": what a look at the present does not show. Empty: none, or one that
+/// is not worth a word.
 std::string Outages(const DeviceRecord& record, std::uint32_t from, Now now, Instant started) {
   const MinuteCounts hour = record.status.hour.Sum(now.instant);
-  const double answered = Availability(hour);
-  if (hour.outages < from || 1 - answered < kNotableOutage) return {};
+  if (now.instant - started < kStart) from = std::max<std::uint32_t>(from, 2);
+  if (hour.outages < from || 1 - Availability(hour) < kNotableOutage) return {};
   const Duration since = std::min<Duration>(now.instant - started, 1h);
-  return fmt::format("{} in the last {}, answered {} of the time", Plural(hour.outages, "outage"),
-                     since < 1h ? FormatAge(since) : "hour", Percent(answered));
+  return fmt::format("{} in the last {}", Plural(hour.outages, "outage"),
+                     since < 1h ? FormatAge(since) : "hour");
 }
 
-std::string Absence(const LineStatus& line, const DeviceRecord& record,
-                    std::span<const DeviceRecord> all, Now now, Instant started) {
+std::string AnsweredShare(const DeviceRecord& record, Now now) {
+  return fmt::format("answered {} of the time",
+                     Percent(Availability(record.status.hour.Sum(now.instant))));
+}
+
+Sentences Absence(const LineStatus& line, const DeviceRecord& record,
+                  std::span<const DeviceRecord> all, Now now, Instant started) {
   const DeviceStatus& status = record.status;
-  std::string since = status.last_ok
-                          ? "offline for " + FormatAge(now.instant - *status.last_ok)
-                          : "has never answered (" + Plural(status.exchanges, "exchange") + ")";
+  std::string since = status.last_ok ? "offline for " + FormatAge(now.instant - *status.last_ok)
+                                     : "has never answered";
   const Evidence evidence = Gather(line, record, all, now);
   if (status.last_ok && evidence.failed == 0) return {};  // it is on its way back
   if (AbsentTogether(all)) {
-    return since + ", as no device of line '" + record.line->name + "' answers";
+    return {since + ", as no device of line '" + record.line->name + "' answers"};
   }
-  if (const std::string often = Outages(record, 2, now, started);
-      status.last_ok && !often.empty()) {
-    since += " (" + often + ")";
-  }
-  const std::string said = since + ": " + Said(evidence);
+  const std::string often = status.last_ok ? Outages(record, 2, now, started) : std::string();
+  if (!often.empty()) since += " (" + often + ")";
+  Sentences said = Said(since + ": ", evidence);
+  if (!often.empty()) said.push_back(AnsweredShare(record, now));
   const bool silent = evidence.Count(Symptom::silence) == evidence.failed;
-  return silent && status.last_ok ? said + "; " + Noticed(line, status) : said;
+  if (silent && status.last_ok) said.push_back(Noticed(line, status));
+  return said;
 }
 
 /// "voltage and 3 more": what the requests read for which `is_meant` holds; empty: there are none,
@@ -137,30 +143,29 @@ Sentences DeadQueries(const DeviceRecord& record, const Evidence& evidence) {
   });
   if (silent) {
     return {"does not answer the request for " + points +
-            ", and answers the others: it may not have these points; take them out of the profile, "
-            "or set access: none"};
+            ", and answers the others: take these points out of the profile, or set access: none"};
   }
   const bool damaged = std::ranges::all_of(status.queries, [&](const QueryCount& query) {
     return !fails(query) || IsDamage(query.symptom);
   });
+  const auto judged = Judge(evidence);
+  if (!judged.empty() && judged.front()->whole) return Said("", evidence);
   if (damaged && status.findings.Suspects() == 0) {
     return {"the replies for " + points +
-            " come damaged always, and others are good: the device answers this request wrongly "
-            "(take these points out of the profile), or a converter changes its bytes (set it to "
-            "raw)"};
+            " come damaged always, and no others: take these points out of the profile, or set the "
+            "converter in between to raw"};
   }
   const bool shifted = evidence.Count(Symptom::one_behind) > 0;  // and that would shift all
-  const std::string said =
-      shifted || Judge(evidence).empty()
-          ? "its reply does not fit (" + status.last_reason + "): does the profile fit the device?"
-          : Said(evidence);
-  return {"the request for " + points + " fails always, and others are answered: " + said};
+  const std::string before = "the request for " + points + " fails always, and no other: ";
+  if (!shifted && !judged.empty()) return Said(before, evidence);
+  return {before + "its reply does not fit (" + status.last_reason +
+          "): does the profile fit the device?"};
 }
 
 /// How often it fails at present; empty: not often enough for a word.
 std::string HowOften(const Evidence& evidence) {
   if (evidence.failed < kNotableFailures) return {};
-  return fmt::format("{} of its last {} exchanges failed", evidence.failed, evidence.looked);
+  return fmt::format("{} of {} exchanges failed: ", evidence.failed, evidence.looked);
 }
 
 /// What it says in place of values: one reason for all that it refuses.
@@ -172,8 +177,12 @@ std::string Refusals(const DeviceRecord& record, const Evidence& evidence) {
       last.cause.empty() ? std::string(Name(record.status.last_outcome)) : Brief(last);
   const std::string points =
       NamesOf(record, [](const QueryCount& query) { return query.refused >= kNeverAnswered; });
-  return fmt::format("it says '{}' to {} of its last {} requests{}: {}", reason, count,
-                     evidence.looked, points.empty() ? "" : " (" + points + ")", RemedyOf(last));
+  if (record.status.unasked) {
+    return fmt::format("{} ({} of its last {} messages): {}", reason, count, evidence.looked,
+                       RemedyOf(last));
+  }
+  return fmt::format("it says '{}' to {} of {} requests{}: {}", reason, count, evidence.looked,
+                     points.empty() ? "" : " (" + points + ")", RemedyOf(last));
 }
 
 /// What fails, and what it refuses: what there is more of comes first.
@@ -181,7 +190,7 @@ Sentences Failures(const DeviceRecord& record, const Evidence& evidence) {
   Sentences found = DeadQueries(record, evidence);
   const std::string often = HowOften(evidence);
   if (!often.empty() && found.empty()) {
-    found.push_back(often + ": " + Said(evidence));
+    found = Said(often, evidence);
   }
   const std::vector<QueryCount>& queries = record.status.queries;
   const bool none = !queries.empty() && std::ranges::all_of(queries, [](const QueryCount& query) {
@@ -189,7 +198,7 @@ Sentences Failures(const DeviceRecord& record, const Evidence& evidence) {
   });
   // Probes may be answered well, and there are more of them.
   if (found.empty() && none && evidence.failed > 0) {
-    found.push_back("it answers, and its polls fail: " + Said(evidence));
+    found = Said("it answers, and its polls fail: ", evidence);
   }
   if (std::string refusals = Refusals(record, evidence); !refusals.empty()) {
     const bool more = evidence.Count(Symptom::refusal) > evidence.failed;
@@ -209,8 +218,8 @@ std::string Wrapped(const DeviceRecord& record) {
   if (findings.Around().find_first_not_of("0F .") == std::string::npos) return {};
   if (2 * beside < findings.size() || findings.Around().empty()) return {};
   return fmt::format(
-      "the same bytes stand around its replies ({}) in {} of its last {} exchanges: a modem, radio "
-      "or serial server in between adds a packet frame or registration; set it to raw",
+      "the same bytes stand around its replies ({}) in {} of {} exchanges: set the modem, radio or "
+      "serial server in between to raw (no packet frame), or terminate the bus",
       findings.Around(), beside, findings.size());
 }
 
@@ -221,12 +230,20 @@ Sentences Beside(const DeviceRecord& record) {
   const auto say = [&](std::size_t count, const char* what, const char* remedy) {
     if (count < kNotableNoise) return;
     found.push_back(
-        fmt::format("{} in {} of its last {} exchanges: {}", what, count, findings.size(), remedy));
+        fmt::format("{} in {} of {} exchanges: {}", what, count, findings.size(), remedy));
   };
-  say(findings.Count(Symptom::copies), "its replies come twice",
-      "a serial server, radio or repeater in between sends twice; values are right");
-  say(findings.Count(Symptom::others_beside), "a second reply with another content follows",
-      "two devices have its address; disconnect one and give it another");
+  // Of two devices with one address some replies are alike.
+  const std::size_t others = findings.Count(Symptom::others_beside);
+  const std::size_t copies = findings.Count(Symptom::copies);
+  say(others, "a second reply with another content follows",
+      "two devices have its address (unplug one), or another master asks it");
+  if (copies >= kNotableNoise && record.status.doubled >= kNotableNoise) {
+    say(copies, "its replies come twice, and differ",
+        "two devices have its address (unplug one), or a serial server, radio or repeater repeats");
+  } else if (others < kNotableNoise) {
+    say(copies + others, "its replies come twice",
+        "a serial server, radio or repeater in between sends twice; values are right");
+  }
   if (std::string wrapped = Wrapped(record); !wrapped.empty()) {
     found.push_back(std::move(wrapped));
     return found;
@@ -260,26 +277,22 @@ Sentences Patience(const DeviceStatus& status) {
 }
 
 /// Of a device that speaks when it likes: nothing that it says can be read, or much cannot.
-std::string Unreadable(const DeviceRecord& record) {
-  const DeviceStatus& status = record.status;
-  const std::size_t damaged = status.recent.Count(Outcome::corrupt);
-  if (!status.unasked || damaged < kNotableFailures) return {};
-  const std::string last = status.last_reason.empty() ? "" : " (" + status.last_reason + ")";
-  if (status.last_ok) {
-    return fmt::format(
-        "{} of its last {} messages came damaged{}: look for noise and a bad wire, or its options "
-        "form, start, end and length",
-        damaged, status.recent.size(), last);
-  }
-  return fmt::format(
-      "what it sends cannot be read{}: check bit rate, parity and data bits ({}), then its options "
-      "form, start and end",
-      last, record.line->serial.ToString());
+Sentences Unreadable(const DeviceRecord& record, const Evidence& evidence) {
+  if (!record.status.unasked || evidence.failed < kNotableFailures) return {};
+  if (!record.status.last_ok) return Said("what it sends cannot be read: ", evidence);
+  return Said(fmt::format("{} of its last {} messages are bad: ", evidence.failed, evidence.looked),
+              evidence);
 }
 
 /// Of a device that speaks when it likes.
 Sentences Silence(const DeviceRecord& record, Now now) {
   const DeviceStatus& status = record.status;
+  const auto& max_age = record.device->max_age;
+  if (!status.last_ok && max_age) {
+    return {"has not spoken yet, and its max_age is " + FormatDuration(*max_age) +
+            ": check its power and wire, then bit rate and parity (" +
+            record.line->serial.ToString() + ") and its options"};
+  }
   if (!status.last_ok) {
     return {
         "has not spoken yet: normal where nothing has happened; if something has, check power, "
@@ -287,7 +300,8 @@ Sentences Silence(const DeviceRecord& record, Now now) {
         record.line->serial.ToString() + ") and its options"};
   }
   Sentences found;
-  if (const Duration silent = now.instant - *status.last_ok; silent >= kNotableSilence) {
+  if (const Duration silent = now.instant - *status.last_ok;
+      silent >= kNotableSilence && !max_age) {
     found.push_back("silent for " + FormatAge(silent) +
                     ": normal, it speaks only when it has something to say");
   }
@@ -301,7 +315,9 @@ Sentences Silence(const DeviceRecord& record, Now now) {
 /// Before its port was opened anew as well.
 bool FailsAlways(const DeviceStatus& status) {
   const Findings& findings = status.findings;
-  return findings.size() >= kNotableFailures && findings.LongestRun() == findings.size();
+  const std::size_t run = findings.LongestRun();
+  return (findings.size() >= kNotableFailures && run == findings.size()) ||
+         (IsAbsent(status) && run >= kManyFailures);
 }
 
 }  // namespace
@@ -318,7 +334,8 @@ Sentences DiagnoseDevice(const LineStatus& line, const DeviceRecord& device,
   }
   if (line.port != LineStatus::Port::open) return {};
   if (status.unasked && status.exchanges == 0) return Silence(device, now);
-  if (std::string unreadable = Unreadable(device); !unreadable.empty()) return {unreadable};
+  const Evidence evidence = Gather(line, device, all, now);
+  if (Sentences unreadable = Unreadable(device, evidence); !unreadable.empty()) return unreadable;
   if (status.exchanges == 0 && status.findings.size() == 0) return {"not asked yet"};
   // A server that ends the connection may have said what it is.
   const bool told = status.findings.Count(Symptom::other_protocol) > 0 ||
@@ -333,8 +350,7 @@ Sentences DiagnoseDevice(const LineStatus& line, const DeviceRecord& device,
             "' is open; this says nothing about the device"};
   }
   if (IsAbsent(status)) {
-    const std::string absence = Absence(line, device, all, now, started);
-    return absence.empty() ? Sentences() : Sentences{absence};
+    return Absence(line, device, all, now, started);
   }
 
   Sentences found;
@@ -344,13 +360,13 @@ Sentences DiagnoseDevice(const LineStatus& line, const DeviceRecord& device,
   if (IsForeign(device)) {
     found.push_back("no value is good: " + status.trouble);
   } else {
-    add(Failures(device, Gather(line, device, all, now)));
+    add(Failures(device, evidence));
   }
   const Sentences beside = Beside(device);
-  const Evidence evidence = Gather(line, device, all, now);
   // What stands beside many replies explains the few that fail.
   const bool explains = !beside.empty() && evidence.looked > 3 * evidence.failed;
-  if (explains && evidence.Count(Symptom::silence) < evidence.failed) {
+  const bool two = evidence.Count(Symptom::others_beside) >= kNotableNoise;
+  if (two || (explains && evidence.Count(Symptom::silence) < evidence.failed)) {
     found.insert(found.begin(), beside.begin(), beside.end());
   } else {
     add(beside);
@@ -374,7 +390,8 @@ Sentences DiagnoseDevice(const LineStatus& line, const DeviceRecord& device,
   if (found.empty()) add(DiagnoseWaiting(device, now, started));
   const std::string outages = Outages(device, 1, now, started);
   if (found.empty() && !outages.empty()) {
-    found.push_back(outages + ": look at its power and its wire");
+    found.push_back(outages + ", and it " + AnsweredShare(device, now) +
+                    ": look at its power and its wire");
   }
   if (!IsForeign(device) && !status.trouble.empty()) found.push_back(status.trouble);
   if (found.empty() && status.state == DeviceState::degraded) {

@@ -17,8 +17,13 @@ using Sentences = std::vector<std::string>;
 
 /// So much of a line's incoming bytes may be stray before it is said.
 constexpr double kNotableStray = 0.05;
+/// A greeting of a server is no noise.
+constexpr std::uint64_t kFewStray = 32;
 /// Once may be chance.
 constexpr std::size_t kProof = 2;
+/// A server that ends so many connections in use does not do so by its settings alone.
+constexpr std::size_t kDrops = 3;
+constexpr Duration kRecently = 5min;
 /// So many errors of the driver for an exchange.
 constexpr double kNotableErrors = 0.02;
 
@@ -51,21 +56,32 @@ std::string Closed(const config::Line& line, const LineStatus& status,
   const std::string since = status.port_since == WallTime{}
                                 ? std::string()
                                 : " for " + FormatAge(now.wall - status.port_since);
-  return fmt::format("port closed{}: {}; it is tried again until it works", since,
+  return fmt::format("port closed{}: {}", since,
                      status.port_text.empty() ? "not opened yet" : status.port_text);
 }
 
-std::string Lost(const config::Line& line, std::uint32_t times,
+std::string Lost(const config::Line& line, std::size_t times,
                  std::span<const DeviceRecord> devices) {
   if (std::string other = SayOtherService(line, devices); !other.empty()) return other;
-  if (line.port.starts_with("tcp://")) {
+  if (line.is_network()) {
     return fmt::format(
-        "the connection was lost {}: look at the serial server (in use by another client, its "
-        "connection limit, an inactivity time, its power) and at the network",
+        "the connection was lost {} in the last hour: look at the serial server (power, restarts, "
+        "inactivity time, another client) and at the network",
         Times(times));
   }
-  return fmt::format("the open port was lost {}: loose plug, hub or power; the log has the times",
-                     Times(times));
+  return fmt::format(
+      "the open port was lost {} in the last hour: loose plug, hub or power; the log has the times",
+      Times(times));
+}
+
+/// A server that ends connections which are in use.
+std::string Dropped(const LineStatus& status, Now now) {
+  const std::size_t times = status.drops.Since(now.instant - kRecently);
+  if (times < kDrops) return {};
+  return fmt::format(
+      "the server has ended the connection {} in the last minutes while it was in use: look at its "
+      "power, restarts, inactivity time and at the network",
+      Times(times));
 }
 
 /// Errors that the driver has counted.
@@ -94,16 +110,15 @@ std::size_t InUse(std::span<const DeviceRecord> devices) {
 }
 
 /// Empty: none of them was asked in vain, as right behind a loan of the port.
-std::string NobodyAnswers(const LineStatus& status, std::span<const DeviceRecord> devices,
-                          Now now) {
+Sentences NobodyAnswers(const LineStatus& status, std::span<const DeviceRecord> devices, Now now) {
   const Evidence evidence = GatherAbsent(status, devices, now);
   if (evidence.failed == 0) return {};
-  std::string text = fmt::format("none of its {} devices answers: ", InUse(devices));
-  const auto said = Judge(evidence);
-  for (const Hypothesis* hypothesis : said) {
-    text += (hypothesis == said.front() ? "" : "; or ") + hypothesis->say(evidence);
-  }
-  return said.empty() ? text + "look at what they share: port, wiring, bit rate" : text;
+  const std::string text = fmt::format("none of its {} devices answers: ", InUse(devices));
+  const auto judged = Judge(evidence);
+  if (judged.empty()) return {text + "look at what they share: port, wiring, bit rate"};
+  Sentences said = Besides(evidence, judged);
+  said.insert(said.begin(), text + judged.front()->say(evidence));
+  return said;
 }
 
 /// What somebody else says on the line, whichever device was asked meanwhile.
@@ -159,8 +174,8 @@ Sentences DiagnoseLine(const config::Line& line, const LineStatus& status,
         "a loose or broken fibre, or a device on it without power. No device of the "
         "line can answer until then",
         ClockText(*status.cut_since)));
-  } else if (std::string why = nobody ? NobodyAnswers(status, devices, now) : ""; !why.empty()) {
-    found.push_back(std::move(why));
+  } else if (nobody) {
+    found = NobodyAnswers(status, devices, now);
   }
   // A device that answers no more than the echo says it itself.
   const bool answered = std::ranges::any_of(
@@ -181,7 +196,7 @@ Sentences DiagnoseLine(const config::Line& line, const LineStatus& status,
   }
   const double stray =
       Share(static_cast<double>(status.stray_bytes), static_cast<double>(status.bytes_in));
-  if (stray >= kNotableStray && !IsExplained(devices)) {
+  if (stray >= kNotableStray && status.stray_bytes >= kFewStray && !IsExplained(devices)) {
     found.push_back(fmt::format(
         "{} of {} bytes came when nothing was asked: {}; look at 'baudgate trace {}'",
         status.stray_bytes, status.bytes_in,
@@ -191,7 +206,11 @@ Sentences DiagnoseLine(const config::Line& line, const LineStatus& status,
             : "the server answers twice, or does not keep to Modbus TCP; update its firmware",
         line.name));
   }
-  if (status.times_lost > 0) found.push_back(Lost(line, status.times_lost, devices));
+  const std::size_t lost = status.losses.Since(now.instant - 1h);
+  if (lost > 0) found.push_back(Lost(line, lost, devices));
+  if (std::string dropped = Dropped(status, now); lost == 0 && !dropped.empty()) {
+    found.push_back(std::move(dropped));
+  }
   const bool misses = std::ranges::any_of(devices, [&](const DeviceRecord& one) {
     return Answers(one.status.state) && MissedShare(one, now, started) > 0;
   });

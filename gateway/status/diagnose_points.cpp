@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <map>
 
+#include "gateway/base/shown.h"
 #include "gateway/status/words.h"
 
 namespace baudgate::control {
@@ -56,19 +57,20 @@ Sentences DiagnosePoints(const LineStatus& line, const DeviceRecord& record, Now
     if (said && first.empty()) first = record.device->points[i].name;
   }
   Sentences found;
-  const std::string see = "see 'baudgate status " + NameOf(record) + "'";
-  if (stale > 0) {
+  if (stale > 0 && record.status.unasked && record.status.last_ok) {
+    found.push_back("nothing has come for " + FormatAge(now.instant - *record.status.last_ok) +
+                    ", and its max_age is shorter: check its power and its wire");
+  } else if (stale > 0) {
     found.push_back(
         fmt::format("{} of {} points are older than their max_age: its polls fail or "
-                    "come too seldom; {}",
-                    stale, record.points.size(), see));
+                    "come too seldom",
+                    stale, record.points.size()));
   }
   if (doubted > 0) {
     found.push_back(
         fmt::format("{} of {} points are in doubt until they are read again: the port was opened "
-                    "anew, the device was away, or a reply may have belonged to another request; "
-                    "{}",
-                    doubted, record.points.size(), see));
+                    "anew, the device was away, or a reply may have belonged to another request",
+                    doubted, record.points.size()));
   }
   if (reported > 0) {
     std::string why;
@@ -84,8 +86,8 @@ Sentences DiagnosePoints(const LineStatus& line, const DeviceRecord& record, Now
       why += said.empty() ? ": it does not answer requests for them" : ": it says '" + said + "'";
       why += "; does the profile fit the device?";
     }
-    found.push_back(fmt::format("{} of {} points have no good value{}; {}", reported,
-                                record.points.size(), why, see));
+    found.push_back(
+        fmt::format("{} of {} points have no good value{}", reported, record.points.size(), why));
   }
   return found;
 }
@@ -105,6 +107,7 @@ Sentences DiagnoseWaiting(const DeviceRecord& record, Now now, Instant started) 
   const Findings& findings = record.status.findings;
   const std::string& odd = findings.Last(Symptom::odd).cause;
   const std::string& reason = odd.empty() ? findings.Last(Symptom::refusal).cause : odd;
+  if (record.status.unasked && reason.empty()) return {};  // nothing has happened yet
   return {
       fmt::format("{} of {} points have no value yet ({}{}): {}; does the profile fit the "
                   "device, with its options?",

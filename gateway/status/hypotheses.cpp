@@ -17,6 +17,8 @@ constexpr double kUnexplained = 0.3;
 constexpr double kWorthSaying = 0.15;
 /// Once may be chance.
 constexpr std::size_t kFacts = 2;
+/// Of what is random so many would be spread otherwise.
+constexpr std::size_t kSilences = 3;
 /// No chance any more.
 constexpr std::size_t kMany = 8;
 
@@ -78,6 +80,8 @@ double Noise(const Evidence& evidence) {
 /// All that failed had a byte which converters change, and nothing good had.
 double NotTransparent(const Evidence& evidence) {
   if (evidence.device == nullptr || !evidence.answered) return 0;
+  // Of messages that come unasked the good ones are not looked at.
+  if (evidence.device->status.unasked) return 0;
   if (evidence.failed < kFacts || Suspects(evidence) == 0) return 0;
   return evidence.Share({damaged, noise, bad_check, bytes_lost, bytes_added, tail_lost});
 }
@@ -112,6 +116,11 @@ double OneBehind(const Evidence& evidence) {
   return repeats_fail ? 0 : Always<one_behind>(evidence);
 }
 
+double SameAgain(const Evidence& evidence) {
+  if (evidence.Count(same_again) < kFacts) return 0;
+  return evidence.Share({same_again, one_behind, other_reply, odd, late});
+}
+
 /// It may speak once and be silent from then on.
 double OtherProtocol(const Evidence& evidence) {
   if (evidence.answered || evidence.Count(other_protocol) < kFacts) {
@@ -136,15 +145,31 @@ double SevenBits(const Evidence& evidence) {
 
 double Silent(const Evidence& evidence) { return 0.9 * evidence.Share({silence}); }
 
-/// All requests for short replies are answered, and none for long ones.
-double TooLong(const Evidence& evidence) {
+/// Replies up to a length are right, and those beyond it never.
+bool OnlyLong(const Evidence& evidence, const Findings::Lengths& (Findings::*lengths)() const) {
   // One that has died has answered the short ones as well, once.
-  if (evidence.device == nullptr || evidence.absent) return 0;
+  if (evidence.device == nullptr || evidence.absent) return false;
   const Findings& findings = evidence.device->status.findings;
-  if (findings.Runs() < kFacts) return 0;
-  const bool split =
-      findings.LongestGood() > 0 && findings.ShortestSilent() > findings.LongestGood();
-  return split && findings.SilentLong() >= kFacts ? evidence.Share({silence}) : 0;
+  if (findings.Runs() < kFacts || findings.LongestGood() == 0) return false;
+  const Findings::Lengths& bad = (findings.*lengths)();
+  return bad.count >= kFacts && 4 * bad.shortest > 5 * findings.LongestGood();
+}
+
+double TooLong(const Evidence& evidence) {
+  return OnlyLong(evidence, &Findings::SilentLong) ? evidence.Share({silence}) : 0;
+}
+
+double LongDamaged(const Evidence& evidence) {
+  if (!OnlyLong(evidence, &Findings::DamagedLong)) return 0;
+  return evidence.Share({damaged, noise, bad_check, bytes_lost, tail_lost, end_lost});
+}
+
+/// Silent to all requests that come soon behind what was on the line, and to no others.
+double TooFast(const Evidence& evidence) {
+  if (evidence.device == nullptr || evidence.Count(silence) < kSilences) return 0;
+  if (evidence.looked - evidence.failed < kSilences) return 0;
+  const Findings& findings = evidence.device->status.findings;
+  return findings.ShortPause() > Duration() ? evidence.Share({silence}) : 0;
 }
 
 double Odd(const Evidence& evidence) {
@@ -186,10 +211,11 @@ const std::vector<Hypothesis>& Hypotheses() {
       {"text comes in place of replies", Text, SayText},
       {"only the request itself comes back", Seen<echo>, SayEcho, true},
       {"the gateway's own requests come back late", Seen<late_echo>, SayLateEcho},
+      {"long replies come damaged", LongDamaged, SayLongDamaged, false, true},
       {"replies fail that contain", NotTransparent, SaySpecials},
       {"its replies come in pieces", InPieces, SaySplit, true},
       {"its replies come up to", Late, SayLate, true},
-      {"its replies are right once their eighth bit is taken away", EighthBit, SayEighthBit},
+      {"right once the eighth bit is taken away", EighthBit, SayEighthBit},
       {"no character of its replies has its eighth bit", SevenBits, SaySevenBits},
       {"the first byte of its replies is missing", Seen<head_lost>, SayHeadLost},
       {"its replies break off", BreaksOff, SayTailLost},
@@ -199,11 +225,13 @@ const std::vector<Hypothesis>& Hypotheses() {
       {"its replies have the right form and length", BadCheck, SayBadCheck},
       {"nothing but 00 or FF comes", Seen<zeros>, SayZeros},
       {"bytes come without an end", Seen<endless>, SayEndless},
+      {"the same reply comes whatever is asked", SameAgain, SaySameAgain, true},
       {"its replies answer the request before", OneBehind, SayOneBehind},
       {"late replies of", Seen<late_other>, SayLateOther},
       {"two different replies come to one request", TwoReplies, SayTwoReplies, true},
       {"replies come that belong to other requests", Seen<other_reply>, SayOtherReply},
       {"it does not answer requests for long replies", TooLong, SayTooLong},
+      {"requests get no answer that come soon", TooFast, SayTooFast},
       {"a gateway or server speaks in its place", InItsPlace, SaySaid},
       {"what comes is not Modbus TCP", NoTcp, SayNoTcp},
       {"bytes come, and not one good frame", WrongSettings, SaySettings},
@@ -229,6 +257,21 @@ std::vector<const Hypothesis*> Judge(const Evidence& evidence) {
                     all[1].first >= kUnexplained;
   if (more) said.push_back(all[1].second);
   return said;
+}
+
+std::vector<std::string> Besides(const Evidence& evidence,
+                                 const std::vector<const Hypothesis*>& judged) {
+  std::vector<std::string> besides;
+  for (const Hypothesis* hypothesis : judged) {
+    if (hypothesis != judged.front()) besides.push_back("or " + hypothesis->say(evidence));
+  }
+  if (!evidence.alike.empty()) {
+    besides.push_back(evidence.alike + " fails alike: look first at what both share");
+  }
+  if (evidence.absent && !evidence.healthy.empty()) {
+    besides.push_back(evidence.healthy + " answers on the same line");
+  }
+  return besides;
 }
 
 }  // namespace baudgate::control

@@ -25,6 +25,7 @@ struct Hypothesis {
   /// Cause and remedy, without a subject: "answers later than timing.reply (100 ms): …".
   std::string (*say)(const Evidence&);
   bool proven = false;  ///< what was seen leaves no doubt, so that nothing else need be said
+  bool whole = false;   ///< it explains why only some requests fail
 };
 
 /// All that is known.
@@ -32,6 +33,10 @@ const std::vector<Hypothesis>& Hypotheses();
 
 /// The best supported one and, where it leaves much unexplained, the next; empty: there is none.
 std::vector<const Hypothesis*> Judge(const Evidence& evidence);
+
+/// What goes with the first one: the alternative, a neighbour that is well or fails alike.
+std::vector<std::string> Besides(const Evidence& evidence,
+                                 const std::vector<const Hypothesis*>& judged);
 
 /// "slave 7 answers …: check the address …".
 std::string WithRemedy(const Finding& finding);
@@ -42,5 +47,7 @@ std::string RemedyOf(const Finding& finding);
 
 /// What both ends must agree on: "address 2, 9600 7E1, checksum crc".
 std::string Settings(const DeviceRecord& record);
+/// ", checksum crc"; empty: its protocol has one only.
+std::string CheckOf(const DeviceRecord& record);
 
 }  // namespace baudgate::control

@@ -15,11 +15,14 @@ namespace {
 
 using enum Symptom;
 
+/// No device that needs a pause needs a shorter one.
+constexpr Duration kPause = 100ms;
 /// A suggested time is so much longer than what was seen.
 constexpr double kMargin = 1.25;
 /// Failures in a row, on the average, from which they are outages and no single losses.
 constexpr double kOutage = 2.5;
-constexpr const char* kRaw = "set it to raw (no XON/XOFF, no Telnet, no change of line ends)";
+constexpr const char* kSetRaw =
+    "set the converter or serial server in between to raw (no XON/XOFF, no Telnet)";
 
 /// A time for the configuration, in round numbers: "150ms".
 std::string Suggest(Duration seen) {
@@ -46,23 +49,19 @@ std::string Unproven(const Evidence& evidence) {
     return "check its power and wiring (A and B swapped?), then address and bit rate (" +
            Settings(record) + ")";
   }
-  return "check its power, its wire and its address (" + record.device->address + "); " +
-         evidence.healthy + " answers on the same line";
-}
-
-/// "; feeder-1 is read well".
-std::string BesideHealthy(const Evidence& evidence) {
-  return evidence.healthy.empty() ? "" : "; " + evidence.healthy + " is read well";
+  return "check its power, its wire and its address (" + record.device->address + ")";
 }
 
 /// Bytes too few or too many.
-std::string SayNotTransparent(const Evidence& evidence, const Finding& finding, const char* what) {
-  const std::string count =
-      finding.expected > 0 ? fmt::format(" ({} where {} belong)", finding.bytes, finding.expected)
-                           : std::string();
-  return what + count + ": a converter or serial server in between changes what passes; " + kRaw +
-         BesideHealthy(evidence);
+std::string SayNotTransparent(const Finding& finding, const char* what) {
+  const std::string count = finding.expected > 0 && finding.expected != finding.bytes
+                                ? fmt::format(" ({}, not {})", finding.bytes, finding.expected)
+                                : std::string();
+  return what + count + ": " + kSetRaw;
 }
+
+/// The settings of the wire are those of a serial server.
+bool IsBehindServer(const Evidence& evidence) { return evidence.line->is_network(); }
 
 }  // namespace
 
@@ -113,9 +112,11 @@ std::string SaySplit(const Evidence& evidence) {
       Milliseconds(seen), Milliseconds(gap), Suggest(seen));
 }
 
-std::string SayHeadLost(const Evidence&) {
-  return "the first byte of its replies is missing: the converter turns round too late; use one "
-         "with automatic direction, or raise the answer delay of the device";
+std::string SayHeadLost(const Evidence& evidence) {
+  const bool few = !evidence.Last(head_lost).cause.empty();
+  return std::string(few ? "the first bytes of its replies are missing"
+                         : "the first byte of its replies is missing") +
+         ": use a converter with automatic direction, or raise the answer delay of the device";
 }
 
 std::string SayEndLost(const Evidence&) {
@@ -128,18 +129,17 @@ std::string SayTailLost(const Evidence& evidence) {
   const std::string of =
       finding.expected > finding.bytes ? fmt::format(" of {}", finding.expected) : std::string();
   return fmt::format(
-      "its replies break off ({}{} bytes came last): a serial server with too small a buffer, or a "
-      "bad wire; ask for less at once where only long ones do",
+      "its replies break off ({}{} bytes came): the buffer of a serial server or converter is too "
+      "small, or a wire is bad",
       finding.bytes, of);
 }
 
 std::string SayBytesLost(const Evidence& evidence) {
-  return SayNotTransparent(evidence, evidence.Last(bytes_lost),
-                           "bytes are missing inside its replies");
+  return SayNotTransparent(evidence.Last(bytes_lost), "bytes are missing inside its replies");
 }
 
 std::string SayBytesAdded(const Evidence& evidence) {
-  return SayNotTransparent(evidence, evidence.Last(bytes_added), "its replies have bytes too many");
+  return SayNotTransparent(evidence.Last(bytes_added), "its replies have bytes too many");
 }
 
 std::string SaySpecials(const Evidence& evidence) {
@@ -149,51 +149,72 @@ std::string SaySpecials(const Evidence& evidence) {
     if ((suspects & (1U << i)) == 0) continue;
     names += (names.empty() ? "" : " and ") + fmt::format("{:02X}", kSpecialBytes[i]);
   }
-  return "replies fail that contain " + names +
-         ", and no others: a converter or serial server in between changes such bytes; " + kRaw;
+  return "replies fail that contain " + names + ", and no others: " + kSetRaw;
 }
 
 std::string SayBadCheck(const Evidence& evidence) {
-  return "its replies have the right form and length, and always a wrong check value: it computes "
-         "another one (" +
-         Settings(evidence.first()) + "), or two devices have its address";
+  return "its replies have the right form and length, and a wrong check value: two devices have "
+         "its address, or it computes another one" +
+         CheckOf(evidence.first());
 }
 
 std::string SayTooLong(const Evidence& evidence) {
   const Findings& findings = evidence.device->status.findings;
   return fmt::format(
-      "it does not answer requests for long replies ({} bytes and more), and answers those for up "
-      "to {}: ask for less at once (block, max_items or the like at the device)",
-      findings.ShortestSilent(), findings.LongestGood());
+      "it does not answer requests for long replies ({} bytes; up to {} are fine): ask for less at "
+      "once (block, max_items)",
+      findings.SilentLong().shortest, findings.LongestGood());
+}
+
+std::string SayLongDamaged(const Evidence& evidence) {
+  const Findings& findings = evidence.device->status.findings;
+  return fmt::format(
+      "long replies come damaged ({} bytes; up to {} are fine): ask for less at once (block, "
+      "max_items): a buffer is small",
+      findings.DamagedLong().shortest, findings.LongestGood());
+}
+
+std::string SayTooFast(const Evidence& evidence) {
+  const Duration pause = evidence.device->status.findings.ShortPause();
+  return fmt::format(
+      "requests get no answer that come soon ({} ms) behind a telegram: set timing: {{ quiet: {} "
+      "}} "
+      "at the device",
+      Milliseconds(pause), Suggest(std::max<Duration>(kPause, 2 * pause)));
 }
 
 std::string SayEighthBit(const Evidence& evidence) {
-  return "its replies are right once their eighth bit is taken away: it sends 7 data bits with "
-         "parity; set serial: to 7E1 or 7O1 (now " +
-         SerialOf(evidence.first()).ToString() + ")";
+  const config::SerialSettings serial = SerialOf(evidence.first());
+  const std::string cause =
+      "right once the eighth bit is taken away: it sends 7 data bits with parity; ";
+  if (IsBehindServer(evidence)) return cause + "set 7E1 or 7O1 at the port of the serial server";
+  if (serial.data_bits > 7)
+    return cause + "set serial: to 7E1 or 7O1 (now " + serial.ToString() + ")";
+  return cause + "the adapter does not do " + serial.ToString() + ": use another, or 7O1";
 }
 
 std::string SaySevenBits(const Evidence& evidence) {
-  return "no character of its replies has its eighth bit: the port or a converter in between has 7 "
-         "data bits; set 8 (now " +
+  const std::string cause = "no character of its replies has its eighth bit: ";
+  if (IsBehindServer(evidence)) {
+    return cause + "the port of the serial server has 7 data bits; set 8 there";
+  }
+  return cause + "the port or a converter in between has 7 data bits; set 8 (now " +
          SerialOf(evidence.first()).ToString() + ")";
 }
 
 std::string SayText(const Evidence& evidence) {
   return "text comes in place of replies (" + evidence.Last(text).cause +
-         "): a modem, a console or a menu is at this port; take it off, or check the port (" +
-         evidence.line->port + ")";
+         "): a modem, a console or a menu is there; take it off, or check the port";
 }
 
 std::string SayEcho(const Evidence& evidence) {
   if (!OnWire(evidence)) {
-    return "only the request itself comes back: another service than a Modbus server is at this "
-           "port; check address and port (" +
-           evidence.line->port + ")";
+    return "only the request itself comes back: another service than a Modbus server is there; "
+           "check address and port";
   }
-  return "only the request itself comes back: the adapter echoes (set echo: strip at the line), "
-         "and the device is silent: check its power, its wire and its address (" +
-         evidence.first().device->address + ")";
+  return "only the request itself comes back: set echo: strip at the line, then check power, wire "
+         "and address (" +
+         evidence.first().device->address + ") of the device";
 }
 
 std::string SayLateEcho(const Evidence&) {
@@ -203,14 +224,17 @@ std::string SayLateEcho(const Evidence&) {
 
 std::string SaySettings(const Evidence& evidence) {
   const DeviceRecord& record = evidence.first();
-  if (evidence.healthy.empty()) {
-    return "bytes come, and not one good frame: check bit rate, parity and data bits (" +
-           SerialOf(record).ToString() + "), A and B, then the protocol (" +
-           record.device->protocol + ")";
+  const std::string serial = SerialOf(record).ToString();
+  if (!evidence.healthy.empty()) {
+    return "its replies cannot be read: its bit rate or parity differs (" + serial +
+           "), or two devices have its address (" + record.device->address + ")";
   }
-  return "its replies cannot be read, and " + evidence.healthy +
-         " is understood: two devices have its address (" + record.device->address +
-         "), or its bit rate or parity differs (" + SerialOf(record).ToString() + ")";
+  if (IsBehindServer(evidence)) {
+    return "bytes come, and not one good frame: check bit rate and parity at the serial server (" +
+           serial + " here), then the protocol (" + record.device->protocol + ")";
+  }
+  return "bytes come, and not one good frame: check bit rate, parity and data bits (" + serial +
+         "), A and B, then the protocol (" + record.device->protocol + ")";
 }
 
 std::string SayNoTcp(const Evidence& evidence) {
@@ -219,15 +243,17 @@ std::string SayNoTcp(const Evidence& evidence) {
 }
 
 std::string SayNoise(const Evidence& evidence) {
+  if (evidence.first().status.unasked) {
+    return "they come damaged: noise or a bad wire, or its options form, start, end and length";
+  }
   const std::string reason = LastReason(evidence);
   const bool plain = reason.starts_with("checksum") || reason.starts_with("syntax");
   const std::string damaged_by = plain ? " (" + reason + ")" : std::string();
   if (!OnWire(evidence)) return "its replies come damaged" + damaged_by + ": look at the server";
   return "its replies come damaged" + damaged_by +
          (evidence.healthy.empty()
-              ? ": look for noise, bad termination or a bus without ground"
-              : ": noise or a bad wire at its end, or two devices with its address; " +
-                    evidence.healthy + " is read well");
+              ? ": noise, bad termination, a bus without ground, or two devices with its address"
+              : ": noise or a bad wire at its end, or two devices with its address");
 }
 
 std::string SayZeros(const Evidence& evidence) {
@@ -261,9 +287,15 @@ std::string SaySaid(const Evidence& evidence) {
   if (evidence.Count(odd) > 0 && !evidence.Last(odd).remedy.empty()) {
     return WithRemedy(evidence.Last(odd));
   }
-  return LastReason(evidence) +
-         ": the server takes the connection and does not answer; is Modbus TCP behind this port, "
-         "does it know unit " +
+  if (evidence.Count(silence) > 0 && OnWire(evidence)) {
+    return "the server closes the connection behind the request: set its port to raw TCP, and "
+           "check "
+           "the protocol (" +
+           evidence.first().device->protocol + ")";
+  }
+  return "the server closes the connection behind the request: is Modbus TCP behind this port, "
+         "does "
+         "it know unit " +
          evidence.first().device->address + "?";
 }
 
@@ -273,8 +305,13 @@ std::string SayOdd(const Evidence& evidence) {
 }
 
 std::string SayOneBehind(const Evidence&) {
-  return "its replies answer the request before: a serial server or radio in between is one reply "
-         "behind; restart it, switch its cache off, and let one client use it";
+  return "its replies answer the request before: restart the serial server or radio in between, "
+         "and switch its cache off";
+}
+
+std::string SaySameAgain(const Evidence&) {
+  return "the same reply comes whatever is asked: restart the serial server or gateway in between, "
+         "and switch its cache off";
 }
 
 std::string SayLateOther(const Evidence& evidence) {
@@ -310,17 +347,21 @@ std::string WithRemedy(const Finding& finding) {
   return finding.remedy.empty() ? finding.cause : Brief(finding) + ": " + finding.remedy;
 }
 
+std::string CheckOf(const DeviceRecord& record) {
+  const auto checksum = record.device->options.all().find("checksum");
+  if (checksum == record.device->options.all().end()) return {};
+  if (const bool* flag = std::get_if<bool>(&checksum->second)) {
+    return std::string(", checksum ") + (*flag ? "on" : "off");
+  }
+  const auto* word = std::get_if<std::string>(&checksum->second);
+  return word == nullptr ? std::string() : ", checksum " + *word;
+}
+
 std::string Settings(const DeviceRecord& record) {
   std::string text = "address " + record.device->address;
   const config::SerialSettings serial = SerialOf(record);
   if (serial.on_wire()) text += ", " + serial.ToString();
-  const auto checksum = record.device->options.all().find("checksum");
-  if (checksum == record.device->options.all().end()) return text;
-  if (const bool* flag = std::get_if<bool>(&checksum->second)) {
-    return text + ", checksum " + (*flag ? "on" : "off");
-  }
-  const auto* word = std::get_if<std::string>(&checksum->second);
-  return word == nullptr ? text : text + ", checksum " + *word;
+  return text + CheckOf(record);
 }
 
 }  // namespace baudgate::control

@@ -18,6 +18,7 @@ class Findings {
   static constexpr std::size_t kKept = 32;
 
   void Add(Finding finding) {
+    idles_[count_ % kKept] = finding.idle;
     latest_[count_++ % kKept] = finding.symptom;
     Keep(std::move(finding));
   }
@@ -72,26 +73,45 @@ class Findings {
   std::size_t SameAround() const { return same_around_; }
   const std::string& Around() const { return around_; }
 
-  /// Lengths of replies that were asked for: the longest that came, the shortest that did not; and
-  /// how often one did not that was longer than any that came.
+  /// The longest silence before a request to which nothing came, where every request that was
+  /// answered had a longer one before it; zero: it is not so.
+  Duration ShortPause() const {
+    Duration longest{};
+    Duration shortest = Duration::max();
+    for (std::size_t i = 0; i < size(); ++i) {
+      if (IsAnswered(latest_[i])) {
+        shortest = std::min(shortest, idles_[i]);
+      } else if (latest_[i] == Symptom::silence) {
+        longest = std::max(longest, idles_[i]);
+      }
+    }
+    return shortest > longest && shortest < Duration::max() ? longest : Duration();
+  }
+
+  /// Lengths of replies that were asked for: the longest that came whole, the shortest that did
+  /// not; and how often one did not that was longer than any that did. Nothing came, or damage.
+  struct Lengths {
+    std::size_t shortest = 0;
+    std::size_t count = 0;
+  };
   std::size_t LongestGood() const { return longest_good_; }
-  std::size_t ShortestSilent() const { return shortest_silent_; }
-  std::size_t SilentLong() const { return silent_long_; }
+  const Lengths& SilentLong() const { return silent_; }
+  const Lengths& DamagedLong() const { return damaged_; }
 
  private:
   void KeepLength(const Finding& finding) {
-    if (finding.expected == 0) return;
+    const std::size_t length = std::max(finding.expected, finding.bytes);
+    if (length == 0) return;
     if (IsAnswered(finding.symptom)) {
-      longest_good_ = std::max(longest_good_, finding.expected);
-      if (longest_good_ >= shortest_silent_) {
-        shortest_silent_ = 0;
-        silent_long_ = 0;
-      }
-    } else if (finding.symptom == Symptom::silence && finding.expected > longest_good_) {
-      shortest_silent_ =
-          shortest_silent_ == 0 ? finding.expected : std::min(shortest_silent_, finding.expected);
-      ++silent_long_;
+      longest_good_ = std::max(longest_good_, length);
+      if (longest_good_ >= silent_.shortest) silent_ = {};
+      if (longest_good_ >= damaged_.shortest) damaged_ = {};
+      return;
     }
+    Lengths& lengths = finding.symptom == Symptom::silence ? silent_ : damaged_;
+    if (length <= longest_good_) return;
+    lengths.shortest = lengths.count == 0 ? length : std::min(lengths.shortest, length);
+    ++lengths.count;
   }
   void KeepAround(const Finding& finding) {
     if (finding.symptom != Symptom::few_beside && finding.symptom != Symptom::noise_before &&
@@ -118,10 +138,11 @@ class Findings {
   }
 
   std::array<Symptom, kKept> latest_{};
+  std::array<Duration, kKept> idles_{};
   std::size_t count_ = 0;
   std::size_t longest_good_ = 0;
-  std::size_t shortest_silent_ = 0;
-  std::size_t silent_long_ = 0;
+  Lengths silent_;
+  Lengths damaged_;
   std::uint8_t good_specials_ = 0;
   std::uint8_t bad_specials_ = 0xFF;
   bool any_bad_ = false;

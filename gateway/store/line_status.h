@@ -14,6 +14,7 @@
 #include "gateway/base/time.h"
 #include "gateway/store/device_status.h"
 #include "gateway/store/line_use.h"
+#include "gateway/store/recent_times.h"
 
 namespace baudgate {
 
@@ -41,6 +42,8 @@ struct LineStatus : LineCounters {
   WallTime port_since{};  ///< when `port` last changed
   WallTime released_until{};
   std::uint32_t times_lost = 0;  ///< how often the open port was lost
+  RecentTimes losses;            ///< when
+  RecentTimes drops;  ///< when a server ended a connection that was in use; it was opened again
   /// Errors that the driver counts since the port was opened; zero where it does not.
   std::uint32_t parity_errors = 0;
   std::uint32_t framing_errors = 0;

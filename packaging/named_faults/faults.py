@@ -1,40 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The faults: one row each, on several protocols and in several places.
-
-`says` and `cure` are what the first sentence has to name (regular expressions, without regard to case), `never` what it may not say.
-`where`: alone on the line, beside a healthy neighbour, or two devices alike (both).
-"""
-
-import dataclasses
+"""The faults: one row each, on several protocols and in several places."""
 
 import manners as m
 import ports as p
-
-ALL = "spa dcon set rtu ascii tcp"
-WIRE = "spa dcon set rtu ascii"
-TEXT = "spa dcon ascii"
-BINARY = "set rtu"
-MODBUS = "rtu ascii tcp"
-
-
-@dataclasses.dataclass
-class Fault:
-    name: str
-    on: str
-    how: object
-    says: str
-    cure: str
-    never: str = ""
-    where: str = "alone"
-    device: str = ""          # options of the device
-    neighbour: str = ""       # of the healthy one
-    line: str = ""            # options of the line
-    port: object = None       # in place of a slave's
-    events: tuple = ()        # (seconds between, bytes or function of the slave): what the line says by itself
-    greeting: bytes = b""     # of a server
-    points: tuple = ()        # in place of the slave's
-    well: bool = False        # nothing is wrong, and nothing may be said
-
+from fault import ALL, BINARY, MODBUS, WIRE, Fault
 
 FAULTS = [
     # Nothing comes.

@@ -9,8 +9,9 @@ THINK = 0.02  # seconds from the request to the reply
 class Exchange:
     def __init__(self, slave, wire, address, request, reply, number):
         self.slave, self.wire, self.address = slave, wire, address
+        self.idle = wire.idle  # seconds of silence before the request
         self.request, self.reply, self.number = request, reply, number  # number: from 0, of this device
-        self.random = random.Random(number * 7919 + address)
+        self.random = random.Random(number * 7919 + (address if isinstance(address, int) else 1))
 
 
 def well(x):
@@ -292,3 +293,102 @@ def flipped(x):
 
 def between(least, most):
     return lambda x: [(least + (most - least) * x.random.random(), x.reply)]
+
+
+def even(data):
+    """7 data bits and even parity, as a port with 8 hears them."""
+    return bytes(c & 0x7F | (bin(c & 0x7F).count("1") & 1) << 7 for c in data)
+
+
+def until(seconds, data):
+    """Of a line that speaks by itself: no longer than that."""
+    return lambda slave: data if slave.elapsed() < seconds else b""
+
+
+def spa_check(x, more):
+    """The check value covers something else as well."""
+    at = x.reply.rstrip().__len__() - 2
+    return x.reply[:at] + b"%02X" % (int(x.reply[at:at + 2], 16) ^ more) + x.reply[at + 2:]
+
+
+def lf_counted(x):
+    return spa_check(x, 0x0A)
+
+
+def spa_wildcard(x):
+    return x.reply[:-4] + b"XX\r\n"
+
+
+def valued(byte, change, every=2):
+    """A value has this byte now and then, and something in between changes it."""
+
+    def changed(x):
+        if x.number % every:
+            return x.reply
+        if x.slave.name.startswith("modbus"):
+            q = x.slave.pdu(x.reply)
+            return change(x.slave.with_pdu(x.request, q[:-1] + bytes([byte])))
+        body = x.slave.body_of(x.reply)
+        return change(x.slave.wrap(x.address, body[:-1] + bytes([byte]) if len(body) > 1 else body))
+
+    return changed
+
+
+def stuck(x):
+    """Whatever is asked, the first reply comes."""
+    x.wire.first = getattr(x.wire, "first", x.reply)
+    return [(THINK, x.wire.first)]
+
+
+def stuck_pdu(x):
+    x.wire.first = getattr(x.wire, "first", x.slave.pdu(x.reply))
+    return [(THINK, x.slave.with_pdu(x.request, x.wire.first))]
+
+
+def other_value(x):
+    """What another device with the same address says."""
+    if x.slave.name.startswith("modbus"):
+        q = x.slave.pdu(x.reply)
+        return x.slave.with_pdu(x.request, q[:-1] + bytes([q[-1] ^ 1]))
+    if x.slave.name == "spabus":
+        body = x.slave.body_of(x.reply)
+        return x.slave.wrap(x.address, body.replace(b"0.5", b"1.7")) if b"D:" in body else x.reply
+    if x.slave.name == "set4tm":
+        body = x.slave.body_of(x.reply)
+        return x.slave.wrap(x.address, body[:-1] + bytes([body[-1] ^ 1])) if len(body) > 1 else x.reply
+    text = x.reply[:-3] if x.slave.with_sum else x.reply[:-1]
+    return x.slave.wrap(text.replace(b"1", b"2")) if x.reply[:1] == b">" else x.reply
+
+
+def collide(x):
+    """Both speak at once, a few bits apart: one wins here, the other there, and some characters are neither's."""
+    other = other_value(x)
+    shift = x.random.randint(0, 3)
+    if x.number % 3 == 2:
+        return [(THINK, x.reply)]
+    both = bytes(a & (other[i - shift] if shift <= i < len(other) + shift else 0xFF) for i, a in enumerate(x.reply))
+    return [(THINK, both + other[len(other) - shift:])]
+
+
+def two_in_turn(x):
+    return [(THINK, x.reply), (THINK + 0.03, other_value(x))]
+
+
+def two_alike(x):
+    """Most of what they say is the same."""
+    differs = x.number % 4 == 0
+    return [(THINK, x.reply), (THINK + 0.03, other_value(x) if differs else x.reply)]
+
+
+def needs_pause(seconds):
+    """A request that comes sooner behind what was on the bus is not heard."""
+    return lambda x: well(x) if x.idle >= seconds else []
+
+
+def mv110(channels):
+    return lambda x: x.slave.wrap(b">" + b"".join(b"+%06.3f" % (1.5 + n) for n in range(channels))) if x.request[:1] == b"#" and len(x.request) == 6 else x.reply
+
+
+def as_ascii(x):
+    frame = bytes([x.address]) + x.slave.pdu(x.reply)
+    return b":" + (frame + bytes([-sum(frame) & 255])).hex().upper().encode() + b"\r\n"

@@ -9,6 +9,7 @@ Exit code 1: fewer than `--least` are named, or a line that is well is talked ab
 """
 
 import argparse
+import collections
 import heapq
 import json
 import os
@@ -24,10 +25,13 @@ import tty
 
 import ports
 from faults import FAULTS
+from faults_invented import INVENTED
+from faults_sites import SITES
 from manners import Exchange, well
 from slaves import KINDS
 
 
+LONG = 160  # characters of a first sentence
 LAG = 0.15  # slaves of a machine that is too busy are what the gateway says that they are: late
 
 
@@ -58,8 +62,11 @@ class Case:
         for address, name in self.devices().items():
             own = self.fault.device if name.startswith("ill") else self.fault.neighbour
             lines += [f"      - name: {name}", f"        address: {address}"]
-            options = ", ".join(part for part in (extra, own) if part)
+            profile = self.fault.profile
+            options = ", ".join(part for part in (f"profile: {profile}" if profile else extra, own) if part)
             lines += ["        " + option for option in split_options(options)]
+            if profile:
+                continue
             lines.append("        points:")
             lines += ["          - " + point for point in (self.fault.points or self.slave.points)]
         return "\n".join(lines) + "\n"
@@ -81,7 +88,9 @@ class Wire:
 
     def __init__(self, rig, case):
         self.rig, self.case, self.heard, self.last, self.numbers = rig, case, b"", 0.0, {}
+        self.spoken, self.idle = 0.0, 9.0  # when something was on the bus last; the silence before a request
         self.fd, self.connection, self.server = None, None, None
+        case.slave.elapsed = self.elapsed
         if case.fault.port:
             self.port = case.fault.port(rig.folder)
             return
@@ -91,6 +100,8 @@ class Wire:
             rig.poll.register(self.server, select.POLLIN)
             rig.files[self.server.fileno()] = self.accept
             self.port = f"tcp://127.0.0.1:{self.server.getsockname()[1]}"
+            if case.fault.drops:
+                rig.at(case.fault.drops[0], self.drop)
         else:
             self.fd, keep = pty.openpty()
             tty.setraw(keep)
@@ -108,10 +119,31 @@ class Wire:
         self.write(data(self.case.slave))
         self.rig.at(every, lambda: self.speak(every, data))
 
+    def drop(self):
+        """The connection ends, and for a while none is taken."""
+        every, away = self.case.fault.drops
+        if self.connection:
+            self.close()
+        if away:
+            address = self.server.getsockname()
+            self.rig.forget(self.server.fileno())
+            self.server.close()
+            self.rig.at(away, lambda: self.listen(address))
+        self.rig.at(every, self.drop)
+
+    def listen(self, address):
+        self.server = socket.create_server(address)
+        self.server.setblocking(False)
+        self.rig.watch(self.server.fileno(), self.accept)
+
     def accept(self):
         if self.connection:
             self.close()
         self.connection, _ = self.server.accept()
+        if self.case.fault.refuses:
+            self.connection.close()
+            self.connection = None
+            return
         self.connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self.connection.setblocking(False)
         self.fd = self.connection.fileno()
@@ -120,13 +152,16 @@ class Wire:
             self.write(self.case.fault.greeting)
 
     def close(self):
+        if self.connection is None:
+            return
         self.rig.forget(self.fd)
         self.connection.close()
         self.connection, self.fd = None, None
 
     def write(self, data):
-        if self.fd is None:
+        if self.fd is None or not data:
             return
+        self.spoken = time.monotonic()
         try:
             os.write(self.fd, data)
         except OSError:
@@ -146,6 +181,9 @@ class Wire:
         now = time.monotonic()
         if now - self.last > 0.1:
             self.heard = b""
+        if not self.heard:
+            self.idle = now - self.spoken
+        self.spoken = now
         self.last = now
         slave = self.case.slave
         requests = slave.requests(self.heard + data)
@@ -172,7 +210,7 @@ class Wire:
             self.close()
             return
         for delay, data in said:
-            self.rig.at(delay, lambda data=data: self.write(data))
+            self.rig.at(delay, lambda data=data: self.close() if data is ports.CLOSE else self.write(data))
 
 
 class Rig:
@@ -281,11 +319,11 @@ def judge(fault, said):
 
 def cases_of(only):
     found = []
-    for fault in FAULTS:
+    for fault in FAULTS + SITES + INVENTED:
         for kind in fault.on.split():
             for where in fault.where.split():
                 case = Case(len(found), fault, kind, where)
-                if not only or re.search(only, case.name):
+                if not only or re.search(only, f"{fault.family}: {case.name}"):
                     found.append(case)
     return found
 
@@ -301,7 +339,7 @@ def run(cases, program, seconds, tries=2):
         rig = Rig(cases, program, folder)
         said, saw = {case.line: [] for case in cases}, {}
         try:
-            for look in (seconds / 4, seconds / 2, seconds):
+            for look in (5, seconds / 4, seconds / 2, seconds):
                 rig.run_until(rig.start + look)
                 if rig.process.poll() is not None:
                     sys.exit("the gateway has ended:\n" + open(rig.log.name).read()[-2000:])
@@ -330,7 +368,7 @@ def main():
     parse.add_argument("--show", action="store_true")
     parse.add_argument("--seen", action="store_true")
     options = parse.parse_args()
-    counts = dict.fromkeys(("named", "half", "wrong", "silent"), 0)
+    counts, families = collections.Counter(), collections.defaultdict(collections.Counter)
     talked, total = 0, 0
     longest = []
     for batch in batches(cases_of(options.only), options.lines):
@@ -340,16 +378,21 @@ def main():
                 talked += verdict != "named"
             else:
                 counts[verdict] += 1
+                families[case.fault.family][verdict] += 1
                 total += 1
-                longest += [len(said[0])] if said else []
+                longest += said[:1]
             if options.show or verdict != "named":
                 print(f"{'TALKED ABOUT' if case.fault.well and verdict != 'named' else verdict:7} {case.name}")
                 for text in said + (saw if options.seen else []):
                     print("          " + text)
                 sys.stdout.flush()
+    for name, its in families.items():
+        print(f"{its['named']:4} of {sum(its.values()):3}  {name}")
     share = counts["named"] / max(total, 1)
-    print(", ".join(f"{word} {count}" for word, count in counts.items()) + f" of {total}: {100 * share:.0f} % named; "
-          f"{talked} healthy lines talked about; first sentences longer than 160: {sum(size > 160 for size in longest)}")
+    print(", ".join(f"{word} {counts[word]}" for word in ("named", "half", "wrong", "silent")) + f" of {total}: {100 * share:.0f} % named; "
+          f"{talked} healthy lines talked about; first sentences longer than {LONG}: {sum(len(text) > LONG for text in longest)}")
+    for text in sorted(longest, key=len)[:-4:-1]:
+        print(f"{len(text)} {text}")
     return 0 if (share >= options.least or not total) and not talked else 1
 
 

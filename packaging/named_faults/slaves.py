@@ -173,6 +173,10 @@ class Set4tm:
         status = b"\x00" if pdu[:1] in (b"\x00", b"\x01", b"\x02") else b"\x01"
         return address, frame, self.wrap(address, values.get(pdu, status))
 
+    @staticmethod
+    def body_of(reply):
+        return reply[1:-2]
+
     def as_address(self, reply, address, other):
         return self.wrap(other, reply[1:-2])
 
@@ -181,6 +185,28 @@ class Set4tm:
 
     def foreign(self):
         return self.wrap(9, b"\x08\x1B\x00\x11")
+
+
+class Set4tmByNumber(Set4tm):
+    """Addressed by its serial number."""
+
+    addresses = ("sn:9020001",)
+
+    @staticmethod
+    def wrap(address, body):
+        number = b"\xFC" + struct.pack(">I", int(address[3:])) if isinstance(address, str) else address
+        frame = number + body
+        return frame + crc16(frame)
+
+    def one(self, frame):
+        if frame[0] != 0xFC:
+            return frame[0], frame, None
+        _, _, reply = Set4tm().one(b"\x14" + frame[5:])
+        return "sn:%d" % struct.unpack(">I", frame[1:5])[0], frame, self.wrap(frame[:5], reply[1:-2])
+
+    @staticmethod
+    def body_of(reply):
+        return reply[5:-2]
 
 
 def modbus_pdu(pdu):
@@ -300,4 +326,4 @@ class Reader:
         yield  # a generator
 
 
-KINDS = {"spa": Spa, "dcon": Dcon, "dcon0": DconPlain, "set": Set4tm, "rtu": Rtu, "ascii": Ascii, "tcp": Tcp, "reader": Reader}
+KINDS = {"spa": Spa, "dcon": Dcon, "dcon0": DconPlain, "set": Set4tm, "setx": Set4tmByNumber, "rtu": Rtu, "ascii": Ascii, "tcp": Tcp, "reader": Reader}

@@ -54,6 +54,7 @@ const char* RemedyOf(std::uint8_t exception) {
     case kBusy:
       return "raise its poll";
     case kNoPath:
+      return "a gateway answers for it: check its route to this unit, and the port there";
     case kNoTarget:
       return "a gateway answers for it: check the device behind that, its power, wire and address";
     case kDeviceFailure:

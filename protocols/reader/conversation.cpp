@@ -14,6 +14,7 @@ namespace {
 constexpr std::uint32_t kTagCode = 1;   // of the events, see config/profiles/reader
 constexpr std::size_t kMostKnown = 64;  // texts that a repeat is recognised of
 constexpr std::size_t kMostOwed = 16;   // answers
+constexpr std::size_t kMostQuoted = 30;
 
 std::vector<Item> ItemsOf(const config::Device& device) {
   std::vector<Item> items;
@@ -123,6 +124,11 @@ Answer ReaderConversation::OnUnasked(View message, Now received) {
       answer.readings.push_back({.point = point, .value = *text});
     if (item.kind != Item::Kind::number) continue;
     const Decoded number = NumberIn(item, *text);
+    if (!IsGood(number.quality)) {
+      answer.reason = "no number in '" + text->substr(0, kMostQuoted) + "'";
+      answer.remedy =
+          "look at the indicator (overload?), and whether read: number fits what it sends";
+    }
     if (!IsGood(number.quality) && !had_number_[point]) continue;
     had_number_[point] = true;
     answer.readings.push_back({.point = point, .value = number.value, .quality = number.quality});

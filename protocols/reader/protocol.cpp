@@ -6,6 +6,7 @@
 #include "protocols/reader/expect.h"
 #include "protocols/reader/frame_rule.h"
 #include "protocols/reader/points.h"
+#include "protocols/reader/recognise.h"
 #include "protocols/reader/settings.h"
 #include "protocols/reader/twin.h"
 
@@ -37,6 +38,7 @@ const Protocol& ReaderProtocol() {
       .request_rule = RequestRule,
       .reply_rule = MessageRule,
       .expect = Expect,
+      .recognise = Recognise,
       .unasked = true,
       .make_conversation = [](const config::Device& device, Bus*) -> std::unique_ptr<Conversation> {
         return std::make_unique<ReaderConversation>(device);

@@ -4,17 +4,46 @@
 #include <algorithm>
 #include <string>
 
+#include "gateway/base/text.h"
 #include "protocols/spabus/codec.h"
 #include "protocols/spabus/reply.h"
+#include "protocols/spabus/settings.h"
 
 namespace baudgate::protocols::spabus {
 namespace {
 
+/// "<1D:0:".
+constexpr std::size_t kShortest = 6;
+
 std::string Slave(unsigned slave) { return "slave " + std::to_string(slave); }
+
+/// A reply of the slave that was asked, which would be right with another option.
+std::optional<Recognised> OtherOption(View message, const Settings& settings) {
+  const auto other = [](const char* cause, const char* remedy) {
+    return Recognised{Recognised::What::other_setting, cause, remedy};
+  };
+  const auto reply = ParseReply(message);
+  if (reply && reply->wildcard && !settings.accept_wildcard) {
+    return other("its replies carry XX in place of a checksum",
+                 "set accept_xx: true at the device, or checksums in it");
+  }
+  const bool counts = settings.line_feed_in_checksum;
+  if (reply && MatchingReadings(message, !counts) != 0 && MatchingReadings(message, counts) == 0) {
+    return counts ? other("its checksums do not count the line feed in front",
+                          "set lf_in_checksum: false at the device")
+                  : other("its checksums count the line feed in front",
+                          "set lf_in_checksum: true at the device");
+  }
+  if (message.size() > kShortest && message[message.size() - 2] == ':') {
+    return other("its replies carry no checksum",
+                 "the device or a converter in between does not keep to the SPA bus");
+  }
+  return std::nullopt;
+}
 
 }  // namespace
 
-std::optional<Recognised> Recognise(View request, View heard, const config::Options&) {
+std::optional<Recognised> Recognise(View request, View heard, const config::Options& options) {
   const auto asked = ParseRequest(request).slave;
   while (!heard.empty()) {
     const auto begin = std::ranges::find_if(heard, [](auto c) { return c == '<' || c == '>'; });
@@ -31,6 +60,10 @@ std::optional<Recognised> Recognise(View request, View heard, const config::Opti
                         "an SPA bus has one master: take the other one away"};
     }
     const auto reply = ParseReply(message);
+    const std::string name = asked ? std::to_string(*asked) : std::string();
+    if (asked && AsText(message).substr(1).starts_with(name)) {
+      if (auto other = OtherOption(message, ReadSettings(options))) return other;
+    }
     if (!reply || !asked || reply->slave == *asked || MatchingReadings(message, false) == 0)
       continue;
     return Recognised{Recognised::What::other_device,

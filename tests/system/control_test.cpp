@@ -104,7 +104,7 @@ TEST_F(Control, StatusTellsWhoIsWellAndWhoIsNot) {
   EXPECT_EQ(text.code, 0) << text.errors;
   EXPECT_THAT(text.output, StartsWith(gateway() + ": baudgate "));
   EXPECT_THAT(text.output, HasSubstr("\nrelay.relay-1  online "));
-  EXPECT_THAT(text.output, HasSubstr("\nrelay.ghost: has never answered ("));
+  EXPECT_THAT(text.output, HasSubstr("\nrelay.ghost: has never answered: "));
   EXPECT_THAT(text.output, HasSubstr("\nio: port closed"));
 
   const Json line = Status("relay")["lines"][0];

@@ -135,8 +135,7 @@ TEST_F(Ports, AServerThatServesAnotherClientIsOneTrouble) {
   const Json status = Status();
   EXPECT_EQ(status["port_since"], before["port_since"]);
   EXPECT_THAT(status["port_text"].get<std::string>(), HasSubstr(port));
-  EXPECT_THAT(status["advice"][0].get<std::string>(),
-              HasSubstr("before it had worked; is the server in use by another client"));
+  EXPECT_THAT(status["advice"][0].get<std::string>(), HasSubstr("before it had worked"));
 
   server.Serve();
   EXPECT_TRUE(Eventually([&] { return Status()["port_state"] == "open"; }));

@@ -40,5 +40,27 @@ TEST(Rest, FourConnectionsInVainAreNoOutageWhereOthersAreAskedNext) {
   }
 }
 
+TEST(Rest, AnEndInUseIsADrop) {
+  const struct {
+    std::uint64_t answers;
+    bool asks;
+    Duration since;
+    bool drops;
+  } rows[] = {
+      {1, false, 2ms, false},   // behind each answer
+      {8, false, 300ms, true},  // between two requests
+      {8, false, 20s, false},   // after a rest
+      {1, true, 2ms, false},    // a request had met the end behind an answer
+      {8, true, 2ms, true},    {0, true, 300ms, false},  // it never answers
+  };
+  for (const auto& row : rows) {
+    Rest rest;
+    rest.OnOpened(100);
+    rest.Holds(kRequest);
+    if (!row.asks) rest.OnBytes();
+    EXPECT_EQ(rest.IsDrop(100 + row.answers, row.since), row.drops) << row.answers;
+  }
+}
+
 }  // namespace
 }  // namespace baudgate

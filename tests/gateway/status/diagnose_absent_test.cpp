@@ -15,13 +15,16 @@ TEST_F(DiagnoseTest, AnAbsentDeviceSaysSinceWhenWhyAndWhenItsReturnIsNoticed) {
   device().last_ok = kNow.instant - 12min;
   Ended(Outcome::no_reply, 34);
   EXPECT_THAT(Say(), ElementsAre("offline for 12 min: not a byte comes any more: check its power "
-                                 "and its wire; its return is noticed within 9.0 s"));
+                                 "and its wire",
+                                 "feeder-1 answers on the same line",
+                                 "its return is noticed within 9.0 s"));
   NeverAnswered();
   EXPECT_THAT(Say(), ElementsAre("not asked yet"));
   Ended(Outcome::no_reply, 34);
   EXPECT_THAT(Say(),
-              ElementsAre("has never answered (34 exchanges): not a byte came: check its power, "
-                          "its wire and its address (2); feeder-1 answers on the same line"));
+              ElementsAre("has never answered: not a byte came: check its power, its wire and its "
+                          "address (2)",
+                          "feeder-1 answers on the same line"));
 }
 
 TEST_F(DiagnoseTest, ADeviceOnItsWayBackIsNotTalkedAbout) {
@@ -41,7 +44,7 @@ TEST_F(DiagnoseTest, AfterAnOutageOfThePortADeviceIsNotBlamed) {
   NeverAnswered();
   Ended(Outcome::no_reply, 5);
   device().last_outcome = Outcome::line_down;
-  EXPECT_THAT(Say(), ElementsAre(::testing::HasSubstr("not a byte came")))
+  EXPECT_THAT(Say(), ::testing::Contains(::testing::HasSubstr("not a byte came")))
       << "before the port was opened anew as well";
 }
 

@@ -72,8 +72,8 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        "bytes come, and not one good frame: check bit rate, parity and data bits (9600 7E1), A and "
        "B, then the protocol (spabus)"},
       {{{noise, 12}, {damaged, 5}},
-       "its replies cannot be read, and feeder-1 is understood: two devices have its address (2), "
-       "or its bit rate or parity differs (9600 7E1)",
+       "its replies cannot be read: its bit rate or parity differs (9600 7E1), or two devices have "
+       "its address (2)",
        false,
        true},
       {{{noise, 12}},
@@ -83,8 +83,8 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        false,
        true},
       {{{clean, 20}, {damaged, 6}},
-       "its replies come damaged (checksum): look for noise, bad termination or a bus without "
-       "ground",
+       "its replies come damaged (checksum): noise, bad termination, a bus without ground, or two "
+       "devices with its address",
        true,
        false,
        false,
@@ -96,45 +96,85 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        "its replies come in pieces, with pauses of up to 80 ms, and timing.gap is 50 ms: set "
        "timing: { gap: 150ms } at the device"},
       {{{head_lost, 9}},
-       "the first byte of its replies is missing: the converter turns round too late; use one with "
-       "automatic direction, or raise the answer delay of the device"},
+       "the first byte of its replies is missing: use a converter with automatic direction, or "
+       "raise the answer delay of the device"},
+      {{{head_lost, 9, {.cause = "a few"}}},
+       "the first bytes of its replies are missing: use a converter with automatic direction, or "
+       "raise the answer delay of the device"},
       {{{tail_lost, 9, {.bytes = 16}}},
-       "its replies break off (16 bytes came last): a serial server with too small a buffer, or a "
-       "bad wire; ask for less at once where only long ones do"},
+       "its replies break off (16 bytes came): the buffer of a serial server or converter is too "
+       "small, or a wire is bad"},
       {{{end_lost, 9}},
        "the last byte of its replies is missing: a driver lets go of the bus too early; use a "
        "converter with automatic direction"},
       {{{bytes_lost, 9, {.bytes = 17, .expected = 18}}},
-       "bytes are missing inside its replies (17 where 18 belong): a converter or serial server in "
-       "between changes what passes; set it to raw (no XON/XOFF, no Telnet, no change of line "
-       "ends)"},
+       "bytes are missing inside its replies (17, not 18): set the converter or serial server in "
+       "between to raw (no XON/XOFF, no Telnet)"},
       {{{bytes_added, 9, {.bytes = 19, .expected = 18}}},
-       "its replies have bytes too many (19 where 18 belong): a converter or serial server in "
-       "between changes what passes; set it to raw (no XON/XOFF, no Telnet, no change of line "
-       "ends); feeder-1 is read well",
+       "its replies have bytes too many (19, not 18): set the converter or serial server in "
+       "between "
+       "to raw (no XON/XOFF, no Telnet)",
        false,
        true},
       {{{bad_check, 9}},
-       "its replies have the right form and length, and always a wrong check value: it computes "
-       "another one (address 2, 9600 7E1), or two devices have its address"},
+       "its replies have the right form and length, and a wrong check value: two devices have its "
+       "address, or it computes another one"},
       {{{clean, 9, {.specials = 2}}, {damaged, 5, {.bytes = 8, .specials = 3}}},
-       "replies fail that contain 0A, and no others: a converter or serial server in between "
-       "changes such bytes; set it to raw (no XON/XOFF, no Telnet, no change of line ends)",
+       "replies fail that contain 0A, and no others: set the converter or serial server in between "
+       "to raw (no XON/XOFF, no Telnet)",
        true},
       {{{clean, 9, {.expected = 40}},
         {silence, 3, {.expected = 80}},
         {clean, 2, {.expected = 40}},
         {silence, 3, {.expected = 80}}},
-       "it does not answer requests for long replies (80 bytes and more), and answers those for up "
-       "to 40: ask for less at once (block, max_items or the like at the device)",
+       "it does not answer requests for long replies (80 bytes; up to 40 are fine): ask for less "
+       "at "
+       "once (block, max_items)",
        true,
        false,
        false,
        "",
        true},
+      {{{clean, 9, {.expected = 40}},
+        {damaged, 3, {.expected = 80}},
+        {clean, 2, {.expected = 40}},
+        {damaged, 3, {.expected = 80}}},
+       "long replies come damaged (80 bytes; up to 40 are fine): ask for less at once (block, "
+       "max_items): a buffer is small",
+       true,
+       false,
+       false,
+       "",
+       true},
+      {{{clean, 4, {.idle = 600ms}},
+        {silence, 2, {.idle = 20ms}},
+        {clean, 4, {.idle = 600ms}},
+        {silence, 2, {.idle = 90ms}}},
+       "requests get no answer that come soon (90 ms) behind a telegram: set timing: { quiet: "
+       "250ms } at the device",
+       true,
+       false,
+       false,
+       "",
+       true},
+      {{{clean, 4, {.idle = 50ms}},
+        {silence, 2, {.idle = 20ms}},
+        {clean, 4, {.idle = 600ms}},
+        {silence, 2, {.idle = 90ms}}},
+       "single requests get no answer: it misses them in noise, or is asked too fast (set timing: "
+       "{ quiet: 50ms } at the device, or raise its poll)",
+       true,
+       false,
+       false,
+       "",
+       true},
+      {{{clean, 4}, {same_again, 3}, {one_behind, 2}},
+       "the same reply comes whatever is asked: restart the serial server or gateway in between, "
+       "and switch its cache off",
+       true},
       {{{one_behind, 2}, {clean, 1}, {one_behind, 2}, {clean, 1}, {one_behind, 2}},
-       "its replies answer the request before: a serial server or radio in between is one reply "
-       "behind; restart it, switch its cache off, and let one client use it",
+       "its replies answer the request before: restart the serial server or radio in between, and "
+       "switch its cache off",
        true},
       {{{late_echo, 3}, {clean, 9}},
        "the gateway's own requests come back late: a converter, modem or serial server in between "
@@ -148,11 +188,12 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        false,
        "two different replies came at once"},
       {{{eighth_bit, 9}},
-       "its replies are right once their eighth bit is taken away: it sends 7 data bits with "
-       "parity; set serial: to 7E1 or 7O1 (now 9600 7E1)"},
+       "right once the eighth bit is taken away: it sends 7 data bits with parity; the adapter "
+       "does "
+       "not do 9600 7E1: use another, or 7O1"},
       {{{text, 9, {.cause = "'login: '"}}},
-       "text comes in place of replies ('login: '): a modem, a console or a menu is at this port; "
-       "take it off, or check the port (/dev/ttyUSB0)"},
+       "text comes in place of replies ('login: '): a modem, a console or a menu is there; take it "
+       "off, or check the port"},
       {{{zeros, 9}},
        "nothing but 00 or FF comes: check A and B, the bias resistors and who drives the line, "
        "then the bit rate (9600 7E1)"},
@@ -160,12 +201,13 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        "bytes come without an end: something on the line sends by itself, or a transmitter is "
        "stuck; unplug devices one by one"},
       {{{echo, 9}},
-       "only the request itself comes back: the adapter echoes (set echo: strip at the line), and "
-       "the device is silent: check its power, its wire and its address (2)",
+       "only the request itself comes back: set echo: strip at the line, then check power, wire "
+       "and "
+       "address (2) of the device",
        true},
       {{{echo, 9}},
-       "only the request itself comes back: another service than a Modbus server is at this port; "
-       "check address and port (tcp://10.0.0.7:502)",
+       "only the request itself comes back: another service than a Modbus server is there; check "
+       "address and port",
        false,
        false,
        true},
@@ -186,15 +228,15 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
       {{{odd, 9, {.cause = "exception 0B; it is silent", .remedy = "check it there"}}},
        "exception 0B: check it there"},
       {{{silence, 9}},
-       "the server has closed the connection: the server takes the connection and does not answer; "
-       "is Modbus TCP behind this port, does it know unit 2?",
+       "the server closes the connection behind the request: is Modbus TCP behind this port, does "
+       "it know unit 2?",
        false,
        false,
        true,
        "the server has closed the connection"},
       {{{silence, 6}, {zeros, 5}},
-       "not a byte came: check its power, its wire and its address (2); feeder-1 answers on the "
-       "same line | nothing but 00 or FF comes: check A and B, the bias resistors and who drives "
+       "not a byte came: check its power, its wire and its address (2) | nothing but 00 or FF "
+       "comes: check A and B, the bias resistors and who drives "
        "the line, then the bit rate (9600 7E1)",
        false,
        true},

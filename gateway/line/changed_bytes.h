@@ -1,0 +1,22 @@
+// What converters and serial servers do to the bytes of a reply: put some in, take some out, give
+// others in their place, turn every bit round. Undone, the reply is whole. Pure; used by
+// gateway/line/nearly_reply.h.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+
+#include "gateway/base/bytes.h"
+#include "gateway/base/finding.h"
+#include "gateway/line/examine.h"
+
+namespace baudgate {
+
+std::optional<Finding> ChangedBytes(const Hearing& hearing, View heard);
+
+/// A whole reply is in it.
+bool IsWhole(const Hearing& hearing, View heard);
+/// A character for people, or the end of a line.
+bool IsPrintable(std::uint8_t byte);
+
+}  // namespace baudgate

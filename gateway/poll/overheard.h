@@ -1,0 +1,41 @@
+// What a device that speaks unasked has said and nobody could read: what it looked like
+// (gateway/line/examine.h). Bounded memory.
+//
+//   Hear(bytes)    at any time; tells of the words before, where these begin new ones
+//   OnDamaged()    what they look like so far
+//
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+
+#include "gateway/base/bytes.h"
+#include "gateway/base/finding.h"
+#include "gateway/base/time.h"
+#include "gateway/poll/roster.h"
+
+namespace baudgate {
+
+class Overheard {
+ public:
+  /// `device` outlives it; `network`: it speaks over a connection.
+  Overheard(const Device& device, bool network);
+
+  /// Nothing: what came before was read, or its look is the same as told.
+  std::optional<Finding> Hear(View bytes, Instant now);
+  Finding OnDamaged();
+  /// And this could be read: it belongs to it no more.
+  void OnRead() { damaged_ = false; }
+
+ private:
+  Finding Look() const;
+
+  const Device& device_;
+  const bool network_;
+  const Expectation expect_;
+  Bytes heard_;  // since the last silence
+  Instant last_{};
+  bool damaged_ = false;
+};
+
+}  // namespace baudgate

@@ -1,0 +1,44 @@
+// What messages are that cannot be read, and what is said of them.
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/reader/recognise.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "gateway/base/text.h"
+
+namespace baudgate::protocols::reader {
+namespace {
+
+TEST(ReaderRecognise, SaysWhatIsOtherwiseThanConfigured) {
+  const struct {
+    std::string form;
+    std::string start;
+    std::string end;
+    std::string heard;
+    std::string cause;
+  } rows[] = {
+      {"tag", "", "", "\n-06001259E3\n>", "its lines end in a line feed alone, not in CR LF"},
+      {"tag", "", "", "4006381333931\r\n",
+       "it sends text ('4006381333931'), and tags are configured"},
+      {"tag", "", "", "\x07\x1b;h\x01", ""},
+      {"text", "0x02", "0x03", "ST,+1.5kg\x03",
+       "its messages do not begin with 0x02 ('ST,+1.5kg')"},
+      {"text", "0x02", "0x03", "\x02ST,+1.5kg\r\n",
+       "its messages do not end with 0x03 ('ST,+1.5kg')"},
+      {"text", "0x02", "0x03", "\x02ST,+1.5kg\x03", ""},
+  };
+  for (const auto& row : rows) {
+    config::Options options;
+    options.Set("form", row.form);
+    options.Set("start", row.start);
+    options.Set("end", row.end);
+    const auto found = Recognise({}, ToBytes(row.heard), options);
+    EXPECT_EQ(found ? found->cause : std::string(), row.cause) << row.heard;
+    EXPECT_TRUE(!found || !found->remedy.empty());
+  }
+}
+
+}  // namespace
+}  // namespace baudgate::protocols::reader
