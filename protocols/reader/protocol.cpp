@@ -37,7 +37,8 @@ const Protocol& ReaderProtocol() {
       .request_rule = RequestRule,
       .reply_rule = MessageRule,
       .expect = Expect,
-      .unasked = true,
+      .unasked = [](const config::Options&) { return true; },
+      .never_old = true,
       .make_conversation = [](const config::Device& device, Bus*) -> std::unique_ptr<Conversation> {
         return std::make_unique<ReaderConversation>(device);
       },
