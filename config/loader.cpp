@@ -65,8 +65,7 @@ RawProfile Complete(RawProfile raw, const Protocol& protocol, Problems& problems
   AssignIntervals(device, problems);
   raw.profile.points = device.points;
   ResolveRecords(raw.profile.records, device, problems);
-  // Which address a device has does not matter here.
-  CheckFaults(DeviceFromProfile(raw.profile, protocol, "of this type", "1"), protocol, problems);
+  CheckFaults(DeviceFromProfile(raw.profile, protocol, "of this type", ""), protocol, problems);
   return raw;
 }
 

@@ -164,7 +164,8 @@ struct Protocol {
   /// What can be seen of the whole device only: options that contradict each other, a password of
   /// the wrong length. Null: nothing.
   Status (*check_device)(const config::Device& device) = nullptr;
-  /// The same of single points: an address that its description does not have. Null: nothing.
+  /// The same of single points: an address that its description does not have. Of a device without
+  /// an address only what is wrong for each of its type, as that of a profile. Null: nothing.
   std::vector<Doubt> (*faults)(const config::Device& device) = nullptr;
   /// What the user is warned of. Address and points may be wrong: others tell that. Null: nothing.
   std::vector<Doubt> (*doubts)(const config::Device& device) = nullptr;

@@ -28,8 +28,13 @@ std::span<const Meaning> Meanings() { return kMeanings; }
 const Meaning* FindCode(const Codes& codes, const Format& format, View bytes, const Value& value) {
   if (codes.empty()) return nullptr;
   if (format.is_binary() || format.kind == Format::Kind::scientific) {
+    Format any;
+    any.kind = Format::Kind::scientific;
     for (const auto& [code, meaning] : codes) {
-      if (HasValue(value) && SameValue(code, value)) return meaning;
+      const Value number = DecodeField(any, ToBytes(code));
+      if (HasValue(value) && SameValue(HasValue(number) ? number : Value(code), value)) {
+        return meaning;
+      }
     }
     if (format.is_binary()) return nullptr;
   }

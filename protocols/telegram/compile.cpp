@@ -72,6 +72,7 @@ void ReadCodes(MapReader& map, Telegram& telegram) {
   if (!node) return;
   Problems& problems = map.problems();
   const std::vector<std::string> names = FieldNames(telegram);
+  if (telegram.receive.empty() && map.Has("receive")) return;  // it could not be read
   for (const Entry& field : config::ReadEntries(*node, "codes", problems)) {
     Codes codes;
     for (const Entry& code : config::ReadEntries(field.value, "codes of " + Quoted(field.key), problems)) {

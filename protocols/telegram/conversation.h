@@ -19,7 +19,7 @@ class TelegramConversation final : public Conversation {
  public:
   explicit TelegramConversation(const config::Device& device);
 
-  std::span<const Query> Queries() const override;
+  std::span<const Query> Queries() const override { return plan_.queries(); }
   Result<Request> Ask(const Task& task, Instant now) override;
   Answer OnFrame(const Task& task, const Request& request, View frame, Instant now) override;
   Then OnSent(const Task& task, const Request& request, Instant now) override;

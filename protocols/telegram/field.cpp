@@ -94,7 +94,8 @@ Value DecodeTextNumber(const Format& format, std::string_view text) {
   whole += mantissa;
   if (exponent.empty()) {
     const auto number = ParseDecimal(whole);
-    return number ? Value(*number) : Value{};
+    // "-0.0" is 0.
+    return number ? Value(*number + 0.0) : Value{};
   }
   whole += 'e';
   whole += exponent.starts_with('+') ? exponent.substr(1) : exponent;

@@ -59,12 +59,12 @@ class Walk {
     const Format& format = form_.pattern.elements[index].format;
     if (format.is_fixed()) return TakeFixed(format, format.width);
     if (format.kind == Kind::bytes) return TakeKnownRest(index, format);
-    if (format.is_signed_token()) return TakeSigned(format);
+    if (format.is_signed_token()) return TakeSigned(index, format);
     const bool last = index + 1 == form_.pattern.elements.size();
     if (last && whole_ != kNoSize) return TakeKnownRest(index, format);
     if (last) return TakeUntilSilence();
-    const Element& next = form_.pattern.elements[index + 1];
-    return next.is_field() ? TakeRun(format) : TakeUntil(format, next.literal);
+    if (const auto anchor = form_.pattern.AnchorOf(index)) return TakeUntil(format, *anchor);
+    return TakeRun(format);
   }
 
   Step TakeFixed(const Format& format, std::size_t width) {
@@ -91,13 +91,19 @@ class Walk {
   }
 
   /// "+025.12" of "+025.12-020.45", or as many blanks.
-  Step TakeSigned(const Format& format) {
+  Step TakeSigned(std::size_t index, const Format& format) {
     if (at_ >= held_.size()) return Short();
     if (held_[at_] == ' ' && format.width > 0) return TakeBlanks(format.width);
     if (!IsSign(held_[at_])) return Step::none;
     std::size_t end = at_ + 1;
     while (end < held_.size() && IsOfNumber(format, held_[end], end)) ++end;
     if (end - at_ > kMostOfRun) return Step::none;
+    // What follows may look like a part of it: the anchor shows its end.
+    if (const auto anchor = form_.pattern.AnchorOf(index)) {
+      const std::size_t begin = at_;
+      const Step step = TakeUntil(format, *anchor);
+      return step == Step::taken && (at_ > end || at_ == begin) ? Step::none : step;
+    }
     if (end == held_.size() && end != whole_) {
       const Step step = Short();
       if (step == Step::need_more || held_.size() >= most_) return step;
@@ -140,7 +146,8 @@ class Walk {
     return Step::taken;
   }
 
-  Step TakeUntil(const Format& format, const Bytes& literal) {
+  Step TakeUntil(const Format& format, const Pattern::Anchor& anchor) {
+    const Bytes& literal = *anchor.literal;
     std::size_t end = at_;
     // "S S     100.00 g": the blanks in front of it belong to the field.
     if (format.kind != Kind::text) {
@@ -152,11 +159,12 @@ class Walk {
       if (std::equal(rest.begin(), rest.begin() + static_cast<std::ptrdiff_t>(count),
                      literal.begin())) {
         if (count < literal.size()) return Short();
-        at_ = end;
+        if (end - at_ < anchor.between) return Step::none;
+        at_ = end - anchor.between;
         return Step::taken;
       }
       if (!IsPrintable(rest[0]) || end - at_ > kMostOfRun) return Step::none;
-      if (format.kind == Kind::word && rest[0] == ' ') return Step::none;
+      if (format.kind == Kind::word && anchor.between == 0 && rest[0] == ' ') return Step::none;
     }
     return Short();
   }

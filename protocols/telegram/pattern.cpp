@@ -132,8 +132,11 @@ class PatternParser {
         if (std::exchange(open, true)) return Fail(at, "a second field without a width");
         continue;
       }
-      if (last || !pattern_.elements[index + 1].is_field()) continue;
-      if (!element.format.is_text_number()) {
+      if (last || pattern_.AnchorOf(index)) continue;
+      const Format& next = pattern_.elements[index + 1].format;
+      // "12.5kg", "+025.12-020.45": the next one shows where the number ends.
+      const bool shows = next.is_signed_token() || (next.is_text() && !next.is_text_number());
+      if (!element.format.is_text_number() || !shows) {
         return Fail(at, "nothing says where '" + element.name +
                             "' ends: give it a width, or put a separator behind it");
       }
@@ -155,6 +158,20 @@ const Element* Pattern::Find(std::string_view name) const {
   const auto found = std::ranges::find_if(
       elements, [&](const Element& element) { return element.is_field() && element.name == name; });
   return found == elements.end() ? nullptr : &*found;
+}
+
+std::optional<Pattern::Anchor> Pattern::AnchorOf(std::size_t index) const {
+  Anchor anchor;
+  for (std::size_t i = index + 1; i < elements.size(); ++i) {
+    const Element& element = elements[i];
+    if (!element.is_field()) {
+      anchor.literal = &element.literal;
+      return anchor;
+    }
+    if (!element.is_fixed() || !element.format.is_text()) return std::nullopt;
+    anchor.between += element.fixed_size();
+  }
+  return std::nullopt;
 }
 
 std::size_t Pattern::least_size() const {

@@ -226,7 +226,8 @@ class FaultFinder {
       const Bound& from = own.contains(element.name) ? own : bound_;
       const auto value = from.find(element.name);
       if (value == from.end() || ToText(value->second).empty()) {
-        Missing(telegram, element.name);
+        // A profile leaves it to its devices.
+        if (!device_.address.empty()) Missing(telegram, element.name);
       } else if (const auto field = EncodeField(element.format, value->second); !field) {
         // A secret is not repeated.
         Tell("cannot be sent: {" + element.name + "} of telegram '" + telegram.name + "'" +

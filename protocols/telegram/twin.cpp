@@ -39,6 +39,7 @@ Value OtherThan(const Telegram& telegram, const std::string& field, const std::s
       other = code;
     }
   }
+  if (!HasValue(other)) other = std::string(text == "0" ? "1" : "0");
   return other;
 }
 
@@ -107,7 +108,7 @@ void TelegramTwin::PutValue(const Telegram& telegram, const Element& element, st
     const bool is_equal = ToDouble(value) != 0;
     if (is_equal) {
       values.insert_or_assign(element.name, place.equal);
-    } else if (HasValue(other)) {
+    } else {
       values.insert_or_assign(element.name, other);
     }
     return;

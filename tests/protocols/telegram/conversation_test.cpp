@@ -22,11 +22,11 @@ telegrams:
     once: yes
     example: { send: 'LOGIN P1 12345678\r', receive: 'OK\r' }
   select:
-    send: '/{address:d}{channel:d}\r'
+    send: '/{address:02d}{channel:02d}\r'
     receive: 'SEL {channel:d}\r'
     reads: yes
     pause: 50ms
-    example: { send: '/11\r', receive: 'SEL 1\r' }
+    example: { send: '/0101\r', receive: 'SEL 1\r' }
   energy:
     send: '?E\r'
     receive: 'E={value:+7.decimal} {flags:02X}\r'
@@ -97,14 +97,14 @@ TEST(TelegramExchange, WakesLogsInSelectsReadsAndAcknowledges) {
   Talk talk(TelegramProtocol(), Meter());
   Answer answer = Play(talk, Poll(0), {"OK\r", "SEL 3\r", "E=+0012.5 81\r"});
   EXPECT_EQ(answer.outcome, Outcome::ok) << answer.reason;
-  EXPECT_EQ(Shown(talk.asked), (Texts{kWake, kLogin, "/13\r", "?E\r", "\x06"}));
+  EXPECT_EQ(Shown(talk.asked), (Texts{kWake, kLogin, "/0103\r", "?E\r", "\x06"}));
   talk.asked.clear();
   // Logged in is logged in, until something fails.
   Play(talk, Poll(0), {"SEL 3\r", ""});
-  EXPECT_EQ(Shown(talk.asked), (Texts{kWake, "/13\r", "?E\r", "\x06"}));
+  EXPECT_EQ(Shown(talk.asked), (Texts{kWake, "/0103\r", "?E\r", "\x06"}));
   talk.asked.clear();
   Play(talk, Poll(0), {"OK\r", "SEL 3\r", "E=+0012.5 81\r"});
-  EXPECT_EQ(Shown(talk.asked), (Texts{kWake, kLogin, "/13\r", "?E\r", "\x06"}));
+  EXPECT_EQ(Shown(talk.asked), (Texts{kWake, kLogin, "/0103\r", "?E\r", "\x06"}));
 }
 
 TEST(TelegramExchange, WhatIsReadTogetherBelongsTogether) {
@@ -120,7 +120,7 @@ TEST(TelegramExchange, WhatIsReadTogetherBelongsTogether) {
 TEST(TelegramExchange, TheAnswerRepeatsWhatWasSent) {
   const config::Device device = Meter();
   const auto heard = [&](const char* answer) {
-    return Heard(TelegramProtocol(), device, ToBytes("/13\r"), ToBytes(answer)).outcome;
+    return Heard(TelegramProtocol(), device, ToBytes("/0103\r"), ToBytes(answer)).outcome;
   };
   EXPECT_EQ(heard("SEL 3\r"), Outcome::ok);
   EXPECT_EQ(heard("SEL 4\r"), Outcome::unexpected);
@@ -133,7 +133,7 @@ TEST(TelegramExchange, AStepThatFailsEndsItAndNothingElseIsSent) {
   Talk talk(TelegramProtocol(), Meter());
   const Answer answer = Play(talk, Poll(0), {"OK\r", ""});
   EXPECT_FALSE(ProvesLife(answer.outcome));
-  EXPECT_EQ(Shown(talk.asked), (Texts{kWake, kLogin, "/13\r", "\x06"})) << "what was begun is closed";
+  EXPECT_EQ(Shown(talk.asked), (Texts{kWake, kLogin, "/0103\r", "\x06"})) << "what was begun is closed";
 }
 
 TEST(TelegramExchange, PausesAndPatienceStandInTheRequest) {

@@ -134,7 +134,7 @@ TEST(TelegramField, AValueIsWrittenAsTheFormatSays) {
       {"5integer", std::int64_t{-7}, "   -7"},
       {"+07.3f", 7.331, "+07.331"},
       {"+7.decimal", 1038.9, "+1038.9"},
-      {"+7.decimal", -7.331, "-07.331"},
+      {"+7.decimal", -7.331, "-7.3310"},
       {"+7.decimal", 123456.0, ""},
       {".2decimal", 30.5, "30.50"},
       {".2decimal", 30.005, "30.01"},
