@@ -22,8 +22,8 @@ struct Shape {
   std::size_t max_length = 0;
 };
 
-/// What a frame rule has to know beyond an Expectation, where the frames of a protocol are described
-/// in a file. A protocol derives its own; most need none.
+/// What a frame rule has to know beyond an Expectation, where the frames of a protocol are
+/// described in a file. A protocol derives its own; most need none.
 class FrameForms {
  public:
   virtual ~FrameForms() = default;

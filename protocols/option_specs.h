@@ -88,8 +88,8 @@ constexpr OptionSpec Texts(std::string_view name, std::string_view fallback,
   return spec;
 }
 
-/// Words that the user chooses, each with a text: { channel: 2 }, or "channel=2". A device's are put
-/// over those of its profile.
+/// Words that the user chooses, each with a text: { channel: 2 }, or "channel=2". A device's are
+/// put over those of its profile.
 constexpr OptionSpec Pairs(std::string_view name, std::string_view fallback,
                            std::string_view help) {
   OptionSpec spec = Flag(name, fallback, help);

@@ -36,9 +36,8 @@ Residents::Residents(const Protocol& protocol, std::vector<config::Device> devic
 }
 
 bool Residents::speaks_unasked() const {
-  return std::ranges::any_of(twins_, [this](const auto& one) {
-    return SpeaksUnasked(protocol_, one->device.options);
-  });
+  return std::ranges::any_of(
+      twins_, [this](const auto& one) { return SpeaksUnasked(protocol_, one->device.options); });
 }
 
 /// `seed`: of the first; each of the others has the next one.

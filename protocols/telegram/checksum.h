@@ -19,8 +19,8 @@ struct ChecksumKind {
 
 std::span<const ChecksumKind> ChecksumKinds();
 
-/// The check value of a telegram: over the bytes in front of the field `checksum`, without the first
-/// `skip` and the last `leave` of them.
+/// The check value of a telegram: over the bytes in front of the field `checksum`, without the
+/// first `skip` and the last `leave` of them.
 struct Checksum {
   const ChecksumKind* kind = nullptr;  ///< null: none
   std::size_t skip = 0;

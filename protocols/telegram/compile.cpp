@@ -13,8 +13,8 @@
 namespace baudgate::protocols::telegram {
 namespace {
 
-using config::Entry;
 using config::Assign;
+using config::Entry;
 using config::MapReader;
 using config::Problems;
 using config::Quoted;
@@ -62,8 +62,8 @@ std::vector<std::string> FieldNames(const Telegram& telegram) {
 
 std::string HintOf(std::string_view name, const std::vector<std::string>& known) {
   const std::vector<std::string_view> views(known.begin(), known.end());
-  return config::DidYouMean(name, views) + " its fields: " +
-         (views.empty() ? std::string("none") : config::Join(views));
+  return config::DidYouMean(name, views) +
+         " its fields: " + (views.empty() ? std::string("none") : config::Join(views));
 }
 
 /// `codes: { state: { 'I': busy }, 'input_*': { '+9999.9': over } }`
@@ -75,7 +75,8 @@ void ReadCodes(MapReader& map, Telegram& telegram) {
   if (telegram.receive.empty() && map.Has("receive")) return;  // it could not be read
   for (const Entry& field : config::ReadEntries(*node, "codes", problems)) {
     Codes codes;
-    for (const Entry& code : config::ReadEntries(field.value, "codes of " + Quoted(field.key), problems)) {
+    for (const Entry& code :
+         config::ReadEntries(field.value, "codes of " + Quoted(field.key), problems)) {
       if (codes.size() == kMostCodes) {
         problems.Error(code.value.mark(), "codes: too many");
         break;
@@ -89,8 +90,9 @@ void ReadCodes(MapReader& map, Telegram& telegram) {
       telegram.codes[name].insert(codes.begin(), codes.end());
     }
     if (!used) {
-      problems.Error(field.value.mark(), "codes: " + Quoted(field.key) + " is no field of the answer;" +
-                                             HintOf(field.key, names));
+      problems.Error(
+          field.value.mark(),
+          "codes: " + Quoted(field.key) + " is no field of the answer;" + HintOf(field.key, names));
     }
   }
 }
@@ -141,7 +143,8 @@ class Compiler {
       if (entry.key != kAll && raws_.size() < kMostTelegrams) Read(entry);
     }
     if (raws_.empty() && !failed()) {
-      problems_.Error(node.mark(), "telegrams: there is none; write for example weight: { send: 'S\\r\\n', … }");
+      problems_.Error(node.mark(),
+                      "telegrams: there is none; write for example weight: { send: 'S\\r\\n', … }");
     }
     for (std::size_t i = 0; i < raws_.size(); ++i) Relate(i);
     if (!failed()) {
@@ -178,8 +181,8 @@ class Compiler {
     telegram.name = entry.key;
     telegram.mark = entry.value.mark();
     if (!IsTelegramName(entry.key)) {
-      problems_.Error(entry.value.mark(), "telegram " + Quoted(entry.key) +
-                                              ": a name has small letters, digits and _");
+      problems_.Error(entry.value.mark(),
+                      "telegram " + Quoted(entry.key) + ": a name has small letters, digits and _");
     }
     if (entry.value.kind() != YamlNode::Kind::map) return;
     const Framing framing = ReadFraming(map, all_);
@@ -199,8 +202,9 @@ class Compiler {
     raw.examples = NodesOf(map, "example", 20);
     if (!map.Has("example")) {
       problems_.Error(entry.value.mark(),
-                      map.what() + " needs 'example': real bytes and what they mean, as in example: "
-                                   "{ send: 'S\\r\\n', receive: 'S S  1.0 g\\r\\n', weight: 1.0 }");
+                      map.what() +
+                          " needs 'example': real bytes and what they mean, as in example: "
+                          "{ send: 'S\\r\\n', receive: 'S S  1.0 g\\r\\n', weight: 1.0 }");
     }
     map.Finish();
     CheckTelegram(map, telegram);
@@ -230,16 +234,20 @@ class Compiler {
     };
     read(raws_[index].before, "before", telegram.before);
     read(raws_[index].behind, "behind", telegram.behind);
-    if (telegram.before.size() + telegram.behind.size() + 1 > kMostSteps) {
+    // The question who the device is may go before.
+    constexpr std::size_t kMost = kMostSteps - 1;
+    if (telegram.before.size() + telegram.behind.size() + 1 > kMost) {
       problems_.Error(telegram.mark, "telegram '" + telegram.name + "': at most " +
-                                         std::to_string(kMostSteps) + " telegrams make an exchange");
+                                         std::to_string(kMost) + " telegrams make an exchange");
     }
   }
 
   void ReadRelation(const YamlNode& node, const std::string& key, const std::string& name,
                     std::size_t index, std::vector<std::size_t>& numbers) {
     const auto found = description_->Find(name);
-    const auto error = [&](const std::string& why) { problems_.Error(node.mark(), key + ": " + why); };
+    const auto error = [&](const std::string& why) {
+      problems_.Error(node.mark(), key + ": " + why);
+    };
     if (!found) {
       std::vector<std::string_view> names;
       for (const Telegram& one : description_->telegrams) names.push_back(one.name);
@@ -253,7 +261,8 @@ class Compiler {
       return error("'" + name + "' writes a value, and no value is known here");
     }
     if (description_->telegrams[index].reads && !other.reads) {
-      return error("'" + name + "' would be sent with every poll: it needs 'reads: yes' if it changes "
+      return error("'" + name +
+                   "' would be sent with every poll: it needs 'reads: yes' if it changes "
                    "nothing in the device");
     }
     numbers.push_back(*found);

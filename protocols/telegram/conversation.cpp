@@ -4,10 +4,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "gateway/base/text.h"
 #include "protocols/common/designation.h"
 #include "protocols/telegram/expect.h"
-#include "protocols/telegram/field.h"
 #include "protocols/telegram/frame_rule.h"
 #include "protocols/telegram/probes.h"
 
@@ -51,14 +49,6 @@ std::optional<Standing> StandingOf(const config::Device& device, const Descripti
     }
   }
   return standing;
-}
-
-/// Whether the call sends these values.
-bool IsSentBy(const Call& call, const Bound& sent) {
-  return std::ranges::all_of(call.parameters, [&](const auto& parameter) {
-    const auto value = sent.find(parameter.first);
-    return value == sent.end() || SameValue(parameter.second, value->second);
-  });
 }
 
 }  // namespace
@@ -183,7 +173,8 @@ Answer TelegramConversation::OnFrame(const Task& task, const Request& request, V
   Match match = MatchAll(*TelegramOf(number).send, request.bytes, {});
   const Bound sent = ValuesOf(*TelegramOf(number).send, match);
   const bool meant = exchanges_.step().part == Exchanges::Step::Part::meant;
-  if (meant && identifies_) return AfterStep(task, AfterIdentity(DecodeReply(TelegramOf(number), frame, sent)));
+  if (meant && identifies_)
+    return AfterStep(task, AfterIdentity(DecodeReply(TelegramOf(number), frame, sent)));
   Answer answer = AnswerOf(number, sent, frame);
   if (!meant) answer.readings.clear();
   return AfterStep(task, std::move(answer));
@@ -227,30 +218,41 @@ Answer TelegramConversation::AfterStep(const Task& task, Answer answer) {
     if (ProvesLife(answer.outcome)) probes_.OnAnswered(own_);
     return answer;
   }
-  if (std::exchange(identifies_, false)) {
-    // A device that is another one is not written to.
-    const bool goes_on = task.kind == Task::Kind::poll || !trouble_;
-    if (answer.outcome != Outcome::ok) identified_ = true;
-    if (goes_on && ProvesLife(answer.outcome)) {
-      answer.then = Then::ask_again;
-    } else if (!goes_on) {
-      answer.outcome = Outcome::refused;
-      answer.reason = trouble_.text;
-    }
-    return answer;
-  }
-  if (task.kind == Task::Kind::poll) {
-    probes_.OnPolled();
-    PlanChange change = PlanChange::nothing;
-    if (answer.outcome == Outcome::ok) change = plan_.OnAnswered(task.query);
-    if (answer.outcome == Outcome::busy) plan_.OnHeard(task.query);
-    if (answer.outcome == Outcome::unsupported) {
-      if (!plan_.IsLastRefusal(task.query)) answer.readings.clear();
-      change = plan_.OnRefused(task.query);
-    }
-    if (change != PlanChange::nothing) answer.then = Then::replan;
+  if (std::exchange(identifies_, false)) return GoOnKnown(task, std::move(answer));
+  if (task.kind == Task::Kind::poll) AfterPoll(task.query, answer);
+  return answer;
+}
+
+/// It was asked who the device is. One that is another one is not written to.
+Answer TelegramConversation::GoOnKnown(const Task& task, Answer answer) {
+  const bool goes_on = task.kind == Task::Kind::poll || !trouble_;
+  if (answer.outcome != Outcome::ok) identified_ = true;
+  if (goes_on && ProvesLife(answer.outcome)) {
+    answer.then = Then::ask_again;
+  } else if (!goes_on) {
+    answer.outcome = Outcome::refused;
+    answer.reason = trouble_.text;
   }
   return answer;
+}
+
+/// What the answer to a poll says of the query.
+void TelegramConversation::AfterPoll(std::size_t query, Answer& answer) {
+  probes_.OnPolled();
+  PlanChange change = PlanChange::nothing;
+  if (answer.outcome == Outcome::ok) change = plan_.OnAnswered(query);
+  if (answer.outcome == Outcome::busy) plan_.OnHeard(query);
+  if (answer.outcome == Outcome::unsupported) {
+    // "Does not have it" takes three: a damaged answer may look like a refusal.
+    if (!plan_.IsLastRefusal(query)) answer.readings.clear();
+    change = plan_.OnRefused(query);
+  }
+  if (ProvesLife(answer.outcome)) {
+    for (const std::size_t point : plan_.SilentlyRefused()) {
+      answer.readings.push_back({point, {}, {Quality::bad_configuration, Reason::not_fitted}, {}});
+    }
+  }
+  if (change != PlanChange::nothing) answer.then = Then::replan;
 }
 
 Then TelegramConversation::OnFailure(const Task& task, const Request&, Outcome outcome, Instant) {
@@ -296,68 +298,6 @@ config::Timing TelegramConversation::LeastTimes(Duration) const {
     if (telegram.idle > times.gap.value_or(Duration::zero())) times.gap = telegram.idle;
   }
   return times;
-}
-
-// ---------------------------------------------------------------- what it means
-
-Answer TelegramConversation::AnswerOf(std::size_t telegram, const Bound& sent, View frame) const {
-  const Reply reply = DecodeReply(TelegramOf(telegram), frame, sent);
-  Answer answer{reply.outcome, reply.reason};
-  AddReadings(telegram, sent, reply, answer);
-  return answer;
-}
-
-void TelegramConversation::AddReadings(std::size_t telegram, const Bound& sent, const Reply& reply,
-                                       Answer& answer) const {
-  const bool refused = reply.outcome == Outcome::unsupported;
-  if (reply.outcome != Outcome::ok && !refused) return;
-  for (std::size_t i = 0; i < reads_.size(); ++i) {
-    if (!reads_[i] || reads_[i]->call.telegram != TelegramOf(telegram).name) continue;
-    if (!IsSentBy(reads_[i]->call, sent)) continue;
-    if (refused) {
-      answer.readings.push_back({i, {}, {Quality::bad_configuration, Reason::not_fitted}, {}});
-      continue;
-    }
-    Decoded decoded = ValueAt(*reads_[i], reply);
-    answer.readings.push_back({i, std::move(decoded.value), decoded.quality, {}});
-  }
-}
-
-Outcome TelegramConversation::Check(View request, View frame) const {
-  const auto sent = description_->Recognise(request);
-  if (!sent) return Outcome::corrupt;
-  return DecodeReply(TelegramOf(sent->telegram), frame, sent->values).outcome;
-}
-
-Answer TelegramConversation::Interpret(View request, View frame) {
-  const auto sent = description_->Recognise(request);
-  if (!sent) {
-    return {Outcome::corrupt, "request '" + Printable(request) + "' is no telegram of the description"};
-  }
-  const Reply reply = DecodeReply(TelegramOf(sent->telegram), frame, sent->values);
-  Answer answer{reply.outcome, reply.reason};
-  AddReadings(sent->telegram, sent->values, reply, answer);
-  if (reply.outcome != Outcome::ok) return answer;
-  for (const auto& [name, field] : reply.fields) {
-    const bool shown = std::ranges::any_of(reads_, [&](const auto& read) {
-      return read && read->call.telegram == TelegramOf(sent->telegram).name && read->field == name &&
-             IsSentBy(read->call, sent->values);
-    });
-    if (shown) continue;
-    answer.readings.push_back({kNoPoint, field.decoded.value, field.decoded.quality,
-                               TelegramOf(sent->telegram).name + "." + name});
-  }
-  return answer;
-}
-
-Answer TelegramConversation::OnUnasked(View message, Now) {
-  Answer why{Outcome::corrupt, "'" + Printable(message) + "' is no telegram of the description"};
-  for (std::size_t i = 0; i < description_->telegrams.size(); ++i) {
-    if (!TelegramOf(i).listen) continue;
-    Answer answer = AnswerOf(i, bound_, message);
-    if (answer.outcome != Outcome::unexpected) return answer;
-  }
-  return why;
 }
 
 }  // namespace baudgate::protocols::telegram

@@ -42,9 +42,11 @@ class TelegramConversation final : public Conversation {
   Status Begin(const Task& task);
   Answer AfterStep(const Task& task, Answer answer);
   Answer AfterIdentity(const Reply& reply);
-  Then Learn(const Task& task, const Request& request);
+  Answer GoOnKnown(const Task& task, Answer answer);
+  void AfterPoll(std::size_t query, Answer& answer);
   Answer AnswerOf(std::size_t telegram, const Bound& sent, View frame) const;
-  void AddReadings(std::size_t telegram, const Bound& sent, const Reply& reply, Answer& answer) const;
+  void AddReadings(std::size_t telegram, const Bound& sent, const Reply& reply,
+                   Answer& answer) const;
 
   const config::Device& device_;
   const std::shared_ptr<const Description> description_;  // never null
@@ -58,10 +60,10 @@ class TelegramConversation final : public Conversation {
 
   // The exchange under way.
   Exchanges exchanges_;
-  Bound filled_;             // for its telegrams
-  bool goes_on_ = false;     // it has said ask_again
-  bool identifies_ = false;  // it asks who the device is, before what was meant
-  bool own_ = false;         // a probe that is no poll
+  Bound filled_;                     // for its telegrams
+  bool goes_on_ = false;             // it has said ask_again
+  bool identifies_ = false;          // it asks who the device is, before what was meant
+  bool own_ = false;                 // a probe that is no poll
   Outcome outcome_ = Outcome::none;  // of the telegram that is meant
   std::string reason_;
 

@@ -42,8 +42,8 @@ std::shared_ptr<const Description> DescriptionOf(const config::Options& options)
 
 Value AddressValue(std::string_view address) {
   const bool hex = address.starts_with("0x") || address.starts_with("0X");
-  const auto number = hex ? ParseInteger<std::int64_t>(address.substr(2), 16)
-                          : ParseInteger<std::int64_t>(address);
+  const auto number =
+      hex ? ParseInteger<std::int64_t>(address.substr(2), 16) : ParseInteger<std::int64_t>(address);
   return number && *number >= 0 ? Value(*number) : Value(std::string(address));
 }
 

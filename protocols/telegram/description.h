@@ -30,21 +30,21 @@ struct Example {
 struct Telegram {
   std::string name;
   config::Mark mark;
-  std::optional<Form> send{};    ///< nothing: the device sends it unasked
-  std::vector<Form> receive{};   ///< empty: nothing comes back
-  std::vector<Form> refused{};   ///< answers that say no
+  std::optional<Form> send{};                         ///< nothing: the device sends it unasked
+  std::vector<Form> receive{};                        ///< empty: nothing comes back
+  std::vector<Form> refused{};                        ///< answers that say no
   std::map<std::string, Codes, std::less<>> codes{};  ///< by field
-  bool reads = false;            ///< changes nothing in the device
-  bool repeat = false;           ///< may be sent twice all the same
+  bool reads = false;                                 ///< changes nothing in the device
+  bool repeat = false;                                ///< may be sent twice all the same
   bool listen = false;
-  bool once = false;             ///< of one that goes before: only until something fails
-  bool strict = false;           ///< what is no number is damage, and the answer is asked for again
+  bool once = false;    ///< of one that goes before: only until something fails
+  bool strict = false;  ///< what is no number is damage, and the answer is asked for again
   std::vector<std::size_t> before{};  ///< numbers of telegrams
   std::vector<std::size_t> behind{};
-  Duration pause{};              ///< silence on the line before it
-  Duration wait{};               ///< so long the device may think; zero: its reply time
-  Duration idle{};               ///< silence that ends an answer which nothing else ends
-  std::string identity{};        ///< the field with the name of the device
+  Duration pause{};        ///< silence on the line before it
+  Duration wait{};         ///< so long the device may think; zero: its reply time
+  Duration idle{};         ///< silence that ends an answer which nothing else ends
+  std::string identity{};  ///< the field with the name of the device
   Example example{};
 
   /// Of a point that is written.

@@ -33,7 +33,8 @@ std::string Misfit(const Form& form, View bytes, const Match& match) {
     }
     const auto sum = form.checksum.Of(bytes.first(std::min(at, bytes.size())));
     if (!sum) return "it is too short for its checksum";
-    const auto field = EncodeField(form.pattern.Find(kChecksum)->format, static_cast<std::int64_t>(*sum));
+    const auto field =
+        EncodeField(form.pattern.Find(kChecksum)->format, static_cast<std::int64_t>(*sum));
     return "its checksum is wrong; by '" + std::string(form.checksum.kind->name) + "' it is " +
            (field ? "'" + Printable(*field) + "'" : std::to_string(*sum));
   }
@@ -157,11 +158,12 @@ class ExampleCheck {
       return false;
     }
     const SaidField& field = found->second;
-    const Quality quality = field.is_status ? field.decoded.quality
-                                            : std::min(field.decoded.quality, reply.quality);
+    const Quality quality =
+        field.is_status ? field.decoded.quality : std::min(field.decoded.quality, reply.quality);
     const auto meaning = std::ranges::find(Meanings(), *wanted, &Meaning::word);
     const bool by_word = meaning != Meanings().end() && meaning->quality == quality;
-    const bool by_value = IsGood(field.decoded.quality) && SameValue(Value(*wanted), field.decoded.value);
+    const bool by_value =
+        IsGood(field.decoded.quality) && SameValue(Value(*wanted), field.decoded.value);
     if (by_word || by_value) return true;
     Error(name, "the answer says " +
                     (IsGood(field.decoded.quality) ? ToText(field.decoded.value)

@@ -10,7 +10,8 @@
 
 namespace baudgate::protocols::telegram {
 
-/// `description` is whole but for the example of telegram `index`, which becomes the first good one.
+/// `description` is whole but for the example of telegram `index`, which becomes the first good
+/// one.
 void CheckExamples(const std::vector<config::YamlNode>& examples, Description& description,
                    std::size_t index, config::Problems& problems);
 

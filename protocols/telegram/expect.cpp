@@ -35,8 +35,8 @@ Bytes AddressIn(const Telegram& telegram, const Bound& known) {
   Bytes bytes;
   for (const Form& form : telegram.receive) {
     const Element* element = form.pattern.Find(kAddress);
-    const auto field = element != nullptr ? EncodeField(element->format, address->second)
-                                          : Result<Bytes>(Bytes());
+    const auto field =
+        element != nullptr ? EncodeField(element->format, address->second) : Result<Bytes>(Bytes());
     if (!field || field->empty() || (!bytes.empty() && bytes != *field)) return {};
     bytes = *field;
   }

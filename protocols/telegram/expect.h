@@ -10,8 +10,8 @@
 
 namespace baudgate::protocols::telegram {
 
-/// What the frame rules look for: carried by the expectation, as the shape of a telegram stands in a
-/// file.
+/// What the frame rules look for: carried by the expectation, as the shape of a telegram stands in
+/// a file.
 struct Awaited final : FrameForms {
   std::shared_ptr<const Description> description;  ///< keeps the forms alive
   std::vector<const Form*> forms;

@@ -101,7 +101,8 @@ Value DecodeTextNumber(const Format& format, std::string_view text) {
   whole += exponent.starts_with('+') ? exponent.substr(1) : exponent;
   double number = 0;
   const auto [end, error] = std::from_chars(whole.data(), whole.data() + whole.size(), number);
-  if (error != std::errc() || end != whole.data() + whole.size() || !std::isfinite(number)) return {};
+  if (error != std::errc() || end != whole.data() + whole.size() || !std::isfinite(number))
+    return {};
   return number;
 }
 
@@ -162,8 +163,8 @@ Result<Bytes> Padded(const Format& format, std::string text, const Value& value)
   if (format.width == 0) return ToBytes(text);
   const std::size_t width = format.width;
   if (text.size() > width) {
-    return DoesNotFit(value, "needs " + std::to_string(text.size()) + " characters, and the field has " +
-                                 std::to_string(width));
+    return DoesNotFit(value, "needs " + std::to_string(text.size()) +
+                                 " characters, and the field has " + std::to_string(width));
   }
   const std::size_t missing = width - text.size();
   if (!format.is_text_number()) {
@@ -196,8 +197,8 @@ Result<Bytes> EncodeDecimal(const Format& format, const Decimal& number, const V
     const auto whole = Abs(number).ToUint64();
     const std::size_t before = whole ? std::to_string(*whole).size() : 20;
     const std::size_t used = before + 1 + (format.sign || number.is_negative() ? 1 : 0);
-    precision = format.width > used ? static_cast<int>(std::min<std::size_t>(format.width - used, 9))
-                                    : 1;
+    precision =
+        format.width > used ? static_cast<int>(std::min<std::size_t>(format.width - used, 9)) : 1;
   }
   if (precision >= 0) {
     const auto text = FixedText(number, precision);
@@ -205,7 +206,8 @@ Result<Bytes> EncodeDecimal(const Format& format, const Decimal& number, const V
     digits = *text;
   } else {
     digits = Abs(number).ToText();
-    if (digits.find('e') != std::string::npos) return DoesNotFit(value, "is too large or too small");
+    if (digits.find('e') != std::string::npos)
+      return DoesNotFit(value, "is too large or too small");
   }
   const bool zero = digits.find_first_of("123456789") == std::string::npos;
   const bool negative = number.is_negative() && !zero;
@@ -214,9 +216,9 @@ Result<Bytes> EncodeDecimal(const Format& format, const Decimal& number, const V
 
 Result<Bytes> EncodeScientific(const Format& format, double number, const Value& value) {
   std::array<char, 48> buffer{};
-  const auto [end, error] = std::to_chars(buffer.data(), buffer.data() + buffer.size(), number,
-                                          std::chars_format::scientific,
-                                          format.precision < 0 ? 6 : format.precision);
+  const auto [end, error] =
+      std::to_chars(buffer.data(), buffer.data() + buffer.size(), number,
+                    std::chars_format::scientific, format.precision < 0 ? 6 : format.precision);
   std::string text(buffer.data(), error == std::errc() ? end : buffer.data());
   std::ranges::replace(text, 'e', 'E');
   if (format.sign && !text.starts_with('-')) text.insert(0, 1, '+');

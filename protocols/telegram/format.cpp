@@ -44,8 +44,8 @@ Result<std::size_t> TakeNumber(std::string_view& text, std::size_t most, std::st
   const std::size_t end = std::min(text.find_first_not_of("0123456789"), text.size());
   const auto number = ParseInteger<std::size_t>(text.substr(0, end));
   if (!number || *number > most) {
-    return Error{std::string(what) + " " + std::string(text.substr(0, end)) + " is too large; at most " +
-                 std::to_string(most)};
+    return Error{std::string(what) + " " + std::string(text.substr(0, end)) +
+                 " is too large; at most " + std::to_string(most)};
   }
   text.remove_prefix(end);
   return *number;

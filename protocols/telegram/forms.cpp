@@ -59,8 +59,8 @@ std::optional<Format> ReadFixedFormat(MapReader& map, const char* example) {
   if (!text) return std::nullopt;
   const auto format = ParseFormat(*text);
   if (format && format->is_fixed()) return *format;
-  map.problems().Error(node->mark(), "format: " + (format ? Quoted(*text) + " needs a width here"
-                                                          : format.error()));
+  map.problems().Error(
+      node->mark(), "format: " + (format ? Quoted(*text) + " needs a width here" : format.error()));
   return std::nullopt;
 }
 
@@ -97,8 +97,9 @@ void AddEnd(const Bytes& ends, Pattern& pattern) {
     return;
   }
   Bytes& last = pattern.elements.back().literal;
-  const bool there = last.size() >= ends.size() &&
-                     std::equal(ends.begin(), ends.end(), last.end() - static_cast<std::ptrdiff_t>(ends.size()));
+  const bool there =
+      last.size() >= ends.size() &&
+      std::equal(ends.begin(), ends.end(), last.end() - static_cast<std::ptrdiff_t>(ends.size()));
   if (!there) Append(last, ends);
 }
 
@@ -142,7 +143,8 @@ void AddPlaced(const std::vector<PlacedField>& placed, std::optional<std::size_t
   for (const PlacedField& one : placed) {
     if (one.at < at) {
       problems.Error(one.mark, "field '" + one.element.name + "': byte " + std::to_string(one.at) +
-                                   " is already taken; the first free one is " + std::to_string(at));
+                                   " is already taken; the first free one is " +
+                                   std::to_string(at));
       return;
     }
     if (pattern.Has(one.element.name)) {
@@ -227,8 +229,9 @@ class FormReader {
       problems.Error(node.mark(), what + ": " + why);
     };
     if (received && form.pattern.Has(kPassword)) {
-      error("the password cannot be awaited in an answer, which every log may show; pass its bytes "
-            "over, as in {:4bytes}");
+      error(
+          "the password cannot be awaited in an answer, which every log may show; pass its bytes "
+          "over, as in {:4bytes}");
     }
     if (form.pattern.least_size() > most_) {
       error("is longer than " + std::to_string(most_) + " bytes; raise 'longest' of all");
@@ -251,8 +254,9 @@ class FormReader {
     if (has_rest && !sized) error("bytes without a width need 'size_at'");
     if (!received || sized || !form.pattern.is_open()) return;
     if (framing_.idle > Duration::zero()) return;
-    error("nothing says where it ends: give the last field a width, put what ends it behind it, or "
-          "say 'ends', 'size_at' or 'idle'");
+    error(
+        "nothing says where it ends: give the last field a width, put what ends it behind it, or "
+        "say 'ends', 'size_at' or 'idle'");
   }
 
   template <typename Tell>
@@ -295,7 +299,8 @@ std::optional<Bytes> ReadFixed(const YamlNode& node, const std::string& what, Pr
   if (pattern->elements.size() == 1 && !pattern->elements.front().is_field()) {
     return pattern->elements.front().literal;
   }
-  problems.Error(node.mark(), what + ": real bytes stand here, no fields; write \\{ for the character");
+  problems.Error(node.mark(),
+                 what + ": real bytes stand here, no fields; write \\{ for the character");
   return std::nullopt;
 }
 

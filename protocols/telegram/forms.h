@@ -33,6 +33,7 @@ std::optional<Bytes> ReadFixed(const config::YamlNode& node, const std::string& 
 Framing ReadFraming(config::MapReader& map, const Framing& all);
 
 /// `send`, `receive`, `refused`, `size` and `fields` of `map`.
-void ReadForms(config::MapReader& map, const Framing& framing, std::size_t most, Telegram& telegram);
+void ReadForms(config::MapReader& map, const Framing& framing, std::size_t most,
+               Telegram& telegram);
 
 }  // namespace baudgate::protocols::telegram

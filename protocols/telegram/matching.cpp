@@ -259,7 +259,8 @@ Match MatchFront(const Form& form, View held, bool idle, std::size_t most, const
 
 Match MatchAll(const Form& form, View bytes, const Bound& known) {
   Match match = MatchFront(form, bytes, true, std::max<std::size_t>(bytes.size(), 1), known);
-  if (match.kind == Match::Kind::whole && match.size != bytes.size()) match.kind = Match::Kind::none;
+  if (match.kind == Match::Kind::whole && match.size != bytes.size())
+    match.kind = Match::Kind::none;
   return match;
 }
 
@@ -314,11 +315,11 @@ Result<Bytes> Build(const Form& form, const Bound& values, const Match* rest) {
     Put(*size, form.size_at->at, bytes);
   }
   if (sum_at) {
-    const auto sum = form.checksum.kind != nullptr ? form.checksum.Of(View(bytes).first(*sum_at))
-                                                   : std::nullopt;
+    const auto sum =
+        form.checksum.kind != nullptr ? form.checksum.Of(View(bytes).first(*sum_at)) : std::nullopt;
     if (!sum) return Error{"the check value has nothing to be made of"};
-    const auto field = EncodeField(form.pattern.Find(kChecksum)->format,
-                                   static_cast<std::int64_t>(*sum));
+    const auto field =
+        EncodeField(form.pattern.Find(kChecksum)->format, static_cast<std::int64_t>(*sum));
     if (!field) return Error{"the check value: " + field.error()};
     Put(*field, *sum_at, bytes);
   }

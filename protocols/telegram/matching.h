@@ -41,7 +41,7 @@ struct Match {
   /// Of none: the fixed bytes at its front were there, so that it is a damaged one.
   bool began = false;
   bool bad_checksum = false;  ///< of none: all else was right
-  bool other = false;  ///< of whole: it names another device, or repeats what was not sent
+  bool other = false;         ///< of whole: it names another device, or repeats what was not sent
   std::size_t size = 0;
   std::vector<View> parts{};  ///< by element; views of the bytes
 
@@ -57,8 +57,8 @@ Match MatchAll(const Form& form, View bytes, const Bound& known);
 /// What the fields of a match say; numbers that are none have no value.
 Bound ValuesOf(const Form& form, const Match& match);
 
-/// The telegram with these values. Fields that have none are as in `rest`, a telegram of the same form,
-/// or blank without it. The error names the field.
+/// The telegram with these values. Fields that have none are as in `rest`, a telegram of the same
+/// form, or blank without it. The error names the field.
 Result<Bytes> Build(const Form& form, const Bound& values, const Match* rest = nullptr);
 
 }  // namespace baudgate::protocols::telegram

@@ -14,9 +14,8 @@ constexpr std::string_view kHexMark = "hex ";
 constexpr std::size_t kMostElements = 200;
 
 bool IsNameText(std::string_view name) {
-  return std::ranges::all_of(name, [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_';
-  });
+  return std::ranges::all_of(
+      name, [](char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_'; });
 }
 
 class PatternParser {
@@ -76,14 +75,16 @@ class PatternParser {
     const char escaped = at_ + 1 < text_.size() ? text_[at_ + 1] : '\0';
     constexpr std::string_view kNames = "rnt\\{}";
     constexpr std::string_view kMeanings = "\r\n\t\\{}";
-    if (const auto known = kNames.find(escaped); escaped != '\0' && known != std::string_view::npos) {
+    if (const auto known = kNames.find(escaped);
+        escaped != '\0' && known != std::string_view::npos) {
       Add(static_cast<std::uint8_t>(kMeanings[known]));
       at_ += 2;
       return;
     }
     const auto byte = escaped == 'x' ? ParseHex(text_.substr(at_ + 2, 2)) : std::nullopt;
     if (!byte || byte->size() != 1) {
-      return Fail(at_, "unknown escape; there are \\r \\n \\t \\\\ \\{ \\} and \\x with two hex digits");
+      return Fail(at_,
+                  "unknown escape; there are \\r \\n \\t \\\\ \\{ \\} and \\x with two hex digits");
     }
     Add(byte->front());
     at_ += 4;
@@ -91,7 +92,8 @@ class PatternParser {
 
   void TakeField() {
     const std::size_t end = text_.find('}', at_);
-    if (end == std::string_view::npos) return Fail(at_, "'{' without '}'; write \\{ for the character");
+    if (end == std::string_view::npos)
+      return Fail(at_, "'{' without '}'; write \\{ for the character");
     const std::string_view inside = text_.substr(at_ + 1, end - at_ - 1);
     const std::size_t colon = std::min(inside.find(':'), inside.size());
     Element element;

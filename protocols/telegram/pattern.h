@@ -48,8 +48,9 @@ struct Pattern {
   /// Of telegrams whose fields are what they should be; the second is nothing where any number of
   /// bytes may be there.
   std::pair<std::size_t, std::optional<std::size_t>> usual_sizes() const;
-  /// Of a field of text without a width: the fixed characters by which its end is found, and how many
-  /// characters of other fields stand between. "{weight:decimal}{checksum:02X}\r": "\r", and 2.
+  /// Of a field of text without a width: the fixed characters by which its end is found, and how
+  /// many characters of other fields stand between. "{weight:decimal}{checksum:02X}\r": "\r",
+  /// and 2.
   struct Anchor {
     const Bytes* literal = nullptr;
     std::size_t between = 0;

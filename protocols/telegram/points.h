@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "protocols/protocol.h"
 #include "protocols/telegram/description.h"
 #include "protocols/telegram/reply.h"
-#include "protocols/protocol.h"
 
 namespace baudgate::protocols::telegram {
 
@@ -21,6 +21,9 @@ struct Call {
 
   bool operator==(const Call&) const = default;
 };
+
+/// Whether `telegram`, sent with these values, is what the call means.
+bool IsCallOf(const Call& call, const Telegram& telegram, const Bound& sent);
 
 struct ReadPlace {
   Call call;
@@ -34,12 +37,6 @@ struct ReadPlace {
 Result<ReadPlace> ParseRead(const config::Point& point);
 Result<Call> ParseWrite(const config::Point& point);
 Status CheckPoint(const config::Point& point);
-
-/// What can be seen of the whole device only: telegrams that are not described, fields that no answer
-/// has, parameters that nobody gives.
-std::vector<Doubt> FaultsOf(const config::Device& device);
-/// What hardly anybody means.
-std::vector<Doubt> DoubtsOf(const config::Device& device);
 
 std::span<const DecoderSpec> DecoderTable();
 

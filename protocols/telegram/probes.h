@@ -12,8 +12,8 @@ namespace baudgate::protocols::telegram {
 /// The one that tells the device's name; nothing: none does.
 std::optional<std::size_t> IdentityTelegram(const Description& description);
 
-/// The same, or else one that no point reads, needs no parameters, and is answered with a length that
-/// no poll's answer has. Nothing: there is none, and polls are the probes.
+/// The same, or else one that no point reads, needs no parameters, and is answered with a length
+/// that no poll's answer has. Nothing: there is none, and polls are the probes.
 std::optional<std::size_t> OwnProbe(const Description& description,
                                     const std::vector<std::optional<ReadPlace>>& reads,
                                     const Bound& bound);

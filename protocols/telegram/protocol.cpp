@@ -5,6 +5,7 @@
 #include "protocols/telegram/compile.h"
 #include "protocols/telegram/conversation.h"
 #include "protocols/telegram/expect.h"
+#include "protocols/telegram/faults.h"
 #include "protocols/telegram/frame_rule.h"
 #include "protocols/telegram/points.h"
 #include "protocols/telegram/settings.h"
@@ -35,10 +36,11 @@ const Protocol& TelegramProtocol() {
       .request_rule = CutTelegram,
       .reply_rule = CutTelegram,
       .expect = Expect,
-      .unasked = [](const config::Options& options) {
-        const auto description = DescriptionOf(options);
-        return description && description->listens();
-      },
+      .unasked =
+          [](const config::Options& options) {
+            const auto description = DescriptionOf(options);
+            return description && description->listens();
+          },
       .weak_check = true,
       .telegram = &kByHand,
       .make_conversation = [](const config::Device& device, Bus*) -> std::unique_ptr<Conversation> {

@@ -123,7 +123,8 @@ class Interpreter {
     const Quality says = meaning != nullptr ? meaning->quality : Quality::bad;
     if (says < reply_.quality) reply_.quality = says;
     if (meaning == nullptr) {
-      reply_.reason = "'" + element.name + "' says '" + text + "', which the description does not know";
+      reply_.reason =
+          "'" + element.name + "' says '" + text + "', which the description does not know";
     }
   }
 
@@ -162,8 +163,8 @@ Reply DecodeReply(const Telegram& telegram, View frame, const Bound& known) {
     if (fits(match)) return Interpreter(telegram, form, match).Run();
   }
   if (other) {
-    return Failed(Outcome::unexpected, "'" + Printable(frame) +
-                                           "' names another device, or repeats what was not sent");
+    return Failed(Outcome::unexpected,
+                  "'" + Printable(frame) + "' names another device, or repeats what was not sent");
   }
   return Failed(Outcome::unexpected,
                 "'" + Printable(frame) + "' is no answer to " + telegram.name + " as described");

@@ -13,7 +13,7 @@ namespace baudgate::protocols::telegram {
 
 struct SaidField {
   Decoded decoded{};
-  std::string text{};     ///< as it stands there, without the blanks around it
+  std::string text{};      ///< as it stands there, without the blanks around it
   bool is_status = false;  ///< no number, and has codes: it says how the others are
 };
 

@@ -10,14 +10,6 @@
 namespace baudgate::protocols::telegram {
 namespace {
 
-bool IsCalled(const Call& call, const Telegram& telegram, const Bound& sent) {
-  if (call.telegram != telegram.name) return false;
-  return std::ranges::all_of(call.parameters, [&](const auto& parameter) {
-    const auto value = sent.find(parameter.first);
-    return value == sent.end() || SameValue(parameter.second, value->second);
-  });
-}
-
 /// The first text that means this; nothing: none does.
 std::optional<std::string> CodeFor(const Telegram& telegram, const std::string& field,
                                    Reason reason) {
@@ -61,8 +53,8 @@ TelegramTwin::TelegramTwin(const config::Device& device, TwinValues& values)
       description_(DescriptionOf(device.options)),
       bound_(BoundOf(device.options, device.address)) {
   for (const config::Point& point : device.points) {
-    auto read = point.access != config::Access::write ? ParseRead(point)
-                                                      : Result<ReadPlace>(Error{});
+    auto read =
+        point.access != config::Access::write ? ParseRead(point) : Result<ReadPlace>(Error{});
     auto write = point.access != config::Access::read ? ParseWrite(point) : Result<Call>(Error{});
     reads_.push_back(read ? std::optional(std::move(*read)) : std::nullopt);
     writes_.push_back(write ? std::optional(std::move(*write)) : std::nullopt);
@@ -84,7 +76,7 @@ bool TelegramTwin::IsForMe(const Bound& sent) const {
 
 void TelegramTwin::Write(const Telegram& telegram, const Bound& sent) {
   for (std::size_t i = 0; i < writes_.size(); ++i) {
-    if (!writes_[i] || !IsCalled(*writes_[i], telegram, sent)) continue;
+    if (!writes_[i] || !IsCallOf(*writes_[i], telegram, sent)) continue;
     const auto value = sent.find(kValue);
     values_.Set(i, value == sent.end() ? Value(true) : value->second);
   }
@@ -117,8 +109,9 @@ void TelegramTwin::PutValue(const Telegram& telegram, const Element& element, st
     auto whole = values.find(element.name);
     if (whole == values.end()) {
       const auto usual = telegram.example.values.find(element.name);
-      whole = values.emplace(element.name, usual == telegram.example.values.end() ? Value{}
-                                                                                  : usual->second)
+      whole = values
+                  .emplace(element.name,
+                           usual == telegram.example.values.end() ? Value{} : usual->second)
                   .first;
     }
     whole->second = WithBits(whole->second, place, value);
@@ -146,12 +139,13 @@ Bytes TelegramTwin::Compose(const Telegram& telegram, const Bound& sent, Instant
       if (element.name == kAddress && reply_as_) values.insert_or_assign(element.name, *reply_as_);
       for (std::size_t point = 0; point < reads_.size(); ++point) {
         const auto& read = reads_[point];
-        if (!read || read->field != element.name || !IsCalled(read->call, telegram, sent)) continue;
+        if (!read || read->field != element.name || !IsCallOf(read->call, telegram, sent)) continue;
         const Value value = values_.Get(point, now);
         const double number = ToDouble(value);
-        const bool is_code = HasValue(value) && element.format.is_number() && !std::isfinite(number);
-        const auto code = CodeFor(telegram, element.name,
-                                  number < 0 ? Reason::under_range : Reason::over_range);
+        const bool is_code =
+            HasValue(value) && element.format.is_number() && !std::isfinite(number);
+        const auto code =
+            CodeFor(telegram, element.name, number < 0 ? Reason::under_range : Reason::over_range);
         if (is_code && code) {
           codes.emplace_back(i, *code);
         } else {
@@ -173,7 +167,8 @@ bool TelegramTwin::Raise(const DeviceEvent&, Now now) {
   if (!description_ || !description_->listens()) return false;
   constexpr std::size_t kMostSaid = 100;
   for (const Telegram& telegram : description_->telegrams) {
-    if (telegram.listen && said_.size() < kMostSaid) said_.push_back(Compose(telegram, {}, now.instant));
+    if (telegram.listen && said_.size() < kMostSaid)
+      said_.push_back(Compose(telegram, {}, now.instant));
   }
   return true;
 }

@@ -1,7 +1,7 @@
-// Any patterns as the telegrams of a description: the one frame rule keeps its laws on them, and what
-// an answer means never becomes a number that is none.
-// Input: flags, patterns (counted, at most four), then the bytes of the line in pieces, each with its
-// length; 0x80 of a length puts a telegram of the first pattern in its place.
+// Any patterns as the telegrams of a description: the one frame rule keeps its laws on them, and
+// what an answer means never becomes a number that is none. Input: flags, patterns (counted, at
+// most four), then the bytes of the line in pieces, each with its length; 0x80 of a length puts a
+// telegram of the first pattern in its place.
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
 #include <memory>

@@ -123,8 +123,8 @@ class Reader {
                                      {"config/profiles"}};
     const auto loaded = config::LoadProfile(name, protocol_, catalog);
     for (const auto& problem : loaded.problems) Fail(ToString(problem));
-    script_.device = config::DeviceFromProfile(loaded.profile, protocol_, "device",
-                                               script_.device.address);
+    script_.device =
+        config::DeviceFromProfile(loaded.profile, protocol_, "device", script_.device.address);
   }
 
   void Point(const std::vector<std::string>& words) {

@@ -109,12 +109,12 @@ TEST(TelegramExchange, WakesLogsInSelectsReadsAndAcknowledges) {
 
 TEST(TelegramExchange, WhatIsReadTogetherBelongsTogether) {
   const config::Device device = Meter();
-  EXPECT_EQ(Said(device, Heard(TelegramProtocol(), device, ToBytes("?E\r"),
-                               ToBytes("E=+0012.5 81\r"))),
-            "energy 12.5 good; alarm true good; mode 1 good");
-  EXPECT_EQ(Said(device, Heard(TelegramProtocol(), device, ToBytes("?E\r"),
-                               ToBytes("E=+00I2.5 81\r"))),
-            "corrupt");
+  EXPECT_EQ(
+      Said(device, Heard(TelegramProtocol(), device, ToBytes("?E\r"), ToBytes("E=+0012.5 81\r"))),
+      "energy 12.5 good; alarm true good; mode 1 good");
+  EXPECT_EQ(
+      Said(device, Heard(TelegramProtocol(), device, ToBytes("?E\r"), ToBytes("E=+00I2.5 81\r"))),
+      "corrupt");
 }
 
 TEST(TelegramExchange, TheAnswerRepeatsWhatWasSent) {
@@ -133,7 +133,8 @@ TEST(TelegramExchange, AStepThatFailsEndsItAndNothingElseIsSent) {
   Talk talk(TelegramProtocol(), Meter());
   const Answer answer = Play(talk, Poll(0), {"OK\r", ""});
   EXPECT_FALSE(ProvesLife(answer.outcome));
-  EXPECT_EQ(Shown(talk.asked), (Texts{kWake, kLogin, "/0103\r", "\x06"})) << "what was begun is closed";
+  EXPECT_EQ(Shown(talk.asked), (Texts{kWake, kLogin, "/0103\r", "\x06"}))
+      << "what was begun is closed";
 }
 
 TEST(TelegramExchange, PausesAndPatienceStandInTheRequest) {
@@ -198,20 +199,21 @@ TEST(TelegramNumbers, WhatBelongsToACutNumberSpoilsIt) {
   const std::pair<const char*, const char*> kRows[] = {
       {"ST,G 12.50 kg \r", "weight 12.5 good"},
       {"ST,G-12.50 kg \r", "weight -12.5 good"},
-      {"ST,112.500 kg \r", "weight bad: sensor failure"},    // a digit in front
-      {"ST,-12.500 kg \r", "weight bad: sensor failure"},    // its sign in front
+      {"ST,112.500 kg \r", "weight bad: sensor failure"},  // a digit in front
+      {"ST,-12.500 kg \r", "weight bad: sensor failure"},  // its sign in front
       {"ST,(12.500 kg \r", "weight bad: sensor failure"},
-      {"ST,G 12.505kg \r", "weight bad: sensor failure"},    // a digit behind
-      {"ST,G 12.50-kg \r", "weight bad: sensor failure"},    // a sign behind
+      {"ST,G 12.505kg \r", "weight bad: sensor failure"},  // a digit behind
+      {"ST,G 12.50-kg \r", "weight bad: sensor failure"},  // a sign behind
       {"ST,G 12.50 - k\r", "weight bad: sensor failure"},
-      {"ST,G       kg \r", "weight bad: sensor failure"},    // empty
-      {"ST,G 12,50 kg \r", "weight bad: sensor failure"},    // a comma
+      {"ST,G       kg \r", "weight bad: sensor failure"},  // empty
+      {"ST,G 12,50 kg \r", "weight bad: sensor failure"},  // a comma
       {"ST,G 1 250 kg \r", "weight bad: sensor failure"},
       {"ST,G ----- kg \r", "weight bad: sensor failure"},
-      {"ST,G12.50 kg \r", "partial"},                        // a character is missing
+      {"ST,G12.50 kg \r", "partial"},  // a character is missing
   };
   for (const auto& [answer, said] : kRows) {
-    EXPECT_EQ(Said(device, Heard(TelegramProtocol(), device, ToBytes("W\r"), ToBytes(answer))), said)
+    EXPECT_EQ(Said(device, Heard(TelegramProtocol(), device, ToBytes("W\r"), ToBytes(answer))),
+              said)
         << answer;
   }
 }
@@ -239,9 +241,11 @@ points:
 TEST(TelegramFields, StandWhereTheirPlaceSays) {
   const config::Device device = Described(kByPlace);
   const auto said = [&](const char* answer) {
-    return Said(device, Heard(TelegramProtocol(), device, *ParseHex("10 01 5B"), *ParseHex(answer)));
+    return Said(device,
+                Heard(TelegramProtocol(), device, *ParseHex("10 01 5B"), *ParseHex(answer)));
   };
-  EXPECT_EQ(said("68 01 39 30 00 00 AA BB FF FE CC 05"), "energy 12345 good; flow -2 good; fault true good");
+  EXPECT_EQ(said("68 01 39 30 00 00 AA BB FF FE CC 05"),
+            "energy 12345 good; flow -2 good; fault true good");
   EXPECT_EQ(said("68 01 39 30 00 00 AA BB 7F FF CC 00"),
             "energy 12345 good; flow bad: sensor failure, over range; fault false good");
   EXPECT_EQ(said("68 02 39 30 00 00 AA BB FF FE CC 05"), "unexpected");
@@ -304,7 +308,7 @@ TEST_P(TelegramProfile, IsAnsweredByItsTwinPointForPoint) {
     const config::Point& point = device.points[i];
     ASSERT_TRUE(point.simulate) << point.name;
     EXPECT_FALSE(point.description.empty()) << point.name;
-    values.values[i] = point.simulate->text ? Value(*point.simulate->text)
+    values.values[i] = point.simulate->text                  ? Value(*point.simulate->text)
                        : point.type == config::Type::boolean ? Value(point.simulate->low != 0)
                                                              : Value(point.simulate->low);
   }

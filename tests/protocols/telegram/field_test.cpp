@@ -154,7 +154,8 @@ TEST(TelegramField, AValueIsWrittenAsTheFormatSays) {
   };
   for (const WrittenRow& row : kRows) {
     const auto written = EncodeField(FormatOf(row.format), row.value);
-    EXPECT_EQ(written ? std::string(AsText(*written)) : "", row.text) << row.format << " " << ToText(row.value);
+    EXPECT_EQ(written ? std::string(AsText(*written)) : "", row.text)
+        << row.format << " " << ToText(row.value);
     if (!written) {
       EXPECT_EQ(Printable(ToBytes(written.error())), written.error());
     }
@@ -162,9 +163,17 @@ TEST(TelegramField, AValueIsWrittenAsTheFormatSays) {
 }
 
 TEST(TelegramField, NoFormatOfPrintfIsOne) {
-  for (const char* text : {"s", "n", "%d", "{}", "*d", "-5d", "+", "99999999999999999999d", "5.99f",
-                           "300text", "uint12", "uint72", "uint0", "float16", "bcd9", "bcd", "2char",
-                           "+word", "+X", "05text", "int", "decimal decimal"}) {
+  for (const char* text : {"s",      "n",
+                           "%d",     "{}",
+                           "*d",     "-5d",
+                           "+",      "99999999999999999999d",
+                           "5.99f",  "300text",
+                           "uint12", "uint72",
+                           "uint0",  "float16",
+                           "bcd9",   "bcd",
+                           "2char",  "+word",
+                           "+X",     "05text",
+                           "int",    "decimal decimal"}) {
     const auto format = ParseFormat(text);
     ASSERT_FALSE(format) << text;
     EXPECT_FALSE(format.error().empty());

@@ -71,9 +71,8 @@ bool HasChecksum(const Expectation& expect) {
 
 bool IsMarked(const Expectation& expect) {
   const auto awaited = std::static_pointer_cast<const Awaited>(expect.forms);
-  return std::ranges::all_of(awaited->forms, [](const Form* form) {
-    return !form->pattern.elements.front().is_field();
-  });
+  return std::ranges::all_of(
+      awaited->forms, [](const Form* form) { return !form->pattern.elements.front().is_field(); });
 }
 
 void AddSubjects(const std::string& name, const config::Device& device,

@@ -1,4 +1,5 @@
-// Described devices on their lines, under virtual time: what they cost, writes, values that grow old.
+// Described devices on their lines, under virtual time: what they cost, writes, values that grow
+// old.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/poll/poller.h"
 #include "protocols/dcon/protocol.h"
@@ -93,9 +94,9 @@ TEST(TelegramLine, AWriteIsSentOnceAndReadBack) {
 }
 
 TEST(TelegramLine, WhatIsSaidUnaskedGrowsOldWhenNothingComes) {
-  VirtualLine line(LineWith(TelegramProtocol(),
-                            ShippedDevice(TelegramProtocol(), "nmea-0183-weather"), 4800),
-                   {&TelegramProtocol()});
+  VirtualLine line(
+      LineWith(TelegramProtocol(), ShippedDevice(TelegramProtocol(), "nmea-0183-weather"), 4800),
+      {&TelegramProtocol()});
   line.Open();
   line.RunFor(10s);
   EXPECT_EQ(line.QualityOf(0, 0), Quality::bad_waiting);
