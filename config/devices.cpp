@@ -67,8 +67,8 @@ const RawProfile* FindProfile(MapReader& map, const Protocol* protocol, Device& 
 
 // The line's timing and retries stay with the line, for its devices to fall back on.
 /// Returns what stands above all points, whoever has said it.
-/// `unasked`: its silence is normal, and ages nothing.
-Pace ReadTimes(MapReader& map, const Profile& profile, const Pace& line, bool unasked,
+/// `never_old`: its silence is normal, and ages nothing.
+Pace ReadTimes(MapReader& map, const Profile& profile, const Pace& line, bool never_old,
                Device& device) {
   const Pace said = ReadPace(map, Level::device);
   const Pace own = Merge(said, profile.pace);
@@ -81,7 +81,7 @@ Pace ReadTimes(MapReader& map, const Profile& profile, const Pace& line, bool un
   Assign(device.daily, all.daily);
   device.max_age = map.Time("max_age", 10ms, std::chrono::hours(24 * 30));
   device.dead_age = map.Time("dead_age", 10ms, std::chrono::hours(24 * 90));
-  if (unasked && !device.max_age) {
+  if (never_old && !device.max_age) {
     device.max_age = kNeverOld;
     device.dead_age = device.dead_age.value_or(kNeverOld);
   }
@@ -201,13 +201,15 @@ Device ReadDevice(const YamlNode& node, const LineContext& of, LoadContext& cont
   device.title = profile.title;
   device.event_texts = profile.event_texts;
   device.identity = IdentityOf(map, profile, protocol, context);
-  const Pace pace = ReadTimes(map, profile, of.pace, protocol && protocol->unasked, device);
+  ReadDeviceOptions(map, protocol, of.options, profile, protocol == of.protocol, device);
+  const bool never_old =
+      protocol && protocol->never_old && SpeaksUnasked(*protocol, device.options);
+  const Pace pace = ReadTimes(map, profile, of.pace, never_old, device);
   device.recheck = pace.recheck.value_or(Recheck::off);
   if (protocol && !pace.recheck) {
     device.recheck = DefaultRecheck(*protocol, device.serial.value_or(of.line.serial));
   }
   ReadModbusSide(map, profile, device, context);
-  ReadDeviceOptions(map, protocol, of.options, profile, protocol == of.protocol, device);
   ReadPoints(map, raw, protocol, device, context);
   ReadDeviceEvents(map, context.events, device);
   device.alarms = ReadAlarmSetting(map, of.line.alarms);

@@ -63,7 +63,7 @@ void CheckSpeakers(const Line& line, const Catalog& catalog, Problems& problems)
   if (line.devices.size() < 2) return;
   for (const Device& device : line.devices) {
     const Protocol* protocol = catalog.FindProtocol(device.protocol);
-    if (protocol == nullptr || !protocol->unasked) continue;
+    if (protocol == nullptr || !SpeaksUnasked(*protocol, device.options)) continue;
     problems.Error(device.mark, "device '" + device.name +
                                     "' speaks unasked and needs a line of its own; line '" +
                                     line.name + "' has " + std::to_string(line.devices.size()) +

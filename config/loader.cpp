@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "config/catalog/option_values.h"
+#include "config/checks/device_checks.h"
 #include "config/checks/line_checks.h"
 #include "config/checks/route_checks.h"
 #include "config/devices.h"
@@ -64,6 +65,7 @@ RawProfile Complete(RawProfile raw, const Protocol& protocol, Problems& problems
   AssignIntervals(device, problems);
   raw.profile.points = device.points;
   ResolveRecords(raw.profile.records, device, problems);
+  CheckFaults(DeviceFromProfile(raw.profile, protocol, "of this type", ""), protocol, problems);
   return raw;
 }
 
@@ -145,7 +147,9 @@ Device DeviceFromProfile(const Profile& profile, const Protocol& protocol, std::
   Problems known;  // they were told when the profile was read
   AssignIntervals(device, known);
   device.event_texts = profile.event_texts;
-  if (protocol.unasked) device.max_age = device.dead_age = kNeverOld;
+  if (protocol.never_old && SpeaksUnasked(protocol, device.options)) {
+    device.max_age = device.dead_age = kNeverOld;
+  }
   return device;
 }
 

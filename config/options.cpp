@@ -15,9 +15,24 @@ std::optional<OptionValue> ReadTexts(const YamlNode& node, const std::string& na
   return texts;
 }
 
+std::optional<OptionValue> ReadPairs(const YamlNode& node, const std::string& name,
+                                     Problems& problems) {
+  Pairs pairs;
+  for (const Entry& entry : ReadEntries(node, name, problems)) {
+    if (auto text = ReadText(entry.value, name, problems)) pairs[entry.key] = std::move(*text);
+  }
+  return pairs;
+}
+
 std::optional<OptionValue> ReadOption(const YamlNode& node, const OptionSpec& spec,
-                                      Problems& problems) {
+                                      const Protocol& protocol, Problems& problems) {
   const std::string name(spec.name);
+  if (spec.kind == OptionSpec::Kind::description) {
+    return DescriptionRef{protocol.describe(node, problems)};
+  }
+  if (spec.kind == OptionSpec::Kind::pairs && node.kind() == YamlNode::Kind::map) {
+    return ReadPairs(node, name, problems);
+  }
   if (spec.kind == OptionSpec::Kind::texts && node.kind() == YamlNode::Kind::list) {
     return ReadTexts(node, name, problems);
   }
@@ -30,8 +45,15 @@ std::optional<OptionValue> ReadOption(const YamlNode& node, const OptionSpec& sp
   return std::nullopt;
 }
 
-/// Lists as `--set` takes them.
+/// Lists and pairs as `--set` takes them.
 std::string WrittenText(const YamlNode& node, const OptionValue& value) {
+  if (const auto* pairs = std::get_if<Pairs>(&value)) {
+    std::string joined;
+    for (const auto& [word, text] : *pairs) {
+      joined += (joined.empty() ? "" : ",") + word + "=" + text;
+    }
+    return joined;
+  }
   const auto* texts = std::get_if<std::vector<std::string>>(&value);
   if (texts == nullptr) return std::string(node.text());
   std::string joined;
@@ -52,8 +74,9 @@ Options ReadOptions(MapReader& map, const Protocol& protocol, OptionSpec::Scope 
     }
     const auto node = map.Get(spec.name);
     if (!node) continue;
-    if (auto value = ReadOption(*node, spec, map.problems())) {
-      if (!spec.secret) options.SetWritten(std::string(spec.name), WrittenText(*node, *value));
+    if (auto value = ReadOption(*node, spec, protocol, map.problems())) {
+      const bool shown = !spec.secret && spec.kind != OptionSpec::Kind::description;
+      if (shown) options.SetWritten(std::string(spec.name), WrittenText(*node, *value));
       options.Set(std::string(spec.name), std::move(*value));
     }
   }

@@ -91,6 +91,8 @@ struct Request {
   /// The device may take so long until the first byte of this reply, where that is longer than the
   /// device's reply time. Example: 5 s to clear all parameters, where reads take 500 ms.
   Duration reply{};
+  /// The device wants the line silent so long before it, where that is longer than usual.
+  Duration quiet{};
 };
 
 /// One value out of a reply, still raw: the gateway applies scale, offset and sentinels.

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -19,6 +20,13 @@ struct Shape {
   int tag = 0;  ///< a number of the protocol's own: its frame rule tells by it which form this is
   std::size_t min_length = 0;  ///< of the whole frame, bytes
   std::size_t max_length = 0;
+};
+
+/// What a frame rule has to know beyond an Expectation, where the frames of a protocol are
+/// described in a file. A protocol derives its own; most need none.
+class FrameForms {
+ public:
+  virtual ~FrameForms() = default;
 };
 
 /// What may answer one request. A pure function of the request's bytes and the device's options
@@ -47,6 +55,7 @@ struct Expectation {
   /// Bytes of the request that no log may show, each as offset and count: passwords, and the check
   /// value over one.
   std::vector<std::pair<std::size_t, std::size_t>> secrets{};
+  std::shared_ptr<const FrameForms> forms{};
 };
 
 /// What a frame rule says to the bytes that have been kept so far.

@@ -10,14 +10,24 @@
 namespace baudgate {
 
 struct OptionSpec {
-  enum class Kind : std::uint8_t { flag, integer, real, text, duration, choice, texts };
+  enum class Kind : std::uint8_t {
+    flag,
+    integer,
+    real,
+    text,
+    duration,
+    choice,
+    texts,
+    pairs,
+    description,
+  };
   enum class Scope : std::uint8_t {
     device,  ///< stands at devices and in profiles; at a line it holds for all its devices
     line,    ///< stands at lines only
   };
   std::string_view name{};
   Kind kind = Kind::text;
-  std::string_view fallback{};  ///< as the user would write it; of texts: separated by commas
+  std::string_view fallback{};  ///< as the user would write it; of texts and pairs: with commas
   std::string_view help{};      ///< one sentence
   Scope scope = Scope::device;
   double minimum = 0;  ///< of integer and real; no bounds where minimum = maximum
@@ -75,6 +85,22 @@ constexpr OptionSpec Texts(std::string_view name, std::string_view fallback,
                            std::string_view help) {
   OptionSpec spec = Flag(name, fallback, help);
   spec.kind = OptionSpec::Kind::texts;
+  return spec;
+}
+
+/// Words that the user chooses, each with a text: { channel: 2 }, or "channel=2". A device's are
+/// put over those of its profile.
+constexpr OptionSpec Pairs(std::string_view name, std::string_view fallback,
+                           std::string_view help) {
+  OptionSpec spec = Flag(name, fallback, help);
+  spec.kind = OptionSpec::Kind::pairs;
+  return spec;
+}
+
+/// A part of the file that the protocol reads itself (Protocol::describe).
+constexpr OptionSpec Described(std::string_view name, std::string_view help) {
+  OptionSpec spec = Flag(name, "", help);
+  spec.kind = OptionSpec::Kind::description;
   return spec;
 }
 

@@ -29,13 +29,19 @@
 
 namespace baudgate {
 
+namespace config {
+class Problems;
+class YamlNode;
+}  // namespace config
+
 /// A way to read a point, for `baudgate protocols NAME`.
 struct DecoderSpec {
   std::string_view form{};  ///< "I1", "float_le@0"
   std::string_view help{};
 };
 
-/// Something of a device that is possible and yet hardly meant.
+/// Something of a device that is wrong (Protocol::faults), or possible and yet hardly meant
+/// (Protocol::doubts).
 struct Doubt {
   std::size_t point = kNoPoint;  ///< index of the point that it is about; kNoPoint: the address
   std::string text{};            ///< one sentence: what it leads to, and what to do
@@ -147,6 +153,11 @@ struct Protocol {
   std::span<const OptionSpec> options{};
   std::span<const DecoderSpec> decoders{};
 
+  /// Reads an option of kind `description` and tells all that is wrong with it. Not null, so that a
+  /// description with an error is not taken for none. Null: no option is of that kind.
+  std::shared_ptr<const config::Description> (*describe)(const config::YamlNode& node,
+                                                         config::Problems& problems) = nullptr;
+
   /// One spelling for all spellings of an address: "0x4A" and "74" give "74". Devices of a line
   /// with the same canonical address are the same device. An error says what is wrong and what
   /// would be right.
@@ -156,6 +167,9 @@ struct Protocol {
   /// What can be seen of the whole device only: options that contradict each other, a password of
   /// the wrong length. Null: nothing.
   Status (*check_device)(const config::Device& device) = nullptr;
+  /// The same of single points: an address that its description does not have. Of a device without
+  /// an address only what is wrong for each of its type, as that of a profile. Null: nothing.
+  std::vector<Doubt> (*faults)(const config::Device& device) = nullptr;
   /// What the user is warned of. Address and points may be wrong: others tell that. Null: nothing.
   std::vector<Doubt> (*doubts)(const config::Device& device) = nullptr;
 
@@ -175,9 +189,11 @@ struct Protocol {
   std::optional<Recognised> (*recognise)(View request, View heard,
                                          const config::Options& options) = nullptr;
 
-  /// Its devices speak unasked (Conversation::Listens). Each has its line to itself, and its values
-  /// grow old only where `max_age` says so.
-  bool unasked = false;
+  /// Whether a device with these options speaks unasked (Conversation::Listens). It has its line to
+  /// itself. Null: none does.
+  bool (*unasked)(const config::Options& options) = nullptr;
+  /// The silence of such a device is normal: its values grow old only where `max_age` says so.
+  bool never_old = false;
 
   /// Nothing stronger than an 8-bit sum guards its replies: of the damaged ones at least one in 256
   /// looks whole.
@@ -200,6 +216,10 @@ struct Protocol {
   /// `device` and `values` outlive the twin.
   std::unique_ptr<Twin> (*make_twin)(const config::Device& device, TwinValues& values) = nullptr;
 };
+
+inline bool SpeaksUnasked(const Protocol& protocol, const config::Options& options) {
+  return protocol.unasked != nullptr && protocol.unasked(options);
+}
 
 /// What make_conversation wants for the devices of one line.
 inline std::unique_ptr<Bus> MakeBus(const Protocol& protocol) {

@@ -77,6 +77,18 @@ std::vector<std::string> ParseTexts(std::string_view text) {
   return parts;
 }
 
+Result<OptionValue> ParsePairs(const OptionSpec& spec, std::string_view text) {
+  Pairs pairs;
+  for (const std::string& one : ParseTexts(text)) {
+    const std::size_t equal = one.find('=');
+    if (equal == 0 || equal == std::string::npos) {
+      return Wrong(spec, one, "is no pair; write channel=2");
+    }
+    pairs.insert_or_assign(one.substr(0, equal), one.substr(equal + 1));
+  }
+  return OptionValue(std::move(pairs));
+}
+
 // A declaration that leaves its fallback out means the nothing of its kind.
 OptionValue Empty(Kind kind) {
   switch (kind) {
@@ -89,6 +101,10 @@ OptionValue Empty(Kind kind) {
       return 0.0;
     case Kind::texts:
       return std::vector<std::string>();
+    case Kind::pairs:
+      return Pairs();
+    case Kind::description:
+      return DescriptionRef();
     case Kind::text:
     case Kind::choice:
       break;
@@ -112,6 +128,11 @@ Result<OptionValue> ParseOption(const OptionSpec& spec, std::string_view text) {
       return ParseChoice(spec, text);
     case Kind::texts:
       return OptionValue(ParseTexts(text));
+    case Kind::pairs:
+      return ParsePairs(spec, text);
+    case Kind::description:
+      if (text.empty()) return OptionValue(DescriptionRef());
+      return Error{"it stands in a profile, or at a device of a configuration"};
     case Kind::text:
       break;
   }
@@ -128,7 +149,16 @@ Options DefaultOptions(const Protocol& protocol) {
 }
 
 void Override(Options& target, const Options& given) {
-  for (const auto& [name, value] : given.all()) target.Set(name, value);
+  for (const auto& [name, value] : given.all()) {
+    const auto* pairs = std::get_if<Pairs>(&value);
+    if (pairs == nullptr || !target.Has(name)) {
+      target.Set(name, value);
+      continue;
+    }
+    Pairs merged = *pairs;
+    merged.insert(target.Pairs(name).begin(), target.Pairs(name).end());
+    target.Set(name, std::move(merged));
+  }
   for (const auto& [name, text] : given.written()) target.SetWritten(name, text);
 }
 

@@ -52,6 +52,18 @@ void CheckDoubts(const Device& device, const Protocol& protocol, const Keys& key
 
 }  // namespace
 
+void CheckFaults(const Device& device, const Protocol& protocol, Problems& problems) {
+  if (protocol.faults == nullptr) return;
+  for (const Doubt& fault : protocol.faults(device)) {
+    if (fault.point >= device.points.size()) {
+      problems.Error(device.mark, Called(device) + " " + fault.text);
+      continue;
+    }
+    const Point& point = device.points[fault.point];
+    problems.Error(point.mark, "point '" + point.name + "' " + fault.text);
+  }
+}
+
 void LineAddresses::Add(const Device& device, const Protocol& protocol, const Mark& mark,
                         Problems& problems) {
   const std::string& address = device.address;
@@ -76,10 +88,11 @@ void CheckDevice(const Device& device, const Protocol* protocol, const Keys& key
                                       " has no points: nothing will be read from it; "
                                       "give it a profile or points");
   }
-  CheckAges(device, protocol && protocol->unasked, keys, problems);
+  CheckAges(device, protocol && SpeaksUnasked(*protocol, device.options), keys, problems);
   if (!protocol) return;
   const Status status = protocol->check_device ? protocol->check_device(device) : Status();
   if (!status) problems.Error(device.mark, Called(device) + ": " + status.error());
+  CheckFaults(device, *protocol, problems);
   CheckDoubts(device, *protocol, keys, problems);
 }
 

@@ -34,4 +34,7 @@ class LineAddresses {
 void CheckDevice(const Device& device, const Protocol* protocol, const Keys& keys,
                  Problems& problems);
 
+/// What its protocol finds wrong with single points.
+void CheckFaults(const Device& device, const Protocol& protocol, Problems& problems);
+
 }  // namespace baudgate::config

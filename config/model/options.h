@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <string>
 #include <utility>
 #include <variant>
@@ -13,9 +14,39 @@
 
 namespace baudgate::config {
 
+/// What a protocol has made of a part of a file that only it understands (Protocol::describe): for
+/// example the telegrams of a device.
+class Description {
+ public:
+  explicit Description(std::string text) : text_(std::move(text)) {}
+  virtual ~Description() = default;
+  Description(const Description&) = delete;
+  Description& operator=(const Description&) = delete;
+
+  /// As it was written. Two of the same text are the same.
+  const std::string& text() const { return text_; }
+
+ private:
+  const std::string text_;
+};
+
+/// Null: there is none.
+struct DescriptionRef {
+  std::shared_ptr<const Description> what;
+
+  bool operator==(const DescriptionRef& other) const {
+    if (what == nullptr || other.what == nullptr) return what == other.what;
+    return what->text() == other.what->text();
+  }
+};
+
+/// Words that the user chooses, and what stands for each.
+using Pairs = std::map<std::string, std::string>;
+
 /// One option of a protocol, already of the kind that its OptionSpec demands. Durations are held in
 /// nanoseconds as integers.
-using OptionValue = std::variant<bool, std::int64_t, double, std::string, std::vector<std::string>>;
+using OptionValue = std::variant<bool, std::int64_t, double, std::string, std::vector<std::string>,
+                                 Pairs, DescriptionRef>;
 
 /// The options of one device or line. Every option that the protocol declares is present: given by
 /// the user, by the profile, or its default. The getters therefore need no fallback; asking for a
@@ -35,6 +66,12 @@ class Options {
   }
   const std::vector<std::string>& Texts(const std::string& name) const {
     return std::get<std::vector<std::string>>(values_.at(name));
+  }
+  const config::Pairs& Pairs(const std::string& name) const {
+    return std::get<config::Pairs>(values_.at(name));
+  }
+  const std::shared_ptr<const Description>& Described(const std::string& name) const {
+    return std::get<DescriptionRef>(values_.at(name)).what;
   }
   Duration Time(const std::string& name) const { return Duration(Integer(name)); }
   const std::map<std::string, OptionValue>& all() const { return values_; }

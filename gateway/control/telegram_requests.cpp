@@ -59,7 +59,8 @@ Status AskByHand(const config::Config& config, LineControl& control, CommandSink
   const auto to = AddressOf(config, request);
   if (!to) return Error{to.error()};
   const Protocol* protocol = control.FindProtocol(to->device->protocol);
-  if (protocol == nullptr || protocol->telegram == nullptr || protocol->unasked) {
+  if (protocol == nullptr || protocol->telegram == nullptr ||
+      SpeaksUnasked(*protocol, to->device->options)) {
     return Error{"devices that speak " + to->device->protocol + " are not asked by hand"};
   }
   const auto written = ParseHex(TextOf(request, "telegram"));

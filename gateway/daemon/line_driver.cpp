@@ -46,7 +46,9 @@ LineDriver::LineDriver(const config::Line& line, std::uint32_t first_device,
               applied_ = nullptr;
               Send(bytes, hand_serial_);
             }),
-      listens_(find(line.protocol).unasked) {
+      listens_(std::ranges::any_of(line.devices, [&](const config::Device& device) {
+        return SpeaksUnasked(find(device.protocol), device.options);
+      })) {
   poller_.Attach(recorder_);
 }
 

@@ -215,6 +215,7 @@ Exchange JobRun::Start(Instant idle_since) {
     exchange.times.reply += more;
     exchange.times.ceiling += more;
   }
+  exchange.times.quiet = std::max(exchange.times.quiet, job_->request.quiet);
   exchange.times.drain += late_.ExtraDrain(member);
   exchange.aftermath = late_.Aftermath(job_->asked(), now_.instant);
   // Its own comes with the next request; a longer silence shows nothing.

@@ -12,7 +12,11 @@ Result<std::unique_ptr<Simulator>> SimulateLine(asio::io_context& io, const conf
   for (const config::Device& device : line.devices) {
     const Protocol* protocol = catalog.FindProtocol(device.protocol);
     if (protocol == nullptr) return Error{"protocol " + device.protocol + " is not installed"};
-    const auto same = std::ranges::find(groups, protocol, &TwinGroup::protocol);
+    // Whose telegrams are described are told from others by their descriptions.
+    const auto same = std::ranges::find_if(groups, [&](const TwinGroup& group) {
+      return group.protocol == protocol &&
+             (protocol->describe == nullptr || group.devices.front().options == device.options);
+    });
     TwinGroup& group = same != groups.end() ? *same : groups.emplace_back(TwinGroup{protocol, {}});
     group.devices.push_back(device);
   }

@@ -29,10 +29,15 @@ Residents::Residents(const Protocol& protocol, std::vector<config::Device> devic
                      const TwinWire& wire, const std::optional<EventSchedule>& events)
     : protocol_(protocol), wire_(wire), twins_(MakeTwins(protocol, std::move(devices), 0)) {
   auto schedule = events;
-  if (!schedule && protocol.unasked) schedule = EventSchedule{.every = kOwnEvents};
+  if (!schedule && speaks_unasked()) schedule = EventSchedule{.every = kOwnEvents};
   for (const auto& one : twins_) {
     if (schedule) one->events.emplace(*schedule, ReadClocks());
   }
+}
+
+bool Residents::speaks_unasked() const {
+  return std::ranges::any_of(
+      twins_, [this](const auto& one) { return SpeaksUnasked(protocol_, one->device.options); });
 }
 
 /// `seed`: of the first; each of the others has the next one.

@@ -43,6 +43,7 @@ class Residents {
   Residents& operator=(const Residents&) = delete;
 
   const Protocol& protocol() const { return protocol_; }
+  bool speaks_unasked() const;
   /// What cuts requests is begun with these.
   const config::Options& options() const { return twins_.front()->device.options; }
   const config::SerialSettings& serial() const { return SerialOf(*twins_.front()); }

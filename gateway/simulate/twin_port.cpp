@@ -39,7 +39,7 @@ TwinPort::TwinPort(asio::io_context& io, int descriptor, std::shared_ptr<TwinBus
 void TwinPort::Start() {
   Read();
   for (const auto& residents : bus_->residents) {
-    if (residents->protocol().unasked) return Speak();
+    if (residents->speaks_unasked()) return Speak();
   }
 }
 

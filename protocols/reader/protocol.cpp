@@ -39,7 +39,8 @@ const Protocol& ReaderProtocol() {
       .reply_rule = MessageRule,
       .expect = Expect,
       .recognise = Recognise,
-      .unasked = true,
+      .unasked = [](const config::Options&) { return true; },
+      .never_old = true,
       .make_conversation = [](const config::Device& device, Bus*) -> std::unique_ptr<Conversation> {
         return std::make_unique<ReaderConversation>(device);
       },

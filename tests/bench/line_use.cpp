@@ -29,6 +29,7 @@ struct Case {
 constexpr Case kCases[] = {{"spabus", "9600 7E1", "spaj140c"},
                            {"dcon", "9600 8N1", "owen-mv110-8a"},
                            {"dcon", "115200 8N1", "owen-mv110-8a"},
+                           {"telegram", "115200 8N1", "owen-mv110-8a-telegrams"},
                            {"set4tm", "9600 8O1", "set-4tm.03m"}};
 
 constexpr const char* kLineAlone =

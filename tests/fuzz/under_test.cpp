@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "config/catalog/option_values.h"
+#include "config/loader.h"
 #include "gateway/base/text.h"
 #include "protocols/all_protocols.h"
 
@@ -13,6 +14,16 @@ namespace baudgate::fuzz {
 namespace {
 
 const Protocol* under_test = nullptr;
+
+/// Of a protocol whose telegrams are described: as a shipped profile describes them.
+void Describe(const Protocol& protocol, std::uint8_t variant, config::Options& options) {
+  const std::string name(protocol.name);
+  const config::Catalog catalog = {{{name, &protocol}}, {FUZZ_SOURCE_DIR "/config/profiles"}};
+  const auto profiles = catalog.Profiles(name);
+  if (protocol.describe == nullptr || profiles.empty()) return;
+  const std::string& chosen = profiles[variant % profiles.size()].name;
+  config::Override(options, config::LoadProfile(chosen, protocol, catalog).profile.options);
+}
 
 }  // namespace
 
@@ -31,6 +42,7 @@ RegisteredFor::RegisteredFor(Protocols which, const std::string& before, const s
 
 config::Options OptionsOf(const Protocol& protocol, std::uint8_t variant) {
   config::Options options = config::DefaultOptions(protocol);
+  Describe(protocol, variant, options);
   std::uint8_t bits = variant;
   for (const OptionSpec& spec : protocol.options) {
     if (spec.scope != OptionSpec::Scope::device) continue;

@@ -2,6 +2,7 @@
 //
 //   # comment
 //   device: address=1 checksum=true       options as key=value; address is the device's
+//   device: address=1 profile=mt-sics     the points and options of a shipped profile
 //   point: current_l1 I1 float32 fast     name, read, type, and where wanted: group (default fast),
 //                                         rw, w (never read), write=ADDRESS,
 //                                         scale=NUMBER, unit=TEXT

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "config/catalog/option_values.h"
+#include "config/loader.h"
 #include "gateway/base/text.h"
 #include "gateway/store/conversion.h"
 
@@ -95,6 +96,10 @@ class Reader {
         script_.device.address = value;
         continue;
       }
+      if (key == "profile") {
+        Profile(value);
+        continue;
+      }
       if (key == "events") {
         script_.device.events = true;
         continue;
@@ -110,6 +115,16 @@ class Reader {
       if (!known) Fail("no option " + key);
     }
     script_.line.options = script_.device.options;
+  }
+
+  /// All points and options of a shipped profile.
+  void Profile(const std::string& name) {
+    const config::Catalog catalog = {{{std::string(protocol_.name), &protocol_}},
+                                     {"config/profiles"}};
+    const auto loaded = config::LoadProfile(name, protocol_, catalog);
+    for (const auto& problem : loaded.problems) Fail(ToString(problem));
+    script_.device =
+        config::DeviceFromProfile(loaded.profile, protocol_, "device", script_.device.address);
   }
 
   void Point(const std::vector<std::string>& words) {

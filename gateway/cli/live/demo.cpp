@@ -52,17 +52,17 @@ std::vector<const Protocol*> ProtocolsOf(const config::Catalog& catalog) {
 }
 
 /// One device of each of the protocol's own profiles, at the addresses from 1 on: all on one line,
-/// or each on its own where they speak unasked.
+/// or each on its own where they may speak unasked.
 std::vector<WantedLine> DemoLines(const Protocol& protocol, const std::filesystem::path& directory,
                                   const config::Catalog& catalog) {
   std::vector<WantedLine> lines;
   const std::string name(protocol.name);
   for (const config::ProfileFile& profile : catalog.Profiles(name)) {
     if (profile.protocol != name) continue;
-    if (lines.empty() || protocol.unasked) {
+    if (lines.empty() || protocol.unasked != nullptr) {
       WantedLine& line = lines.emplace_back();
       line.protocol = name;
-      line.name = protocol.unasked ? name + "-" + std::to_string(lines.size()) : name;
+      line.name = protocol.unasked != nullptr ? name + "-" + std::to_string(lines.size()) : name;
       line.port = (directory / line.name).string();
     }
     auto& devices = lines.back().devices;

@@ -44,7 +44,9 @@ void SetOption(const std::string& setting, const Protocol& protocol, config::Opt
     if (spec.name != key) continue;
     auto value = config::ParseOption(spec, setting.substr(equals + 1));
     if (!value) return problems.Error(kCommandLine, "--set: " + key + ": " + value.error());
-    return options.Set(key, std::move(*value));
+    config::Options given;
+    given.Set(key, std::move(*value));
+    return Override(options, given);
   }
   problems.Error(kCommandLine, "--set: unknown key " + problems.ShownKey(key) + ";" +
                                    config::DidYouMean(key, names) +

@@ -30,6 +30,10 @@ std::string_view KindName(OptionSpec::Kind kind) {
       return "choice";
     case OptionSpec::Kind::texts:
       return "list of texts";
+    case OptionSpec::Kind::pairs:
+      return "map of texts";
+    case OptionSpec::Kind::description:
+      return "map";
   }
   return "text";
 }

@@ -48,6 +48,13 @@ std::vector<std::string> ItemsOf(const config::OptionValue& value) {
   if (const auto* whole = std::get_if<std::int64_t>(&value)) return {std::to_string(*whole)};
   if (const auto* real = std::get_if<double>(&value)) return {FormatNumber(*real)};
   if (const auto* text = std::get_if<std::string>(&value)) return {*text};
+  if (const auto* pairs = std::get_if<config::Pairs>(&value)) {
+    std::vector<std::string> items;
+    for (const auto& [word, text] : *pairs) items.push_back(word + "=" + text);
+    return items;
+  }
+  // What a description says is held against transcripts.
+  if (std::holds_alternative<config::DescriptionRef>(value)) return {"described"};
   return std::get<std::vector<std::string>>(value);
 }
 

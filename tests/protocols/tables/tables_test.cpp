@@ -137,6 +137,11 @@ TEST(Tables, SoManyRowsAreNotCertain) {
       {"set4tm/set-4tm.03m", {.inferred = 152, .unsourced = 0}},
       {"spabus/spaj140c", {.inferred = 70, .unsourced = 6}},
       {"spabus/spau130c", {.inferred = 16, .unsourced = 0}},
+      {"telegram/lauda-thermostat", {.inferred = 0, .unsourced = 0}},
+      {"telegram/mt-sics", {.inferred = 4, .unsourced = 0}},
+      {"telegram/nmea-0183-weather", {.inferred = 1, .unsourced = 0}},
+      {"telegram/owen-mv110-8a-telegrams", {.inferred = 0, .unsourced = 0}},
+      {"telegram/scpi-instrument", {.inferred = 1, .unsourced = 0}},
   };
   for (const config::ProfileFile& file : ShippedProfiles()) {
     const std::string name = NameOf(file);

@@ -1,0 +1,34 @@
+// Texts and numbers of a field that are no measurement: "I" is busy, "+9999.9" over range.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "gateway/base/bytes.h"
+#include "gateway/base/quality.h"
+#include "gateway/base/value.h"
+#include "protocols/telegram/format.h"
+
+namespace baudgate::protocols::telegram {
+
+struct Meaning {
+  std::string_view word;
+  Quality quality;
+  bool busy = false;  ///< the device wants to be asked again
+};
+
+/// good, uncertain, busy, over, under, open, disabled, not_ready, fault, bad.
+std::span<const Meaning> Meanings();
+
+/// By what stands in the field, without the blanks around it.
+using Codes = std::map<std::string, const Meaning*, std::less<>>;
+
+/// Null: the field has none of them. Codes of bytes and of scientific numbers are compared as
+/// numbers, all others as texts.
+const Meaning* FindCode(const Codes& codes, const Format& format, View bytes, const Value& value);
+
+}  // namespace baudgate::protocols::telegram

@@ -1,0 +1,303 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/telegram/conversation.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "protocols/common/designation.h"
+#include "protocols/telegram/expect.h"
+#include "protocols/telegram/frame_rule.h"
+#include "protocols/telegram/probes.h"
+
+namespace baudgate::protocols::telegram {
+namespace {
+
+constexpr Duration kUsualIdle = 100ms;  // that ends what comes unasked
+constexpr Duration kLongestMessage = 5s;
+constexpr int kRefusals = 3;  // a damaged answer may look like one
+
+std::shared_ptr<const Description> DescriptionFor(const config::Device& device) {
+  auto description = DescriptionOf(device.options);
+  return description ? description : std::make_shared<const Description>("");
+}
+
+std::vector<std::optional<ReadPlace>> PlacesOf(const config::Device& device,
+                                               const Description& description) {
+  std::vector<std::optional<ReadPlace>> places;
+  for (const config::Point& point : device.points) {
+    auto& place = places.emplace_back();
+    if (point.access == config::Access::write) continue;
+    auto parsed = ParseRead(point);
+    if (parsed && description.Find(parsed->call.telegram)) place = std::move(*parsed);
+  }
+  return places;
+}
+
+std::optional<Standing> StandingOf(const config::Device& device, const Description& description) {
+  if (!description.listens()) return std::nullopt;
+  Standing standing;
+  standing.rule = CutTelegram;
+  standing.expect = ExpectUnasked(device.options);
+  standing.idle = kUsualIdle;
+  standing.whole = kLongestMessage;
+  standing.marked = true;
+  for (const Telegram& telegram : description.telegrams) {
+    if (!telegram.listen) continue;
+    standing.idle = std::max(telegram.idle, standing.idle);
+    for (const Form& form : telegram.receive) {
+      standing.marked = standing.marked && !form.pattern.elements.front().is_field();
+    }
+  }
+  return standing;
+}
+
+}  // namespace
+
+TelegramConversation::TelegramConversation(const config::Device& device)
+    : device_(device),
+      description_(DescriptionFor(device)),
+      bound_(BoundOf(device.options, device.address)),
+      reads_(PlacesOf(device, *description_)),
+      plan_({.may_join = {}, .refused = WhenRefused::ask_rarely, .refusals = kRefusals}),
+      standing_(StandingOf(device, *description_)),
+      identity_(IdentityTelegram(*description_)),
+      own_probe_(OwnProbe(*description_, reads_, bound_)),
+      probes_(!own_probe_ ? ProbeChoice::Own::none
+              : identity_ ? ProbeChoice::Own::identification
+                          : ProbeChoice::Own::read),
+      exchanges_(*description_) {
+  for (std::size_t i = 0; i < reads_.size(); ++i) {
+    if (!reads_[i] || TelegramOf(*description_->Find(reads_[i]->call.telegram)).listen) continue;
+    plan_.Add(device.points[i].group, i, reads_[i]->call);
+  }
+  plan_.Make();
+}
+
+// ---------------------------------------------------------------- asking
+
+Status TelegramConversation::Begin(const Task& task) {
+  filled_ = bound_;
+  outcome_ = Outcome::none;
+  reason_.clear();
+  identifies_ = identity_ && (!identified_ || trouble_) && task.kind != Task::Kind::probe;
+  if (identifies_) {
+    exchanges_.Begin(*identity_);
+    return {};
+  }
+  Call call;
+  if (task.kind == Task::Kind::write) {
+    auto written = ParseWrite(device_.points[task.point]);
+    if (!written) return Error{written.error()};
+    call = std::move(*written);
+    filled_.insert_or_assign(std::string(kValue), task.value);
+  } else {
+    call = plan_.block(task.query).key;
+  }
+  for (const auto& [name, text] : call.parameters) filled_.insert_or_assign(name, text);
+  const auto telegram = description_->Find(call.telegram);
+  if (!telegram || !TelegramOf(*telegram).send) {
+    return Error{"'" + call.telegram + "' is no telegram that is sent"};
+  }
+  const bool is_false = task.kind == Task::Kind::write &&
+                        TelegramOf(*telegram).value_field() == nullptr && ToDouble(task.value) != 1;
+  if (is_false) {
+    return Error{"only true can be written here: it sends the telegram '" + call.telegram + "'"};
+  }
+  exchanges_.Begin(*telegram);
+  return {};
+}
+
+Result<Request> TelegramConversation::Ask(const Task& task, Instant) {
+  if (task.kind != Task::Kind::poll && task.kind != Task::Kind::probe &&
+      task.kind != Task::Kind::write) {
+    return Error{"a described device has no events"};
+  }
+  if (std::exchange(goes_on_, false) && exchanges_.under_way()) return AskStep();
+  if (task.kind == Task::Kind::probe) return AskProbe();
+  own_ = false;
+  if (Status status = Begin(task); !status) return Error{status.error()};
+  return AskStep();
+}
+
+Result<Request> TelegramConversation::AskProbe() {
+  filled_ = bound_;
+  outcome_ = Outcome::none;
+  reason_.clear();
+  identifies_ = false;
+  const std::size_t count = plan_.queries().size();
+  std::size_t best = 0;
+  while (best + 1 < count && !plan_.IsProven(best)) ++best;
+  const auto read = probes_.Next(count, count > 0 && plan_.IsProven(best) ? best : 0);
+  own_ = !read && own_probe_.has_value();
+  if (own_) {
+    identifies_ = own_probe_ == identity_;
+    exchanges_.Begin(*own_probe_);
+    return AskStep();
+  }
+  if (count == 0) return Error{"nothing can be read of it: no telegram says 'reads: yes'"};
+  const Call& call = plan_.block(read.value_or(0)).key;
+  for (const auto& [name, text] : call.parameters) filled_.insert_or_assign(name, text);
+  exchanges_.Begin(*description_->Find(call.telegram));
+  return AskStep();
+}
+
+Result<Request> TelegramConversation::AskStep() {
+  using Part = Exchanges::Step::Part;
+  const Exchanges::Step& step = exchanges_.step();
+  const Telegram& telegram = TelegramOf(step.telegram);
+  Request request;
+  auto bytes = Build(*telegram.send, filled_);
+  if (!bytes) {
+    exchanges_.Break();
+    return Error{bytes.error()};
+  }
+  request.bytes = std::move(*bytes);
+  request.expect = Expect(request.bytes, device_.options);
+  if (step.part == Part::meant) {
+    request.steady = own_ && identifies_;
+    request.distinct = own_ && !identifies_;
+  }
+  request.prepares = step.part == Part::before || identifies_;
+  request.closes = step.part == Part::behind;
+  request.reply = telegram.wait;
+  request.quiet = telegram.pause;
+  return request;
+}
+
+// ---------------------------------------------------------------- what comes back
+
+Answer TelegramConversation::OnFrame(const Task& task, const Request& request, View frame,
+                                     Instant) {
+  if (!exchanges_.under_way()) return Interpret(request.bytes, frame);
+  const std::size_t number = exchanges_.step().telegram;
+  Match match = MatchAll(*TelegramOf(number).send, request.bytes, {});
+  const Bound sent = ValuesOf(*TelegramOf(number).send, match);
+  const bool meant = exchanges_.step().part == Exchanges::Step::Part::meant;
+  if (meant && identifies_)
+    return AfterStep(task, AfterIdentity(DecodeReply(TelegramOf(number), frame, sent)));
+  Answer answer = AnswerOf(number, sent, frame);
+  if (!meant) answer.readings.clear();
+  return AfterStep(task, std::move(answer));
+}
+
+Answer TelegramConversation::AfterIdentity(const Reply& reply) {
+  Answer answer{reply.outcome, reply.reason};
+  const auto name = reply.fields.find(TelegramOf(*identity_).identity);
+  if (name == reply.fields.end()) return answer;
+  trouble_ = JudgeName(device_.identity, name->second.text);
+  identified_ = true;
+  return answer;
+}
+
+Then TelegramConversation::OnSent(const Task& task, const Request&, Instant) {
+  return AfterStep(task, {}).then == Then::ask_again ? Then::ask_again : Then::done;
+}
+
+/// `answer`: of the step that is over.
+Answer TelegramConversation::AfterStep(const Task& task, Answer answer) {
+  using Part = Exchanges::Step::Part;
+  const Part part = exchanges_.under_way() ? exchanges_.step().part : Part::behind;
+  if (part == Part::meant || answer.outcome != Outcome::ok) {
+    if (outcome_ == Outcome::none) {
+      outcome_ = answer.outcome;
+      reason_ = answer.reason;
+    }
+  }
+  const bool more = answer.outcome == Outcome::ok ? exchanges_.Advance() : exchanges_.Fail();
+  if (more) {
+    answer.then = Then::ask_again;
+    goes_on_ = true;
+    return answer;
+  }
+  // A closing telegram that is answered says nothing of what was meant.
+  if (part == Part::behind && outcome_ != Outcome::none) {
+    answer.outcome = outcome_;
+    answer.reason = reason_;
+  }
+  if (task.kind == Task::Kind::probe) {
+    if (ProvesLife(answer.outcome)) probes_.OnAnswered(own_);
+    return answer;
+  }
+  if (std::exchange(identifies_, false)) return GoOnKnown(task, std::move(answer));
+  if (task.kind == Task::Kind::poll) AfterPoll(task.query, answer);
+  return answer;
+}
+
+/// It was asked who the device is. One that is another one is not written to.
+Answer TelegramConversation::GoOnKnown(const Task& task, Answer answer) {
+  const bool goes_on = task.kind == Task::Kind::poll || !trouble_;
+  if (answer.outcome != Outcome::ok) identified_ = true;
+  if (goes_on && ProvesLife(answer.outcome)) {
+    answer.then = Then::ask_again;
+  } else if (!goes_on) {
+    answer.outcome = Outcome::refused;
+    answer.reason = trouble_.text;
+  }
+  return answer;
+}
+
+/// What the answer to a poll says of the query.
+void TelegramConversation::AfterPoll(std::size_t query, Answer& answer) {
+  probes_.OnPolled();
+  PlanChange change = PlanChange::nothing;
+  if (answer.outcome == Outcome::ok) change = plan_.OnAnswered(query);
+  if (answer.outcome == Outcome::busy) plan_.OnHeard(query);
+  if (answer.outcome == Outcome::unsupported) {
+    // "Does not have it" takes three: a damaged answer may look like a refusal.
+    if (!plan_.IsLastRefusal(query)) answer.readings.clear();
+    change = plan_.OnRefused(query);
+  }
+  if (ProvesLife(answer.outcome)) {
+    for (const std::size_t point : plan_.SilentlyRefused()) {
+      answer.readings.push_back({point, {}, {Quality::bad_configuration, Reason::not_fitted}, {}});
+    }
+  }
+  if (change != PlanChange::nothing) answer.then = Then::replan;
+}
+
+Then TelegramConversation::OnFailure(const Task& task, const Request&, Outcome outcome, Instant) {
+  const bool silent = outcome == Outcome::no_reply;
+  if (outcome_ == Outcome::none) {
+    outcome_ = outcome == Outcome::line_down ? Outcome::no_reply : outcome;
+    reason_ = std::string(Name(outcome_));
+  }
+  const bool closes = exchanges_.Fail() && outcome != Outcome::line_down;
+  if (!closes) exchanges_.Break();
+  if (task.kind == Task::Kind::probe) {
+    const bool another = probes_.OnFailed(own_ && silent);
+    goes_on_ = closes;
+    return closes || another ? Then::ask_again : Then::done;
+  }
+  if (std::exchange(identifies_, false)) {
+    // Many devices of a kind do not know the question: they are polled all the same.
+    identified_ = true;
+    goes_on_ = false;
+    return task.kind == Task::Kind::poll && outcome != Outcome::line_down ? Then::ask_again
+                                                                          : Then::done;
+  }
+  if (silent) identified_ = false;  // another device may answer next
+  if (closes) {
+    goes_on_ = true;
+    return Then::ask_again;
+  }
+  if (task.kind != Task::Kind::poll || !silent) return Then::done;
+  return plan_.OnSilent(task.query) == PlanChange::nothing ? Then::done : Then::replan;
+}
+
+void TelegramConversation::OnReconnect() {
+  goes_on_ = identifies_ = identified_ = false;
+  exchanges_.Break();
+  exchanges_.Forget();
+  probes_.OnReconnect();
+  plan_.OnReconnect();
+}
+
+config::Timing TelegramConversation::LeastTimes(Duration) const {
+  config::Timing times;
+  for (const Telegram& telegram : description_->telegrams) {
+    if (telegram.idle > times.gap.value_or(Duration::zero())) times.gap = telegram.idle;
+  }
+  return times;
+}
+
+}  // namespace baudgate::protocols::telegram

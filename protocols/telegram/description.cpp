@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/telegram/description.h"
+
+#include <algorithm>
+
+#include "gateway/base/text.h"
+#include "protocols/telegram/settings.h"
+
+namespace baudgate::protocols::telegram {
+
+const Element* Telegram::FindField(std::string_view field) const {
+  for (const Form& form : receive) {
+    if (const Element* element = form.pattern.Find(field)) return element;
+  }
+  return nullptr;
+}
+
+std::optional<std::size_t> Description::Find(std::string_view name) const {
+  const auto found = std::ranges::find(telegrams, name, &Telegram::name);
+  if (found == telegrams.end()) return std::nullopt;
+  return static_cast<std::size_t>(found - telegrams.begin());
+}
+
+bool Description::listens() const { return std::ranges::any_of(telegrams, &Telegram::listen); }
+
+std::optional<Description::Sent> Description::Recognise(View request) const {
+  for (std::size_t i = 0; i < telegrams.size(); ++i) {
+    if (!telegrams[i].send) continue;
+    Match match = MatchAll(*telegrams[i].send, request, {});
+    if (match.kind != Match::Kind::whole) continue;
+    Bound values = ValuesOf(*telegrams[i].send, match);
+    return Sent{i, std::move(match), std::move(values)};
+  }
+  return std::nullopt;
+}
+
+std::shared_ptr<const Description> DescriptionOf(const config::Options& options) {
+  const std::string key(kTelegramsOption);
+  if (!options.Has(key)) return nullptr;
+  return std::dynamic_pointer_cast<const Description>(options.Described(key));
+}
+
+Value AddressValue(std::string_view address) {
+  const bool hex = address.starts_with("0x") || address.starts_with("0X");
+  const auto number =
+      hex ? ParseInteger<std::int64_t>(address.substr(2), 16) : ParseInteger<std::int64_t>(address);
+  return number && *number >= 0 ? Value(*number) : Value(std::string(address));
+}
+
+Bound BoundOf(const config::Options& options, std::string_view address) {
+  Bound bound;
+  for (const auto& [name, text] : options.Pairs(std::string(kParametersOption))) {
+    bound.emplace(name, text);
+  }
+  bound.insert_or_assign(std::string(kPassword), options.Text(std::string(kPassword)));
+  if (!address.empty()) bound.insert_or_assign(std::string(kAddress), AddressValue(address));
+  return bound;
+}
+
+}  // namespace baudgate::protocols::telegram

@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/telegram/examples.h"
+
+#include <algorithm>
+
+#include "gateway/base/decimal.h"
+#include "gateway/base/spelling.h"
+#include "gateway/base/text.h"
+#include "protocols/telegram/field.h"
+#include "protocols/telegram/forms.h"
+#include "protocols/telegram/reply.h"
+
+namespace baudgate::protocols::telegram {
+namespace {
+
+using config::MapReader;
+using config::Problems;
+using config::YamlNode;
+
+std::string NameOf(const Element& element) {
+  if (!element.is_field()) return "'" + Printable(element.literal) + "'";
+  return element.name.empty() ? "a field without a name" : "{" + element.name + "}";
+}
+
+/// How far the bytes fit: "from byte 5 on, at {weight}, it does not fit".
+std::string Misfit(const Form& form, View bytes, const Match& match) {
+  if (match.bad_checksum) {
+    std::size_t at = 0;
+    for (std::size_t i = 0; i < match.parts.size(); ++i) {
+      const Element& element = form.pattern.elements[i];
+      if (element.is_field() && element.name == kChecksum) break;
+      at += match.parts[i].size();
+    }
+    const auto sum = form.checksum.Of(bytes.first(std::min(at, bytes.size())));
+    if (!sum) return "it is too short for its checksum";
+    const auto field =
+        EncodeField(form.pattern.Find(kChecksum)->format, static_cast<std::int64_t>(*sum));
+    return "its checksum is wrong; by '" + std::string(form.checksum.kind->name) + "' it is " +
+           (field ? "'" + Printable(*field) + "'" : std::to_string(*sum));
+  }
+  std::size_t at = 0;
+  for (const View part : match.parts) at += part.size();
+  if (match.parts.size() == form.pattern.elements.size()) {
+    return "it goes on behind byte " + std::to_string(at) + ", where the pattern ends";
+  }
+  return "it does not fit from byte " + std::to_string(at + 1) + " on, at " +
+         NameOf(form.pattern.elements[match.parts.size()]);
+}
+
+class ExampleCheck {
+ public:
+  ExampleCheck(const YamlNode& node, const Telegram& telegram, std::size_t most, Problems& problems)
+      : telegram_(telegram),
+        most_(most),
+        map_(node, "example of '" + telegram.name + "'", problems) {}
+
+  std::optional<Example> Run() {
+    Example example;
+    const bool sent = !telegram_.send || CheckSent(example);
+    const bool received = telegram_.receive.empty() || CheckReceived(example);
+    if (telegram_.receive.empty() && map_.Has("receive")) {
+      Error("receive", "the telegram has no 'receive', so nothing comes back");
+    }
+    if (!telegram_.send && map_.Has("send")) Error("send", "the telegram has no 'send'");
+    // What else it says cannot be judged.
+    if (!sent || !received) map_.AllowAll();
+    map_.Finish();
+    if (!sent || !received) return std::nullopt;
+    return example;
+  }
+
+ private:
+  void Error(std::string_view key, const std::string& why) {
+    map_.problems().Error(map_.MarkOf(key), map_.what() + ": " + why);
+  }
+
+  std::optional<Bytes> BytesOf(const char* key) {
+    const auto node = map_.Need(key, "'S\\r\\n'");
+    auto bytes = node ? ReadFixed(*node, key, map_.problems()) : std::nullopt;
+    if (bytes && bytes->size() > most_) {
+      Error(key, "is longer than " + std::to_string(most_) + " bytes");
+      return std::nullopt;
+    }
+    return bytes;
+  }
+
+  bool CheckSent(Example& example) {
+    auto bytes = BytesOf("send");
+    if (!bytes) return false;
+    const Match match = MatchAll(*telegram_.send, *bytes, {});
+    if (match.kind != Match::Kind::whole) {
+      Error("send", Misfit(*telegram_.send, *bytes, match));
+      return false;
+    }
+    known_ = ValuesOf(*telegram_.send, match);
+    for (const auto& [name, value] : known_) {
+      if (HasValue(value)) continue;
+      Error("send", "what stands for {" + name + "} is no number");
+      return false;
+    }
+    const auto built = Build(*telegram_.send, known_);
+    if (!built || *built != *bytes) {
+      Error("send", built ? "the pattern makes '" + Printable(*built) + "' of these values"
+                          : built.error());
+      return false;
+    }
+    example.send = std::move(*bytes);
+    return true;
+  }
+
+  bool CheckReceived(Example& example) {
+    auto bytes = BytesOf("receive");
+    if (!bytes) return false;
+    const Reply reply = DecodeReply(telegram_, *bytes, known_);
+    if (reply.outcome == Outcome::unexpected) {
+      Error("receive", WhyNot(*bytes));
+      return false;
+    }
+    if (reply.outcome != Outcome::ok) {
+      Error("receive", "is no good answer: " + reply.reason);
+      return false;
+    }
+    bool right = true;
+    for (const Form& form : telegram_.receive) {
+      for (const Element& element : form.pattern.elements) {
+        if (!element.is_field() || element.name.empty() || !map_.Has(element.name)) continue;
+        const auto node = map_.Get(element.name);
+        if (node) right = CheckField(element.name, *node, reply) && right;
+      }
+    }
+    example.receive = std::move(*bytes);
+    for (const auto& [name, field] : reply.fields) example.values[name] = field.decoded.value;
+    return right;
+  }
+
+  std::string WhyNot(View bytes) const {
+    // Of several answers the one that fits furthest.
+    const Form* best = nullptr;
+    Match furthest;
+    for (const Form& form : telegram_.receive) {
+      Match match = MatchAll(form, bytes, known_);
+      if (best != nullptr && match.parts.size() <= furthest.parts.size()) continue;
+      best = &form;
+      furthest = std::move(match);
+    }
+    if (furthest.kind == Match::Kind::whole) {
+      return "it repeats something else than what was sent, or the address of another device";
+    }
+    return Misfit(*best, bytes, furthest);
+  }
+
+  bool CheckField(const std::string& name, const YamlNode& node, const Reply& reply) {
+    const auto wanted = config::ReadText(node, name, map_.problems());
+    if (!wanted) return false;
+    const auto found = reply.fields.find(name);
+    if (found == reply.fields.end()) {
+      Error(name, "this answer has no field '" + name + "'");
+      return false;
+    }
+    const SaidField& field = found->second;
+    const Quality quality =
+        field.is_status ? field.decoded.quality : std::min(field.decoded.quality, reply.quality);
+    const auto meaning = std::ranges::find(Meanings(), *wanted, &Meaning::word);
+    const bool by_word = meaning != Meanings().end() && meaning->quality == quality;
+    const bool by_value =
+        IsGood(field.decoded.quality) && SameValue(Value(*wanted), field.decoded.value);
+    if (by_word || by_value) return true;
+    Error(name, "the answer says " +
+                    (IsGood(field.decoded.quality) ? ToText(field.decoded.value)
+                                                   : baudgate::Name(field.decoded.quality)) +
+                    ", not " + *wanted);
+    return false;
+  }
+
+  const Telegram& telegram_;
+  const std::size_t most_;
+  MapReader map_;
+  Bound known_;
+};
+
+}  // namespace
+
+void CheckExamples(const std::vector<YamlNode>& examples, Description& description,
+                   std::size_t index, Problems& problems) {
+  Telegram& telegram = description.telegrams[index];
+  bool has_one = false;
+  for (const YamlNode& node : examples) {
+    if (node.kind() != YamlNode::Kind::map) {
+      problems.Error(node.mark(), "example: expected a map: { send: …, receive: …, weight: 1.0 }");
+      continue;
+    }
+    auto example = ExampleCheck(node, telegram, description.most, problems).Run();
+    if (example && !has_one) telegram.example = std::move(*example);
+    has_one = has_one || example;
+    if (!telegram.example.send.empty()) {
+      const auto meant = description.Recognise(telegram.example.send);
+      if (meant && meant->telegram != index) {
+        problems.Error(node.mark(), "telegram '" + telegram.name + "' looks like '" +
+                                        description.telegrams[meant->telegram].name +
+                                        "': nobody could tell which of them was sent");
+      }
+    }
+  }
+}
+
+}  // namespace baudgate::protocols::telegram

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/telegram/format.h"
+
+#include <array>
+#include <string>
+
+#include "gateway/base/spelling.h"
+#include "gateway/base/text.h"
+
+namespace baudgate::protocols::telegram {
+namespace {
+
+using Kind = Format::Kind;
+
+constexpr std::size_t kWidestField = 255;
+constexpr int kMostDecimals = 9;
+
+struct KindWord {
+  std::string_view word;
+  Kind kind;
+};
+
+constexpr std::array<KindWord, 14> kTextWords = {{{"decimal", Kind::decimal},
+                                                  {"f", Kind::decimal},
+                                                  {"scientific", Kind::scientific},
+                                                  {"e", Kind::scientific},
+                                                  {"integer", Kind::integer},
+                                                  {"d", Kind::integer},
+                                                  {"hex", Kind::hex},
+                                                  {"X", Kind::hex},
+                                                  {"x", Kind::hex},
+                                                  {"char", Kind::character},
+                                                  {"word", Kind::word},
+                                                  {"text", Kind::text},
+                                                  {"rest", Kind::text},
+                                                  {"bytes", Kind::bytes}}};
+
+constexpr std::string_view kAllKinds =
+    "decimal, scientific, integer, hex, char, word, text, rest, bytes, uint8 to uint64, int8 to "
+    "int64, float32, float64, bcd1 to bcd8";
+
+/// Digits at the front of `text`, taken off it.
+Result<std::size_t> TakeNumber(std::string_view& text, std::size_t most, std::string_view what) {
+  const std::size_t end = std::min(text.find_first_not_of("0123456789"), text.size());
+  const auto number = ParseInteger<std::size_t>(text.substr(0, end));
+  if (!number || *number > most) {
+    return Error{std::string(what) + " " + std::string(text.substr(0, end)) +
+                 " is too large; at most " + std::to_string(most)};
+  }
+  text.remove_prefix(end);
+  return *number;
+}
+
+/// "uint16_le", "int24", "float32_be", "bcd3".
+std::optional<Format> ParseBinary(std::string_view text) {
+  Format format;
+  format.little = text.ends_with("_le");
+  if (format.little || text.ends_with("_be")) text.remove_suffix(3);
+  const std::size_t digits = text.find_first_of("0123456789");
+  if (digits == std::string_view::npos) return std::nullopt;
+  const auto number = ParseInteger<std::size_t>(text.substr(digits));
+  const std::string_view word = text.substr(0, digits);
+  if (!number || text[digits] == '0') return std::nullopt;
+  const bool bcd = word == "bcd";
+  if (!bcd && *number % 8 != 0) return std::nullopt;
+  format.width = bcd ? *number : *number / 8;
+  if (format.width < 1 || format.width > 8) return std::nullopt;
+  if (word == "uint") {
+    format.kind = Kind::uint;
+  } else if (word == "int") {
+    format.kind = Kind::sint;
+  } else if (bcd) {
+    format.kind = Kind::bcd;
+  } else if (word == "float" && (format.width == 4 || format.width == 8)) {
+    format.kind = Kind::real;
+  } else {
+    return std::nullopt;
+  }
+  return format;
+}
+
+Error UnknownFormat(std::string_view text) {
+  std::vector<std::string_view> words;
+  for (const KindWord& one : kTextWords) words.push_back(one.word);
+  return {config::Quoted(text) + " is no format;" + config::DidYouMean(text, words) +
+          " formats: " + std::string(kAllKinds)};
+}
+
+Status CheckTextFormat(const Format& format, std::string_view text) {
+  const bool real = format.kind == Kind::decimal || format.kind == Kind::scientific;
+  const auto wrong = [&](const char* why) { return Error{config::Quoted(text) + ": " + why}; };
+  if ((format.precision >= 0 || format.point) && !real) {
+    return wrong("only decimal and scientific numbers have a point");
+  }
+  if (format.sign && (!format.is_text_number() || format.kind == Kind::hex)) {
+    return wrong("only numbers have a sign");
+  }
+  if (format.zeros && !format.is_text_number()) return wrong("only numbers are filled with zeros");
+  if (format.kind == Kind::character && format.width > 1) {
+    return wrong("a char is one character; write text for more");
+  }
+  return {};
+}
+
+}  // namespace
+
+bool Format::is_whole_number() const {
+  return kind == Kind::integer || kind == Kind::hex || kind == Kind::uint || kind == Kind::sint ||
+         kind == Kind::bcd;
+}
+
+Result<Format> ParseFormat(std::string_view text) {
+  if (text.empty()) return Format{};
+  if (const auto binary = ParseBinary(text)) return *binary;
+  Format format;
+  std::string_view rest = text;
+  if (rest.starts_with('+')) {
+    format.sign = true;
+    rest.remove_prefix(1);
+  }
+  if (rest.starts_with('0')) {
+    format.zeros = true;
+    rest.remove_prefix(1);
+  }
+  if (!rest.empty() && rest.front() >= '0' && rest.front() <= '9') {
+    const auto width = TakeNumber(rest, kWidestField, "width");
+    if (!width) return Error{width.error()};
+    format.width = *width;
+  }
+  if (rest.starts_with('.')) {
+    rest.remove_prefix(1);
+    format.point = true;
+    if (!rest.empty() && rest.front() >= '0' && rest.front() <= '9') {
+      const auto precision = TakeNumber(rest, kMostDecimals, "precision");
+      if (!precision) return Error{precision.error()};
+      format.precision = static_cast<int>(*precision);
+      format.point = format.precision > 0;
+    }
+  }
+  for (const KindWord& one : kTextWords) {
+    if (one.word != rest) continue;
+    format.kind = one.kind;
+    format.lower = rest == "x";
+    if (one.kind == Kind::character) format.width = std::max<std::size_t>(format.width, 1);
+    if (Status status = CheckTextFormat(format, text); !status) return Error{status.error()};
+    return format;
+  }
+  return UnknownFormat(text);
+}
+
+}  // namespace baudgate::protocols::telegram

@@ -1,0 +1,54 @@
+// How one field of a telegram is written: as text ("+07.3f", "decimal", "word") or as bytes
+// ("uint16_le", "bcd3"). The words of a description are parsed here once; nothing of them ever
+// reaches printf or fmt.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+#include "gateway/base/result.h"
+
+namespace baudgate::protocols::telegram {
+
+struct Format {
+  enum class Kind : std::uint8_t {
+    decimal,     ///< "12.5"
+    scientific,  ///< "1.25E+01"
+    integer,     ///< "12"
+    hex,         ///< "0C"
+    character,   ///< one
+    word,        ///< without blanks
+    text,        ///< blanks among it
+    bytes,       ///< any: they are passed over
+    uint,        ///< binary, `width` bytes
+    sint,
+    real,
+    bcd,  ///< two digits a byte
+  } kind = Kind::text;
+  std::size_t width = 0;  ///< characters or bytes; 0: as many as there are
+  int precision = -1;     ///< digits behind the point; -1: any number
+  bool sign = false;      ///< it always has one
+  bool point = false;     ///< it always has a point; what has none is a code
+  bool zeros = false;     ///< filled up with zeros, not with blanks
+  bool lower = false;     ///< of hex
+  bool little = false;    ///< binary, low byte first
+
+  /// Of characters, not of bytes.
+  bool is_text() const { return kind < Kind::bytes; }
+  bool is_binary() const { return kind > Kind::bytes; }
+  bool is_text_number() const { return kind <= Kind::hex; }
+  bool is_number() const { return is_text_number() || is_binary(); }
+  bool is_whole_number() const;
+  /// Cut by its sign: "+025.12-020.45" are two.
+  bool is_signed_token() const {
+    return sign && (kind == Kind::decimal || kind == Kind::integer || kind == Kind::scientific);
+  }
+  /// Always `width` bytes.
+  bool is_fixed() const { return width != 0 && !is_signed_token(); }
+};
+
+/// "": text. The error names what is wrong with it.
+Result<Format> ParseFormat(std::string_view text);
+
+}  // namespace baudgate::protocols::telegram

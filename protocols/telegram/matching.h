@@ -1,0 +1,64 @@
+// Whether bytes are a telegram of a pattern: the one place that says where one ends.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "gateway/base/bytes.h"
+#include "gateway/base/value.h"
+#include "protocols/telegram/checksum.h"
+#include "protocols/telegram/pattern.h"
+
+namespace baudgate::protocols::telegram {
+
+/// What is known of fields beforehand: address, parameters, what was sent.
+using Bound = std::map<std::string, Value, std::less<>>;
+
+/// A size that the telegram itself says.
+struct SizeField {
+  std::size_t at = 0;
+  Format format{};
+  std::size_t plus = 0;
+};
+
+/// How telegrams of one direction are put together.
+struct Form {
+  Pattern pattern;
+  Checksum checksum;
+  std::optional<SizeField> size_at;
+};
+
+struct Match {
+  enum class Kind : std::uint8_t {
+    none,       ///< the bytes are no such telegram, whatever follows
+    need_more,  ///< they may become one
+    whole,
+  } kind = Kind::none;
+  /// Of none: the fixed bytes at its front were there, so that it is a damaged one.
+  bool began = false;
+  bool bad_checksum = false;  ///< of none: all else was right
+  bool other = false;         ///< of whole: it names another device, or repeats what was not sent
+  std::size_t size = 0;
+  std::vector<View> parts{};  ///< by element; views of the bytes
+
+  /// The bytes of the field; empty where the pattern has none of this name.
+  View Of(const Pattern& pattern, std::string_view name) const;
+};
+
+/// At the front of `held`. `idle`: nothing follows any more. `most`: no telegram is longer.
+Match MatchFront(const Form& form, View held, bool idle, std::size_t most, const Bound& known);
+/// All of `bytes`, or none.
+Match MatchAll(const Form& form, View bytes, const Bound& known);
+
+/// What the fields of a match say; numbers that are none have no value.
+Bound ValuesOf(const Form& form, const Match& match);
+
+/// The telegram with these values. Fields that have none are as in `rest`, a telegram of the same
+/// form, or blank without it. The error names the field.
+Result<Bytes> Build(const Form& form, const Bound& values, const Match* rest = nullptr);
+
+}  // namespace baudgate::protocols::telegram

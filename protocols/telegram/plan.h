@@ -1,0 +1,45 @@
+// Which telegrams are sent for a task, one after the other: those that go before, the one that is
+// meant, those that go behind.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <set>
+#include <vector>
+
+#include "protocols/telegram/description.h"
+
+namespace baudgate::protocols::telegram {
+
+class Exchanges {
+ public:
+  /// `description` outlives it.
+  explicit Exchanges(const Description& description) : description_(description) {}
+
+  struct Step {
+    enum class Part : std::uint8_t { before, meant, behind } part = Part::meant;
+    std::size_t telegram = 0;
+  };
+
+  void Begin(std::size_t telegram);
+  bool under_way() const { return at_ < steps_.size(); }
+  std::size_t meant() const { return meant_; }
+  const Step& step() const { return steps_[at_]; }
+
+  /// The step has succeeded. True: another one follows.
+  bool Advance();
+  /// It has failed. True: what closes the exchange is still to be sent.
+  bool Fail();
+  /// What is sent only once is sent again.
+  void Forget() { done_once_.clear(); }
+  void Break() { at_ = steps_.size(); }
+
+ private:
+  const Description& description_;
+  std::size_t meant_ = 0;
+  std::vector<Step> steps_;
+  std::size_t at_ = 0;
+  std::set<std::size_t> done_once_;
+};
+
+}  // namespace baudgate::protocols::telegram

@@ -1,0 +1,31 @@
+// What an answer means, field by field.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <map>
+#include <string>
+
+#include "gateway/base/outcome.h"
+#include "protocols/common/decoded.h"
+#include "protocols/telegram/description.h"
+
+namespace baudgate::protocols::telegram {
+
+struct SaidField {
+  Decoded decoded{};
+  std::string text{};      ///< as it stands there, without the blanks around it
+  bool is_status = false;  ///< no number, and has codes: it says how the others are
+};
+
+struct Reply {
+  Outcome outcome = Outcome::ok;
+  std::string reason{};  ///< empty when ok
+  /// What the status fields say of all others.
+  Quality quality = Quality::good;
+  std::map<std::string, SaidField, std::less<>> fields{};
+};
+
+/// `known`: what the answer has to repeat.
+Reply DecodeReply(const Telegram& telegram, View frame, const Bound& known);
+
+}  // namespace baudgate::protocols::telegram

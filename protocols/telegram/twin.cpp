@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/telegram/twin.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "protocols/telegram/field.h"
+#include "protocols/telegram/settings.h"
+
+namespace baudgate::protocols::telegram {
+namespace {
+
+/// The first text that means this; nothing: none does.
+std::optional<std::string> CodeFor(const Telegram& telegram, const std::string& field,
+                                   Reason reason) {
+  const auto codes = telegram.codes.find(field);
+  if (codes == telegram.codes.end()) return std::nullopt;
+  for (const auto& [code, meaning] : codes->second) {
+    if (meaning->quality.reason == reason) return code;
+  }
+  return std::nullopt;
+}
+
+/// What the field says when it does not say `text`: another code, a good one if there is one.
+Value OtherThan(const Telegram& telegram, const std::string& field, const std::string& text) {
+  Value other;
+  if (const auto codes = telegram.codes.find(field); codes != telegram.codes.end()) {
+    for (const auto& [code, meaning] : codes->second) {
+      if (code == text || meaning->busy || IsBad(meaning->quality)) continue;
+      if (HasValue(other) && !IsGood(meaning->quality)) continue;
+      other = code;
+    }
+  }
+  if (!HasValue(other)) other = std::string(text == "0" ? "1" : "0");
+  return other;
+}
+
+Value WithBits(const Value& whole, const ReadPlace& place, const Value& bits) {
+  const auto* old = std::get_if<std::int64_t>(&whole);
+  std::uint64_t raw = old != nullptr ? static_cast<std::uint64_t>(*old) : 0;
+  const std::uint64_t mask = (place.bits >= 64 ? 0 : std::uint64_t{1} << place.bits) - 1;
+  const double number = ToDouble(bits);
+  const auto wanted = number >= 1 && number < 1e15 ? static_cast<std::uint64_t>(number) & mask : 0;
+  raw = (raw & ~(mask << place.bit)) | wanted << place.bit;
+  return static_cast<std::int64_t>(raw);
+}
+
+}  // namespace
+
+TelegramTwin::TelegramTwin(const config::Device& device, TwinValues& values)
+    : device_(device),
+      values_(values),
+      description_(DescriptionOf(device.options)),
+      bound_(BoundOf(device.options, device.address)) {
+  for (const config::Point& point : device.points) {
+    auto read =
+        point.access != config::Access::write ? ParseRead(point) : Result<ReadPlace>(Error{});
+    auto write = point.access != config::Access::read ? ParseWrite(point) : Result<Call>(Error{});
+    reads_.push_back(read ? std::optional(std::move(*read)) : std::nullopt);
+    writes_.push_back(write ? std::optional(std::move(*write)) : std::nullopt);
+  }
+}
+
+void TelegramTwin::ReplyAs(std::string_view address) { reply_as_ = AddressValue(address); }
+
+bool TelegramTwin::IsForMe(const Bound& sent) const {
+  for (const std::string_view name : {kAddress, kPassword}) {
+    const auto said = sent.find(name);
+    const auto own = bound_.find(name);
+    if (said != sent.end() && own != bound_.end() && !SameValue(said->second, own->second)) {
+      return false;
+    }
+  }
+  return true;
+}
+
+void TelegramTwin::Write(const Telegram& telegram, const Bound& sent) {
+  for (std::size_t i = 0; i < writes_.size(); ++i) {
+    if (!writes_[i] || !IsCallOf(*writes_[i], telegram, sent)) continue;
+    const auto value = sent.find(kValue);
+    values_.Set(i, value == sent.end() ? Value(true) : value->second);
+  }
+}
+
+Bytes TelegramTwin::Answer(View request, Instant now) {
+  const auto sent = description_ ? description_->Recognise(request) : std::nullopt;
+  if (!sent || !IsForMe(sent->values)) return {};
+  const Telegram& telegram = description_->telegrams[sent->telegram];
+  Write(telegram, sent->values);
+  return telegram.receive.empty() ? Bytes() : Compose(telegram, sent->values, now);
+}
+
+void TelegramTwin::PutValue(const Telegram& telegram, const Element& element, std::size_t point,
+                            Instant now, Bound& values) const {
+  const ReadPlace& place = *reads_[point];
+  const Value value = values_.Get(point, now);
+  if (!HasValue(value)) return;
+  if (place.select == ReadPlace::Select::equal) {
+    const Value other = OtherThan(telegram, element.name, place.equal);
+    const bool is_equal = ToDouble(value) != 0;
+    if (is_equal) {
+      values.insert_or_assign(element.name, place.equal);
+    } else {
+      values.insert_or_assign(element.name, other);
+    }
+    return;
+  }
+  if (place.select == ReadPlace::Select::bits) {
+    auto whole = values.find(element.name);
+    if (whole == values.end()) {
+      const auto usual = telegram.example.values.find(element.name);
+      whole = values
+                  .emplace(element.name,
+                           usual == telegram.example.values.end() ? Value{} : usual->second)
+                  .first;
+    }
+    whole->second = WithBits(whole->second, place, value);
+    return;
+  }
+  if (EncodeField(element.format, value)) {
+    values.insert_or_assign(element.name, value);
+  }
+}
+
+Bytes TelegramTwin::Compose(const Telegram& telegram, const Bound& sent, Instant now) const {
+  for (const Form& form : telegram.receive) {
+    const Match usual = MatchAll(form, telegram.example.receive, {});
+    if (usual.kind != Match::Kind::whole) continue;
+    Bound values;
+    std::vector<std::pair<std::size_t, std::string>> codes;  // of values that are none
+    for (std::size_t i = 0; i < form.pattern.elements.size(); ++i) {
+      const Element& element = form.pattern.elements[i];
+      if (!element.is_field() || element.name.empty()) continue;
+      if (const auto repeated = sent.find(element.name); repeated != sent.end()) {
+        values.insert_or_assign(element.name, repeated->second);
+      } else if (const auto own = bound_.find(element.name); own != bound_.end()) {
+        values.insert_or_assign(element.name, own->second);
+      }
+      if (element.name == kAddress && reply_as_) values.insert_or_assign(element.name, *reply_as_);
+      for (std::size_t point = 0; point < reads_.size(); ++point) {
+        const auto& read = reads_[point];
+        if (!read || read->field != element.name || !IsCallOf(read->call, telegram, sent)) continue;
+        const Value value = values_.Get(point, now);
+        const double number = ToDouble(value);
+        const bool is_code =
+            HasValue(value) && element.format.is_number() && !std::isfinite(number);
+        const auto code =
+            CodeFor(telegram, element.name, number < 0 ? Reason::under_range : Reason::over_range);
+        if (is_code && code) {
+          codes.emplace_back(i, *code);
+        } else {
+          PutValue(telegram, element, point, now, values);
+        }
+      }
+    }
+    Match rest = usual;
+    for (const auto& [index, code] : codes) {
+      rest.parts[index] = {reinterpret_cast<const std::uint8_t*>(code.data()), code.size()};
+    }
+    const auto bytes = Build(form, values, &rest);
+    return bytes ? *bytes : Bytes();
+  }
+  return {};
+}
+
+bool TelegramTwin::Raise(const DeviceEvent&, Now now) {
+  if (!description_ || !description_->listens()) return false;
+  constexpr std::size_t kMostSaid = 100;
+  for (const Telegram& telegram : description_->telegrams) {
+    if (telegram.listen && said_.size() < kMostSaid)
+      said_.push_back(Compose(telegram, {}, now.instant));
+  }
+  return true;
+}
+
+Bytes TelegramTwin::Say(Instant) {
+  if (said_.empty()) return {};
+  Bytes next = std::move(said_.front());
+  said_.pop_front();
+  return next;
+}
+
+}  // namespace baudgate::protocols::telegram

@@ -1,0 +1,41 @@
+// A described device that is not there. What no point reads is as in the example of the telegram.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <deque>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "protocols/telegram/points.h"
+#include "protocols/twin.h"
+
+namespace baudgate::protocols::telegram {
+
+class TelegramTwin final : public Twin {
+ public:
+  TelegramTwin(const config::Device& device, TwinValues& values);
+
+  Bytes Answer(View request, Instant now) override;
+  void ReplyAs(std::string_view address) override;
+  bool Raise(const DeviceEvent& event, Now now) override;
+  Bytes Say(Instant now) override;
+
+ private:
+  bool IsForMe(const Bound& sent) const;
+  void Write(const Telegram& telegram, const Bound& sent);
+  Bytes Compose(const Telegram& telegram, const Bound& sent, Instant now) const;
+  void PutValue(const Telegram& telegram, const Element& element, std::size_t point, Instant now,
+                Bound& values) const;
+
+  const config::Device& device_;
+  TwinValues& values_;
+  const std::shared_ptr<const Description> description_;  // null: it never answers
+  const Bound bound_;
+  std::optional<Value> reply_as_;
+  std::vector<std::optional<ReadPlace>> reads_;  // by point
+  std::vector<std::optional<Call>> writes_;
+  std::deque<Bytes> said_;
+};
+
+}  // namespace baudgate::protocols::telegram

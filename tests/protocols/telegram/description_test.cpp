@@ -1,0 +1,213 @@
+// What `check` says of a description: each error with its place, and a sentence for whatever a
+// damaged one holds.
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <random>
+
+#include "tests/protocols/telegram/support.h"
+
+namespace baudgate::protocols::telegram {
+namespace {
+
+constexpr char kGood[] = R"(device: d
+telegrams:
+  weight:
+    send: 'S{address:02d}\r\n'
+    receive: 'S{address:02d} {state:char} {weight:8decimal} {unit:word}{checksum:02X}\r\n'
+    checksum: sum8
+    codes: { state: { 'S': good, 'D': uncertain } }
+    reads: yes
+    example: { send: 'S01\r\n', receive: 'S01 S    12.50 kg8F\r\n', weight: 12.5, unit: kg }
+points:
+  - { name: weight, read: weight.weight, type: float32 }
+)";
+
+std::string Sentences(const config::LoadedProfile& loaded) {
+  std::string text;
+  for (const auto& problem : loaded.problems) text += ToString(problem) + "\n";
+  return text;
+}
+
+TEST(TelegramDescription, AGoodOneHasNoProblem) { EXPECT_EQ(Sentences(LoadText(kGood)), ""); }
+
+struct WrongRow {
+  const char* was;
+  const char* is;
+  const char* says;  ///< with its place
+};
+
+constexpr WrongRow kWrong[] = {
+    {"send: 'S{address:02d}", "send: 'S{address:02q}", "4:22: error: send: '02q' is no format;"},
+    {"send: 'S{address:02d}", "send: 'S{address", "4:13: error: send: '{' without '}'"},
+    {"send: 'S{address:02d}\\r", "send: 'S{address:02d}\\q", "4:26: error: send: unknown escape;"},
+    {"send: 'S{address:02d}\\r\\n'", "send: 'hex 0G'", "4:16: error: send: two hex digits"},
+    {"{weight:8decimal} {unit:word}", "{weight:8decimal} {weight:word}",
+     "5:62: error: receive: field 'weight' stands twice"},
+    {"{unit:word}{checksum", "{unit:text}{tail:text}{checksum",
+     "5:61: error: receive: nothing says where 'unit' ends"},
+    {"{unit:word}{checksum:02X}\\r\\n'", "{checksum:02X}{unit:word}'",
+     "error: receive: nothing says where it ends"},
+    {"checksum: sum8", "checksum: sum9",
+     "6:15: error: checksum: 'sum9' is unknown; did you mean "
+     "'sum8'?"},
+    {"checksum: sum8", "checksum: crc16_modbus", "error: receive: crc16_modbus has 16 bits"},
+    {"    checksum: sum8\n", "", "error: receive: has {checksum}, and 'checksum' names none"},
+    {"'S': good", "'S': goood", "error: codes: 'goood' is unknown; did you mean 'good'?"},
+    {"codes: { state:", "codes: { stat:",
+     "error: codes: 'stat' is no field of the answer; did you "
+     "mean 'state'?"},
+    {"    reads: yes\n", "",
+     "10:5: error: point 'weight' would be polled by telegram 'weight', which may change the "
+     "device: add 'reads: yes'"},
+    {"    example: {", "    exmple: {", "error: telegram 'weight' needs 'example'"},
+    {"send: 'S01\\r\\n', rec", "send: 'T01\\r\\n', rec",
+     "error: example of 'weight': it does not fit from byte 1 on, at 'S'"},
+    {"kg8F\\r", "kg8E\\r",
+     "error: example of 'weight': its checksum is wrong; by 'sum8' it is '8F'"},
+    {"receive: 'S01 S ", "receive: 'S02 S ", "error: example of 'weight': its checksum is wrong"},
+    {"12.50 kg8F\\r\\n', weight: 12.5", "12.50 kg8F\\r\\n', weight: 125",
+     "error: example of 'weight': the answer says 12.5, not 125"},
+    {"unit: kg }", "units: kg }", "error: unknown key 'units' in example of 'weight'"},
+    {"read: weight.weight", "read: wight.weight",
+     "error: point 'weight' has 'read: wight', which is no telegram; did you mean 'weight'?"},
+    {"read: weight.weight", "read: weight.wieght",
+     "error: point 'weight' reads 'wieght', which is no field of the answer to 'weight'; did you "
+     "mean 'weight'?"},
+    {"read: weight.weight", "read: weight",
+     "error: point 'weight': read 'weight': a telegram and a "
+     "field are read"},
+    {"read: weight.weight", "read: weight.unit",
+     "and the field 'unit' is a text: write type: "
+     "string(16)"},
+    {"read: weight.weight", "'read': 'weight(a=1).weight'",
+     "error: point 'weight' gives 'a' to 'weight', which has no such field"},
+    {"    checksum: sum8\n", "    checksum: sum8\n    listen: yes\n",
+     "error: listen: a telegram that comes unasked has no 'send'"},
+    {"    checksum: sum8\n", "    checksum: sum8\n    before: login\n",
+     "7:13: error: before: 'login' is no telegram;"},
+    {"    checksum: sum8\n", "    checksum: sum8\n    pause: soon\n", "7:12: error: pause:"},
+    {"receive: 'S{address:02d}", "receive: '{password:4text}",
+     "error: receive: the password cannot be awaited in an answer"},
+    {"telegrams:\n", "telegrams:\n  all: { ends: '{x}' }\n", "3:16: error: ends: real bytes"},
+};
+
+TEST(TelegramDescription, EveryErrorIsASentenceWithItsPlace) {
+  for (const WrongRow& row : kWrong) {
+    std::string text = kGood;
+    const auto at = text.find(row.was);
+    ASSERT_NE(at, std::string::npos) << row.was;
+    text.replace(at, std::string(row.was).size(), row.is);
+    const config::LoadedProfile loaded = LoadText(text);
+    EXPECT_NE(Sentences(loaded).find(row.says), std::string::npos)
+        << row.is << " gives\n"
+        << Sentences(loaded) << "and not " << row.says;
+  }
+}
+
+TEST(TelegramDescription, AllErrorsAreSaidAtOnce) {
+  std::string text = kGood;
+  text.replace(text.find("sum8"), 4, "sum9");
+  text.replace(text.find("good"), 4, "goood");
+  text.replace(text.find("send: 'S{address:02d}"), 21, "send: 'S{address:02q}");
+  EXPECT_GE(LoadText(text).problems.size(), 3U);
+}
+
+/// Five hundred texts that somebody has damaged: none brings the program down, none is taken for
+/// good without being one, and each error is one line of words.
+TEST(TelegramDescription, EveryMutationGivesSentencesAndNeverACrash) {
+  std::vector<std::string> sources = {kGood};
+  for (const auto& entry : std::filesystem::directory_iterator("config/profiles/telegram")) {
+    std::ifstream file(entry.path());
+    sources.emplace_back(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());
+  }
+  ASSERT_GE(sources.size(), 6U);
+  constexpr std::string_view kPieces[] = {"{",           "}",
+                                          "'",           "\\",
+                                          ":",           "\\x",
+                                          "hex ",        "{address:02X}",
+                                          "{value}",     "{:bytes}",
+                                          "[",           "]",
+                                          "size: 9\n",   "size_at: 2\n",
+                                          "listen: yes", "before: all",
+                                          "99999999999", "-1",
+                                          "\t",          "\xC3\xA9",
+                                          "%s%n",        "checksum",
+                                          "{password}",  "codes: {}"};
+  std::mt19937 random(20261127);
+  int refused = 0;
+  for (int round = 0; round < 500; ++round) {
+    std::string text = sources[random() % sources.size()];
+    for (auto count = 1 + random() % 3; count > 0 && !text.empty(); --count) {
+      const std::size_t at = random() % text.size();
+      const std::size_t length = std::min<std::size_t>(random() % 12, text.size() - at);
+      switch (random() % 4) {
+        case 0:
+          text.erase(at, length);
+          break;
+        case 1:
+          text.insert(at, kPieces[random() % std::size(kPieces)]);
+          break;
+        case 2:
+          text.replace(at, length, kPieces[random() % std::size(kPieces)]);
+          break;
+        default:
+          text.insert(at, text.substr(random() % text.size(), length));
+          break;
+      }
+    }
+    const config::LoadedProfile loaded = LoadText(text);
+    for (const auto& problem : loaded.problems) {
+      const std::string sentence = ToString(problem);
+      EXPECT_FALSE(problem.message.empty());
+      EXPECT_EQ(sentence.find('\n'), std::string::npos) << sentence;
+    }
+    refused += loaded.ok() ? 0 : 1;
+  }
+  EXPECT_GT(refused, 200);
+}
+
+config::Loaded LoadConfig(const std::string& device) {
+  config::Catalog catalog;
+  catalog.protocols["telegram"] = &TelegramProtocol();
+  catalog.profile_dirs = {"config/profiles"};
+  return config::LoadText(
+      "lines:\n  - name: bench\n    port: /dev/null\n    protocol: telegram\n    devices:\n      - "
+      "{ " +
+          device + " }\n",
+      "c.yaml", catalog);
+}
+
+TEST(TelegramConfig, ParametersOfADeviceArePutOverThoseOfItsProfile) {
+  const config::Loaded loaded = LoadConfig(
+      "name: meter, address: 1, profile: scpi-instrument, parameters: { query: \"FETC?\" }");
+  for (const auto& problem : loaded.problems) ADD_FAILURE() << ToString(problem);
+  Talk talk(TelegramProtocol(), loaded.config.lines[0].devices[0]);
+  ASSERT_TRUE(talk.Ask(Poll(0)));
+  EXPECT_EQ(AsText(talk.request().bytes), "*IDN?\n") << "who it is goes first";
+  talk.Reply(Poll(0), ToBytes("HEWLETT-PACKARD,34401A,0,11-5-2\r\n"));
+  EXPECT_EQ(AsText(talk.Ask(Poll(0))->bytes), "FETC?\n");
+}
+
+TEST(TelegramConfig, WhatADeviceLacksIsSaidAtTheDevice) {
+  const config::Loaded loaded = LoadConfig(
+      "name: meter, address: 1, profile: scpi-instrument, parameters: { qury: \"FETC?\" }");
+  std::string said;
+  for (const auto& problem : loaded.problems) said += ToString(problem) + "\n";
+  EXPECT_EQ(said,
+            "c.yaml:6:9: error: device 'meter' has a parameter 'qury', which no telegram has\n");
+}
+
+TEST(TelegramConfig, ASameDescriptionIsTheSameDevice) {
+  const auto options = [](const std::string& device) {
+    return LoadConfig(device).config.lines.at(0).devices.at(0).options;
+  };
+  const std::string sics = "name: a, address: 1, profile: mt-sics";
+  EXPECT_EQ(options(sics), options(sics));
+  EXPECT_FALSE(options(sics) == options("name: a, address: 1, profile: lauda-thermostat"));
+}
+
+}  // namespace
+}  // namespace baudgate::protocols::telegram

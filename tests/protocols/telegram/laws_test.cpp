@@ -1,0 +1,127 @@
+// The laws of frame rules, for the telegrams of the shipped profiles and of descriptions that use
+// what those do not: sizes in the telegram, bytes, check values in binary.
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/telegram/description.h"
+#include "protocols/telegram/expect.h"
+#include "protocols/telegram/frame_rule.h"
+#include "tests/laws/frame_rule_laws.h"
+#include "tests/protocols/telegram/support.h"
+
+namespace baudgate {
+namespace {
+
+using namespace protocols::telegram;  // NOLINT
+
+constexpr char kBinary[] = R"(
+device: d
+telegrams:
+  sized:
+    send: 'hex 10 {address:uint8} 01'
+    receive: 'hex 68 {:1bytes} {address:uint8} {level:int16_le} {:bytes} {checksum:uint16_le}'
+    size_at: 1
+    checksum: crc16_modbus
+    reads: yes
+    example: { send: 'hex 10 01 01', receive: 'hex 68 09 01 10 27 AA BB 45 87', level: 10000 }
+  fixed:
+    send: 'hex 10 {address:uint8} 02'
+    receive: 'hex 05 {address:uint8} {total:bcd3} {flags:uint8} {checksum:uint32_be}'
+    checksum: { kind: crc32, skip: 1 }
+    reads: yes
+    example: { send: 'hex 10 01 02', receive: 'hex 05 01 12 34 56 81 54 6E 45 91', total: 123456 }
+points: []
+)";
+
+config::Device Shipped(const std::string& profile) {
+  config::Catalog catalog;
+  catalog.protocols["telegram"] = &TelegramProtocol();
+  catalog.profile_dirs = {"config/profiles"};  // tests run at the root of the source tree
+  const auto loaded = config::LoadProfile(profile, TelegramProtocol(), catalog);
+  for (const auto& problem : loaded.problems) ADD_FAILURE() << config::ToString(problem);
+  return config::DeviceFromProfile(loaded.profile, TelegramProtocol(), "device", "1");
+}
+
+/// Of the profile's parts text, and noise, without the characters that end a telegram.
+Bytes Noise(std::mt19937& random) {
+  constexpr std::string_view kText = "0123456789.+- SDIgW$,*>#\x02\x80";
+  Bytes bytes(random() % 40);
+  for (auto& byte : bytes) byte = static_cast<std::uint8_t>(kText[random() % kText.size()]);
+  return bytes;
+}
+
+/// What the fields say: a check value in small letters has done no harm.
+std::function<Bytes(View)> EssenceOf(const Expectation& expect) {
+  const auto awaited = std::static_pointer_cast<const Awaited>(expect.forms);
+  return [awaited](View frame) {
+    for (const Form* form : awaited->forms) {
+      const Match match = MatchAll(*form, frame, awaited->known);
+      if (match.kind != Match::Kind::whole) continue;
+      std::string text;
+      for (const auto& [name, value] : ValuesOf(*form, match)) text += name + ToText(value) + ";";
+      return ToBytes(text);
+    }
+    return Bytes();
+  };
+}
+
+bool HasChecksum(const Expectation& expect) {
+  const auto awaited = std::static_pointer_cast<const Awaited>(expect.forms);
+  return std::ranges::all_of(awaited->forms,
+                             [](const Form* form) { return form->checksum.kind != nullptr; });
+}
+
+bool IsMarked(const Expectation& expect) {
+  const auto awaited = std::static_pointer_cast<const Awaited>(expect.forms);
+  return std::ranges::all_of(
+      awaited->forms, [](const Form* form) { return !form->pattern.elements.front().is_field(); });
+}
+
+void AddSubjects(const std::string& name, const config::Device& device,
+                 std::vector<LawSubject>& subjects) {
+  const auto description = DescriptionOf(device.options);
+  const auto add = [&](const std::string& what, Expectation expect, std::vector<Bytes> frames) {
+    LawSubject subject;
+    subject.name = name + what;
+    subject.rule = CutTelegram;
+    subject.expect = std::move(expect);
+    subject.frames = std::move(frames);
+    subject.garbage = Noise;
+    subject.checksum = HasChecksum(subject.expect);
+    subject.found_behind_garbage = IsMarked(subject.expect);
+    if (subject.checksum) subject.essence = EssenceOf(subject.expect);
+    subjects.push_back(std::move(subject));
+  };
+  std::vector<Bytes> sent;
+  std::vector<Bytes> unasked;
+  for (const Telegram& telegram : description->telegrams) {
+    if (telegram.listen) unasked.push_back(telegram.example.receive);
+    if (!telegram.send) continue;
+    sent.push_back(telegram.example.send);
+    if (telegram.receive.empty()) continue;
+    std::string what = telegram.name;
+    std::erase(what, '_');
+    add("To" + what, Expect(telegram.example.send, device.options), {telegram.example.receive});
+  }
+  if (!sent.empty()) add("Requests", Expect({}, device.options), sent);
+  if (!unasked.empty()) add("Unasked", ExpectUnasked(device.options), unasked);
+}
+
+std::vector<LawSubject> Subjects() {
+  std::vector<LawSubject> subjects;
+  AddSubjects("Sics", Shipped("mt-sics"), subjects);
+  AddSubjects("Nmea", Shipped("nmea-0183-weather"), subjects);
+  AddSubjects("Scpi", Shipped("scpi-instrument"), subjects);
+  AddSubjects("Lauda", Shipped("lauda-thermostat"), subjects);
+  AddSubjects("Mv110", Shipped("owen-mv110-8a-telegrams"), subjects);
+  AddSubjects("Binary", Described(kBinary), subjects);
+  return subjects;
+}
+
+using ::testing::ValuesIn;
+INSTANTIATE_TEST_SUITE_P(Telegram, FrameRuleLaws, ValuesIn(Subjects()), LawSubjectName);
+INSTANTIATE_TEST_SUITE_P(Telegram, ChecksumLaws, ValuesIn(WithChecksum(Subjects())),
+                         LawSubjectName);
+INSTANTIATE_TEST_SUITE_P(Telegram, GarbageLaws, ValuesIn(FoundBehindGarbage(Subjects())),
+                         LawSubjectName);
+
+}  // namespace
+}  // namespace baudgate

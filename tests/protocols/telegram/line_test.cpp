@@ -1,0 +1,136 @@
+// Described devices on their lines, under virtual time: what they cost, writes, values that grow
+// old.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/poll/poller.h"
+#include "protocols/dcon/protocol.h"
+#include "tests/protocols/telegram/support.h"
+#include "tests/support/virtual_line.h"
+
+namespace baudgate::protocols::telegram {
+namespace {
+
+config::Device ShippedDevice(const Protocol& protocol, const std::string& profile) {
+  config::Catalog catalog;
+  catalog.protocols[std::string(protocol.name)] = &protocol;
+  catalog.profile_dirs = {"config/profiles"};  // tests run at the root of the source tree
+  const auto loaded = config::LoadProfile(profile, protocol, catalog);
+  for (const auto& problem : loaded.problems) ADD_FAILURE() << config::ToString(problem);
+  return config::DeviceFromProfile(loaded.profile, protocol, "device", "1");
+}
+
+config::Line LineWith(const Protocol& protocol, config::Device device, int baud) {
+  config::Line line;
+  line.name = "line";
+  line.protocol = std::string(protocol.name);
+  line.serial = protocol.serial;
+  line.serial.baud = baud;
+  line.options = device.options;
+  line.devices.push_back(std::move(device));
+  return line;
+}
+
+struct Used {
+  double exchanges = 0;  ///< of a minute
+  double age = 0;        ///< of the first point at each millisecond, on average
+};
+
+/// Polled as fast as the line allows.
+Used UseOf(const Protocol& protocol, const std::string& profile, int baud) {
+  config::Device device = ShippedDevice(protocol, profile);
+  device.poll = 5ms;
+  VirtualLine line(LineWith(protocol, std::move(device), baud), {&protocol});
+  for (std::size_t i = 0; i < 8; ++i) line.twin(0).values.values[i] = 10.5 + static_cast<double>(i);
+  line.keep_sent = false;
+  line.Open();
+  line.RunFor(5s);
+  const auto before = line.StatusOf(0).exchanges;
+  Used used;
+  for (int sample = 0; sample < 6000; ++sample) {
+    line.RunFor(7ms);
+    used.age += std::chrono::duration<double>(line.AgeOf(0, 0).value_or(1h)).count() / 6000;
+  }
+  EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
+  used.exchanges = line.StatusOf(0).exchanges - before;
+  return used;
+}
+
+TEST(TelegramLine, TheMv110CostsWhatItCostsWithItsOwnPlugin) {
+  for (const int baud : {9600, 115200}) {
+    const Used own = UseOf(TelegramProtocol(), "owen-mv110-8a-telegrams", baud);
+    const Used dcon = UseOf(DconProtocol(), "owen-mv110-8a", baud);
+    EXPECT_GT(dcon.exchanges, 100);
+    EXPECT_NEAR(own.exchanges / dcon.exchanges, 1, 0.02) << baud;
+    EXPECT_NEAR(own.age / dcon.age, 1, 0.02) << baud;
+  }
+}
+
+TEST(TelegramLine, AWriteIsSentOnceAndReadBack) {
+  config::Device device = ShippedDevice(TelegramProtocol(), "mt-sics");
+  VirtualLine line(LineWith(TelegramProtocol(), device, 9600), {&TelegramProtocol()});
+  const auto point = [&](const std::string& name) {
+    std::uint32_t index = 0;
+    while (device.points[index].name != name) ++index;
+    return index;
+  };
+  line.twin(0).values.values[point("weight")] = 100.0;
+  line.twin(0).values.values[point("tare_weight")] = 0.0;
+  line.Open();
+  line.RunFor(5s);
+  EXPECT_EQ(line.QualityOf(0, point("weight")), Quality::good);
+  ASSERT_TRUE(line.Write(0, point("tare"), true));
+  line.RunFor(5s);
+  ASSERT_EQ(line.ends.size(), 1U);
+  EXPECT_EQ(line.ends[0], WriteEnd::ok);
+  EXPECT_EQ(line.CountSent("T\r\n"), 1U);
+  line.twin(0).manner.instead = [](View request) -> std::optional<Bytes> {
+    if (AsText(request) == "T\r\n") return Bytes();
+    return std::nullopt;
+  };
+  ASSERT_TRUE(line.Write(0, point("tare"), true));
+  line.RunFor(30s);
+  ASSERT_EQ(line.ends.size(), 2U);
+  EXPECT_EQ(line.ends[1], WriteEnd::unknown) << "nobody knows what became of it";
+  EXPECT_EQ(line.CountSent("T\r\n"), 2U) << "and it is not repeated";
+}
+
+TEST(TelegramLine, WhatIsSaidUnaskedGrowsOldWhenNothingComes) {
+  VirtualLine line(
+      LineWith(TelegramProtocol(), ShippedDevice(TelegramProtocol(), "nmea-0183-weather"), 4800),
+      {&TelegramProtocol()});
+  line.Open();
+  line.RunFor(10s);
+  EXPECT_EQ(line.QualityOf(0, 0), Quality::bad_waiting);
+  const std::string sentence = "$WIMWV,045,R,011.63,N,A*09\r\n";
+  for (int i = 0; i < 5; ++i) {
+    line.Inject(ToBytes(sentence.substr(0, 9)));
+    line.Inject(ToBytes(sentence.substr(9)), 5ms);
+    line.RunFor(1s);
+    EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
+    EXPECT_NEAR(ToDouble(line.ValueOf(0, 1)), 11.63, 1e-5);
+  }
+  EXPECT_TRUE(line.sent.empty()) << "nothing is ever sent";
+  line.RunFor(8s);
+  EXPECT_FALSE(IsGood(line.QualityOf(0, 0))) << "three times its poll";
+}
+
+TEST(TelegramLine, APauseIsKeptBeforeTheTelegramThatWantsIt) {
+  const config::Device device = Described(R"(
+device: d
+telegrams:
+  wake: { send: '\x00', reads: yes, example: { send: '\x00' } }
+  value: { send: 'V\r', receive: '={value:+decimal}\r', reads: yes, before: wake, pause: 200ms, example: { send: 'V\r', receive: '=+5\r', value: 5 } }
+points: [ { name: value, read: value.value, type: float32 } ]
+)");
+  VirtualLine line(LineWith(TelegramProtocol(), device, 9600), {&TelegramProtocol()});
+  line.twin(0).values.values[0] = 5.0;
+  line.Open();
+  line.RunFor(900ms);
+  ASSERT_GE(line.sent.size(), 2U);
+  EXPECT_EQ(line.sent[0].text, std::string(1, '\0'));
+  EXPECT_EQ(line.sent[1].text, "V\r");
+  EXPECT_GE(line.sent[1].at - line.sent[0].at, Duration(200ms));
+  EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
+}
+
+}  // namespace
+}  // namespace baudgate::protocols::telegram

@@ -1,0 +1,62 @@
+// Described devices in tests.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "config/loader.h"
+#include "gateway/base/text.h"
+#include "gateway/line/assembler.h"
+#include "protocols/telegram/protocol.h"
+#include "tests/support/talk.h"
+
+namespace baudgate::protocols::telegram {
+
+/// `text` as a profile; its problems are the test's to look at.
+inline config::LoadedProfile LoadText(const std::string& text) {
+  config::Catalog catalog;
+  catalog.protocols["telegram"] = &TelegramProtocol();
+  return config::LoadProfileText(text, "p.yaml", "p", TelegramProtocol(), catalog);
+}
+
+/// A device of the profile `text`, which has to be good.
+inline config::Device Described(const std::string& text, const Settable& options = {},
+                                const std::string& address = "1") {
+  const config::LoadedProfile loaded = LoadText(text);
+  for (const auto& problem : loaded.problems) ADD_FAILURE() << config::ToString(problem);
+  config::Device device =
+      config::DeviceFromProfile(loaded.profile, TelegramProtocol(), "device", address);
+  for (const auto& [name, value] : options) device.options.Set(name, value);
+  return device;
+}
+
+/// What a conversation makes of `stream`, the bytes that come for `request`: of the first frame.
+inline Answer Heard(const Protocol& protocol, const config::Device& device, View request,
+                    View stream) {
+  Assembler assembler;
+  assembler.Begin(protocol.reply_rule, protocol.expect(request, device.options));
+  assembler.Feed(stream);
+  auto frame = assembler.Next(false);
+  if (!frame) frame = assembler.Next(true);
+  if (!frame) return {assembler.blame()};
+  const auto bus = MakeBus(protocol);
+  return protocol.make_conversation(device, bus.get())->Interpret(request, *frame);
+}
+
+/// "weight 100 good; unit g good" of the points that were read.
+inline std::string Said(const config::Device& device, const Answer& answer) {
+  std::string text;
+  for (const Reading& reading : answer.readings) {
+    if (reading.point >= device.points.size()) continue;
+    const std::string value = ToText(reading.value);
+    text += (text.empty() ? "" : "; ") + device.points[reading.point].name + " " + value +
+            (value.empty() ? "" : " ") + Name(reading.quality);
+  }
+  return answer.outcome == Outcome::ok ? text : std::string(Name(answer.outcome));
+}
+
+}  // namespace baudgate::protocols::telegram
