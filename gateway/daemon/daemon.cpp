@@ -130,6 +130,9 @@ Status Daemon::Impl::OpenRecords() {
 
 void Daemon::Impl::MakeLines() {
   Lines::Links links{{}, records.memory(), records.events()};
+  if (WritePath* const writes = records.writes()) {
+    links.loans = {&writes->log(), config.audit == config::Audit::require};
+  }
   if (const auto folder = Recordings::FolderOf(config); !folder.empty()) {
     recordings = std::make_unique<Recordings>(
         folder, kVersion, [](const std::string& trouble) { log::Warn("{}", trouble); });
@@ -191,7 +194,7 @@ Status Daemon::Impl::StartModbus() {
   if (!config.modbus.enabled) return {};
   modbus::ModbusLinks links;
   links.lines = Targets();
-  links.rtu = catalog.RtuProtocol();
+  links.frames = {catalog.FramesOf(modbus::Framing::rtu), catalog.FramesOf(modbus::Framing::ascii)};
   if (records.writes() != nullptr) links.writes = &records.writes()->log();
   if (records.events() != nullptr) {
     links.events = records.events()->feed();

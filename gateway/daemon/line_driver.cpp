@@ -23,12 +23,16 @@ constexpr Duration kCountErrorsEvery = 1s;
 /// but not for longer.
 constexpr Duration kPatience = 1s;
 
+Duration ReplyTime(const config::Line& line, const Poller::FindProtocol& find) {
+  return *config::Resolve(line.timing, find(line.protocol).timing(line.serial)).reply;
+}
+
 }  // namespace
 
 LineDriver::LineDriver(const config::Line& line, std::uint32_t first_device,
                        const Poller::FindProtocol& find, PointStore& store, Transport& port,
                        PortRetries& retries, LineRecorder::Sink recordings, DeviceMemory* memory,
-                       EventSink* events)
+                       EventSink* events, const LoanRecords& loans)
     : config_(line),
       first_device_(first_device),
       store_(store),
@@ -46,6 +50,7 @@ LineDriver::LineDriver(const config::Line& line, std::uint32_t first_device,
               applied_ = nullptr;
               Send(bytes, hand_serial_);
             }),
+      loan_({line, store, port, news_, loans, ReplyTime(line, find)}, *this),
       listens_(find(line.protocol).unasked) {
   poller_.Attach(recorder_);
 }
@@ -70,6 +75,7 @@ void LineDriver::Stop(Now now, std::function<void()> stopped) {
   now_ = now;
   stopping_ = true;
   lent_until_.reset();
+  loan_.OnClosed("the gateway stops", now);
   AfterTheWrite([this, stopped = std::move(stopped)] {
     ClosePort();
     hand_.OnClosed("the gateway stops");
@@ -170,6 +176,7 @@ void LineDriver::Lost(const std::string& reason) {
   check_at_.reset();
   look_at_.reset();
   hand_.OnClosed("the port was lost");
+  loan_.OnClosed("the port is lost: " + reason, now_);
   poller_.OnClosed(now_);
   if (connection_ == Connection::proven) return Down(reason);
   connection_ = Connection::useless;
@@ -228,6 +235,7 @@ void LineDriver::CountErrors() {
     status.parity_errors = errors.parity;
     status.framing_errors = errors.framing;
     status.overruns = errors.overrun;
+    status.modem = port_.ReadModemLines();
   });
 }
 
@@ -256,7 +264,9 @@ void LineDriver::Release(Duration time, Now now) {
 
 void LineDriver::TakeBack(Now now) {
   now_ = now;
+  loan_.TakeBack("the line was taken back", now);
   EndLoan();
+  Settle();
 }
 
 void LineDriver::AfterTheWrite(std::function<void()> then) {
@@ -272,6 +282,7 @@ void LineDriver::GoOn() {
 }
 
 void LineDriver::Lend(Duration time) {
+  loan_.OnClosed("the port is released to another program", now_);
   lent_until_ = now_.instant + time;
   out_of_service_ = true;
   open_ = false;
@@ -293,6 +304,62 @@ void LineDriver::EndLoan() {
   port_.Open();
 }
 
+// ---------------------------------------------------------------- the port, lent over the network
+
+void LineDriver::Want(serial_server::PortUser& user, const serial_server::Visit& visit, Now now) {
+  now_ = now;
+  loan_.Want(user, visit, now);
+  Settle();
+}
+
+void LineDriver::Return(serial_server::PortUser& user, const serial_server::Visit& visit,
+                        const std::string& why, Now now) {
+  now_ = now;
+  loan_.Return(user, visit, why, now);
+  Settle();
+}
+
+void LineDriver::Dismiss(serial_server::PortUser& user, const std::string& why, Now now) {
+  now_ = now;
+  loan_.Dismiss(user, why, now);
+  Settle();
+}
+
+std::string LineDriver::WhyNot() const {
+  if (stopping_) return "the gateway stops";
+  if (lent_until_) return "the port is released to another program";
+  return port_.is_open() ? std::string() : "the port is not open: " + shown_;
+}
+
+bool LineDriver::Quiet(Now) { return !hand_.is_busy() && poller_.Pause(); }
+
+void LineDriver::OnLent(const std::string& text, WallTime until, Now now) {
+  now_ = now;
+  out_of_service_ = true;
+  open_ = false;
+  check_at_.reset();
+  hand_.OnClosed("the port is lent to a client");
+  poller_.OnClosed(now, Quality::bad_out_of_service);
+  ShowPort(LineStatus::Port::released, text, until);
+}
+
+void LineDriver::OnReturned(Now now) {
+  now_ = now;
+  out_of_service_ = false;
+  open_ = true;
+  applied_ = &config_.serial;
+  opened_ = now.instant;
+  if (config_.is_network()) check_at_ = now.instant + kGreeting;
+  ShowPort(LineStatus::Port::open, port_.Describe());
+  poller_.OnOpened(now, port_.KeepsBitRate());
+}
+
+void LineDriver::OnPortFailed(const std::string& reason, Now now) {
+  now_ = now;
+  port_.Close();
+  Lost(reason);
+}
+
 // ---------------------------------------------------------------- bytes, calls and time
 
 void LineDriver::OnBytes(View bytes, Now now) {
@@ -300,6 +367,7 @@ void LineDriver::OnBytes(View bytes, Now now) {
   rest_.OnBytes();
   if (connection_ == Connection::fresh) connection_ = Connection::heard;
   if (connection_ == Connection::heard && now.instant - opened_ >= kGreeting) Prove();
+  if (loan_.OnBytes(bytes, now)) return Settle();
   if (!hand_.OnBytes(bytes, now)) poller_.OnBytes(bytes, now);
   Settle();
 }
@@ -368,6 +436,7 @@ void LineDriver::OnTimer(Now now) {
   if (is_due(lent_until_)) EndLoan();
   if (is_due(check_at_)) CheckConnection();
   if (is_due(look_at_)) LookAtPort();
+  if (is_due(loan_.Deadline())) loan_.OnTimer(now);
   if (is_due(hand_.Deadline())) hand_.OnTimer(now);
   if (is_due(poller_.Deadline())) poller_.OnTimer(now);
   Settle();
@@ -376,12 +445,13 @@ void LineDriver::OnTimer(Now now) {
 /// At the end of every input.
 void LineDriver::Settle() {
   if (after_write_ && !poller_.IsWriting()) GoOn();
-  hand_.Settle(now_);
+  if (!loan_.Settle(now_)) hand_.Settle(now_);
 }
 
 std::optional<Instant> LineDriver::Deadline() const {
   std::optional<Instant> soonest = poller_.Deadline();
-  for (const auto& at : {check_at_, look_at_, lent_until_, patience_until_, hand_.Deadline()}) {
+  for (const auto& at :
+       {check_at_, look_at_, lent_until_, patience_until_, hand_.Deadline(), loan_.Deadline()}) {
     if (at && (!soonest || *at < *soonest)) soonest = at;
   }
   return soonest;

@@ -14,6 +14,7 @@
 #include "config/model/line.h"
 #include "gateway/daemon/hand_desk.h"
 #include "gateway/daemon/news_desk.h"
+#include "gateway/daemon/port_loan.h"
 #include "gateway/daemon/rest.h"
 #include "gateway/poll/poller.h"
 #include "gateway/requests/commands.h"
@@ -27,7 +28,7 @@
 namespace baudgate {
 
 /// One thread at a time, but recorder() and is_open(). `now` never goes back.
-class LineDriver final : private PollerListener {
+class LineDriver final : private PollerListener, private PortLoan::Line {
  public:
   /// All references outlive the driver. `port` is closed; what it tells its listener goes to the
   /// functions of the same names here. `retries` opens the port again after OnDown. Without
@@ -36,7 +37,7 @@ class LineDriver final : private PollerListener {
   LineDriver(const config::Line& line, std::uint32_t first_device, const Poller::FindProtocol& find,
              PointStore& store, Transport& port, PortRetries& retries,
              LineRecorder::Sink recordings, DeviceMemory* memory = nullptr,
-             EventSink* events = nullptr);
+             EventSink* events = nullptr, const LoanRecords& loans = {});
 
   void Start(Now now);
   /// Closes the port, once the write under way has ended, and answers what is queued; then calls
@@ -49,6 +50,15 @@ class LineDriver final : private PollerListener {
   void OnBytes(View bytes, Now now);
   void OnLost(const std::string& reason, Now now);
   void OnEnded(const std::string& reason, Now now);
+  void OnRoom() { loan_.OnRoom(); }
+
+  // From the servers of its port: see PortOwner and PortLoan.
+  void Want(serial_server::PortUser& user, const serial_server::Visit& visit, Now now);
+  void Return(serial_server::PortUser& user, const serial_server::Visit& visit,
+              const std::string& why, Now now);
+  /// Its server ends.
+  void Dismiss(serial_server::PortUser& user, const std::string& why, Now now);
+  PortLoan& loan() { return loan_; }
 
   /// To be called at Deadline(); earlier does nothing.
   void OnTimer(Now now);
@@ -104,6 +114,13 @@ class LineDriver final : private PollerListener {
     if (events_ != nullptr) events_->OnRead(device, points, at);
   }
 
+  // See PortLoan.
+  std::string WhyNot() const override;
+  bool Quiet(Now now) override;
+  void OnLent(const std::string& text, WallTime until, Now now) override;
+  void OnReturned(Now now) override;
+  void OnPortFailed(const std::string& reason, Now now) override;
+
   void Recall();
   void Announce();
   std::uint64_t Answers() const;
@@ -136,6 +153,7 @@ class LineDriver final : private PollerListener {
   Poller poller_;
   config::SerialSettings hand_serial_;  // of the telegram by hand that was sent last
   HandDesk hand_;
+  PortLoan loan_;
   Now now_{};                                        // of the input that is being handled
   std::optional<Instant> check_at_;                  // of a network connection
   std::optional<Instant> lent_until_;                // the port, to another program

@@ -5,17 +5,23 @@ namespace baudgate {
 
 LineRunner::LineRunner(asio::io_context& loop, const config::Line& line, std::uint32_t first_device,
                        const Poller::FindProtocol& find, PointStore& store,
-                       LineRecorder::Sink recordings, DeviceMemory* memory, EventSink* events)
+                       LineRecorder::Sink recordings, DeviceMemory* memory, EventSink* events,
+                       const LoanRecords& loans)
     : io_(loop),
       timer_(loop),
       keeper_(loop, line.port, [this] { transport_->Open(); }),
       transport_(MakeTransport(line, loop, *this)),
       driver_(line, first_device, find, store, *transport_, keeper_, std::move(recordings), memory,
-              events) {}
+              events, loans),
+      config_(line),
+      offer_end_(loop) {}
 
 void LineRunner::Start() {
   started_ = true;
-  Post([this](Now now) { driver_.Start(now); });
+  Post([this](Now now) {
+    Serve();
+    driver_.Start(now);
+  });
 }
 
 void LineRunner::RequestStop() {
@@ -23,6 +29,9 @@ void LineRunner::RequestStop() {
   Post([this](Now now) {
     driver_.Stop(now, [this] {
       timer_.cancel();
+      offer_end_.cancel();
+      server_.reset();
+      offered_.reset();
       // What was ready before, or is cancelled by this, stands before these two in the loop's
       // queue.
       asio::post(io_, [this] { asio::post(io_, [stopped = stopped_] { stopped->set_value(); }); });
@@ -97,7 +106,62 @@ void LineRunner::Release(Duration time) {
 }
 
 void LineRunner::TakeBack() {
-  Post([this](Now now) { driver_.TakeBack(now); });
+  Post([this](Now now) {
+    Withdraw(now);
+    driver_.TakeBack(now);
+  });
+}
+
+// ---------------------------------------------------------------- clients of its port
+
+void LineRunner::Serve() {
+  const config::PortServer* const server = config_.server();
+  if (server == nullptr) return;
+  using serial_server::Server;
+  const auto use = config_.serial_server ? Server::Use::served : Server::Use::lent;
+  driver_.loan().Offer(*server, WallTime::max());
+  server_ = std::make_unique<Server>(io_, *server, use, config_.name, *this);
+  server_->Start();
+}
+
+void LineRunner::Offer(config::PortServer server, Duration time) {
+  Post([this, server = std::move(server), time](Now now) {
+    Withdraw(now);
+    using serial_server::Server;
+    offer_ = server;
+    driver_.loan().Offer(offer_, now.wall + time);
+    offered_ = std::make_unique<Server>(io_, offer_, Server::Use::lent, config_.name, *this);
+    offered_->Start();
+    offer_end_.expires_at(now.instant + time);
+    offer_end_.async_wait([this](const asio::error_code& error) {
+      if (error) return;
+      Withdraw(ReadClocks());
+      Arm();
+    });
+  });
+}
+
+void LineRunner::Withdraw(Now now) {
+  if (!offered_) return;
+  offer_end_.cancel();
+  driver_.Dismiss(*offered_, "the time of the loan is over", now);
+  offered_.reset();
+  driver_.loan().Offer(offer_, WallTime{});
+}
+
+void LineRunner::Want(serial_server::PortUser& user, const serial_server::Visit& visit, Now now) {
+  driver_.Want(user, visit, now);
+  Arm();
+}
+
+void LineRunner::Return(serial_server::PortUser& user, const serial_server::Visit& visit,
+                        const std::string& why, Now now) {
+  driver_.Return(user, visit, why, now);
+  Arm();
+}
+
+void LineRunner::OnListening(const std::string& place, const std::string& trouble, Now now) {
+  driver_.loan().OnListening(place, trouble, now);
 }
 
 void LineRunner::OnOpened() {

@@ -16,16 +16,19 @@
 
 #include "gateway/daemon/line_driver.h"
 #include "gateway/requests/command_room.h"
+#include "gateway/serial_server/server.h"
 
 namespace baudgate {
 
-class LineRunner final : public RouteTarget, private TransportListener {
+class LineRunner final : public RouteTarget,
+                         private TransportListener,
+                         private serial_server::PortOwner {
  public:
   /// All references outlive the runner. Nothing happens before Start.
   LineRunner(asio::io_context& loop, const config::Line& line, std::uint32_t first_device,
              const Poller::FindProtocol& find, PointStore& store,
              LineRecorder::Sink recordings = {}, DeviceMemory* memory = nullptr,
-             EventSink* events = nullptr);
+             EventSink* events = nullptr, const LoanRecords& loans = {});
   /// Stopped, if it was started: the loop must not have ended before.
   ~LineRunner() override { Stop(); }
 
@@ -57,6 +60,7 @@ class LineRunner final : public RouteTarget, private TransportListener {
 
   // See LineControl; from any thread, done soon after.
   void Release(Duration time);
+  void Offer(config::PortServer server, Duration time);
   void TakeBack();
   void SetInUse(std::uint32_t device, bool in_use);
   /// From any thread, as long as the runner lives.
@@ -72,6 +76,15 @@ class LineRunner final : public RouteTarget, private TransportListener {
   void OnBytes(View bytes) override;
   void OnLost(const std::string& reason) override;
   void OnEnded(const std::string& reason) override;
+  void OnRoom() override { driver_.OnRoom(); }
+
+  // From the servers of its port.
+  void Want(serial_server::PortUser& user, const serial_server::Visit& visit, Now now) override;
+  void Return(serial_server::PortUser& user, const serial_server::Visit& visit,
+              const std::string& why, Now now) override;
+  void OnListening(const std::string& place, const std::string& trouble, Now now) override;
+  void Serve();
+  void Withdraw(Now now);
 
   /// Calls `call` with the time on the loop.
   template <typename Call>
@@ -89,6 +102,11 @@ class LineRunner final : public RouteTarget, private TransportListener {
   PortKeeper keeper_;               // while the port is down
   const std::unique_ptr<Transport> transport_;
   LineDriver driver_;
+  const config::Line& config_;
+  std::unique_ptr<serial_server::Server> server_;   // as configured; null: there is none
+  std::unique_ptr<serial_server::Server> offered_;  // by hand, for a while; null: there is none
+  config::PortServer offer_;                        // where that is
+  asio::steady_timer offer_end_;
   CommandRoom queued_{Poller::kQueueLimit};  // for commands handed over and not yet answered
   std::atomic<std::size_t> routed_ = 0;      // routed requests, alike
   std::atomic<WallTime> stuck_since_ = WallTime{};

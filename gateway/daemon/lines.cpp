@@ -23,7 +23,8 @@ Lines::Lines(PointStore& store, const config::Catalog& catalog, std::size_t loop
     : store_(store),
       catalog_(catalog),
       find_([&catalog](const std::string& name) -> const Protocol& {
-        return *catalog.FindProtocol(name);
+        static constexpr Protocol kNone;  // of a line that only clients of its port use
+        return name.empty() ? kNone : *catalog.FindProtocol(name);
       }) {
   while (shared_.size() < loops) {
     const std::string name = fmt::format("lines {}", shared_.size() + 1);
@@ -63,7 +64,7 @@ void Lines::Add(std::shared_ptr<const config::Line> line, std::shared_ptr<LoopTh
   for (std::size_t i = 0; i < place.config->devices.size(); ++i) line_of_.Append(number);
   place.slot.Put(std::make_unique<LineRunner>(LoopFor(place), *place.config, first_device, find_,
                                               store_, links_.recordings, links_.memory,
-                                              links_.events));
+                                              links_.events, links_.loans));
 }
 
 void Lines::Start() {
@@ -228,6 +229,10 @@ const Protocol* Lines::FindProtocol(const std::string& name) const {
 
 void Lines::Release(std::uint32_t line, Duration time) {
   at(line).With([time](LineRunner& runner) { runner.Release(time); });
+}
+
+void Lines::Offer(std::uint32_t line, config::PortServer server, Duration time) {
+  at(line).With([&](LineRunner& runner) { runner.Offer(std::move(server), time); });
 }
 
 void Lines::TakeBack(std::uint32_t line) {

@@ -35,6 +35,7 @@ class Lines final : public CommandSink, public LineControl {
     LineRecorder::Sink recordings{};
     DeviceMemory* memory = nullptr;
     EventSink* events = nullptr;
+    LoanRecords loans{};
   };
   /// `loops`: so many threads for lines that never block (placement.h), at least one. All
   /// references outlive it; lines have the numbers of the store.
@@ -81,6 +82,7 @@ class Lines final : public CommandSink, public LineControl {
   bool Submit(WriteCommand command) override;
   void OnDenied(const DeniedWrite& denied) override;
   void Release(std::uint32_t line, Duration time) override;
+  void Offer(std::uint32_t line, config::PortServer server, Duration time) override;
   void TakeBack(std::uint32_t line) override;
   void SetInUse(std::uint32_t device, bool in_use) override;
   const Protocol* FindProtocol(const std::string& name) const override;

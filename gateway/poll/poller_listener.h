@@ -35,6 +35,7 @@ struct News {
     port_lent,
     collisions,  ///< another master is on the line
     ring_open,
+    port_served,  ///< a client has it
   };
   What what = What::no_answer;
   bool over = false;                      ///< it was told before, and has ended
