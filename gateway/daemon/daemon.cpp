@@ -120,8 +120,8 @@ double Daemon::Impl::MakeRoomFor(const config::Config& its_config) {
 Status Daemon::Impl::OpenRecords() {
   const Records::Links links{
       store, lines, [this](std::uint32_t device, const std::string& said, bool reported) {
-        lines.OfDevice(device).With(
-            [&](LineRunner& runner) { runner.OnEventsKept(device, said, reported); });
+        lines.OfDevice(device).Post(
+            [=](LineParts& line, Now now) { line.OnEventsKept(device, said, reported, now); });
       }};
   if (NeedsState(config, catalog)) return records.Open(config, links);
   records.OpenAlarms(config, links);
@@ -129,7 +129,7 @@ Status Daemon::Impl::OpenRecords() {
 }
 
 void Daemon::Impl::MakeLines() {
-  Lines::Links links{{}, records.memory(), records.events()};
+  LineParts::Links links{{}, records.memory(), records.events()};
   if (const auto folder = Recordings::FolderOf(config); !folder.empty()) {
     recordings = std::make_unique<Recordings>(
         folder, kVersion, [](const std::string& trouble) { log::Warn("{}", trouble); });

@@ -1,6 +1,6 @@
 // Runs one line for real on an event loop that it may share with other lines: joins a transport and
-// the clocks with line_driver.h, which holds the rules. On a shared loop nothing here blocks; a
-// local serial port, whose driver may, gets a loop of its own (placement.h).
+// the clocks with the parts of the line (line_parts.h), which hold the rules. On a shared loop
+// nothing here blocks; a local serial port, whose driver may, gets a loop of its own (placement.h).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,8 +14,9 @@
 #include <string>
 #include <utility>
 
-#include "gateway/daemon/line_driver.h"
+#include "gateway/daemon/line_parts.h"
 #include "gateway/requests/command_room.h"
+#include "gateway/requests/routed.h"
 
 namespace baudgate {
 
@@ -23,9 +24,7 @@ class LineRunner final : public RouteTarget, private TransportListener {
  public:
   /// All references outlive the runner. Nothing happens before Start.
   LineRunner(asio::io_context& loop, const config::Line& line, std::uint32_t first_device,
-             const Poller::FindProtocol& find, PointStore& store,
-             LineRecorder::Sink recordings = {}, DeviceMemory* memory = nullptr,
-             EventSink* events = nullptr);
+             const Poller::FindProtocol& find, PointStore& store, LineParts::Links links = {});
   /// Stopped, if it was started: the loop must not have ended before.
   ~LineRunner() override { Stop(); }
 
@@ -55,16 +54,14 @@ class LineRunner final : public RouteTarget, private TransportListener {
   bool Submit(RoutedRequest request) override;
   void Forget(std::uint64_t client) override;
 
-  // See LineControl; from any thread, done soon after.
-  void Release(Duration time);
-  void TakeBack();
-  void SetInUse(std::uint32_t device, bool in_use);
-  /// From any thread, as long as the runner lives.
-  void OnEventsKept(std::uint32_t device, std::string said, bool reported);
-  void OnHostClock(bool right);
-  LineRecorder& recorder() { return driver_.recorder(); }
+  /// Calls `call` with the parts of the line and the time on the loop, soon; from any thread.
+  template <typename Call>
+  void Post(Call call) {
+    asio::post(io_, [this, call = std::move(call)]() mutable { Handle(std::move(call)); });
+  }
 
-  bool is_open() const { return driver_.is_open(); }
+  LineRecorder& recorder() { return line_.recorder; }    // any thread may read it
+  bool is_open() const { return line_.port.is_open(); }  // from any thread
 
  private:
   void OnOpened() override;
@@ -73,13 +70,13 @@ class LineRunner final : public RouteTarget, private TransportListener {
   void OnLost(const std::string& reason) override;
   void OnEnded(const std::string& reason) override;
 
-  /// Calls `call` with the time on the loop.
+  /// One input of the line, on its loop.
   template <typename Call>
-  void Post(Call call) {
-    asio::post(io_, [this, call = std::move(call)]() mutable {
-      call(ReadClocks());
-      Arm();
-    });
+  void Handle(Call call) {
+    const Now now = ReadClocks();
+    call(line_, now);
+    line_.Settle(now);
+    Arm();
   }
   void Arm();
 
@@ -88,7 +85,7 @@ class LineRunner final : public RouteTarget, private TransportListener {
   Instant armed_ = Instant::max();  // when the timer ends; max: it does not run
   PortKeeper keeper_;               // while the port is down
   const std::unique_ptr<Transport> transport_;
-  LineDriver driver_;
+  LineParts line_;
   CommandRoom queued_{Poller::kQueueLimit};  // for commands handed over and not yet answered
   std::atomic<std::size_t> routed_ = 0;      // routed requests, alike
   std::atomic<WallTime> stuck_since_ = WallTime{};
