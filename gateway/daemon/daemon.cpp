@@ -120,8 +120,8 @@ double Daemon::Impl::MakeRoomFor(const config::Config& its_config) {
 Status Daemon::Impl::OpenRecords() {
   const Records::Links links{
       store, lines, [this](std::uint32_t device, const std::string& said, bool reported) {
-        lines.OfDevice(device).With(
-            [&](LineRunner& runner) { runner.OnEventsKept(device, said, reported); });
+        lines.OfDevice(device).Post(
+            [=](LineParts& line, Now now) { line.OnEventsKept(device, said, reported, now); });
       }};
   if (NeedsState(config, catalog)) return records.Open(config, links);
   records.OpenAlarms(config, links);
@@ -129,7 +129,7 @@ Status Daemon::Impl::OpenRecords() {
 }
 
 void Daemon::Impl::MakeLines() {
-  Lines::Links links{{}, records.memory(), records.events()};
+  LineParts::Links links{{}, records.memory(), records.events()};
   if (WritePath* const writes = records.writes()) {
     links.loans = {&writes->log(), config.audit == config::Audit::require};
   }
@@ -194,7 +194,8 @@ Status Daemon::Impl::StartModbus() {
   if (!config.modbus.enabled) return {};
   modbus::ModbusLinks links;
   links.lines = Targets();
-  links.frames = {catalog.FramesOf(modbus::Framing::rtu), catalog.FramesOf(modbus::Framing::ascii)};
+  links.frames = {catalog.FramesOf(modbus::Framing::rtu),
+                  catalog.FramesOf(modbus::Framing::ascii)};
   if (records.writes() != nullptr) links.writes = &records.writes()->log();
   if (records.events() != nullptr) {
     links.events = records.events()->feed();

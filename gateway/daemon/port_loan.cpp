@@ -44,7 +44,7 @@ void PortLoan::Want(PortUser& user, const Visit& visit, Now now) {
   if (!why_not.empty()) {
     log::WarnFolded(links_.config.name + " wanted", "line {}: client {} does not get the port: {}",
                     links_.config.name, visit.client, why_not);
-    return user.TakeBack(why_not, now);
+    return user.TakeBack(now);
   }
   user_ = &user;
   visit_ = visit;
@@ -56,7 +56,7 @@ void PortLoan::Want(PortUser& user, const Visit& visit, Now now) {
 
 bool PortLoan::Settle(Now now) {
   const bool late = now.instant - wanted_at_ >= kLongestWait;
-  if (state_ == State::wanted && (line_.Quiet(now) || late)) HandOver(now);
+  if (state_ == State::wanted && (line_.Quiet() || late)) HandOver(now);
   return state_ == State::wanted;
 }
 
@@ -83,7 +83,7 @@ void PortLoan::HandOver(Now now) {
     const Duration time = TimeOf(visit_);
     until_ = now.instant + time;
     line_.OnLent("lent to " + who, now.wall + time, now);
-    links_.news.Tell({News::What::port_lent, false, {}, who}, now);
+    links_.news.OnNews({News::What::port_lent, false, {}, who}, now);
     if (links_.records.log != nullptr) {
       audit::BeginLoan(
           *links_.records.log, {links_.config.name, visit_.client, now},
@@ -91,7 +91,7 @@ void PortLoan::HandOver(Now now) {
     }
   } else {
     until_ = Instant::max();
-    links_.news.Tell({News::What::port_served, false, {}, who}, now);
+    links_.news.OnNews({News::What::port_served, false, {}, who}, now);
   }
   log::Info({.line = links_.config.name}, "{} has the port", who);
   PortUser& user = *user_;
@@ -115,7 +115,7 @@ void PortLoan::TakeBack(const std::string& why, Now now) {
   user_ = nullptr;
   state_ = State::free;
   if (held) Tell(visit, why, now);
-  user.TakeBack(why, now);
+  user.TakeBack(now);
   if (held && user_ == nullptr) Restore(now);
 }
 
@@ -126,7 +126,7 @@ void PortLoan::OnClosed(const std::string& reason, Now now) {
   const Visit visit = user.visit();
   user_ = nullptr;
   if (std::exchange(state_, State::free) == State::held) Tell(visit, reason, now);
-  user.TakeBack(reason, now);
+  user.TakeBack(now);
 }
 
 /// Everybody who should know that a client has the port no more.
@@ -141,7 +141,7 @@ void PortLoan::Tell(const Visit& visit, const std::string& why, Now now) {
                    why + "; " + BytesOf(visit), now);
   }
   const auto what = lends() ? News::What::port_lent : News::What::port_served;
-  links_.news.Tell({what, true, {}, visit.client + ": " + text}, now);
+  links_.news.OnNews({what, true, {}, visit.client + ": " + text}, now);
   links_.store.UpdateLine(links_.store.LineIndex(links_.config), [&](LineStatus& status) {
     PortService* const service = ServiceAt(status, visit.place);
     if (service == nullptr) return;

@@ -1,6 +1,6 @@
 // The port of a line in the hands of a client over the network: when it is handed over, how long
-// the client has it, and when the line may go on. Of gateway/daemon/line_driver.h; clients come in
-// at gateway/serial_server/server.h.
+// the client has it, and when the line may go on. A part of gateway/daemon/line_parts.h; clients
+// come in at gateway/serial_server/server.h.
 //
 //   free → wanted (the exchange under way ends) → held → rests (until the bus is silent) → free
 //
@@ -14,7 +14,7 @@
 
 #include "config/model/line.h"
 #include "gateway/audit/write_log.h"
-#include "gateway/daemon/news_desk.h"
+#include "gateway/poll/poller_listener.h"
 #include "gateway/serial_server/line_port.h"
 #include "gateway/store/point_store.h"
 #include "transports/transport.h"
@@ -35,7 +35,7 @@ class PortLoan final : public serial_server::PortOwner {
     /// Why its port cannot be had now; empty: it can.
     virtual std::string WhyNot() const = 0;
     /// Nothing is begun any more. True: nothing is under way.
-    virtual bool Quiet(Now now) = 0;
+    virtual bool Quiet() = 0;
     /// The client has the port until then; `text` says who. Points are out of service.
     virtual void OnLent(const std::string& text, WallTime until, Now now) = 0;
     /// The port is the line's again, with its settings: it goes on.
@@ -51,7 +51,7 @@ class PortLoan final : public serial_server::PortOwner {
     const config::Line& config;
     PointStore& store;
     Transport& port;
-    NewsDesk& news;
+    PollerListener& news;
     LoanRecords records{};
     /// After the client has left its answers may still come: the line is silent so long first.
     Duration rest{};

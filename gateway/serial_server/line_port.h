@@ -1,9 +1,10 @@
 // What a server of a port and the line that the port belongs to say to each other, on the loop of
 // the line. Implemented by gateway/daemon (the line) and server.h.
 //
-//   the client's first byte: server → line: Want     line → server: Grant, or TakeBack with a
-//   reason the client leaves:       server → line: Return the time is over:        line → server:
-//   TakeBack
+//   the client's first byte   Want       from the server to the line
+//   its answer                Grant, or TakeBack
+//   the client leaves         Return     from the server to the line
+//   the time is over          TakeBack   from the line to the server
 //
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -33,8 +34,8 @@ class PortUser {
  public:
   /// Until Return, or TakeBack.
   virtual void Grant(Transport& port, const config::SerialSettings& serial, Now now) = 0;
-  /// Its client is disconnected for this reason. Return does not follow.
-  virtual void TakeBack(const std::string& why, Now now) = 0;
+  /// Its client is disconnected. Return does not follow.
+  virtual void TakeBack(Now now) = 0;
   virtual void OnPort(View bytes, Now now) = 0;
   virtual void OnPortRoom() = 0;
   /// While it has the port.

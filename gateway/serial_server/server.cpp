@@ -209,7 +209,7 @@ void Server::Grant(Transport& port, const config::SerialSettings& serial, Now no
   Arm();
 }
 
-void Server::TakeBack(const std::string& why, Now now) {
+void Server::TakeBack(Now now) {
   if (holder_ == nullptr) return;
   Remove(*holder_);
   AdmitNext(now);

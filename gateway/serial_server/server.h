@@ -47,7 +47,7 @@ class Server final : public PortUser {
   void Stop();
 
   void Grant(Transport& port, const config::SerialSettings& serial, Now now) override;
-  void TakeBack(const std::string& why, Now now) override;
+  void TakeBack(Now now) override;
   void OnPort(View bytes, Now now) override;
   void OnPortRoom() override;
   Visit visit() const override;

@@ -1,5 +1,5 @@
 // What the gateway knows of a line beside its devices: port, counters, round trips, line use.
-// Written by gateway/poll/poller.cpp (exchanges) and gateway/daemon/line_runner.cpp (port), held by
+// Written by gateway/poll/poller.cpp (exchanges) and gateway/daemon/line_port.cpp (port), held by
 // gateway/store/point_store.h, shown by `baudgate status`.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once

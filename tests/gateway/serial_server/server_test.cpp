@@ -34,7 +34,7 @@ std::size_t OpenDescriptors() {
 struct FakeLine final : PortOwner {
   void Want(PortUser& user, const Visit& visit, Now now) override {
     wanted.push_back(visit.client);
-    if (!why_not.empty()) return user.TakeBack(why_not, now);
+    if (is_down) return user.TakeBack(now);
     if (grants) user.Grant(port, {}, now);
   }
   void Return(PortUser&, const Visit& visit, const std::string& why, Now) override {
@@ -45,7 +45,7 @@ struct FakeLine final : PortOwner {
 
   test::FakePort port;
   bool grants = true;
-  std::string why_not;
+  bool is_down = false;
   std::vector<std::string> wanted;
   std::vector<std::string> returned;
   Visit last;
@@ -147,7 +147,7 @@ TEST_F(ServerTest, LetsNobodyInWhoIsNotAllowed) {
 }
 
 TEST_F(ServerTest, AClientIsDisconnectedWhereThePortIsDown) {
-  line_.why_not = "the port is not open";
+  line_.is_down = true;
   Start(Server::Use::served);
   EXPECT_TRUE(Ends(*Connect()));
   EXPECT_THAT(line_.returned, IsEmpty());
@@ -178,7 +178,7 @@ TEST_F(ServerTest, WaitsForTheExchangeUnderWay) {
   EXPECT_THAT(line_.port.sent, IsEmpty());
   server_->Grant(line_.port, {}, ReadClocks());
   EXPECT_TRUE(Until([&] { return line_.port.sent.size() == 3; }));
-  server_->TakeBack("the time of the loan is over", ReadClocks());
+  server_->TakeBack(ReadClocks());
   EXPECT_TRUE(Ends(*client));
   EXPECT_THAT(line_.returned, IsEmpty());
 }
@@ -223,7 +223,7 @@ TEST_F(ServerTest, ClientsThatComeAndGoLeaveNothingOpen) {
       for (int other = 0; other < i % 4; ++other) clients.push_back(Connect());
       if (i % 3 == 0 && !clients.empty()) clients.back()->Write(Bytes(static_cast<std::size_t>(i)));
       if (i % 5 == 0) RunReady(io_);
-      if (i % 7 == 0) server_->TakeBack("no more", ReadClocks());
+      if (i % 7 == 0) server_->TakeBack(ReadClocks());
       for (const auto& client : clients) client->stream().close();
     }
     EXPECT_TRUE(Until([&] { return OpenDescriptors() == before; }));
