@@ -35,10 +35,17 @@ class FakePort final : public Transport {
   void Send(View bytes) override { sent.emplace_back(bytes.begin(), bytes.end()); }
   void DropUnsent() override {}
   Status Apply(const config::SerialSettings&) override { return {}; }
+  Status Reset(const config::SerialSettings&) override {
+    ++resets;
+    sent.clear();
+    return refuses ? Status(Error{"refused"}) : Status();
+  }
   std::optional<std::string> Restore() override { return std::exchange(changed, {}); }
   std::string Describe() const override { return "fake"; }
 
   int opens = 0;
+  int resets = 0;
+  bool refuses = false;  ///< to be reset
   bool open = false;
   bool open_on_demand = false;   // a server that takes every connection
   bool opens_by_itself = false;  // right now
@@ -516,6 +523,211 @@ TEST_F(LocalPort, WhatWaitsAtTheStopIsAnswered) {
   Pass(1s);
   EXPECT_EQ(stopped, 1);
   EXPECT_EQ(ends_.size(), 2U);
+}
+
+// ---------------------------------------------------------------- lent over the network
+
+/// A client that wants the port, as gateway/serial_server/server.h does.
+struct FakeUser final : serial_server::PortUser {
+  void Grant(Transport& port, const config::SerialSettings&, Now) override { has = &port; }
+  void TakeBack(Now) override {
+    has = nullptr;
+    ++taken_back;
+  }
+  void OnPort(View bytes, Now) override { Append(heard, bytes); }
+  void OnPortRoom() override {}
+  serial_server::Visit visit() const override { return its; }
+
+  serial_server::Visit its{.client = "10.0.0.7:40000", .place = "127.0.0.1:4001"};
+  Transport* has = nullptr;
+  int taken_back = 0;
+  Bytes heard;
+};
+
+struct NetworkLoan : LocalPort {
+  void Want(FakeUser& user) {
+    Handle([&] { line_->loan.Want(user, user.its, now_); });
+  }
+  void Return(FakeUser& user) {
+    user.has = nullptr;
+    Handle([&] { line_->loan.Return(user, user.its, "it has left", now_); });
+  }
+  std::uint64_t Polls() {
+    return store_->ReadLine(0).outcomes[static_cast<std::size_t>(Outcome::ok)];
+  }
+  bool OutOfService() {
+    bool out = false;
+    store_->Read(0, [&](const DeviceRecord& record) {
+      out = record.override_quality == Quality::bad_out_of_service;
+    });
+    return out;
+  }
+
+  FakeUser user_;
+};
+
+TEST_F(NetworkLoan, BeginsBehindTheExchangeUnderWay) {
+  Open();
+  Pass(2s);
+  answers_ = false;
+  while (port_.sent.empty()) Pass(1ms);  // a poll is under way
+  Want(user_);
+  EXPECT_EQ(user_.has, nullptr);
+  EXPECT_FALSE(OutOfService());
+  answers_ = true;
+  const std::uint64_t before = Polls();
+  Pass(100ms);
+  EXPECT_EQ(user_.has, &port_);
+  EXPECT_EQ(Polls(), before + 1) << "it has ended in order";
+  EXPECT_TRUE(OutOfService());
+  EXPECT_EQ(status().port, LineStatus::Port::released);
+  EXPECT_THAT(status().port_text, HasSubstr("lent to 10.0.0.7:40000 at 127.0.0.1:4001, raw"));
+  Pass(1min);
+  EXPECT_EQ(Polls(), before + 1) << "nobody is asked meanwhile";
+}
+
+TEST_F(NetworkLoan, DoesNotWaitForEverForAnExchange) {
+  Open();
+  Pass(2s);
+  answers_ = false;
+  Write();
+  Want(user_);
+  Pass(10s);
+  EXPECT_NE(user_.has, nullptr);
+}
+
+TEST_F(NetworkLoan, ItsBytesAreTheClients) {
+  Open();
+  Pass(2s);
+  Want(user_);
+  Pass(100ms);
+  const LineStatus before = status();
+  Say("secret");
+  EXPECT_EQ(user_.heard, Bytes({'s', 'e', 'c', 'r', 'e', 't'}));
+  EXPECT_EQ(status().bytes_in, before.bytes_in);
+  EXPECT_EQ(status().stray_bytes, before.stray_bytes);
+  for (const TraceRecord& record : line_->recorder.Recorded()) {
+    EXPECT_THAT(ToText(record), testing::Not(HasSubstr("73 65 63")));
+  }
+}
+
+TEST_F(NetworkLoan, RestsUntilTheBusIsSilentThenPollsGoOn) {
+  Open();
+  Pass(2s);
+  Want(user_);
+  Pass(100ms);
+  const std::uint64_t before = Polls();
+  Return(user_);
+  EXPECT_EQ(port_.resets, 2);
+  EXPECT_TRUE(OutOfService()) << "an answer to the client may still come";
+  Say(":late\r");
+  EXPECT_TRUE(OutOfService());
+  Pass(5s);
+  EXPECT_FALSE(OutOfService());
+  EXPECT_GT(Polls(), before);
+  EXPECT_EQ(port_.opens, 1) << "the port was open all the time";
+}
+
+TEST_F(NetworkLoan, EndsWithItsTime) {
+  config_.lines[0].lend.emplace().time = 1min;
+  Open();
+  Pass(2s);
+  Want(user_);
+  Pass(1min);
+  EXPECT_EQ(user_.taken_back, 1);
+  Pass(5s);
+  EXPECT_FALSE(OutOfService());
+  EXPECT_EQ(status().port, LineStatus::Port::open);
+}
+
+TEST_F(NetworkLoan, OneClientHasThePort) {
+  Open();
+  Pass(2s);
+  Want(user_);
+  Pass(100ms);
+  FakeUser other;
+  Want(other);
+  EXPECT_EQ(other.taken_back, 1);
+  EXPECT_NE(user_.has, nullptr);
+}
+
+TEST_F(NetworkLoan, NobodyGetsAPortThatIsClosedReleasedOrEnds) {
+  Want(user_);
+  EXPECT_EQ(user_.taken_back, 1) << "it is not open";
+  Open();
+  Pass(2s);
+  Handle([&] { line_->port.Release(1min, now_); });
+  port_.open = false;
+  Want(user_);
+  EXPECT_EQ(user_.taken_back, 2);
+  Handle([&] { line_->port.TakeBack(now_); });
+  Open();
+  Handle([&] { line_->port.Stop(now_, [] {}); });
+  Want(user_);
+  EXPECT_EQ(user_.taken_back, 3);
+}
+
+TEST_F(NetworkLoan, EndsWhereThePortIsLostReleasedOrTakenBack) {
+  const auto begin = [&] {
+    Open();
+    Pass(2s);
+    Want(user_);
+    Pass(100ms);
+    ASSERT_NE(user_.has, nullptr);
+  };
+  begin();
+  Lose("gone");
+  EXPECT_EQ(user_.taken_back, 1);
+  begin();
+  Handle([&] { line_->port.TakeBack(now_); });
+  EXPECT_EQ(user_.taken_back, 2);
+  Pass(5s);
+  EXPECT_FALSE(OutOfService());
+  begin();
+  Handle([&] { line_->port.Release(1min, now_); });
+  EXPECT_EQ(user_.taken_back, 3);
+  EXPECT_EQ(status().port_text, "released for 1min");
+}
+
+TEST_F(NetworkLoan, ThePortIsOpenedAnewWhereItsSettingsDoNotComeBack) {
+  Open();
+  Pass(2s);
+  Want(user_);
+  Pass(100ms);
+  port_.refuses = true;
+  Return(user_);
+  EXPECT_FALSE(port_.open);
+  EXPECT_THAT(retries_.downs, ElementsAre("refused"));
+  port_.refuses = false;
+  const std::uint64_t before = Polls();
+  Open();
+  Pass(5s);
+  EXPECT_GT(Polls(), before);
+}
+
+TEST_F(NetworkLoan, AClientThatLeavesBeforeItHasThePortChangesNothing) {
+  Open();
+  Pass(2s);
+  answers_ = false;
+  while (port_.sent.empty()) Pass(1ms);
+  Want(user_);
+  Return(user_);
+  answers_ = true;
+  const std::uint64_t before = Polls();
+  Pass(5s);
+  EXPECT_GT(Polls(), before + 1);
+  EXPECT_EQ(port_.resets, 0);
+}
+
+TEST_F(NetworkLoan, IsToldOnceWhenItBeginsAndOnceWhenItEnds) {
+  using What = News::What;
+  Open();
+  Pass(2s);
+  Want(user_);
+  Pass(100ms);
+  Return(user_);
+  Pass(5s);
+  EXPECT_THAT(sink_.news, ElementsAre(Pair(What::port_lent, false), Pair(What::port_lent, true)));
 }
 
 }  // namespace
