@@ -10,6 +10,7 @@
 #include "config/model/network.h"
 #include "config/names.h"
 #include "config/options.h"
+#include "config/port_server.h"
 #include "config/serial.h"
 #include "gateway/base/spelling.h"
 
@@ -82,7 +83,8 @@ Line ReadLine(const YamlNode& node, LoadContext& context) {
     context.uniques.Line(line.name, map.MarkOf("name"));
   }
   const Protocol* protocol = nullptr;
-  if (const auto name = map.Need("protocol", "spabus")) {
+  const bool served = map.Has("serial_server");
+  if (const auto name = served ? map.Get("protocol") : map.Need("protocol", "spabus")) {
     const auto port = map.Get("port");
     const bool named = port && port->kind() == YamlNode::Kind::scalar;
     protocol = ReadProtocol(*name, named ? port->text() : std::string(), context);
@@ -110,6 +112,7 @@ Line ReadLine(const YamlNode& node, LoadContext& context) {
   Options given;
   if (protocol) given = ReadOptions(map, *protocol, OptionSpec::Scope::line);
   const auto devices = map.Get("devices");
+  ReadPortServers(map, line, context);
   map.Finish();
   if (devices) {
     LineAddresses addresses;

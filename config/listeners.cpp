@@ -25,8 +25,9 @@ constexpr std::array<Word<Priority>, 3> kPriorities = {
     {{"low", Priority::low}, {"normal", Priority::normal}, {"high", Priority::high}}};
 constexpr std::array<Word<Permit>, 3> kPermits = {
     {{"read", Permit::read}, {"data", Permit::data}, {"all", Permit::all}}};
-constexpr std::array<Word<Listener::Protocol>, 2> kProtocols = {
-    {{"tcp", Listener::Protocol::tcp}, {"rtu", Listener::Protocol::rtu}}};
+constexpr std::array<Word<modbus::Framing>, 3> kFramings = {{{"tcp", modbus::Framing::tcp},
+                                                             {"rtu", modbus::Framing::rtu},
+                                                             {"ascii", modbus::Framing::ascii}}};
 constexpr std::array<Word<Listener::Errors>, 2> kErrors = {
     {{"exception", Listener::Errors::exception}, {"silent", Listener::Errors::silent}}};
 constexpr std::array<Word<Listener::Holes>, 2> kHoles = {
@@ -37,15 +38,20 @@ constexpr std::array<Word<Listener::Broadcast>, 2> kBroadcasts = {
 constexpr std::array<Word<Listener::Echo>, 2> kListenerEchoes = {
     {{"off", Listener::Echo::off}, {"strip", Listener::Echo::strip}}};
 
+/// Of a master at a serial port; the settings are those that it usually has.
+void SetFraming(Listener& listener, modbus::Framing framing, const Catalog& catalog) {
+  listener.framing = framing;
+  if (const Protocol* frames = catalog.FramesOf(framing)) listener.serial = frames->serial;
+}
+
 void ReadAt(const YamlNode& node, const std::string& what, Listener& listener,
             LoadContext& context) {
   const auto text = ReadText(node, what, context.problems);
   if (!text) return;
   if (text->starts_with('/')) {
     listener.path = *text;
-    listener.protocol = Listener::Protocol::rtu;
+    SetFraming(listener, modbus::Framing::rtu, context.catalog);
     listener.errors = Listener::Errors::silent;
-    if (const Protocol* rtu = context.catalog.RtuProtocol()) listener.serial = rtu->serial;
     return;
   }
   const auto at = ParseHostPort(*text);
@@ -156,7 +162,7 @@ void ReadNetworkSide(MapReader& map, Listener& listener) {
     map.Refuse(key, key + ": only a listener at a serial port has it; write for example " +
                         "at: /dev/ttyUSB4, or remove the key");
   }
-  Assign(listener.protocol, map.OneOf("protocol", kProtocols));
+  Assign(listener.framing, map.OneOf("framing", kFramings));
   if (const auto allow = map.Get("allow")) listener.allow = ReadAllow(*allow, map.problems());
   if (const auto clients = map.Get("clients")) ReadClients(*clients, listener, map.problems());
   Assign(listener.max_clients, map.Integer("max_clients", 1, kMostClients));
@@ -180,18 +186,22 @@ void ReadSerialSide(MapReader& map, Listener& listener, const Catalog& catalog) 
   for (const std::string key : {"allow", "clients", "max_clients", "idle_timeout"}) {
     map.Refuse(key, key + ": at a serial port there is one master, always; remove the key");
   }
-  if (map.OneOf("protocol", kProtocols) == Listener::Protocol::tcp) {
-    map.problems().Error(map.MarkOf("protocol"),
-                         "protocol: a master at a serial port speaks rtu; write that, or remove "
-                         "the key");
+  if (const auto framing = map.OneOf("framing", kFramings)) {
+    if (*framing != modbus::Framing::tcp) {
+      SetFraming(listener, *framing, catalog);
+    } else {
+      map.problems().Error(map.MarkOf("framing"),
+                           "framing: a master at a serial port speaks rtu or ascii; write one of "
+                           "them, or remove the key");
+    }
   }
   if (const auto serial = map.Get("serial")) {
     listener.serial = ReadSerial(*serial, listener.serial, map.problems());
   }
   ReadSerialExtras(map, listener.serial);
   ReadEcho(map, listener);
-  if (const Protocol* rtu = catalog.RtuProtocol()) {
-    CheckDataBits(listener.serial, *rtu, map.MarkOf("serial"), map.problems());
+  if (const Protocol* frames = catalog.FramesOf(listener.framing)) {
+    CheckDataBits(listener.serial, *frames, map.MarkOf("serial"), map.problems());
   }
 }
 
@@ -225,6 +235,30 @@ std::vector<Network> ReadAllow(const YamlNode& node, Problems& problems) {
   return networks;
 }
 
+std::vector<Network> ReadAllowOrAll(const YamlNode& node, Problems& problems) {
+  const bool everybody = node.kind() == YamlNode::Kind::list &&
+                         ReadList(node, "allow", kMostNetworks, problems).empty();
+  return everybody ? std::vector<Network>() : ReadAllow(node, problems);
+}
+
+std::optional<HostPort> ReadOwnAddress(const YamlNode& node, const std::string& key,
+                                       const std::string& example, Problems& problems) {
+  const auto text = ReadText(node, key, problems);
+  if (!text) return std::nullopt;
+  auto at = ParseHostPort(*text);
+  if (!at) {
+    problems.Error(node.mark(),
+                   key + ": " + Quoted(*text) + " is not host:port; write for example " + example);
+    return std::nullopt;
+  }
+  if (at->host == "localhost") at->host = "127.0.0.1";
+  if (IsIpAddress(at->host)) return *at;
+  problems.Error(node.mark(), key + ": " + Quoted(at->host) +
+                                  " is not an address of this machine; write an IP address, "
+                                  "0.0.0.0 for all");
+  return std::nullopt;
+}
+
 Listener ReadListener(const YamlNode& node, LoadContext& context) {
   Listener listener;
   listener.mark = node.mark();
@@ -238,7 +272,7 @@ Listener ReadListener(const YamlNode& node, LoadContext& context) {
   if (listener.is_serial()) {
     context.uniques.ListenerPort(listener.path, listener.mark);
   } else {
-    context.uniques.Listener(listener);
+    context.uniques.Address("listen", {listener.host, listener.port}, listener.mark);
   }
   return listener;
 }

@@ -15,31 +15,21 @@ constexpr int kSlowestBaud = 300;
 constexpr int kFastestBaud = 921'600;
 constexpr int kMostRetries = 10;
 
-enum class MapParity { none, even, odd, software };
-constexpr std::array<Word<MapParity>, 7> kParities = {{{"none", MapParity::none},
-                                                       {"even", MapParity::even},
-                                                       {"odd", MapParity::odd},
-                                                       {"N", MapParity::none},
-                                                       {"E", MapParity::even},
-                                                       {"O", MapParity::odd},
-                                                       {"software", MapParity::software}}};
+/// Nothing: the port's own is none, and the gateway makes it.
+using MapParity = std::optional<Parity>;
+constexpr MapParity kSoftware;
+constexpr std::array<Word<MapParity>, 11> kParities = {{{"none", Parity::none},
+                                                        {"even", Parity::even},
+                                                        {"odd", Parity::odd},
+                                                        {"mark", Parity::mark},
+                                                        {"space", Parity::space},
+                                                        {"N", Parity::none},
+                                                        {"E", Parity::even},
+                                                        {"O", Parity::odd},
+                                                        {"M", Parity::mark},
+                                                        {"S", Parity::space},
+                                                        {"software", kSoftware}}};
 constexpr std::array<Word<bool>, 2> kWhoMakesParity = {{{"hardware", false}, {"software", true}}};
-
-std::optional<Parity> ParityOf(char letter) {
-  switch (letter) {
-    case 'N':
-    case 'n':
-      return Parity::none;
-    case 'E':
-    case 'e':
-      return Parity::even;
-    case 'O':
-    case 'o':
-      return Parity::odd;
-    default:
-      return std::nullopt;
-  }
-}
 
 Rs485 ReadRs485(const YamlNode& node, Rs485 rs485, Problems& problems) {
   MapReader map(node, "rs485", problems);
@@ -58,20 +48,8 @@ void ReadParity(MapReader& map, SerialSettings& serial) {
   Assign(serial.software_parity, map.Flag("software_parity"));
   const auto parity = map.OneOf("parity", kParities);
   if (!parity) return;
-  switch (*parity) {
-    case MapParity::none:
-      serial.parity = Parity::none;
-      break;
-    case MapParity::even:
-      serial.parity = Parity::even;
-      break;
-    case MapParity::odd:
-      serial.parity = Parity::odd;
-      break;
-    case MapParity::software:
-      serial.software_parity = true;
-      break;
-  }
+  if (*parity) serial.parity = **parity;
+  if (!*parity) serial.software_parity = true;
 }
 
 Timing ReadTiming(const YamlNode& node, Problems& problems) {
@@ -126,10 +104,12 @@ SerialSettings ReadSerial(const YamlNode& node, const SerialSettings& base, Prob
   Assign(serial.stop_bits, map.Integer("stop", 1, 2));
   ReadParity(map, serial);
   Assign(serial.rtscts, map.Flag("rtscts"));
+  Assign(serial.xonxoff, map.Flag("xonxoff"));
   Assign(serial.low_latency, map.Flag("low_latency"));
   if (const auto rs485 = map.Get("rs485")) serial.rs485 = ReadRs485(*rs485, serial.rs485, problems);
   map.Finish();
   CheckSoftwareParity(serial, map.MarkOf("parity"), problems);
+  CheckFlowControl(serial, map.keys(), problems);
   return serial;
 }
 
@@ -137,13 +117,11 @@ void ReadSerialExtras(MapReader& line, SerialSettings& serial) {
   const auto node = line.Get("parity");
   const auto given = std::find_if(kParities.begin(), kParities.end(), [&](const auto& known) {
     return node && node->kind() == YamlNode::Kind::scalar && node->text() == known.word &&
-           known.meaning != MapParity::software;
+           known.meaning != kSoftware;
   });
   if (given != kParities.end()) {
     SerialSettings meant = serial;
-    meant.parity = given->meaning == MapParity::none   ? Parity::none
-                   : given->meaning == MapParity::even ? Parity::even
-                                                       : Parity::odd;
+    meant.parity = *given->meaning;
     line.problems().Error(node->mark(),
                           "parity: " + Quoted(node->text()) +
                               " belongs to the serial settings; write for example "

@@ -7,31 +7,12 @@
 #include "config/listeners.h"
 #include "config/outputs.h"
 #include "gateway/base/spelling.h"
-#include "gateway/base/text.h"
 
 namespace baudgate::config {
 namespace {
 
 constexpr std::size_t kMostHosts = 100;
 constexpr std::array<Word<bool>, 2> kAcknowledge = {{{"deny", false}, {"allow", true}}};
-
-void ReadListen(MapReader& map, Web& web) {
-  const auto text = map.Text("listen");
-  if (!text) return;
-  const auto at = ParseHostPort(*text);
-  if (!at) {
-    map.problems().Error(map.MarkOf("listen"), "listen: " + Quoted(*text) +
-                                                   " is not host:port; write for example "
-                                                   "127.0.0.1:8502");
-  } else if (!IsIpAddress(at->host) && at->host != "localhost") {
-    map.problems().Error(map.MarkOf("listen"), "listen: " + Quoted(at->host) +
-                                                   " is not an address of this machine; write an "
-                                                   "IP address, 0.0.0.0 for all");
-  } else {
-    web.listen = *at;
-    if (at->host == "localhost") web.listen.host = "127.0.0.1";
-  }
-}
 
 /// A name as browsers write it behind "http://", with or without a port.
 bool IsHost(std::string_view text) {
@@ -72,11 +53,10 @@ Web ReadWeb(const YamlNode& node, Problems& problems) {
   Web web;
   web.on = true;
   MapReader map(node, "web", problems);
-  ReadListen(map, web);
-  const auto allow = map.Get("allow");
-  const bool everybody = allow && allow->kind() == YamlNode::Kind::list &&
-                         ReadList(*allow, "allow", 1000, problems).empty();
-  if (allow && !everybody) web.allow = ReadAllow(*allow, problems);
+  if (const auto listen = map.Get("listen")) {
+    Assign(web.listen, ReadOwnAddress(*listen, "listen", "127.0.0.1:8502", problems));
+  }
+  if (const auto allow = map.Get("allow")) web.allow = ReadAllowOrAll(*allow, problems);
   if (const auto hosts = map.Get("hosts")) ReadHosts(*hosts, web, problems);
   const auto token = map.Get("token");
   if (token) ReadTokenFile(*token, web, problems);

@@ -20,6 +20,7 @@
 #include "config/model/point.h"
 #include "config/model/serial.h"
 #include "config/model/timing.h"
+#include "gateway/base/modbus_framing.h"
 #include "gateway/base/result.h"
 #include "protocols/conversation.h"
 #include "protocols/frame_rule.h"
@@ -137,10 +138,10 @@ struct PduCarrier {
   /// Every slave answers this PDU, if only with an exception. Silence to any other PDU does not
   /// mean that the slave is absent: it may be one that ignores functions which it does not know.
   bool (*is_common)(View pdu) = nullptr;
-  /// The frames are those of Modbus RTU. Masters that ask the gateway itself speak it: those at
-  /// serial listeners, and TCP clients of listeners with `protocol: rtu`. True for one installed
-  /// protocol.
-  bool rtu_frames = false;
+  /// What masters call these frames that ask the gateway itself: those at serial listeners, and TCP
+  /// clients of listeners with this `framing`. Of each but `tcp`, which means none of them, there
+  /// is one installed protocol.
+  modbus::Framing framing = modbus::Framing::tcp;
 };
 
 struct Protocol {

@@ -51,7 +51,10 @@ config::SerialSettings OnTheWire(const config::SerialSettings& serial) {
 
 Status CheckSoftwareParity(const config::SerialSettings& serial) {
   if (!serial.software_parity) return {};
-  if (serial.data_bits == 7 && serial.parity != config::Parity::none) return {};
+  if (serial.data_bits == 7 &&
+      (serial.parity == config::Parity::even || serial.parity == config::Parity::odd)) {
+    return {};
+  }
   return Error{"software parity makes 7E and 7O only, not " + serial.ToString() +
                "; remove `parity: software`"};
 }

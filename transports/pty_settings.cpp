@@ -15,7 +15,9 @@ using config::Parity;
 
 /// The parity that `device` has where nothing speaks against it.
 Parity ParityOf(const termios2& mode, Parity device) {
-  if ((mode.c_cflag & PARODD) != 0) return Parity::odd;
+  const bool odd = (mode.c_cflag & PARODD) != 0;
+  if ((mode.c_cflag & CMSPAR) != 0) return odd ? Parity::mark : Parity::space;
+  if (odd) return Parity::odd;
   if ((mode.c_iflag & INPCK) != 0) return Parity::even;
   const bool marks = (mode.c_iflag & PARMRK) != 0;
   return device == Parity::odd || marks ? Parity::none : device;
@@ -27,12 +29,14 @@ Status SetPtyFormat(int fd, const config::SerialSettings& serial) {
   termios2 mode{};
   if (ioctl(fd, TCGETS2, &mode) != 0) return Error{std::strerror(errno)};
   mode.c_iflag &= ~static_cast<tcflag_t>(INPCK | PARMRK);
-  mode.c_cflag &= ~static_cast<tcflag_t>(CBAUD | (CBAUD << IBSHIFT) | PARODD | CSTOPB);
+  mode.c_cflag &= ~static_cast<tcflag_t>(CBAUD | (CBAUD << IBSHIFT) | PARODD | CMSPAR | CSTOPB);
   mode.c_cflag |= BOTHER | (BOTHER << IBSHIFT);
   mode.c_ispeed = static_cast<speed_t>(serial.baud);
   mode.c_ospeed = static_cast<speed_t>(serial.baud);
   if (serial.parity != Parity::none) mode.c_iflag |= INPCK;
-  if (serial.parity == Parity::odd) mode.c_cflag |= PARODD;
+  const bool fixed = serial.parity == Parity::mark || serial.parity == Parity::space;
+  if (fixed) mode.c_cflag |= CMSPAR;
+  if (serial.parity == Parity::odd || serial.parity == Parity::mark) mode.c_cflag |= PARODD;
   if (serial.stop_bits == 2) mode.c_cflag |= CSTOPB;
   if (ioctl(fd, TCSETS2, &mode) != 0) return Error{std::strerror(errno)};
   return {};

@@ -1,7 +1,8 @@
-// What the program at the far end of a pty has set it to. A pty keeps bit rate, stop bits, PARODD
-// and the input flags; it forgets data bits and PARENB.
+// What the program at the far end of a pty has set it to. A pty keeps bit rate, stop bits, PARODD,
+// CMSPAR and the input flags; it forgets data bits and PARENB.
 //
 //   PARODD                  odd parity
+//   CMSPAR                  space parity; with PARODD mark parity
 //   INPCK without PARODD    even parity: its user checks it
 //   PARMRK without INPCK    no parity: its user marks damaged characters and checks no parity
 //   none of these           it cannot be told whether there is even parity or none

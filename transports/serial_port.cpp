@@ -37,8 +37,20 @@ class SerialPort final : public Transport {
   void Send(View bytes) override;
   void DropUnsent() override;
   Status Apply(const config::SerialSettings& serial) override;
+  Status Reset(const config::SerialSettings& serial) override;
   std::optional<std::string> Restore() override;
   PortCounters Counters() const override;
+  void Pause(bool paused) override {
+    if (session_) session_->Pause(paused);
+  }
+  std::size_t Unsent() const override { return session_ ? session_->unsent() : 0; }
+  bool IsDrained() const override;
+  void SetPatient(bool patient) override {
+    if (session_) session_->SetPatient(patient);
+  }
+  void Purge(bool input, bool output) override;
+  std::optional<ModemLines> ReadModemLines() const override;
+  Status Set(PortSwitch which, bool on) override;
   bool KeepsBitRate() const override { return session_ && keeps_bit_rate_; }
   std::string Describe() const override { return "serial " + port_ + " " + serial_.ToString(); }
 
@@ -83,7 +95,7 @@ void SerialPort::TryOpen() {
   }
   session_ = std::make_shared<StreamPump<Descriptor>>(
       std::move(*descriptor), [this](View raw) { OnRead(raw); },
-      [this](const std::error_code& error) { OnEnd(error); });
+      [this](const std::error_code& error) { OnEnd(error); }, [this] { listener_.OnRoom(); });
   session_->Start();
   listener_.OnOpened();
 }
@@ -105,6 +117,7 @@ Result<Descriptor> SerialPort::Prepare() {
     CloseDescriptor(*fd);
     return Error{"cannot watch " + port_ + ": " + error.message()};
   }
+  ResetSwitches(*fd, serial_);
   FlushInput(*fd);
   keeps_bit_rate_ = !IsPty(*fd);
   settings_known_ = true;
@@ -168,6 +181,17 @@ Status SerialPort::Apply(const config::SerialSettings& serial) {
   return {};
 }
 
+Status SerialPort::Reset(const config::SerialSettings& serial) {
+  if (!session_) return {};
+  Purge(true, true);
+  settings_known_ = false;
+  if (const Status set = Apply(serial); !set) return set;
+  ResetSwitches(session_->stream().native_handle(), serial);
+  session_->SetPatient(false);
+  session_->Pause(false);
+  return {};
+}
+
 std::optional<std::string> SerialPort::Restore() {
   if (!session_ || !settings_known_ || !mode_) return std::nullopt;
   const int fd = session_->stream().native_handle();
@@ -176,6 +200,29 @@ std::optional<std::string> SerialPort::Restore() {
   // What cannot be set again is seen, and said, the next time.
   if (ApplySerialSettings(fd, OnTheWire(serial_), port_)) FlushInput(fd);
   return mode_->ChangesTo(*now);
+}
+
+bool SerialPort::IsDrained() const {
+  return !session_ ||
+         (session_->unsent() == 0 && UnsentOutput(session_->stream().native_handle()) == 0);
+}
+
+void SerialPort::Purge(bool input, bool output) {
+  if (!session_) return;
+  const int fd = session_->stream().native_handle();
+  if (input) FlushInput(fd);
+  if (!output) return;
+  session_->DropUnsent();
+  FlushOutput(fd);
+}
+
+std::optional<ModemLines> SerialPort::ReadModemLines() const {
+  return session_ ? baudgate::ReadModemLines(session_->stream().native_handle()) : std::nullopt;
+}
+
+Status SerialPort::Set(PortSwitch which, bool on) {
+  if (!session_) return Error{port_ + " is not open"};
+  return SetSwitch(session_->stream().native_handle(), which, on, port_);
 }
 
 void SerialPort::OnRead(View raw) {
@@ -194,7 +241,9 @@ void SerialPort::OnEnd(const std::error_code& error) {
 std::string SerialPort::LostText(const std::error_code& error) const {
   if (error == asio::error::timed_out || error == asio::error::no_buffer_space) {
     return port_ + " takes no data" +
-           (serial_.rtscts ? "; is the CTS line of the device connected and active?" : "");
+           (serial_.rtscts    ? "; is the CTS line of the device connected and active?"
+            : serial_.xonxoff ? "; has the device sent XOFF and no XON since?"
+                              : "");
   }
   // Linux reports a vanished adapter as end of file, EIO or ENODEV, depending on the driver.
   return port_ + " is gone (" + error.message() + "); was the adapter unplugged?";
@@ -209,6 +258,7 @@ PortCounters SerialPort::Counters() const {
     counters.parity = now->parity - at_open_->parity;
     counters.framing = now->framing - at_open_->framing;
     counters.overrun = now->overrun - at_open_->overrun;
+    counters.breaks = now->breaks - at_open_->breaks;
   } else if (OnTheWire(serial_).parity != config::Parity::none) {
     counters.parity = marks_.damaged();
   } else {

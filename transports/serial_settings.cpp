@@ -12,6 +12,7 @@
 #include <sys/stat.h>
 #include <sys/sysmacros.h>
 
+#include <array>
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
@@ -24,6 +25,9 @@ constexpr unsigned kFirstPtyMajor =
     136;  // UNIX98 pty slaves, Documentation/admin-guide/devices.txt
 constexpr unsigned kLastPtyMajor = 143;
 constexpr int kBaudTolerancePerMille = 30;
+constexpr int kFewestDataBits = 5;
+constexpr std::uint8_t kXon = 0x11;
+constexpr std::uint8_t kXoff = 0x13;
 
 std::string LastError() { return std::strerror(errno); }
 
@@ -46,20 +50,26 @@ void SetFormat(termios2& mode, const config::SerialSettings& serial) {
   mode.c_cflag |= BOTHER | (BOTHER << IBSHIFT);
   mode.c_ispeed = static_cast<speed_t>(serial.baud);
   mode.c_ospeed = static_cast<speed_t>(serial.baud);
-  mode.c_cflag |= serial.data_bits == 7 ? CS7 : CS8;
-  if (serial.parity != config::Parity::none) mode.c_cflag |= PARENB;
-  if (serial.parity == config::Parity::odd) mode.c_cflag |= PARODD;
+  constexpr std::array<tcflag_t, 4> kSizes = {CS5, CS6, CS7, CS8};
+  mode.c_cflag |= kSizes[static_cast<std::size_t>(serial.data_bits - kFewestDataBits)];
+  constexpr std::array<tcflag_t, 5> kParities = {0, PARENB, PARENB | PARODD,
+                                                 PARENB | PARODD | CMSPAR, PARENB | CMSPAR};
+  mode.c_cflag |= kParities[static_cast<std::size_t>(serial.parity)];
   if (serial.stop_bits == 2) mode.c_cflag |= CSTOPB;
   if (serial.rtscts) mode.c_cflag |= CRTSCTS;
+  if (!serial.xonxoff) return;
+  mode.c_iflag |= IXON | IXOFF;
+  mode.c_cc[VSTART] = kXon;
+  mode.c_cc[VSTOP] = kXoff;
 }
 
 Status CheckRange(const config::SerialSettings& serial) {
   if (serial.baud < kLowestBaud || serial.baud > kHighestBaud) {
     return Error{"bit rate " + std::to_string(serial.baud) + " is outside 300…921600"};
   }
-  if ((serial.data_bits != 7 && serial.data_bits != 8) ||
+  if (serial.data_bits < kFewestDataBits || serial.data_bits > 8 ||
       (serial.stop_bits != 1 && serial.stop_bits != 2)) {
-    return Error{"serial format " + serial.ToString() + " has no 7 or 8 data and 1 or 2 stop bits"};
+    return Error{"serial format " + serial.ToString() + " has no 5 to 8 data and 1 or 2 stop bits"};
   }
   return {};
 }
@@ -124,10 +134,14 @@ config::SerialSettings FromTermios(const termios2& mode) {
   const auto size = mode.c_cflag & CSIZE;
   serial.data_bits = size == CS8 ? 8 : size == CS7 ? 7 : size == CS6 ? 6 : 5;
   if ((mode.c_cflag & PARENB) != 0) {
-    serial.parity = (mode.c_cflag & PARODD) != 0 ? config::Parity::odd : config::Parity::even;
+    const bool odd = (mode.c_cflag & PARODD) != 0;
+    const bool fixed = (mode.c_cflag & CMSPAR) != 0;
+    serial.parity = fixed ? (odd ? config::Parity::mark : config::Parity::space)
+                          : (odd ? config::Parity::odd : config::Parity::even);
   }
   serial.stop_bits = (mode.c_cflag & CSTOPB) != 0 ? 2 : 1;
   serial.rtscts = (mode.c_cflag & CRTSCTS) != 0;
+  serial.xonxoff = (mode.c_iflag & IXON) != 0;
   return serial;
 }
 
@@ -165,7 +179,8 @@ Status CompareSettings(const config::SerialSettings& asked, const config::Serial
     return Error{did + "; this port cannot do that bit rate"};
   }
   if (asked.data_bits != actual.data_bits || asked.parity != actual.parity) {
-    const bool helps = asked.data_bits == 7 && asked.parity != config::Parity::none;
+    const bool helps = asked.data_bits == 7 && (asked.parity == config::Parity::even ||
+                                                asked.parity == config::Parity::odd);
     return Error{did + (helps ? "; set `parity: software`" : "; this port cannot do that format")};
   }
   if (asked.stop_bits != actual.stop_bits) {
@@ -232,7 +247,7 @@ bool SameSettings(const config::SerialSettings& a, const config::SerialSettings&
   };
   const auto all = [&rs485](const config::SerialSettings& serial) {
     return std::tuple(serial.baud, serial.data_bits, serial.parity, serial.stop_bits,
-                      serial.software_parity, serial.rtscts, serial.low_latency,
+                      serial.software_parity, serial.rtscts, serial.xonxoff, serial.low_latency,
                       rs485(serial.rs485));
   };
   return all(a) == all(b);
@@ -246,7 +261,38 @@ std::optional<PortCounters> ReadDriverCounters(int fd) {
                       .framing = static_cast<std::uint32_t>(counted.frame) +
                                  static_cast<std::uint32_t>(counted.brk),
                       .overrun = static_cast<std::uint32_t>(counted.overrun) +
-                                 static_cast<std::uint32_t>(counted.buf_overrun)};
+                                 static_cast<std::uint32_t>(counted.buf_overrun),
+                      .breaks = static_cast<std::uint32_t>(counted.brk)};
+}
+
+std::optional<ModemLines> ReadModemLines(int fd) {
+  int bits = 0;
+  if (ioctl(fd, TIOCMGET, &bits) != 0) return std::nullopt;
+  const auto is_on = [bits](int bit) { return (bits & bit) != 0; };
+  return ModemLines{.dtr = is_on(TIOCM_DTR),
+                    .rts = is_on(TIOCM_RTS),
+                    .cts = is_on(TIOCM_CTS),
+                    .dsr = is_on(TIOCM_DSR),
+                    .dcd = is_on(TIOCM_CAR),
+                    .ring = is_on(TIOCM_RNG)};
+}
+
+Status SetSwitch(int fd, PortSwitch which, bool on, const std::string& port) {
+  if (IsPty(fd)) return {};
+  int bit = which == PortSwitch::dtr ? TIOCM_DTR : TIOCM_RTS;
+  const bool done = which == PortSwitch::break_signal
+                        ? ioctl(fd, on ? TIOCSBRK : TIOCCBRK, nullptr) == 0
+                        : ioctl(fd, on ? TIOCMBIS : TIOCMBIC, &bit) == 0;
+  if (done) return {};
+  constexpr std::array<const char*, 3> kNames = {"DTR", "RTS", "a break"};
+  return NotTaken(port, kNames[static_cast<std::size_t>(which)]);
+}
+
+void ResetSwitches(int fd, const config::SerialSettings& serial) {
+  if (IsPty(fd)) return;
+  (void)ioctl(fd, TIOCCBRK, nullptr);
+  int bits = TIOCM_DTR | (serial.rs485.enabled || serial.rtscts ? 0 : TIOCM_RTS);
+  (void)ioctl(fd, TIOCMBIS, &bits);
 }
 
 void FlushInput(int fd) { (void)ioctl(fd, TCFLSH, TCIFLUSH); }

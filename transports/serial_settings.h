@@ -43,6 +43,14 @@ bool SameSettings(const config::SerialSettings& a, const config::SerialSettings&
 /// Totals since the driver was loaded; nothing where it does not count.
 std::optional<PortCounters> ReadDriverCounters(int fd);
 
+/// Nothing: a pty, or a driver that does not tell.
+std::optional<ModemLines> ReadModemLines(int fd);
+/// A pty takes everything, and it has no effect there.
+Status SetSwitch(int fd, PortSwitch which, bool on, const std::string& port);
+/// As after the opening of a port: DTR and RTS on, but RTS where the driver uses it, no break. Best
+/// effort.
+void ResetSwitches(int fd, const config::SerialSettings& serial);
+
 /// Throws away what the port has received and nobody has read.
 void FlushInput(int fd);
 /// Throws away what it has not sent yet. How far that reaches depends on the driver: to all but the

@@ -1,6 +1,6 @@
 // The read loop and the write queue of one open stream, the same for a tty and a TCP connection.
-// Bytes come from the stream and go to its owner, and the other way round; used by the .cpp of a
-// transport only.
+// Bytes come from the stream and go to its owner, and the other way round; used by transports and
+// for the clients of a served port.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -9,19 +9,19 @@
 #include <asio/error.hpp>
 #include <asio/post.hpp>
 #include <asio/steady_timer.hpp>
-#include <chrono>
 #include <functional>
 #include <memory>
 #include <utility>
 
 #include "gateway/base/bytes.h"
+#include "gateway/base/time.h"
 
 namespace baudgate {
 
 /// More unsent bytes than this, and the other side is not taking data at all.
 inline constexpr std::size_t kMostUnsent = 64 * 1024;
-/// So long without one byte taken, and it never will.
-inline constexpr std::chrono::seconds kStall{10};
+/// How long a port may take no byte.
+inline constexpr Duration kStall = 10s;
 
 /// Kept alive by its own pending operations; after Stop it calls nobody, so its owner may be gone.
 template <typename Stream>
@@ -30,12 +30,17 @@ class StreamPump : public std::enable_shared_from_this<StreamPump<Stream>> {
   using OnRead = std::function<void(View)>;
   /// timed_out and no_buffer_space mean that the stream takes no data.
   using OnEnd = std::function<void(const std::error_code&)>;
+  using OnRoom = std::function<void()>;
 
-  StreamPump(Stream stream, OnRead on_read, OnEnd on_end)
+  /// `stall`: so long without one byte taken, and no more will be.
+  StreamPump(Stream stream, OnRead on_read, OnEnd on_end, OnRoom on_room = {},
+             Duration stall = kStall)
       : stream_(std::move(stream)),
         stall_(stream_.get_executor()),
         on_read_(std::move(on_read)),
-        on_end_(std::move(on_end)) {}
+        on_end_(std::move(on_end)),
+        on_room_(std::move(on_room)),
+        stall_time_(stall) {}
 
   Stream& stream() { return stream_; }
   void Start() {
@@ -43,7 +48,19 @@ class StreamPump : public std::enable_shared_from_this<StreamPump<Stream>> {
     std::error_code error;
     stream_.non_blocking(true, error);
     if (error) return EndSoon(error);
-    Read();
+    if (!paused_) Read();
+  }
+
+  /// Nothing is read while paused, but what is on its way already.
+  void Pause(bool paused) {
+    paused_ = paused;
+    if (!paused && !stopped_) Read();
+  }
+  /// The other side may take its time.
+  void SetPatient(bool patient) {
+    patient_ = patient;
+    if (patient) stall_.cancel();
+    if (!patient && !queue_.empty()) ArmStall();
   }
 
   /// No callback from now on. The stream is the caller's to close.
@@ -70,6 +87,7 @@ class StreamPump : public std::enable_shared_from_this<StreamPump<Stream>> {
   }
   /// How many bytes the stream has taken altogether.
   std::uint64_t taken() const { return taken_; }
+  std::size_t unsent() const { return queue_.size(); }
 
   /// The end, as of an error of the stream, but not from within the caller's call.
   void EndSoon(const std::error_code& error) {
@@ -79,13 +97,15 @@ class StreamPump : public std::enable_shared_from_this<StreamPump<Stream>> {
 
  private:
   void Read() {
+    if (std::exchange(reading_, true)) return;
     stream_.async_read_some(
         asio::buffer(input_),
         [self = this->shared_from_this()](const std::error_code& error, std::size_t count) {
           if (self->stopped_) return;
           if (error) return self->End(error);
           self->on_read_(View(self->input_).first(count));
-          if (!self->stopped_) self->Read();
+          self->reading_ = false;
+          if (!self->stopped_ && !self->paused_) self->Read();
         });
   }
 
@@ -103,6 +123,11 @@ class StreamPump : public std::enable_shared_from_this<StreamPump<Stream>> {
     AwaitRoom();
   }
 
+  void OnWritable() {
+    if (!queue_.empty()) Write();
+    if (queue_.empty() && on_room_) on_room_();
+  }
+
   void AwaitRoom() {
     if (std::exchange(waiting_, true)) return;
     stream_.async_wait(Stream::wait_write,
@@ -110,12 +135,13 @@ class StreamPump : public std::enable_shared_from_this<StreamPump<Stream>> {
                          self->waiting_ = false;
                          if (self->stopped_) return;
                          if (error) return self->End(error);
-                         if (!self->queue_.empty()) self->Write();
+                         self->OnWritable();
                        });
   }
 
   void ArmStall() {
-    stall_.expires_after(kStall);
+    if (patient_) return;
+    stall_.expires_after(stall_time_);
     stall_.async_wait([self = this->shared_from_this()](const std::error_code& error) {
       if (!error) self->End(asio::error::timed_out);
     });
@@ -131,10 +157,15 @@ class StreamPump : public std::enable_shared_from_this<StreamPump<Stream>> {
   asio::steady_timer stall_;
   OnRead on_read_;
   OnEnd on_end_;
+  OnRoom on_room_;
+  const Duration stall_time_;
   std::array<std::uint8_t, 4096> input_{};
   Bytes queue_;  ///< what the stream has not taken
   std::uint64_t taken_ = 0;
   bool waiting_ = false;  ///< for room in the stream
+  bool reading_ = false;  ///< an operation is under way
+  bool paused_ = false;
+  bool patient_ = false;
   bool stopped_ = false;
 };
 

@@ -3,7 +3,6 @@
 #include "transports/tcp_client.h"
 
 #include <linux/sockios.h>
-#include <netinet/tcp.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
 
@@ -17,6 +16,7 @@
 #include "transports/serial_settings.h"
 #include "transports/stream_pump.h"
 #include "transports/tcp_address.h"
+#include "transports/tcp_watch.h"
 
 namespace baudgate {
 namespace {
@@ -24,30 +24,19 @@ namespace {
 using asio::ip::tcp;
 
 constexpr std::chrono::seconds kConnectTimeout{5};  // name look-up and connection together
-constexpr int kKeepIdleSeconds = 10;
-constexpr int kKeepIntervalSeconds = 5;
-constexpr int kKeepCount = 3;
-constexpr unsigned kUserTimeoutMs = 15'000;  // unacknowledged data, and probes alike
 /// A peer that is well may take so long to acknowledge (RFC 1122, 4.2.3.2). Small serial servers do
 /// take 250 ms, and a request to a silent device may be given up sooner than that.
 constexpr Duration kAckLimit = 500ms;
 
-/// A peer that vanished without a word must not leave the line waiting for hours (TCP's default),
-/// and a connection that is given up must not go on sending: whoever closes it, were it the end of
-/// the process, resets it, and the kernel forgets what it holds.
+/// A peer that vanished must be noticed, and a connection that is given up must not go on sending:
+/// whoever closes it, were it the end of the process, resets it, and the kernel forgets what it
+/// holds.
 void SetOptions(tcp::socket& socket) {
   const int fd = socket.native_handle();
-  const auto set = [fd](int level, int name, auto value) {
-    (void)setsockopt(fd, level, name, &value, sizeof value);
-  };
-  set(IPPROTO_TCP, TCP_NODELAY, 1);
-  set(SOL_SOCKET, SO_KEEPALIVE, 1);
-  set(IPPROTO_TCP, TCP_KEEPIDLE, kKeepIdleSeconds);
-  set(IPPROTO_TCP, TCP_KEEPINTVL, kKeepIntervalSeconds);
-  set(IPPROTO_TCP, TCP_KEEPCNT, kKeepCount);
-  set(IPPROTO_TCP, TCP_USER_TIMEOUT, kUserTimeoutMs);
+  KeepWatch(fd);
   // Not as asio's option: asio takes that back in its destructors.
-  set(SOL_SOCKET, SO_LINGER, linger{.l_onoff = 1, .l_linger = 0});
+  const linger at_once{.l_onoff = 1, .l_linger = 0};
+  (void)setsockopt(fd, SOL_SOCKET, SO_LINGER, &at_once, sizeof at_once);
 }
 
 /// SIOCOUTQ: bytes that the peer has not acknowledged; SIOCOUTQNSD: those of them never sent.
@@ -76,6 +65,17 @@ class TcpClient final : public Transport {
   void Send(View bytes) override;
   void DropUnsent() override;
   Status Apply(const config::SerialSettings& serial) override;
+  Status Reset(const config::SerialSettings& serial) override;
+  void Pause(bool paused) override {
+    if (session_) session_->Pause(paused);
+  }
+  std::size_t Unsent() const override { return session_ ? session_->unsent() : 0; }
+  void SetPatient(bool patient) override {
+    if (session_) session_->SetPatient(patient);
+  }
+  void Purge(bool /*input*/, bool output) override {
+    if (session_ && output) session_->DropUnsent();
+  }
   PortCounters Counters() const override { return {.parity = parity_.errors()}; }
   /// What a serial server is set to nobody here knows.
   std::string Describe() const override {
@@ -184,7 +184,7 @@ void TcpClient::OnConnected(const AttemptPtr& attempt) {
   parity_ = SoftwareParity(serial_.software_parity ? serial_.parity : config::Parity::none);
   session_ = std::make_shared<StreamPump<tcp::socket>>(
       std::move(attempt->socket), [this](View raw) { OnRead(raw); },
-      [this](const std::error_code& error) { OnEnd(error); });
+      [this](const std::error_code& error) { OnEnd(error); }, [this] { listener_.OnRoom(); });
   Abandon();
   session_->Start();
   listener_.OnOpened();
@@ -259,6 +259,14 @@ Status TcpClient::Apply(const config::SerialSettings& serial) {
   return Error{"the serial settings behind " + port_ +
                " are set in the serial server; they cannot be switched to " + serial.ToString() +
                " from here"};
+}
+
+Status TcpClient::Reset(const config::SerialSettings& serial) {
+  if (!session_) return {};
+  session_->SetPatient(false);
+  session_->Pause(false);
+  DropUnsent();
+  return Apply(serial);
 }
 
 void TcpClient::OnRead(View raw) {

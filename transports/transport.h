@@ -10,6 +10,7 @@
 
 #include "config/model/line.h"
 #include "gateway/base/bytes.h"
+#include "gateway/base/modem_lines.h"
 #include "gateway/base/result.h"
 
 namespace baudgate {
@@ -25,6 +26,8 @@ class TransportListener {
   /// A character that came with a parity or framing error is 0xFF here: no protocol of ours takes
   /// it for anything, and dropping it would make a shorter number of an unchecked one.
   virtual void OnBytes(View bytes) = 0;
+  /// All bytes of Send have been taken, after some had to wait.
+  virtual void OnRoom() {}
   /// The port or connection is gone (unplugged, hung up); the transport has closed itself.
   virtual void OnLost(const std::string& reason) = 0;
   /// The other end has closed or reset the connection; the transport has closed itself.
@@ -36,7 +39,11 @@ struct PortCounters {
   std::uint32_t parity = 0;
   std::uint32_t framing = 0;
   std::uint32_t overrun = 0;
+  std::uint32_t breaks = 0;  ///< of the framing errors
 };
+
+/// What a client of a port may switch.
+enum class PortSwitch : std::uint8_t { dtr, rts, break_signal };
 
 class Transport {
  public:
@@ -56,10 +63,30 @@ class Transport {
   /// Other settings on the open port, for buses that are switched per device. Takes effect at once,
   /// without waiting for output: between exchanges only.
   virtual Status Apply(const config::SerialSettings& serial) = 0;
+  /// The open port is as after Open, whatever was set, switched, paused or sent meanwhile.
+  virtual Status Reset(const config::SerialSettings& serial) = 0;
   /// Where another program has changed the settings of the open port, they are set again; says
   /// what was changed: "echo is on, input comes by whole lines".
   virtual std::optional<std::string> Restore() { return std::nullopt; }
   virtual PortCounters Counters() const { return {}; }
+
+  // For a port that is passed on to a client as it is (gateway/serial_server).
+  /// Nothing is read from the port any more; what it receives meanwhile waits in its driver.
+  virtual void Pause(bool /*paused*/) {}
+  /// So many bytes of Send wait here.
+  virtual std::size_t Unsent() const { return 0; }
+  /// All that was sent has left this machine, as far as the driver tells.
+  virtual bool IsDrained() const { return Unsent() == 0; }
+  /// Output may be held back by flow control for as long as it likes.
+  virtual void SetPatient(bool /*patient*/) {}
+  /// What is waiting in these directions is thrown away.
+  virtual void Purge(bool /*input*/, bool /*output*/) {}
+  /// Nothing: the port has none, or its driver does not tell.
+  virtual std::optional<ModemLines> ReadModemLines() const { return std::nullopt; }
+  /// The error: the driver refuses it. A pty, which has no such lines, takes everything.
+  virtual Status Set(PortSwitch /*which*/, bool /*on*/) {
+    return Error{"a connection to a serial server has no such line"};
+  }
   /// Characters take their time: a tty with a UART behind it, as far as one can tell.
   virtual bool KeepsBitRate() const { return false; }
   /// "serial /dev/ttyUSB0 9600 7E1", for logs.

@@ -51,9 +51,10 @@ const Protocol* Catalog::MeantProtocol(const std::string& name, const std::strin
   return FindProtocol(std::string(Nearest(name, ProtocolNames())));
 }
 
-const Protocol* Catalog::RtuProtocol() const {
-  const auto found = std::ranges::find_if(protocols, [](const auto& one) {
-    return one.second->carrier != nullptr && one.second->carrier->rtu_frames;
+const Protocol* Catalog::FramesOf(modbus::Framing framing) const {
+  if (framing == modbus::Framing::tcp) return nullptr;
+  const auto found = std::ranges::find_if(protocols, [framing](const auto& one) {
+    return one.second->carrier != nullptr && one.second->carrier->framing == framing;
   });
   return found == protocols.end() ? nullptr : found->second;
 }

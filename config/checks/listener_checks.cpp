@@ -9,12 +9,13 @@
 namespace baudgate::config {
 
 void CheckListener(const Listener& listener, const Catalog& catalog, Problems& problems) {
-  if (listener.protocol == Listener::Protocol::rtu && !catalog.RtuProtocol()) {
+  if (listener.speaks_serial() && !catalog.FramesOf(listener.framing)) {
     const auto installed = catalog.ProtocolNames();
-    problems.Error(listener.mark,
-                   "listen: rtu needs a protocol that makes Modbus RTU frames, and "
-                   "none is installed; installed: " +
-                       (installed.empty() ? "none" : Join(installed)));
+    problems.Error(listener.mark, "listen: " + std::string(Name(listener.framing)) +
+                                      " needs a protocol that makes " +
+                                      std::string(Title(listener.framing)) +
+                                      " frames, and none is installed; installed: " +
+                                      (installed.empty() ? "none" : Join(installed)));
   }
   if (listener.is_serial() || listener.allow.empty()) return;
   const Network reach = ReachOf(listener.host);

@@ -117,7 +117,13 @@ void CheckUse(const Config& config, Problems& problems) {
     const bool routed = std::any_of(routes.begin(), routes.end(), [&](const Route& route) {
       return !route.line.empty() && route.line == line.name;
     });
-    if (routed || !line.devices.empty()) continue;
+    if (routed && line.serial_server) {
+      problems.Error(line.serial_server->mark,
+                     "serial_server: a route leads to line '" + line.name +
+                         "', and a port has one user; remove the route, or write lend in place of "
+                         "serial_server");
+    }
+    if (routed || !line.devices.empty() || line.serial_server) continue;
     problems.Warning(line.mark, (line.name.empty() ? "line" : "line '" + line.name + "'") +
                                     " has no devices, and no route leads to it: nothing is asked "
                                     "on it");

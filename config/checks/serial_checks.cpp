@@ -16,9 +16,21 @@ void CheckTiming(const Timing& timing, const Mark& mark, Problems& problems) {
 
 void CheckSoftwareParity(const SerialSettings& serial, const Mark& mark, Problems& problems) {
   if (!serial.software_parity) return;
-  if (serial.data_bits == 7 && serial.parity != Parity::none && serial.stop_bits == 1) return;
+  const bool even_or_odd = serial.parity == Parity::even || serial.parity == Parity::odd;
+  if (serial.data_bits == 7 && even_or_odd && serial.stop_bits == 1) return;
   problems.Error(mark, "parity: software parity is made inside 8N1 and needs 7E1 or 7O1, not " +
                            serial.ToString().substr(serial.ToString().find(' ') + 1));
+}
+
+void CheckFlowControl(const SerialSettings& serial, const Keys& keys, Problems& problems) {
+  if (serial.rtscts && serial.xonxoff) {
+    problems.Error(keys.MarkOf("xonxoff"),
+                   "xonxoff: the port has one flow control; remove xonxoff or rtscts");
+  }
+  if (serial.rtscts && serial.rs485.enabled) {
+    problems.Error(keys.MarkOf("rtscts"),
+                   "rtscts: with rs485 the driver switches the direction by RTS; remove one");
+  }
 }
 
 void CheckRs485(const Rs485& rs485, const Keys& keys, Problems& problems) {
@@ -33,6 +45,11 @@ void CheckRs485(const Rs485& rs485, const Keys& keys, Problems& problems) {
 
 void CheckDataBits(const SerialSettings& serial, const Protocol& protocol, const Mark& mark,
                    Problems& problems) {
+  if (serial.xonxoff && protocol.data_bits == 8) {
+    problems.Error(mark, "xonxoff: " + std::string(protocol.name) +
+                             " sends every byte, and XON/XOFF takes 0x11 and 0x13 out; use rtscts, "
+                             "or remove the key");
+  }
   if (serial.data_bits >= protocol.data_bits) return;
   SerialSettings wide = serial;
   wide.data_bits = 8;
@@ -44,7 +61,8 @@ void CheckPortSettings(const std::string& port, const SerialSettings& serial, co
                        Problems& problems) {
   if (!port.starts_with("tcp://")) return;
   for (const auto& [key, used] :
-       {std::pair("rs485", serial.rs485.enabled), std::pair("rtscts", serial.rtscts)}) {
+       {std::pair("rs485", serial.rs485.enabled), std::pair("rtscts", serial.rtscts),
+        std::pair("xonxoff", serial.xonxoff)}) {
     if (!used) continue;
     problems.Error(mark, std::string(key) +
                              ": a serial server (tcp://) does this by itself; set it there and "

@@ -18,6 +18,8 @@ void CheckTiming(const Timing& timing, const Mark& mark, Problems& problems);
 /// A port that knows 8N1 only can carry seven bits and a parity bit, and nothing else. `mark`: of
 /// the parity.
 void CheckSoftwareParity(const SerialSettings& serial, const Mark& mark, Problems& problems);
+/// One of them at most. `keys`: of the map `serial`.
+void CheckFlowControl(const SerialSettings& serial, const Keys& keys, Problems& problems);
 /// `keys`: of the map `rs485`.
 void CheckRs485(const Rs485& rs485, const Keys& keys, Problems& problems);
 /// Whether characters of the protocol fit into these. `mark`: of what chose the one or the other.

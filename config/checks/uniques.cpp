@@ -4,8 +4,8 @@
 #include <filesystem>
 #include <string_view>
 
-#include "config/model/network.h"
 #include "gateway/base/spelling.h"
+#include "gateway/base/text.h"
 
 namespace baudgate::config {
 namespace {
@@ -72,21 +72,22 @@ void Uniques::ListenerPort(const std::string& path, const Mark& mark) {
   }
 }
 
-void Uniques::Listener(const config::Listener& listener) {
-  const Network reach = ReachOf(listener.host);
-  for (const config::Listener& first : listeners_) {
-    const Network other = ReachOf(first.host);
-    if (first.port != listener.port || !(Covers(other, reach) || Covers(reach, other))) continue;
+void Uniques::Address(const std::string& what, const HostPort& at, const Mark& mark) {
+  const Network reach = ReachOf(at.host);
+  const std::string place = HostAndPort(at.host, at.port);
+  for (const Taken& first : addresses_) {
+    const Network other = ReachOf(first.at.host);
+    if (first.at.port != at.port || !(Covers(other, reach) || Covers(reach, other))) continue;
     const std::string line = " in line " + std::to_string(first.mark.line);
-    problems_.Error(listener.mark,
-                    "listen: " + listener.Place() +
-                        (first.Place() == listener.Place()
-                             ? " stands twice; first" + line
-                             : " and " + first.Place() + line +
-                                   " want the same port; remove one, or give it another port"));
+    problems_.Error(
+        mark,
+        what + ": " + place +
+            (first.at == at ? " stands twice; first" + line
+                            : " and " + HostAndPort(first.at.host, first.at.port) + line +
+                                  " want the same port; remove one, or give it another port"));
     return;
   }
-  listeners_.push_back(listener);
+  addresses_.push_back({at, mark});
 }
 
 }  // namespace baudgate::config

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "config/model/listener.h"
+#include "config/model/network.h"
 #include "config/model/problem.h"
 
 namespace baudgate::config {
@@ -26,8 +26,8 @@ class Uniques {
   void Port(const std::string& port, const std::string& line, bool shared, const Mark& mark);
   /// A serial port at which a master waits; in one table with the ports of lines.
   void ListenerPort(const std::string& path, const Mark& mark);
-  /// No two at one port of one address; 0.0.0.0 and :: are all of them.
-  void Listener(const config::Listener& listener);
+  /// No two at one port of one address; 0.0.0.0 and :: are all of them. `what`: its key.
+  void Address(const std::string& what, const HostPort& at, const Mark& mark);
 
  private:
   struct Owner {
@@ -41,7 +41,11 @@ class Uniques {
                             const Mark& mark);
 
   Owners lines_, devices_, units_, ports_;
-  std::vector<config::Listener> listeners_;
+  struct Taken {
+    HostPort at;
+    Mark mark;
+  };
+  std::vector<Taken> addresses_;
   Problems& problems_;
 };
 

@@ -3,12 +3,14 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "config/model/alarm_setting.h"
 #include "config/model/device.h"
 #include "config/model/fields.h"
+#include "config/model/port_server.h"
 
 namespace baudgate::config {
 
@@ -29,7 +31,14 @@ struct Line {
   AlarmSetting alarms;  ///< of the line itself; line before gateway
   Options options;
   std::vector<Device> devices;
+  std::optional<PortServer> serial_server;  ///< without devices; `protocol` may be empty then
+  std::optional<PortServer> lend;           ///< a client may have the port for a while
   Mark mark;
+
+  /// Where clients come for the port; null: nowhere.
+  const PortServer* server() const {
+    return serial_server ? &*serial_server : lend ? &*lend : nullptr;
+  }
 
   /// Its port is a serial server elsewhere.
   bool is_network() const { return port.starts_with("tcp://"); }
@@ -49,6 +58,8 @@ void VisitFields(const Line*, Visit visit) {
   visit(Field<&Line::alarms>());
   visit(Field<&Line::options>());
   visit(Field<&Line::devices>());
+  visit(Field<&Line::serial_server>());
+  visit(Field<&Line::lend>());
   visit(Derived<&Line::mark>());
 }
 

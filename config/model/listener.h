@@ -12,6 +12,7 @@
 #include "config/model/mark.h"
 #include "config/model/network.h"
 #include "config/model/serial.h"
+#include "gateway/base/modbus_framing.h"
 #include "gateway/base/time.h"
 
 namespace baudgate::config {
@@ -51,7 +52,6 @@ void VisitFields(const FunctionPriority*, Visit visit) {
 
 /// Where Modbus masters come in: a TCP port, or a serial port at which a master waits.
 struct Listener {
-  enum class Protocol : std::uint8_t { tcp, rtu };  ///< rtu over TCP, too: one request at a time
   enum class Errors : std::uint8_t {
     exception,  ///< 0x0A, 0x0B and 0x06 are answered
     silent,     ///< nothing is answered in their place
@@ -73,8 +73,8 @@ struct Listener {
   std::string path;       ///< of the serial port; then host and port mean nothing
   SerialSettings serial;  ///< of the serial port
   Echo echo = Echo::off;  ///< of the serial port
-  Protocol protocol = Protocol::tcp;
-  std::vector<Network> allow;  ///< empty = everybody
+  modbus::Framing framing = modbus::Framing::tcp;  ///< of a serial port: rtu or ascii
+  std::vector<Network> allow;                      ///< empty = everybody
   Permit permit = Permit::all;
   Priority priority = Priority::normal;
   std::vector<ClientPriority> clients;
@@ -87,6 +87,9 @@ struct Listener {
   Mark mark;
 
   bool is_serial() const { return !path.empty(); }
+  /// Messages as on a serial line: they do not tell which request they answer, so there is one at a
+  /// time.
+  bool speaks_serial() const { return framing != modbus::Framing::tcp; }
   /// "0.0.0.0:502", "[::1]:502" or "/dev/ttyS1".
   std::string Place() const;
 };
@@ -98,7 +101,7 @@ void VisitFields(const Listener*, Visit visit) {
   visit(Field<&Listener::path>());
   visit(Field<&Listener::serial>());
   visit(Field<&Listener::echo>());
-  visit(Field<&Listener::protocol>());
+  visit(Field<&Listener::framing>());
   visit(Field<&Listener::allow>());
   visit(Field<&Listener::permit>{"write"});
   visit(Field<&Listener::priority>());

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "config/model/fields.h"
@@ -10,7 +11,12 @@
 
 namespace baudgate::config {
 
-enum class Parity : std::uint8_t { none, even, odd };
+enum class Parity : std::uint8_t { none, even, odd, mark, space };
+
+/// 'N', 'E', 'O', 'M' or 'S'.
+char LetterOf(Parity parity);
+/// In either case; nothing: no parity has this letter.
+std::optional<Parity> ParityOf(char letter);
 
 struct Rs485 {
   bool enabled = false;
@@ -31,11 +37,12 @@ void VisitFields(const Rs485*, Visit visit) {
 
 struct SerialSettings {
   int baud = 9600;    ///< bit/s, 300…921600, non-standard rates included
-  int data_bits = 8;  ///< 7 or 8
+  int data_bits = 8;  ///< 7 or 8; clients of a port (serial_server) may set 5 and 6 as well
   Parity parity = Parity::none;
   int stop_bits = 1;             ///< 1 or 2
   bool software_parity = false;  ///< the port does 8N1 only: parity is made and checked here
-  bool rtscts = false;
+  bool rtscts = false;           ///< flow control by RTS and CTS
+  bool xonxoff = false;     ///< flow control by the bytes 0x11 and 0x13, which are no data then
   bool low_latency = true;  ///< ask the driver to deliver bytes at once
   Rs485 rs485{};
 
@@ -60,6 +67,7 @@ void VisitFields(const SerialSettings*, Visit visit) {
   visit(Field<&SerialSettings::stop_bits>());
   visit(Field<&SerialSettings::software_parity>());
   visit(Field<&SerialSettings::rtscts>());
+  visit(Field<&SerialSettings::xonxoff>());
   visit(Field<&SerialSettings::low_latency>());
   visit(Field<&SerialSettings::rs485>());
 }

@@ -4,7 +4,7 @@
 namespace baudgate::audit {
 
 std::string_view Name(Kind kind) {
-  constexpr std::array<std::string_view, kKinds> kNames = {"point", "route", "denied"};
+  constexpr std::array<std::string_view, kKinds> kNames = {"point", "route", "denied", "loan"};
   return kNames[static_cast<std::size_t>(kind)];
 }
 

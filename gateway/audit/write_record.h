@@ -21,8 +21,9 @@ enum class Kind : std::uint8_t {
   point,   ///< to a point: recorded before it is sent
   route,   ///< passed on as it was: recorded behind its exchange
   denied,  ///< not let through by the gateway
+  loan,    ///< of a port over the network: its beginning, and its end
 };
-inline constexpr std::size_t kKinds = 3;
+inline constexpr std::size_t kKinds = 4;
 
 std::string_view Name(Kind kind);  ///< "point"
 

@@ -77,7 +77,14 @@ void AddRelease(CLI::App& app, Action& action) {
   auto options = std::make_shared<ReleaseOptions>();
   command->add_option("LINE", options->line, "Line")->required();
   auto* time = AddDuration(*command, "--for", options->time, "How long, 10min if not given");
-  command->add_flag("--end", options->end, "Take the port back now")->excludes(time);
+  auto* tcp = command->add_option("--tcp", options->tcp,
+                                  "Lend it over the network to a client that comes in here: "
+                                  "ADDRESS:PORT");
+  command->add_flag("--rfc2217", options->rfc2217, "The client may set the port by RFC 2217")
+      ->needs(tcp);
+  command->add_option("--allow", options->allow, "Who may come in: an address or a network")
+      ->needs(tcp);
+  command->add_flag("--end", options->end, "Take the port back now")->excludes(time)->excludes(tcp);
   AddSocket(*command, options->socket);
   command->callback([options, &action] {
     action = [=](const auto&) { return RunRelease(*options, std::cout, std::cerr); };

@@ -7,6 +7,7 @@
 
 #include "gateway/audit/audit_source.h"
 #include "gateway/base/spelling.h"
+#include "gateway/base/text.h"
 #include "gateway/control/alarm_requests.h"
 #include "gateway/control/history_requests.h"
 #include "gateway/control/request_shape.h"
@@ -35,6 +36,36 @@ std::optional<WallTime> SinceOf(const Json& request) { return TimeOf(request, "s
 constexpr Duration kMostConfirm = 24h;
 
 Json Done(const config::Line& line) { return {{"ok", true}, {"line", line.name}}; }
+
+/// Where clients may have the port of this line, as `release --tcp` asks for it.
+Result<config::PortServer> OfferedAt(const Json& request, const config::Line& line) {
+  if (line.serial_server) {
+    return Error{"clients have the port of line '" + line.name + "' at " +
+                 line.serial_server->Place() + " already (serial_server)"};
+  }
+  const std::string text = TextOf(request, "tcp");
+  const std::string allow = TextOf(request, "allow");
+  auto at = config::ParseHostPort(text);
+  if (at && at->host == "localhost") at->host = "127.0.0.1";
+  if (!at || !config::IsIpAddress(at->host)) {
+    return Error{config::Quoted(text) +
+                 " is not ADDRESS:PORT of this machine; write for example "
+                 "127.0.0.1:4001"};
+  }
+  config::PortServer server;
+  server.at = *at;
+  if (request.value("rfc2217", false)) server.mode = config::PortServer::Mode::rfc2217;
+  if (line.lend && line.lend->at == server.at) {
+    return Error{"line '" + line.name + "' is lent at " + server.Place() + " already (lend)"};
+  }
+  for (const std::string_view range : Split(allow, ' ')) {
+    if (range.empty()) continue;
+    auto network = config::ParseNetwork(range);
+    if (!network) return Error{network.error()};
+    server.allow.push_back(*std::move(network));
+  }
+  return server;
+}
 
 }  // namespace
 
@@ -151,9 +182,18 @@ Reply RequestHandler::Release(const Json& request, Now now) {
     return Refused(kUsage, "a port is lent for a time from 1s to 24h");
   }
   const Duration time = std::chrono::milliseconds(wanted);
-  control_.Release(target->line, time);
-  Json done = Done(config_->lines[target->line]);
-  done["port"] = config_->lines[target->line].port;
+  const config::Line& line = config_->lines[target->line];
+  Json done = Done(line);
+  if (request.contains("tcp")) {
+    const auto server = OfferedAt(request, line);
+    if (!server) return Refused(kUsage, server.error());
+    control_.Offer(target->line, *server, time);
+    done["at"] = server->Place();
+    done["for_everybody"] = server->allow.empty() && !server->on_loopback();
+  } else {
+    control_.Release(target->line, time);
+  }
+  done["port"] = line.port;
   done["until"] = FormatWallTime(now.wall + time);
   return {Dump(done)};
 }
@@ -162,7 +202,11 @@ Reply RequestHandler::TakeBack(const Json& request) {
   const auto target = LineOf(request);
   if (!target) return Refused(kUnknown, target.error());
   Json done = Done(config_->lines[target->line]);
-  done["was_released"] = store_.ReadLine(target->line).port == LineStatus::Port::released;
+  const LineStatus status = store_.ReadLine(target->line);
+  done["was_released"] = status.port == LineStatus::Port::released ||
+                         std::ranges::any_of(status.services, [](const PortService& service) {
+                           return service.open_until != WallTime{};
+                         });
   control_.TakeBack(target->line);
   return {Dump(done)};
 }

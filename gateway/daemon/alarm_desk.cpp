@@ -35,6 +35,7 @@ std::optional<Trouble> TroubleOf(News::What what) {
     case News::What::not_in_use:
     case News::What::port_lent:
     case News::What::collisions:
+    case News::What::port_served:
       break;
   }
   return std::nullopt;

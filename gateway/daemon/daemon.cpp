@@ -121,8 +121,8 @@ Status Daemon::Impl::OpenRecords() {
   const Records::Links links{
       store, lines,
       [this](std::uint32_t device, const std::string& said, bool reported) {
-        lines.OfDevice(device).With(
-            [&](LineRunner& runner) { runner.OnEventsKept(device, said, reported); });
+        lines.OfDevice(device).Post(
+            [=](LineParts& line, Now now) { line.OnEventsKept(device, said, reported, now); });
       },
       [this](const std::set<audit::Target>& devices) { TellUnsettled(devices); }};
   if (NeedsState(config, catalog)) return records.Open(config, links);
@@ -137,13 +137,17 @@ void Daemon::Impl::TellUnsettled(const std::set<audit::Target>& devices) {
     for (const config::Device& device : line.devices) {
       const std::uint32_t its = index++;
       if (!devices.contains({line.name, device.name})) continue;
-      lines.OfDevice(its).With([&](LineRunner& runner) { runner.OnUnsettledWrite(its); });
+      lines.OfDevice(its).Post(
+          [its](LineParts& parts, Now) { parts.poller.OnUnsettledWrite(its); });
     }
   }
 }
 
 void Daemon::Impl::MakeLines() {
-  Lines::Links links{{}, records.memory(), records.events()};
+  LineParts::Links links{{}, records.memory(), records.events()};
+  if (WritePath* const writes = records.writes()) {
+    links.loans = {&writes->log(), config.audit == config::Audit::require};
+  }
   if (const auto folder = Recordings::FolderOf(config); !folder.empty()) {
     recordings = std::make_unique<Recordings>(
         folder, kVersion, [](const std::string& trouble) { log::Warn("{}", trouble); });
@@ -205,7 +209,7 @@ Status Daemon::Impl::StartModbus() {
   if (!config.modbus.enabled) return {};
   modbus::ModbusLinks links;
   links.lines = Targets();
-  links.rtu = catalog.RtuProtocol();
+  links.frames = {catalog.FramesOf(modbus::Framing::rtu), catalog.FramesOf(modbus::Framing::ascii)};
   if (records.writes() != nullptr) links.writes = &records.writes()->log();
   if (records.events() != nullptr) {
     links.events = records.events()->feed();

@@ -6,6 +6,8 @@
 
 #include <algorithm>
 
+#include "gateway/serial_server/server.h"
+
 namespace baudgate::modbus {
 namespace {
 
@@ -17,6 +19,7 @@ constexpr std::size_t kForSerialPort = 8;
 constexpr std::size_t kForNetworkPort = 2;
 constexpr std::size_t kForListener = 4;
 constexpr std::size_t kForServer = 2;
+constexpr std::size_t kForPortServer = serial_server::Server::kMostClients + 2;
 constexpr std::size_t kPartForWeb = 8;
 
 std::size_t RoomForClients(const DescriptorNeeds& needs, std::size_t limit) {
@@ -31,6 +34,7 @@ DescriptorNeeds DescriptorNeedsOf(const config::Config& config) {
   needs.others = kForGateway;
   for (const config::Line& line : config.lines) {
     needs.others += line.is_network() ? kForNetworkPort : kForSerialPort;
+    if (line.server() != nullptr) needs.others += kForPortServer;
   }
   if (config.dds.enabled) needs.others += kForDds;
   if (config.web.on) needs.web = kWebDescriptors;

@@ -73,9 +73,10 @@ events::EventLog::Options OptionsOf(const config::Config& config, const EventsPl
 
 events::OwnCode CodeOf(News::What what) {
   using events::OwnCode;
-  static constexpr std::array<OwnCode, 8> kCodes = {
-      OwnCode::no_answer, OwnCode::not_in_use, OwnCode::wrong_device, OwnCode::replaced,
-      OwnCode::port_down, OwnCode::port_lent,  OwnCode::collisions,   OwnCode::ring_open};
+  static constexpr std::array<OwnCode, 9> kCodes = {
+      OwnCode::no_answer,  OwnCode::not_in_use, OwnCode::wrong_device,
+      OwnCode::replaced,   OwnCode::port_down,  OwnCode::port_lent,
+      OwnCode::collisions, OwnCode::ring_open,  OwnCode::port_served};
   return kCodes[static_cast<std::size_t>(what)];
 }
 

@@ -16,9 +16,6 @@ WriteEnd EndOf(Outcome outcome) {
 
 }  // namespace
 
-HandDesk::HandDesk(const config::Line& line, Poller& poller, Tap& tap, Send send)
-    : line_(line), poller_(poller), tap_(tap), send_(std::move(send)) {}
-
 void HandDesk::Answer(const WriteCommand& command, WriteEnd end, const std::string& reason,
                       Outcome outcome) {
   command.telegram->outcome = Name(outcome);
@@ -58,7 +55,7 @@ void HandDesk::Settle(Now now) {
 void HandDesk::Hand(bool send, Now now) {
   if (send) {
     tap_.OnSent(command_->device, exchange_->request(), now);
-    send_(exchange_->request().bytes, serial_);
+    port_.Send(exchange_->request().bytes, serial_, now);
   }
   if (exchange_->is_over()) End(now);
 }

@@ -8,7 +8,6 @@
 #pragma once
 
 #include <deque>
-#include <functional>
 #include <optional>
 #include <string>
 
@@ -22,9 +21,9 @@ namespace baudgate {
 
 class HandDesk {
  public:
-  using Send = std::function<void(View bytes, const config::SerialSettings& serial)>;
-  /// All outlive it.
-  HandDesk(const config::Line& line, Poller& poller, Tap& tap, Send send);
+  /// All outlive it; `port` may be made later than this.
+  HandDesk(const config::Line& line, Poller& poller, Tap& tap, RequestPort& port)
+      : line_(line), poller_(poller), tap_(tap), port_(port) {}
 
   /// `open`: the port is; otherwise it is answered at once.
   void Submit(WriteCommand command, bool open, Now now);
@@ -47,7 +46,7 @@ class HandDesk {
   const config::Line& line_;
   Poller& poller_;
   Tap& tap_;
-  const Send send_;
+  RequestPort& port_;
   std::deque<WriteCommand> waiting_;
   std::optional<WriteCommand> command_;  // under way
   config::SerialSettings serial_;

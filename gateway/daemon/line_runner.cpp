@@ -4,25 +4,30 @@
 namespace baudgate {
 
 LineRunner::LineRunner(asio::io_context& loop, const config::Line& line, std::uint32_t first_device,
-                       const Poller::FindProtocol& find, PointStore& store,
-                       LineRecorder::Sink recordings, DeviceMemory* memory, EventSink* events)
+                       const Poller::FindProtocol& find, PointStore& store, LineParts::Links links)
     : io_(loop),
       timer_(loop),
       keeper_(loop, line.port, [this] { transport_->Open(); }),
       transport_(MakeTransport(line, loop, *this)),
-      driver_(line, first_device, find, store, *transport_, keeper_, std::move(recordings), memory,
-              events) {}
+      line_(line, first_device, find, store, *transport_, keeper_, std::move(links)),
+      servers_(loop, line, *this, line_.loan),
+      offer_end_(loop) {}
 
 void LineRunner::Start() {
   started_ = true;
-  Post([this](Now now) { driver_.Start(now); });
+  Post([this](LineParts& line, Now now) {
+    servers_.Start();
+    line.Start(now);
+  });
 }
 
 void LineRunner::RequestStop() {
   if (!started_ || std::exchange(stopping_, true)) return;
-  Post([this](Now now) {
-    driver_.Stop(now, [this] {
+  Post([this](LineParts& line, Now now) {
+    line.port.Stop(now, [this] {
       timer_.cancel();
+      offer_end_.cancel();
+      servers_.Stop();
       // What was ready before, or is cancelled by this, stands before these two in the loop's
       // queue.
       asio::post(io_, [this] { asio::post(io_, [stopped = stopped_] { stopped->set_value(); }); });
@@ -52,8 +57,8 @@ bool LineRunner::Submit(WriteCommand command) {
     queued_.Give(ticket);
     done(result);
   };
-  Post([this, command = std::move(command)](Now now) mutable {
-    driver_.Submit(std::move(command), now);
+  Post([command = std::move(command)](LineParts& line, Now now) mutable {
+    line.Submit(std::move(command), now);
   });
   return true;
 }
@@ -68,78 +73,77 @@ bool LineRunner::Submit(RoutedRequest request) {
     --routed_;
     done(std::move(reply));
   };
-  Post([this, request = std::move(request)](Now now) mutable {
-    driver_.Submit(std::move(request), now);
+  Post([request = std::move(request)](LineParts& line, Now now) mutable {
+    line.poller.Submit(std::move(request), now);
   });
   return true;
 }
 
 void LineRunner::Forget(std::uint64_t client) {
-  Post([this, client](Now now) { driver_.Forget(client, now); });
+  Post([client](LineParts& line, Now now) { line.poller.Forget(client, now); });
 }
 
-void LineRunner::SetInUse(std::uint32_t device, bool in_use) {
-  Post([this, device, in_use](Now now) { driver_.SetInUse(device, in_use, now); });
-}
-
-void LineRunner::OnEventsKept(std::uint32_t device, std::string said, bool reported) {
-  Post([this, device, said = std::move(said), reported](Now now) {
-    driver_.OnEventsKept(device, said, reported, now);
+void LineRunner::Offer(config::PortServer server, Duration time) {
+  Post([this, server = std::move(server), time](LineParts&, Now now) mutable {
+    servers_.Offer(std::move(server), time, now);
+    offer_end_.expires_at(now.instant + time);
+    offer_end_.async_wait([this](const asio::error_code& error) {
+      if (!error) Handle([this](LineParts&, Now at) { servers_.Withdraw(at); });
+    });
   });
 }
 
-void LineRunner::OnUnsettledWrite(std::uint32_t device) {
-  Post([this, device](Now) { driver_.OnUnsettledWrite(device); });
-}
-
-void LineRunner::OnHostClock(bool right) {
-  Post([this, right](Now) { driver_.OnHostClock(right); });
-}
-
-void LineRunner::Release(Duration time) {
-  Post([this, time](Now now) { driver_.Release(time, now); });
-}
-
 void LineRunner::TakeBack() {
-  Post([this](Now now) { driver_.TakeBack(now); });
+  Post([this](LineParts& line, Now now) {
+    offer_end_.cancel();
+    servers_.Withdraw(now);
+    line.port.TakeBack(now);
+  });
+}
+
+void LineRunner::Want(serial_server::PortUser& user, const serial_server::Visit& visit, Now) {
+  Handle([&](LineParts& line, Now now) { line.loan.Want(user, visit, now); });
+}
+
+void LineRunner::Return(serial_server::PortUser& user, const serial_server::Visit& visit,
+                        const std::string& why, Now) {
+  Handle([&](LineParts& line, Now now) { line.loan.Return(user, visit, why, now); });
+}
+
+void LineRunner::OnListening(const std::string& place, const std::string& trouble, Now now) {
+  line_.loan.OnListening(place, trouble, now);
 }
 
 void LineRunner::OnOpened() {
-  driver_.OnOpened(ReadClocks());
-  Arm();
+  Handle([](LineParts& line, Now now) { line.port.OnOpened(now); });
 }
 
 void LineRunner::OnOpenFailed(const std::string& reason) {
-  driver_.OnOpenFailed(reason, ReadClocks());
-  Arm();
+  Handle([&](LineParts& line, Now now) { line.port.OnOpenFailed(reason, now); });
 }
 
 void LineRunner::OnBytes(View bytes) {
-  driver_.OnBytes(bytes, ReadClocks());
-  Arm();
+  Handle([&](LineParts& line, Now now) { line.port.OnBytes(bytes, now); });
 }
 
 void LineRunner::OnLost(const std::string& reason) {
-  driver_.OnLost(reason, ReadClocks());
-  Arm();
+  Handle([&](LineParts& line, Now now) { line.port.OnLost(reason, now); });
 }
 
 void LineRunner::OnEnded(const std::string& reason) {
-  driver_.OnEnded(reason, ReadClocks());
-  Arm();
+  Handle([&](LineParts& line, Now now) { line.port.OnEnded(reason, now); });
 }
 
 /// A timer that ends early once costs less than one that is set anew at every input.
 void LineRunner::Arm() {
-  const auto deadline = driver_.Deadline();
+  const auto deadline = line_.Deadline();
   if (!deadline || *deadline >= armed_) return;
   armed_ = *deadline;
   timer_.expires_at(armed_);
   timer_.async_wait([this](const asio::error_code& error) {
     if (error) return;
     armed_ = Instant::max();
-    driver_.OnTimer(ReadClocks());
-    Arm();
+    Handle([](LineParts& line, Now now) { line.OnTimer(now); });
   });
 }
 

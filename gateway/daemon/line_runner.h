@@ -1,6 +1,6 @@
 // Runs one line for real on an event loop that it may share with other lines: joins a transport and
-// the clocks with line_driver.h, which holds the rules. On a shared loop nothing here blocks; a
-// local serial port, whose driver may, gets a loop of its own (placement.h).
+// the clocks with the parts of the line (line_parts.h), which hold the rules. On a shared loop
+// nothing here blocks; a local serial port, whose driver may, gets a loop of its own (placement.h).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,18 +14,20 @@
 #include <string>
 #include <utility>
 
-#include "gateway/daemon/line_driver.h"
+#include "gateway/daemon/line_parts.h"
+#include "gateway/daemon/line_servers.h"
 #include "gateway/requests/command_room.h"
+#include "gateway/requests/routed.h"
 
 namespace baudgate {
 
-class LineRunner final : public RouteTarget, private TransportListener {
+class LineRunner final : public RouteTarget,
+                         private TransportListener,
+                         private serial_server::PortOwner {
  public:
   /// All references outlive the runner. Nothing happens before Start.
   LineRunner(asio::io_context& loop, const config::Line& line, std::uint32_t first_device,
-             const Poller::FindProtocol& find, PointStore& store,
-             LineRecorder::Sink recordings = {}, DeviceMemory* memory = nullptr,
-             EventSink* events = nullptr);
+             const Poller::FindProtocol& find, PointStore& store, LineParts::Links links = {});
   /// Stopped, if it was started: the loop must not have ended before.
   ~LineRunner() override { Stop(); }
 
@@ -55,18 +57,18 @@ class LineRunner final : public RouteTarget, private TransportListener {
   bool Submit(RoutedRequest request) override;
   void Forget(std::uint64_t client) override;
 
-  // See LineControl; from any thread, done soon after.
-  void Release(Duration time);
-  void TakeBack();
-  void SetInUse(std::uint32_t device, bool in_use);
-  /// From any thread, as long as the runner lives.
-  void OnEventsKept(std::uint32_t device, std::string said, bool reported);
-  /// See Conversation.
-  void OnUnsettledWrite(std::uint32_t device);
-  void OnHostClock(bool right);
-  LineRecorder& recorder() { return driver_.recorder(); }
+  /// Calls `call` with the parts of the line and the time on the loop, soon; from any thread.
+  template <typename Call>
+  void Post(Call call) {
+    asio::post(io_, [this, call = std::move(call)]() mutable { Handle(std::move(call)); });
+  }
 
-  bool is_open() const { return driver_.is_open(); }
+  // See LineControl; from any thread, done soon after.
+  void Offer(config::PortServer server, Duration time);
+  void TakeBack();
+
+  LineRecorder& recorder() { return line_.recorder; }    // any thread may read it
+  bool is_open() const { return line_.port.is_open(); }  // from any thread
 
  private:
   void OnOpened() override;
@@ -74,14 +76,21 @@ class LineRunner final : public RouteTarget, private TransportListener {
   void OnBytes(View bytes) override;
   void OnLost(const std::string& reason) override;
   void OnEnded(const std::string& reason) override;
+  void OnRoom() override { line_.loan.OnRoom(); }
 
-  /// Calls `call` with the time on the loop.
+  // From the servers of its port.
+  void Want(serial_server::PortUser& user, const serial_server::Visit& visit, Now now) override;
+  void Return(serial_server::PortUser& user, const serial_server::Visit& visit,
+              const std::string& why, Now now) override;
+  void OnListening(const std::string& place, const std::string& trouble, Now now) override;
+
+  /// One input of the line, on its loop.
   template <typename Call>
-  void Post(Call call) {
-    asio::post(io_, [this, call = std::move(call)]() mutable {
-      call(ReadClocks());
-      Arm();
-    });
+  void Handle(Call call) {
+    const Now now = ReadClocks();
+    call(line_, now);
+    line_.Settle(now);
+    Arm();
   }
   void Arm();
 
@@ -90,7 +99,9 @@ class LineRunner final : public RouteTarget, private TransportListener {
   Instant armed_ = Instant::max();  // when the timer ends; max: it does not run
   PortKeeper keeper_;               // while the port is down
   const std::unique_ptr<Transport> transport_;
-  LineDriver driver_;
+  LineParts line_;
+  LineServers servers_;
+  asio::steady_timer offer_end_;
   CommandRoom queued_{Poller::kQueueLimit};  // for commands handed over and not yet answered
   std::atomic<std::size_t> routed_ = 0;      // routed requests, alike
   std::atomic<WallTime> stuck_since_ = WallTime{};

@@ -20,7 +20,7 @@ class LineSlot final : public RouteTarget {
     return taken;
   }
   void Forget(std::uint64_t client) override {
-    With([client](LineRunner& runner) { runner.Forget(client); });
+    Post([client](LineParts& line, Now now) { line.poller.Forget(client, now); });
   }
 
   /// Calls `call` with the line, which stays until it returns; false: there is none.
@@ -30,6 +30,12 @@ class LineSlot final : public RouteTarget {
     if (!runner_) return false;
     call(*runner_);
     return true;
+  }
+
+  /// Calls `call` with the parts of the line and the time on its loop, soon, if there is a line.
+  template <typename Call>
+  void Post(Call call) const {
+    With([&](LineRunner& runner) { runner.Post(std::move(call)); });
   }
 
   /// For whoever puts and takes it; null: there is none.

@@ -23,7 +23,8 @@ Lines::Lines(PointStore& store, const config::Catalog& catalog, std::size_t loop
     : store_(store),
       catalog_(catalog),
       find_([&catalog](const std::string& name) -> const Protocol& {
-        return *catalog.FindProtocol(name);
+        static constexpr Protocol kNone;  // of a line that only clients of its port use
+        return name.empty() ? kNone : *catalog.FindProtocol(name);
       }) {
   while (shared_.size() < loops) {
     const std::string name = fmt::format("lines {}", shared_.size() + 1);
@@ -62,8 +63,7 @@ void Lines::Add(std::shared_ptr<const config::Line> line, std::shared_ptr<LoopTh
   place.own = std::move(own);
   for (std::size_t i = 0; i < place.config->devices.size(); ++i) line_of_.Append(number);
   place.slot.Put(std::make_unique<LineRunner>(LoopFor(place), *place.config, first_device, find_,
-                                              store_, links_.recordings, links_.memory,
-                                              links_.events));
+                                              store_, links_));
 }
 
 void Lines::Start() {
@@ -75,10 +75,8 @@ void Lines::Start() {
   for (std::size_t i = 0; i < slots_.size(); ++i) {
     Place& place = slots_[i];
     if (std::exchange(place.started, true)) continue;
-    place.slot.With([right](LineRunner& runner) {
-      runner.Start();
-      if (right) runner.OnHostClock(*right);
-    });
+    place.slot.With([](LineRunner& runner) { runner.Start(); });
+    if (right) place.slot.Post([right](LineParts& line, Now) { line.poller.OnHostClock(*right); });
   }
 }
 
@@ -134,7 +132,8 @@ std::vector<std::string> Lines::Stop() {
     if (runner != nullptr && !runner->StopBefore(deadline)) hang.push_back(slots_[i].config->name);
   }
   for (const auto& runner : hanging_) {
-    if (!runner->StopBefore(deadline)) hang.emplace_back("of before a reload");
+    if (!runner->StopBefore(deadline))
+      hang.emplace_back("a line that an earlier reload has removed");
   }
   return hang;
 }
@@ -176,7 +175,7 @@ void Lines::OnHostClock(bool right) {
   const MutexLock lock(clock_mutex_);
   clock_right_ = right;
   for (std::size_t i = 0; i < slots_.size(); ++i) {
-    slots_[i].slot.With([right](LineRunner& runner) { runner.OnHostClock(right); });
+    slots_[i].slot.Post([right](LineParts& line, Now) { line.poller.OnHostClock(right); });
   }
 }
 
@@ -227,7 +226,11 @@ const Protocol* Lines::FindProtocol(const std::string& name) const {
 }
 
 void Lines::Release(std::uint32_t line, Duration time) {
-  at(line).With([time](LineRunner& runner) { runner.Release(time); });
+  at(line).Post([time](LineParts& its, Now now) { its.port.Release(time, now); });
+}
+
+void Lines::Offer(std::uint32_t line, config::PortServer server, Duration time) {
+  at(line).With([&](LineRunner& runner) { runner.Offer(std::move(server), time); });
 }
 
 void Lines::TakeBack(std::uint32_t line) {
@@ -235,7 +238,8 @@ void Lines::TakeBack(std::uint32_t line) {
 }
 
 void Lines::SetInUse(std::uint32_t device, bool in_use) {
-  OfDevice(device).With([&](LineRunner& runner) { runner.SetInUse(device, in_use); });
+  OfDevice(device).Post(
+      [device, in_use](LineParts& line, Now now) { line.poller.SetInUse(device, in_use, now); });
 }
 
 std::shared_ptr<TraceQueue> Lines::Trace(std::uint32_t line, std::function<void()> wake) {

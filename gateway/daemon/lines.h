@@ -27,22 +27,16 @@ namespace baudgate {
 
 class Lines final : public CommandSink, public LineControl {
  public:
-  /// For lines to end: a second for a write under way (line_driver.cpp), and some room.
+  /// For lines to end: a second for a write under way (line_port.cpp), and some room.
   static constexpr Duration kPatience = 1300ms;
 
-  /// What lines are joined with, beside the store.
-  struct Links {
-    LineRecorder::Sink recordings{};
-    DeviceMemory* memory = nullptr;
-    EventSink* events = nullptr;
-  };
   /// `loops`: so many threads for lines that never block (placement.h), at least one. All
   /// references outlive it; lines have the numbers of the store.
   Lines(PointStore& store, const config::Catalog& catalog, std::size_t loops);
   ~Lines() override;
 
   /// Of those that are added from now on; it outlives them.
-  void Link(Links links) { links_ = std::move(links); }
+  void Link(LineParts::Links links) { links_ = std::move(links); }
   /// A thread of its own for a line whose driver may block; null: it needs none. The error: the
   /// system has no thread or no file descriptors left for it.
   static Result<std::shared_ptr<LoopThread>> MakeLoop(const config::Line& line);
@@ -81,6 +75,7 @@ class Lines final : public CommandSink, public LineControl {
   bool Submit(WriteCommand command) override;
   void OnDenied(const DeniedWrite& denied) override;
   void Release(std::uint32_t line, Duration time) override;
+  void Offer(std::uint32_t line, config::PortServer server, Duration time) override;
   void TakeBack(std::uint32_t line) override;
   void SetInUse(std::uint32_t device, bool in_use) override;
   const Protocol* FindProtocol(const std::string& name) const override;
@@ -102,7 +97,7 @@ class Lines final : public CommandSink, public LineControl {
   PointStore& store_;
   const config::Catalog& catalog_;
   const Poller::FindProtocol find_;
-  Links links_;
+  LineParts::Links links_;
   std::vector<std::unique_ptr<LoopThread>> shared_;
   bool running_ = false;
   std::size_t turn_ = 0;  // of the shared loops

@@ -30,7 +30,8 @@ enum class OwnCode : std::uint32_t {
   clock_corrected = 1'000'020,  ///< of a device
   clock_left = 1'000'021,       ///< it should have been, and was not
   own_alarm = 1'000'022,        ///< of a line, a device, a route or a disk
-  priority = 1'000'023,         ///< an active alarm has another one in the configuration now
+  port_served = 1'000'023,      ///< of a line that nobody polls: a client has its port
+  priority = 1'000'024,         ///< an active alarm has another one in the configuration now
 };
 
 constexpr std::uint32_t CodeOf(OwnCode code) { return static_cast<std::uint32_t>(code); }

@@ -42,6 +42,7 @@ constexpr Words kWords[] = {
     {OwnCode::not_in_use, "taken out of use", "in use again"},
     {OwnCode::wrong_device, "not what it should be", "what it should be again"},
     {OwnCode::replaced, "another device", nullptr},
+    {OwnCode::port_served, "a client has the port", "the client has left"},
     {OwnCode::clock_corrected, "clock corrected", nullptr},
     {OwnCode::clock_left, "clock not corrected", nullptr},
 };

@@ -168,7 +168,6 @@ void JobRun::Conclude(ExchangeEnd end, Finding finding) {
   if (lost) return Finish(end.outcome, end.reason);
   if (answered && GoesOnBehindBroadcast()) return Ask(job.attempts);
   if (answered) return OnAnswered(end);
-  listener_.OnNoReply();
   OnFailed(end);
 }
 

@@ -40,7 +40,7 @@ void Ledger::OnTime(Now now, bool busy, const Member* member, bool drains) {
     if (member != nullptr && drains) Of(*member).drained += passed;
   }
   now_ = now;
-  if (others_.EndsAt(now.instant)) listener_.OnNews({News::What::collisions, true});
+  if (others_.EndsAt(now.instant)) listener_.OnNews({News::What::collisions, true}, now_);
   if (now.instant - minute_began_ < 1min) return;
   use_ = UseSince(minute_began_);
   shares_ = SharesSince(minute_began_);
@@ -97,7 +97,7 @@ void Ledger::OnReceived(View bytes) {
 void Ledger::OnRing(const Member& member, bool cut) {
   if (cut == cut_since_.has_value()) return;
   cut_since_ = cut ? std::optional(now_.wall) : std::nullopt;
-  listener_.OnNews({News::What::ring_open, !cut});
+  listener_.OnNews({News::What::ring_open, !cut}, now_);
   listener_.OnWarning(member.index,
                       cut ? "the line does not echo any more: its ring is open, or a device on it "
                             "has no power; until it is mended no device of the line can answer"
@@ -107,7 +107,8 @@ void Ledger::OnRing(const Member& member, bool cut) {
 void Ledger::OnSecondMaster() {
   if (!others_.Add(now_.instant)) return;
   listener_.OnNews({.what = News::What::collisions,
-                    .text = "echoes differ from what was sent: another master speaks on the line"});
+                    .text = "echoes differ from what was sent: another master speaks on the line"},
+                   now_);
 }
 
 void Ledger::OnPatience(const Member& member, Duration more) {
@@ -321,7 +322,7 @@ bool Ledger::OnTrouble(const Device& device) {
   state.trouble = text;
   ShowOverride(device);
   Change(device, [&text](DeviceStatus& status) { status.trouble = text; });
-  listener_.OnNews({News::What::wrong_device, text.empty(), device.index, text});
+  listener_.OnNews({News::What::wrong_device, text.empty(), device.index, text}, now_);
   listener_.OnWarning(device.index, text.empty() ? "it is what it should be again" : text);
   return over;
 }
@@ -340,7 +341,7 @@ void Ledger::OnMemory(Device& device) {
 void Ledger::OnReplaced(const Member& member) {
   const std::string text =
       "it tells another name than before: another device answers here, and everything is read anew";
-  listener_.OnNews({.what = News::What::replaced, .device = member.index, .text = text});
+  listener_.OnNews({.what = News::What::replaced, .device = member.index, .text = text}, now_);
   listener_.OnWarning(member.index, text);
 }
 
@@ -362,7 +363,7 @@ void Ledger::OnState(const Member& member, const std::string& reason) {
       status.findings = {};
     }
   });
-  listener_.OnDeviceState(member.index, from, state, reason);
+  listener_.OnDeviceState(member.index, from, state, reason, now_);
   if (tap_ != nullptr) tap_->OnDeviceState(member.index, state, reason, now_);
 }
 

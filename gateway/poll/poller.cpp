@@ -25,8 +25,9 @@ std::string DoesNotAnswer(std::uint8_t slave) {
 }  // namespace
 
 Poller::Poller(const config::Line& line, std::uint32_t first_device, const FindProtocol& find,
-               PointStore& store, PollerListener& listener)
+               PointStore& store, RequestPort& port, PollerListener& listener)
     : store_(store),
+      port_(port),
       listener_(listener),
       line_(*this),
       echo_(line.echo),
@@ -54,6 +55,7 @@ void Poller::Advance(Now now) {
 }
 
 void Poller::Recall(std::uint32_t index, std::string memory, Now now) {
+  Advance(now);
   Device& device = roster_.DeviceAt(index);
   device.conversation->Recall(memory, now);
   device.memory = std::move(memory);

@@ -38,9 +38,10 @@ class Poller : private LineClient {
  public:
   using FindProtocol = Roster::FindProtocol;
   /// `first_device`: the index of line.devices[0] in the store. `find` names the descriptor of a
-  /// protocol that the configuration has checked to exist. All references outlive the poller.
+  /// protocol that the configuration has checked to exist. All references outlive the poller;
+  /// `port` and `listener` may be made later than it.
   Poller(const config::Line& line, std::uint32_t first_device, const FindProtocol& find,
-         PointStore& store, PollerListener& listener);
+         PointStore& store, RequestPort& port, PollerListener& listener);
 
   /// Before anything else; `tap` outlives the poller.
   void Attach(Tap& tap) { ledger_.Attach(tap); }
@@ -115,6 +116,7 @@ class Poller : private LineClient {
   Chooser::Idle idle() const { return {now_.instant, idle_since_}; }
 
   PointStore& store_;
+  RequestPort& port_;
   PollerListener& listener_;
   Line line_;
   EchoWatch echo_;

@@ -39,7 +39,7 @@ void Poller::Send() {
   const Request& request = run_.Send();
   examiner_.Begin(*run_.job()->member, request, run_.job()->member->times, now_.instant);
   echo_.OnSent(request.bytes);
-  listener_.Send(request.bytes, run_.job()->member->serial);
+  port_.Send(request.bytes, run_.job()->member->serial, now_);
 }
 
 Outcome Poller::Judge(View frame, Instant now) {
@@ -103,6 +103,8 @@ void Poller::Conclude() {
   const Job& job = *run_.job();
   if (echo_.OnExchangeEnd(job.request, *end)) ledger_.OnCollision();
   ledger_.OnRing(*job.member, echo_.is_cut());
+  const bool good = ProvesLife(end->outcome) || end->outcome == Outcome::line_down;
+  if (!good) port_.DropUnsent();
   Finding finding = examiner_.End(end->outcome);
   run_.Conclude(std::move(*end), std::move(finding));
 }

@@ -1,5 +1,5 @@
-// What a line's owner hears from its poller: requests to send, and news of devices. Implemented by
-// gateway/daemon/line_runner.cpp.
+// What a poller needs of whoever runs it: a port for its requests, and somebody who hears the news
+// of devices. Implemented by gateway/daemon/line_port.h and gateway/daemon/line_reporter.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -35,6 +35,7 @@ struct News {
     port_lent,
     collisions,  ///< another master is on the line
     ring_open,
+    port_served,  ///< a client has it
   };
   What what = What::no_answer;
   bool over = false;                      ///< it was told before, and has ended
@@ -44,16 +45,21 @@ struct News {
   bool first = false;
 };
 
+class RequestPort {
+ public:
+  virtual ~RequestPort() = default;
+  /// A whole request, to be sent at once with these settings of the port.
+  virtual void Send(View bytes, const config::SerialSettings& serial, Now now) = 0;
+  /// No good reply came: what of the request has not left this machine must not leave it later.
+  virtual void DropUnsent() {}
+};
+
 class PollerListener {
  public:
   virtual ~PollerListener() = default;
-  /// A whole request, to be sent at once with these settings of the port.
-  virtual void Send(View bytes, const config::SerialSettings& serial) = 0;
-  /// No good reply came: what of the request has not left this machine must not leave it later.
-  virtual void OnNoReply() {}
   /// One line per change, with the reason; `device` is numbered as for gateway/trace/tap.h.
   virtual void OnDeviceState(std::uint32_t device, DeviceState from, DeviceState to,
-                             const std::string& reason) = 0;
+                             const std::string& reason, Now at) = 0;
   /// What the device's conversation wants to know after a restart has changed.
   virtual void OnMemory(std::uint32_t /*device*/, const std::string& /*memory*/) {}
   /// The device is not asked for more before Poller::OnEventsKept, which is not called from here.
@@ -61,7 +67,7 @@ class PollerListener {
   /// Asked at `asked` or later the device had nothing to tell: all that it has told is kept.
   virtual void OnDrained(std::uint32_t /*device*/, Instant /*asked*/) {}
   /// A fact without a call of its own above.
-  virtual void OnNews(News /*news*/) {}
+  virtual void OnNews(News /*news*/, Now /*at*/) {}
   /// These points of the device have been read; the point store holds what is thought of it.
   virtual void OnRead(std::uint32_t /*device*/, std::span<const std::uint32_t> /*points*/,
                       Now /*at*/) {}

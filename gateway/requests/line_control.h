@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "config/model/port_server.h"
 #include "gateway/base/result.h"
 #include "gateway/base/time.h"
 #include "gateway/trace/trace_text.h"
@@ -24,7 +25,10 @@ class LineControl {
   /// Closes the port so that another program may have it, and opens it again after `time`; a second
   /// call counts anew. The line's points are out of service meanwhile.
   virtual void Release(std::uint32_t line, Duration time) = 0;
-  /// Ends a release at once.
+  /// Lets clients come in for the port over the network, for `time`; a second call takes the place
+  /// of the first. Points are out of service while a client has the port.
+  virtual void Offer(std::uint32_t line, config::PortServer server, Duration time) = 0;
+  /// Ends a release, and what Offer has begun, at once.
   virtual void TakeBack(std::uint32_t line) = 0;
   /// A device that is not in use is not asked, and its points are out of service. Not kept over a
   /// restart: `enabled: false` in the configuration is for that.

@@ -16,6 +16,7 @@ using config::SerialSettings;
 constexpr long kTolerancePerMille = 30;
 
 bool ParityBit(unsigned data, Parity parity) {
+  if (parity == Parity::mark || parity == Parity::space) return parity == Parity::mark;
   const bool odd = std::popcount(data) % 2 != 0;
   return parity == Parity::even ? odd : !odd;
 }

@@ -48,7 +48,7 @@ bool RoutesWrite(const config::Config& config) {
 bool CanWrite(const config::Config& config) {
   if (RoutesWrite(config)) return true;
   return std::ranges::any_of(config.lines, [](const config::Line& line) {
-    if (line.ask == config::Ask::write) return true;
+    if (line.ask == config::Ask::write || line.lend) return true;
     return std::ranges::any_of(line.devices, [](const config::Device& device) {
       return std::ranges::any_of(device.points,
                                  [](const config::Point& point) { return point.writing.allowed; });

@@ -47,6 +47,11 @@ std::string SayOtherService(const config::Line& line, std::span<const DeviceReco
 
 std::string Closed(const config::Line& line, const LineStatus& status,
                    std::span<const DeviceRecord> devices, Now now) {
+  if (status.port == LineStatus::Port::released && status.port_text.starts_with("lent to ")) {
+    return fmt::format(
+        "{} until {}, its points are out of service; 'baudgate release {} --end' takes it back",
+        status.port_text, ClockText(status.released_until), line.name);
+  }
   if (status.port == LineStatus::Port::released) {
     return fmt::format(
         "released: the port is lent until {}; 'baudgate release {} --end' takes it back",
@@ -165,8 +170,17 @@ bool IsExplained(std::span<const DeviceRecord> devices) {
 
 Sentences DiagnoseLine(const config::Line& line, const LineStatus& status,
                        std::span<const DeviceRecord> devices, Now now, Instant started) {
-  if (status.port != LineStatus::Port::open) return {Closed(line, status, devices, now)};
   Sentences found;
+  for (const PortService& service : status.services) {
+    if (!service.trouble.empty()) {
+      found.push_back(fmt::format("no client can come in for its port at {}: {}; it is tried again",
+                                  service.place, service.trouble));
+    }
+  }
+  if (status.port != LineStatus::Port::open) {
+    found.insert(found.begin(), Closed(line, status, devices, now));
+    return found;
+  }
   const bool nobody = AbsentTogether(devices);
   if (status.cut_since) {
     found.push_back(fmt::format(

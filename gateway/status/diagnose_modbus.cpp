@@ -74,6 +74,9 @@ Sentences DiagnoseMaster(const modbus::MasterStatus& master, WallTime now) {
     return {fmt::format("port closed for {}: {}; it is tried again until it works",
                         FormatAge(now - master.since), master.text)};
   }
+  if (master.other) {
+    return {"the master is not understood: " + ExplainOther(*master.other, master.expected)};
+  }
   Sentences found;
   if (master.echoes > 0) {
     found.push_back(
@@ -90,6 +93,12 @@ Sentences DiagnoseMaster(const modbus::MasterStatus& master, WallTime now) {
                                 master.text));
   }
   return found;
+}
+
+std::string DiagnoseOther(const modbus::OtherSpeaker& other, WallTime now) {
+  return fmt::format("client {} was disconnected{}, {} ago: {}", other.peer,
+                     other.times == 1 ? "" : fmt::format(" ({} times)", other.times),
+                     FormatAge(now - other.last), ExplainOther(other.heard, other.expected));
 }
 
 Sentences DiagnoseRoute(const modbus::RouteStatus& route, WallTime now) {

@@ -18,6 +18,8 @@ inline constexpr double kNotableDamage = 0.01;
 /// Empty when it is heard well.
 std::vector<std::string> DiagnoseMaster(const modbus::MasterStatus& master, WallTime now);
 
+std::string DiagnoseOther(const modbus::OtherSpeaker& other, WallTime now);
+
 /// Empty when every request has had a good reply.
 std::vector<std::string> DiagnoseRoute(const modbus::RouteStatus& route, WallTime now);
 

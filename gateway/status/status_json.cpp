@@ -206,6 +206,30 @@ std::string ExplainHang(const config::Line& line, WallTime since) {
          " does not come back from a call; unplug the adapter, or restart the gateway";
 }
 
+Json ModemJson(const std::optional<ModemLines>& lines) {
+  if (!lines) return nullptr;
+  return {{"dtr", lines->dtr}, {"rts", lines->rts}, {"cts", lines->cts},
+          {"dsr", lines->dsr}, {"dcd", lines->dcd}, {"ring", lines->ring}};
+}
+
+Json ServiceJson(const PortService& service) {
+  Json json = {{"at", service.place},
+               {"mode", service.mode},
+               {"use", service.lent ? "lent" : "served"},
+               {"trouble", service.trouble},
+               {"open_until", TimeJson(service.open_until)},
+               {"client", nullptr},
+               {"last", nullptr}};
+  if (!service.visit) return json;
+  const PortService::Visit& visit = *service.visit;
+  const bool over = !visit.why.empty();
+  json[over ? "last" : "client"] = {
+      {"client", visit.client},         {"since", TimeJson(visit.since)},
+      {"until", TimeJson(visit.until)}, {"to_port", visit.to_port},
+      {"from_port", visit.from_port},   {"why", over ? Json(visit.why) : Json(nullptr)}};
+  return json;
+}
+
 Json LineJson(const config::Config& config, const PointStore& store, Target target,
               const View& view) {
   const config::Line& line = config.lines[target.line];
@@ -230,6 +254,9 @@ Json LineJson(const config::Config& config, const PointStore& store, Target targ
   json["port_since"] = TimeJson(status.port_since);
   json["released_until"] =
       status.port == LineStatus::Port::released ? TimeJson(status.released_until) : Json(nullptr);
+  json["modem"] = ModemJson(status.modem);
+  Json& services = json["services"] = Json::array();
+  for (const PortService& service : status.services) services.push_back(ServiceJson(service));
   const auto stuck = StuckSince(target.line, view);
   json["stuck_since"] = stuck ? TimeJson(*stuck) : Json(nullptr);
   json["times_lost"] = status.times_lost;

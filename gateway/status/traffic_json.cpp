@@ -80,12 +80,21 @@ Json TrafficJson(const modbus::TrafficStatus& traffic, const std::string& line, 
   Json clients = Json::array();
   Json masters = Json::array();
   Json closed = Json::array();
+  Json others = Json::array();
   Json routes = Json::array();
   if (line.empty()) {
     for (const modbus::ClosedListener& listener : traffic.closed) {
       closed.push_back(
           {{"listener", listener.place},
            {"advice", {"is not open: " + listener.why + "; tried again each second"}}});
+    }
+    for (const modbus::OtherSpeaker& other : traffic.others) {
+      others.push_back({{"listener", other.listener},
+                        {"peer", other.peer},
+                        {"framing", Name(other.heard)},
+                        {"times", other.times},
+                        {"last", TimeJson(other.last)},
+                        {"advice", {DiagnoseOther(other, now)}}});
     }
     for (const modbus::ClientStatus& client : traffic.clients) {
       clients.push_back(ClientJson(client, now));
@@ -100,6 +109,7 @@ Json TrafficJson(const modbus::TrafficStatus& traffic, const std::string& line, 
   return {{"clients", std::move(clients)},
           {"masters", std::move(masters)},
           {"closed", std::move(closed)},
+          {"other_framing", std::move(others)},
           {"routes", std::move(routes)}};
 }
 

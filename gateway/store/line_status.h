@@ -1,5 +1,5 @@
 // What the gateway knows of a line beside its devices: port, counters, round trips, line use.
-// Written by gateway/poll/poller.cpp (exchanges) and gateway/daemon/line_runner.cpp (port), held by
+// Written by gateway/poll/poller.cpp (exchanges) and gateway/daemon/line_port.cpp (port), held by
 // gateway/store/point_store.h, shown by `baudgate status`.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -9,7 +9,9 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
+#include "gateway/base/modem_lines.h"
 #include "gateway/base/outcome.h"
 #include "gateway/base/time.h"
 #include "gateway/store/device_status.h"
@@ -36,6 +38,25 @@ struct LineCounters {
   std::uint64_t Count(Outcome outcome) const { return outcomes[static_cast<std::size_t>(outcome)]; }
 };
 
+/// Where clients can have the port over the network, and who has it.
+struct PortService {
+  /// One client that has the port, or has had it.
+  struct Visit {
+    std::string client;  ///< "10.0.0.7:40112"
+    WallTime since{};
+    WallTime until{};  ///< while it has a lent port: when it loses it; afterwards: when it left
+    std::uint64_t to_port = 0;  ///< bytes, as below
+    std::uint64_t from_port = 0;
+    std::string why;  ///< it has it no more; empty: it has it
+  };
+  std::string place;           ///< "127.0.0.1:4001"
+  std::string mode;            ///< "raw", "rfc2217"
+  bool lent = false;           ///< a client takes the place of the polls
+  std::string trouble;         ///< why nobody can come in there; empty: clients can
+  WallTime open_until{};       ///< of `release --tcp`; the epoch: for good
+  std::optional<Visit> visit;  ///< the present one, or the last
+};
+
 struct LineStatus : LineCounters {
   enum class Port : std::uint8_t { closed, open, released } port = Port::closed;
   std::string port_text;  ///< open: "serial /dev/ttyUSB0 9600 7E1"; else why it is closed
@@ -48,6 +69,8 @@ struct LineStatus : LineCounters {
   std::uint32_t parity_errors = 0;
   std::uint32_t framing_errors = 0;
   std::uint32_t overruns = 0;
+  std::optional<ModemLines> modem;  ///< as seen last; nothing: the port has none
+  std::vector<PortService> services;
 
   /// Since when the bus has not echoed any more; nothing: it does, or need not (`echo: verify`).
   std::optional<WallTime> cut_since;

@@ -9,19 +9,19 @@
 
 #include "config/model/modbus_addresses.h"
 #include "gateway/base/bytes.h"
+#include "gateway/base/modbus_framing.h"
 #include "gateway/base/result.h"
 
 namespace baudgate::protocols::modbus {
 
 using config::kLastSlave;
 
-enum class Framing : std::uint8_t {
-  rtu,    ///< address, PDU, CRC-16 low byte first
-  ascii,  ///< ':', address, PDU and LRC in hex, CR LF
-  /// transaction, protocol (0), length of what follows (2 bytes each), unit, PDU. Source: MODBUS
-  /// Messaging on TCP/IP Implementation Guide V1.0b, 3.1.3
-  tcp,
-};
+// rtu    address, PDU, CRC-16 low byte first
+// ascii  ':', address, PDU and LRC in hex, CR LF
+// tcp    transaction, protocol (0), length of what follows (2 bytes each), unit, PDU. Source:
+// MODBUS
+//        Messaging on TCP/IP Implementation Guide V1.0b, 3.1.3
+using baudgate::modbus::Framing;
 
 inline constexpr std::size_t kRtuOverhead = 3;
 inline constexpr std::size_t kMaxRtu = 256;

@@ -43,8 +43,7 @@ std::optional<std::pair<std::uint8_t, Bytes>> UnwrapRequest(View frame) {
 
 template <Framing kFraming>
 constexpr PduCarrier kCarrier = {
-    SlaveOf,  WrapPdu<kFraming>,       UnwrapReply<kFraming>, UnwrapRequest<kFraming>,
-    IsCommon, kFraming == Framing::rtu};
+    SlaveOf, WrapPdu<kFraming>, UnwrapReply<kFraming>, UnwrapRequest<kFraming>, IsCommon, kFraming};
 
 }  // namespace
 

@@ -51,7 +51,7 @@ Status CheckDevice(const config::Device& device) {
 
 template <Framing kFraming>
 Expectation Expect(View request, const config::Options&) {
-  return Expect(kFraming, request);
+  return protocols::modbus::Expect(kFraming, request);
 }
 
 template <Framing kFraming>

@@ -113,8 +113,8 @@ TEST(DeviceErrors, OneSentenceEach) {
        "example 9600 8N1"},
       {"serial: 99 8N1", "36: error: serial: 99 baud is out of range; allowed: 300…921600"},
       {"serial: { baud: 9600, parity: evn }",
-       "58: error: parity: 'evn' is unknown; did you mean 'even'? allowed: none, even, odd, N, E, "
-       "O, software"},
+       "58: error: parity: 'evn' is unknown; did you mean 'even'? allowed: none, even, odd, mark, "
+       "space, N, E, O, M, S, software"},
       {"protocol: fakt",
        "38: error: protocol: 'fakt' is not installed; did you mean 'fake'? "
        "installed: fake, other"},

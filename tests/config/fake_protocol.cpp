@@ -100,7 +100,7 @@ Protocol MakeFakeProtocol(std::string_view name) {
 }
 
 Protocol MakeFakeCarrier(std::string_view name) {
-  static const PduCarrier kRtu = {.rtu_frames = true};
+  static const PduCarrier kRtu = {.framing = modbus::Framing::rtu};
   static const PduCarrier kOther;
   Protocol protocol = MakeFakeProtocol(name);
   protocol.carrier = name == "modbus_rtu" ? &kRtu : &kOther;

@@ -37,7 +37,7 @@ TEST(Listeners, Defaults) {
   const Listener listener = ListenerOf("at: \"127.0.0.1:1502\"");
   EXPECT_FALSE(listener.is_serial());
   EXPECT_EQ(listener.Place(), "127.0.0.1:1502");
-  EXPECT_EQ(listener.protocol, Listener::Protocol::tcp);
+  EXPECT_EQ(listener.framing, modbus::Framing::tcp);
   EXPECT_EQ(listener.permit, Permit::all);
   EXPECT_EQ(listener.priority, Priority::normal);
   EXPECT_EQ(listener.errors, Listener::Errors::exception);
@@ -46,10 +46,10 @@ TEST(Listeners, Defaults) {
 }
 
 TEST(Listeners, RtuOverTcp) {
-  const Listener listener = ListenerOf("at: \"0.0.0.0:2101\", protocol: rtu, errors: silent");
-  EXPECT_EQ(listener.protocol, Listener::Protocol::rtu);
+  const Listener listener = ListenerOf("at: \"0.0.0.0:2101\", framing: rtu, errors: silent");
+  EXPECT_EQ(listener.framing, modbus::Framing::rtu);
   EXPECT_EQ(listener.errors, Listener::Errors::silent);
-  EXPECT_EQ(ListenerOf("protocol: rtu").errors, Listener::Errors::exception);
+  EXPECT_EQ(ListenerOf("framing: rtu").errors, Listener::Errors::exception);
 }
 
 TEST(Listeners, Holes) {
@@ -94,10 +94,10 @@ TEST(Listeners, SerialPort) {
   EXPECT_EQ(listener.serial.ToString(), "38400 7O1");
   EXPECT_TRUE(listener.serial.software_parity);
   EXPECT_TRUE(listener.serial.rs485.enabled);
-  EXPECT_EQ(listener.protocol, Listener::Protocol::rtu);
+  EXPECT_EQ(listener.framing, modbus::Framing::rtu);
   EXPECT_EQ(listener.errors, Listener::Errors::silent);
   EXPECT_EQ(listener.permit, Permit::data);
-  EXPECT_EQ(ListenerOf("at: /dev/ttyUSB4, errors: exception, protocol: rtu").errors,
+  EXPECT_EQ(ListenerOf("at: /dev/ttyUSB4, errors: exception, framing: rtu").errors,
             Listener::Errors::exception);
 }
 
@@ -277,10 +277,10 @@ TEST(Listeners, RtuNeedsItsModule) {
   const std::string sentence =
       ": error: listen: rtu needs a protocol that makes Modbus RTU frames, and none is "
       "installed; installed: fake, other\n";
-  EXPECT_EQ(problems("{ protocol: rtu }"), "t.yaml:1:19" + sentence);
+  EXPECT_EQ(problems("{ framing: rtu }"), "t.yaml:1:19" + sentence);
   EXPECT_EQ(problems("{ at: /dev/m }"), "t.yaml:1:19" + sentence);
   EXPECT_EQ(problems("/dev/m"), "t.yaml:1:19" + sentence);
-  EXPECT_EQ(problems("{ protocol: tcp }"), "");
+  EXPECT_EQ(problems("{ framing: tcp }"), "");
 }
 
 TEST(Network, OneInsideAnother) {

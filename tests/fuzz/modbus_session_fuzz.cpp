@@ -75,14 +75,13 @@ class Gateway : private modbus::ClientSession::Owner {
     constexpr std::array kPermits = {config::Permit::all, config::Permit::read,
                                      config::Permit::data, config::Permit::all};
     listener_.permit = kPermits[flags % kPermits.size()];
-    listener_.protocol =
-        (flags & 4U) != 0 ? config::Listener::Protocol::rtu : config::Listener::Protocol::tcp;
+    listener_.protocol = (flags & 4U) != 0 ? modbus::Framing::rtu : modbus::Framing::tcp;
     listener_.errors =
         (flags & 8U) != 0 ? config::Listener::Errors::silent : config::Listener::Errors::exception;
     listener_.broadcast = (flags & 16U) != 0 ? config::Listener::Broadcast::pass
                                              : config::Listener::Broadcast::ignore;
   }
-  bool speaks_rtu() const { return listener_.protocol == config::Listener::Protocol::rtu; }
+  bool speaks_rtu() const { return listener_.framing == modbus::Framing::rtu; }
 
   /// One byte: bit 0 the server runs, bit 1 the client reads, bit 2 a kept write and a routed
   /// request end, bit 3 the deadlines pass, bit 4 the piece of an RTU client is a frame without its
@@ -172,7 +171,7 @@ class Gateway : private modbus::ClientSession::Owner {
   FuzzSink sink_;
   FuzzTarget target_;
   modbus::PointDesk points_{
-      ModbusConfig(), FilledStore(), sink_, {}, {}, {{nullptr, &target_}, &ModbusRtuProtocol()}};
+      ModbusConfig(), FilledStore(), sink_, {}, {}, {{nullptr, &target_}, {&ModbusRtuProtocol()}}};
 };
 
 void FuzzModbusSession(View bytes) {

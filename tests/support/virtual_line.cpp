@@ -44,8 +44,9 @@ VirtualLine::VirtualLine(config::Line line, std::vector<const Protocol*> protoco
 }
 
 void VirtualLine::MakePoller() {
+  RequestPort& port = *this;
   PollerListener& listener = *this;
-  poller_ = std::make_unique<Poller>(config_.lines[0], 0U, find_, *store_, listener);
+  poller_ = std::make_unique<Poller>(config_.lines[0], 0U, find_, *store_, port, listener);
   sends_ = 0;
   const auto& devices = config_.lines[0].devices;
   for (std::uint32_t i = 0; i < devices.size(); ++i) {
@@ -157,7 +158,7 @@ bool VirtualLine::Write(std::uint32_t device, std::uint32_t point, Value raw, Du
   return Submit(std::move(command));
 }
 
-void VirtualLine::Send(View bytes, const config::SerialSettings& serial) {
+void VirtualLine::Send(View bytes, const config::SerialSettings& serial, Now) {
   ++sends_;
   if (keep_sent) sent.push_back({instant_, std::string(AsText(bytes))});
   const Duration character = serial.CharacterTime();
@@ -223,7 +224,7 @@ void VirtualLine::Deliver(const TimedPiece& piece, std::size_t fragment, Instant
 }
 
 void VirtualLine::OnDeviceState(std::uint32_t device, DeviceState, DeviceState to,
-                                const std::string&) {
+                                const std::string&, Now) {
   states.push_back({instant_, device, to});
 }
 

@@ -62,7 +62,7 @@ struct StateChange {
 /// For messages of failed tests.
 inline void PrintTo(WriteEnd end, std::ostream* out) { *out << Name(end); }
 
-class VirtualLine : private PollerListener {
+class VirtualLine : private RequestPort, private PollerListener {
  public:
   struct WireTwin {
     std::unique_ptr<Twin> twin;
@@ -113,6 +113,7 @@ class VirtualLine : private PollerListener {
   bool keep_sent = true;       ///< cleared by runs that are too long for it
   bool keeps_bit_rate = true;  ///< false: a pty or a network. Before Open
   std::vector<Sent> sent;
+  std::size_t dropped = 0;  ///< requests of which the port was to drop what was unsent
   std::vector<StateChange> states;
   std::vector<std::string> warnings;
   std::vector<WriteEnd> ends;  ///< of Write, in the order of their answers
@@ -140,9 +141,10 @@ class VirtualLine : private PollerListener {
  private:
   static constexpr Instant kStart = Instant() + 1h;
 
-  void Send(View bytes, const config::SerialSettings& serial) override;
+  void Send(View bytes, const config::SerialSettings& serial, Now now) override;
+  void DropUnsent() override { ++dropped; }
   void OnDeviceState(std::uint32_t device, DeviceState from, DeviceState to,
-                     const std::string& reason) override;
+                     const std::string& reason, Now at) override;
   void OnEvents(ReportedEvents reported) override;
   void OnDrained(std::uint32_t device, Instant asked) override {
     if (drained) drained(device, asked);

@@ -51,7 +51,7 @@ TEST_F(Routes, TakeRtuOverTcpOfPymodbus) {
   const std::uint16_t rtu = FreePort();
   const auto daemon =
       StartGateway(Yaml({kRoute}, BareLine("drive"),
-                        {"{ at: \"127.0.0.1:" + std::to_string(rtu) + "\", protocol: rtu }"}));
+                        {"{ at: \"127.0.0.1:" + std::to_string(rtu) + "\", framing: rtu }"}));
   const Json results = Pymodbus("rtu", std::to_string(rtu), kUnit,
                                 {"holding:7:2", "input:7:1", "register:7:70", "holding:7:2",
                                  "holding:1000:1", "write_registers:8:71:72", "holding:6:125"});

@@ -46,6 +46,7 @@ class SickPort final : public Transport {
   void Send(View) override {}
   void DropUnsent() override {}
   Status Apply(const config::SerialSettings&) override { return {}; }
+  Status Reset(const config::SerialSettings&) override { return {}; }
   std::string Describe() const override { return "sick"; }
 
  private:

@@ -42,6 +42,44 @@ Seen WaitFor(const ReleaseOptions& options, bool released, std::ostream& err) {
   }
 }
 
+/// Asks until clients can come in.
+int RunOffer(const ReleaseOptions& options, std::ostream& out, std::ostream& err) {
+  Json answer;
+  Json request = {{"command", "release"},
+                  {"target", options.line},
+                  {"for_ms", std::chrono::ceil<std::chrono::milliseconds>(options.time).count()},
+                  {"tcp", options.tcp},
+                  {"rfc2217", options.rfc2217}};
+  if (!options.allow.empty()) request["allow"] = options.allow;
+  if (const int code = Ask(options.socket, request, answer, err); code != 0) return code;
+  const std::string at = answer.value("at", "");
+  const Instant until = ReadClocks().instant + options.patience;
+  for (std::string trouble = "it does not listen yet";;
+       std::this_thread::sleep_for(kLookForRelease)) {
+    Json status;
+    const Json ask = {{"command", "status"}, {"target", options.line}};
+    if (const int code = Ask(options.socket, ask, status, err); code != 0) return code;
+    const Json line = status.value("lines", Json::array({Json::object()})).at(0);
+    for (const Json& service : line.value("services", Json::array())) {
+      if (service.value("at", "") == at) trouble = service.value("trouble", "");
+    }
+    if (trouble.empty()) break;
+    if (ReadClocks().instant < until) continue;
+    err << "baudgate: " << options.line << ": no client can come in at " << at << ": " << trouble
+        << '\n';
+    Ask(options.socket, {{"command", "take_back"}, {"target", options.line}}, answer, err);
+    return kNotClosed;
+  }
+  out << options.line << ": a client can have " << answer.value("port", "the port") << " at " << at
+      << (options.rfc2217 ? " (RFC 2217)" : "") << " until " << Clock(answer.value("until", ""))
+      << ". Polls go on until it sends its first byte, and again when it has left\n";
+  if (answer.value("for_everybody", false)) {
+    err << "baudgate: warning: whoever reaches " << at
+        << " from other machines may write to the devices of this line; --allow ADDRESS says who\n";
+  }
+  return 0;
+}
+
 int TakeBack(const ReleaseOptions& options, std::ostream& out, std::ostream& err) {
   Json answer;
   const Json request = {{"command", "take_back"}, {"target", options.line}};
@@ -61,6 +99,7 @@ int TakeBack(const ReleaseOptions& options, std::ostream& out, std::ostream& err
 
 int RunRelease(const ReleaseOptions& options, std::ostream& out, std::ostream& err) {
   if (options.end) return TakeBack(options, out, err);
+  if (!options.tcp.empty()) return RunOffer(options, out, err);
   Json answer;
   const Json request = {
       {"command", "release"},

@@ -87,6 +87,9 @@ std::vector<std::string> AdviceOf(const Json& status) {
   for (const Json& listener : PartOf(modbus, "closed")) {
     add("listener " + Text(listener, "listener"), listener);
   }
+  for (const Json& listener : PartOf(modbus, "other_framing")) {
+    add("listener " + Text(listener, "listener"), listener);
+  }
   for (const Json& route : modbus.at("routes")) {
     add("route " + Text(route, "units") + " to " + Text(route, "target"), route);
   }

@@ -10,6 +10,7 @@
 
 #include "gateway/base/shown.h"
 #include "gateway/cli/client/json_fields.h"
+#include "gateway/cli/client/port_text.h"
 #include "gateway/cli/client/status_sentences.h"
 #include "gateway/cli/client/status_tables.h"
 #include "gateway/cli/client/traffic_view.h"
@@ -114,7 +115,9 @@ std::string OneLine(const Json& status, const TableView& view) {
   const Json& lines = status.at("lines");
   const Json& line = lines.at(0);
   const bool is_serial = !line.at("serial").is_null();
-  std::string text = fmt::format("{}: {} on {}{}\n", Text(line, "name"), Text(line, "protocol"),
+  const std::string protocol = Text(line, "protocol");
+  std::string text = fmt::format("{}: {} on {}{}\n", Text(line, "name"),
+                                 protocol.empty() ? "clients of its port" : protocol,
                                  Text(line, "port"), is_serial ? ", " + Text(line, "serial") : "");
   text +=
       Facts({{"port", PortText(line)},
@@ -135,6 +138,7 @@ std::string OneLine(const Json& status, const TableView& view) {
                                           Plural(line.at("probes").get<std::uint64_t>(), "time"),
                                           MillisecondsText(line.at("notice_bound_ms")))}},
             view);
+  text += Facts(PortFacts(line), view);
   text += "\n" + Chart(line.at("round_trips"));
   if (!line.at("devices").empty()) text += "\n" + DeviceTable(lines, view);
   return text + RenderTraffic(status.at("modbus"), view) + AdviceText(status, view);

@@ -61,10 +61,10 @@ std::string Describe(const config::Listener& listener) {
   if (listener.is_serial()) {
     text += listener.serial.ToString();
     if (listener.serial.software_parity) text += " (software parity)";
-    text += ", Modbus RTU, ";
+    text += ", " + std::string(Title(listener.framing)) + ", ";
   } else {
-    const bool rtu = listener.protocol == config::Listener::Protocol::rtu;
-    text += rtu ? "Modbus RTU over TCP, " : "Modbus TCP, ";
+    text +=
+        std::string(Title(listener.framing)) + (listener.speaks_serial() ? " over TCP, " : ", ");
   }
   text += Describe(listener.permit);
   if (listener.is_serial()) return text + ", for the master there";
@@ -301,7 +301,7 @@ Json ToJson(const config::Listener& listener) {
   using config::Listener;
   Json one = {{"at", listener.Place()}};
   one["serial"] = listener.is_serial() ? Json(listener.serial.ToString()) : Json();
-  one["protocol"] = listener.protocol == Listener::Protocol::rtu ? "rtu" : "tcp";
+  one["framing"] = Name(listener.framing);
   one["permit"] = Name(listener.permit);
   one["priority"] = Name(listener.priority);
   one["priorities"] = DescribePriorities(listener);

@@ -7,6 +7,7 @@
 
 #include "gateway/base/shown.h"
 #include "gateway/cli/client/control_client.h"
+#include "gateway/cli/client/port_text.h"
 #include "gateway/cli/ports/found_ports.h"
 #include "gateway/cli/ports/port_holders.h"
 #include "gateway/cli/terminal/text_table.h"
@@ -27,19 +28,23 @@ struct Row {
   FoundPort port;
   std::vector<std::string> held_by;
   bool ours = false;  ///< the gateway has it
+  Json modem;         ///< of ours: its control lines; null: not known
   std::vector<std::string> advice;
 };
 
 Json Gateway(const PortsPlace& place) { return place.status ? place.status() : Json(); }
 
-/// "line bay of substation-7 (open)".
+/// "line bay of substation-7 (open: DTR RTS CTS)".
 void AddOurs(const PortsPlace& place, const Json& status, Row& row) {
   const std::string gateway = status.value("gateway", "the gateway");
   const auto add = [&](const Json& user, const std::string& what) {
     if (PortNameOf(place.root, user.value("port", "")) != row.port.name) return;
     const std::string state = user.value("port_state", "");
-    row.held_by.push_back(fmt::format("{} of {} ({})", what, gateway, state));
+    const std::string lines = ControlLinesText(user.value("modem", Json()));
+    row.held_by.push_back(
+        fmt::format("{} of {} ({}{})", what, gateway, state, lines.empty() ? "" : ": " + lines));
     row.ours = row.ours || state == "open";
+    if (user.contains("modem")) row.modem = user.at("modem");
     if (state == "closed") row.advice.push_back(what + ": " + user.value("port_text", ""));
   };
   for (const Json& line : status.value("lines", Json::array())) {
@@ -82,7 +87,7 @@ std::vector<Row> Look(const PortsPlace& place, const PortHolders& holders) {
   const Json status = Gateway(place);
   std::vector<Row> rows;
   for (FoundPort& port : FindPorts(place.root)) {
-    Row& row = rows.emplace_back(Row{std::move(port), {}, false, {}});
+    Row& row = rows.emplace_back(Row{std::move(port), {}, false, {}, {}});
     if (status.is_object()) AddOurs(place, status, row);
     AddPrograms(holders, row);
     AddAdvice(place, row);
@@ -116,6 +121,7 @@ Json ToJson(const Row& row) {
           {"names", port.links},
           {"latency_ms", port.latency_ms ? Json(*port.latency_ms) : Json(nullptr)},
           {"held_by", row.held_by},
+          {"modem", row.modem},
           {"advice", row.advice}};
 }
 

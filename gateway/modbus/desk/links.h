@@ -10,15 +10,15 @@
 #include "gateway/events/event_feed.h"
 #include "gateway/events/event_source.h"
 #include "gateway/modbus/desk/routed_end.h"
+#include "gateway/modbus/wire/frames.h"
 #include "gateway/requests/routed.h"
-#include "protocols/protocol.h"
 
 namespace baudgate::modbus {
 
 /// What routes and RTU clients need beside the store; all of it outlives the server.
 struct ModbusLinks {
   std::vector<RouteTarget*> lines;  ///< by index in config.lines; empty when no route leads to one
-  const Protocol* rtu = nullptr;    ///< modbus_rtu: frames of RTU clients; null: none are served
+  Frames frames{};                  ///< of clients that speak as on a serial line
   audit::WriteLog* writes = nullptr;  ///< of routed writes; null: they are not recorded
   std::shared_ptr<const events::EventFeed> events{};  ///< null: none are kept
   events::EventSource* alarms = nullptr;              ///< to be acknowledged; null: likewise

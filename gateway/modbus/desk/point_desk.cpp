@@ -38,7 +38,7 @@ PointDesk::PointDesk(const config::Config& config, const PointStore& store, Comm
       routes_(config.modbus.routes),
       table_(config, routes_),
       targets_(routes_, links.lines),
-      rtu_(links.rtu),
+      frames_(links.frames),
       writes_(links.writes),
       routed_(links.routed),
       events_(links.events),

@@ -98,7 +98,7 @@ class PointDesk {
   const config::Route& route(std::size_t number) const { return routes_.at(number); }
   RouteTargets& targets() { return targets_; }
   /// Null: RTU is not spoken.
-  const Protocol* rtu() const { return rtu_; }
+  const Frames& frames() const { return frames_; }
   /// Null: routed writes are not recorded.
   audit::WriteLog* writes() const { return writes_; }
   /// A request of a client has ended, other than a broadcast.
@@ -130,7 +130,7 @@ class PointDesk {
   RouteList routes_;
   RouteTable table_;
   RouteTargets targets_;
-  const Protocol* rtu_;
+  Frames frames_;
   audit::WriteLog* writes_;
   const OnRoutedEnd routed_;
   std::shared_ptr<const events::EventFeed> events_;  ///< null: none are kept

@@ -167,19 +167,25 @@ std::optional<RequestDesk::Pending> RequestDesk::TakePending(std::uint64_t numbe
   return pending;
 }
 
-bool RequestDesk::speaks_rtu() const {
-  return listener_.is_serial() || listener_.protocol == config::Listener::Protocol::rtu;
-}
-
-/// On an RTU wire a write to unit 0 goes to all, wherever a route may lead it: its sender waits for
-/// no answer, and would take one for the reply to its next request.
+/// On a serial wire a write to unit 0 goes to all, wherever a route may lead it: its sender waits
+/// for no answer, and would take one for the reply to its next request.
 bool RequestDesk::IsUnawaited(View request) const {
-  return speaks_rtu() && UnitOf(request) == 0 && IsPlainWrite(FunctionOf(request));
+  return listener_.speaks_serial() && UnitOf(request) == 0 && IsPlainWrite(FunctionOf(request));
 }
 
 std::size_t RequestDesk::BytesOnWire(std::size_t frame) const {
-  constexpr std::size_t kRtuFrame = 3;  // address and CRC
-  return speaks_rtu() ? frame - kMbapHeader + kRtuFrame : frame;
+  constexpr std::size_t kRtuFrame = 3;    // address and CRC
+  constexpr std::size_t kAsciiFrame = 3;  // colon, CR and LF; around address, PDU and LRC in hex
+  const std::size_t pdu = frame - kMbapHeader;
+  switch (listener_.framing) {
+    case Framing::tcp:
+      break;
+    case Framing::rtu:
+      return pdu + kRtuFrame;
+    case Framing::ascii:
+      return 2 * (pdu + 2) + kAsciiFrame;
+  }
+  return frame;
 }
 
 void RequestDesk::Answer(const ModbusRequest& request, Instant now) {

@@ -104,7 +104,6 @@ class RequestDesk : public std::enable_shared_from_this<RequestDesk> {
   void AddPending(Pending pending);
   config::Priority PriorityOf(std::uint8_t function) const;
   Writer writer() const { return {record_->peer, record_->id}; }
-  bool speaks_rtu() const;
   bool IsUnawaited(View request) const;
   std::size_t BytesOnWire(std::size_t frame) const;
 

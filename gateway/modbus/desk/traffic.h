@@ -6,10 +6,12 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "config/model/listener.h"
+#include "gateway/base/modbus_framing.h"
 #include "gateway/base/time.h"
 
 namespace baudgate::modbus {
@@ -32,12 +34,14 @@ struct ClientStatus {
 struct MasterStatus {
   std::string port;
   bool is_open = false;
-  std::string text;           ///< what is open, or why it is not
-  WallTime since{};           ///< of is_open
-  std::uint64_t frames = 0;   ///< whole requests and replies, those of other slaves included
-  std::uint64_t damaged = 0;  ///< what was heard and is no frame
-  std::uint64_t echoes = 0;   ///< own replies that were heard and passed over; `echo` is off
-  WallTime last_frame{};      ///< the epoch: none yet
+  std::string text;              ///< what is open, or why it is not
+  WallTime since{};              ///< of is_open
+  std::uint64_t frames = 0;      ///< whole requests and replies, those of other slaves included
+  std::uint64_t damaged = 0;     ///< what was heard and is no frame
+  std::optional<Framing> other;  ///< damage was whole in this one; a request forgets it
+  Framing expected = Framing::rtu;
+  std::uint64_t echoes = 0;  ///< own replies that were heard and passed over; `echo` is off
+  WallTime last_frame{};     ///< the epoch: none yet
 };
 
 /// How routed requests ended. requests == ok + refused + denied + no_reply + expired + busy +
@@ -74,6 +78,16 @@ struct ClosedListener {
   std::string why;    ///< "address already in use; …"
 };
 
+/// A client that spoke another framing than its listener.
+struct OtherSpeaker {
+  std::string listener;  ///< config::Listener::Place()
+  std::string peer;      ///< the last
+  Framing heard = Framing::tcp;
+  Framing expected = Framing::tcp;
+  std::uint64_t times = 0;
+  WallTime last{};
+};
+
 /// Requests of all clients of a listener by what was asked and how it was answered.
 struct FunctionCount {
   std::string listener;        ///< config::Listener::Place()
@@ -86,6 +100,7 @@ struct TrafficStatus {
   std::vector<ClientStatus> clients;  ///< connected now, by id
   std::vector<MasterStatus> masters;  ///< in the order in which they were configured
   std::vector<ClosedListener> closed;
+  std::vector<OtherSpeaker> others;      ///< one for each listener where there were any
   std::vector<FunctionCount> functions;  ///< that were asked since the start
   /// In the order of the file that runs; after them one for broadcasts, if any.
   std::vector<RouteStatus> routes;

@@ -125,10 +125,11 @@ void TrafficBook::CameLate(std::size_t route) {
   ++routes_[route].late;
 }
 
-std::size_t TrafficBook::AddMaster(const std::string& port, WallTime since) {
+std::size_t TrafficBook::AddMaster(const config::Listener& listener, WallTime since) {
   const MutexLock lock(mutex_);
   MasterStatus& master = masters_[next_master_];
-  master.port = port;
+  master.port = listener.path;
+  master.expected = listener.framing;
   master.text = "not opened yet";
   master.since = since;
   return next_master_++;
@@ -156,11 +157,24 @@ void TrafficBook::Heard(std::size_t master, WallTime at) {
   const MutexLock lock(mutex_);
   ++masters_[master].frames;
   masters_[master].last_frame = at;
+  masters_[master].other.reset();
 }
 
 void TrafficBook::HeardDamage(std::size_t master) {
   const MutexLock lock(mutex_);
   ++masters_[master].damaged;
+}
+
+bool TrafficBook::HeardOther(std::size_t master, Framing heard) {
+  const MutexLock lock(mutex_);
+  return std::exchange(masters_[master].other, heard) != heard;
+}
+
+void TrafficBook::HeardOther(const std::string& listener, const std::string& peer, Framing heard,
+                             Framing expected, WallTime at) {
+  const MutexLock lock(mutex_);
+  OtherSpeaker& other = others_[listener];
+  other = {listener, peer, heard, expected, other.times + 1, at};
 }
 
 void TrafficBook::HeardEcho(std::size_t master) {
@@ -174,6 +188,7 @@ TrafficStatus TrafficBook::Status(const Now& now) const {
   for (const auto& [id, record] : clients_) status.clients.push_back(StatusOf(*record, now));
   for (const auto& [number, master] : masters_) status.masters.push_back(master);
   status.closed = closed_;
+  for (const auto& [listener, other] : others_) status.others.push_back(other);
   for (const auto& [listener, counters] : functions_) {
     counters->AppendTo(listener, status.functions);
   }

@@ -70,7 +70,7 @@ class TrafficBook {
   void Leave(const ClientRecord& client);
 
   /// A serial port at which a master is awaited: its place in the book.
-  std::size_t AddMaster(const std::string& port, WallTime since);
+  std::size_t AddMaster(const config::Listener& listener, WallTime since);
   /// None is awaited there any more.
   void RemoveMaster(std::size_t master);
   /// In place of those before.
@@ -78,6 +78,11 @@ class TrafficBook {
   void ShowPort(std::size_t master, bool is_open, const std::string& text, WallTime at);
   void Heard(std::size_t master, WallTime at);
   void HeardDamage(std::size_t master);
+  /// The damage before was a message in another framing. True: that is news.
+  bool HeardOther(std::size_t master, Framing heard);
+  /// The same of a TCP client.
+  void HeardOther(const std::string& listener, const std::string& peer, Framing heard,
+                  Framing expected, WallTime at);
   /// One of the gateway's own replies, where `echo` is off.
   void HeardEcho(std::size_t master);
 
@@ -104,8 +109,9 @@ class TrafficBook {
   std::map<std::size_t, MasterStatus> masters_ BAUDGATE_GUARDED_BY(mutex_);
   std::size_t next_master_ BAUDGATE_GUARDED_BY(mutex_) = 0;
   std::vector<ClosedListener> closed_ BAUDGATE_GUARDED_BY(mutex_);
-  std::vector<RouteStatus> routes_ BAUDGATE_GUARDED_BY(mutex_);  // by number
-  std::vector<std::size_t> shown_ BAUDGATE_GUARDED_BY(mutex_);   // their numbers
+  std::map<std::string, OtherSpeaker> others_ BAUDGATE_GUARDED_BY(mutex_);  // by listener
+  std::vector<RouteStatus> routes_ BAUDGATE_GUARDED_BY(mutex_);             // by number
+  std::vector<std::size_t> shown_ BAUDGATE_GUARDED_BY(mutex_);              // their numbers
   RouteStatus broadcasts_ BAUDGATE_GUARDED_BY(mutex_);
 };
 

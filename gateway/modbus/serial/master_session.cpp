@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "gateway/base/log.h"
 #include "gateway/modbus/wire/mbap.h"
+#include "gateway/modbus/wire/other_framing.h"
 
 namespace baudgate::modbus {
 namespace {
@@ -13,28 +15,33 @@ namespace {
 /// USB adapters hand over what they have every 16 ms at worst, in the middle of a frame, too. Most
 /// requests end by their length and do not wait for this.
 constexpr Duration kUsbGap = 20ms;
+/// Between two characters of Modbus ASCII (MODBUS over Serial Line 1.02, 2.5.2.1).
+constexpr Duration kAsciiGap = 1s;
 
 }  // namespace
 
 MasterSession::MasterSession(const config::Listener& listener, PointDesk& points,
-                             const Protocol& rtu, std::size_t port, Owner& owner, const Now& now)
+                             const Protocol& protocol, std::size_t port, Owner& owner,
+                             const Now& now)
     : listener_(listener),
       points_(points),
-      rtu_(rtu),
+      protocol_(protocol),
       port_(port),
       owner_(owner),
-      quiet_(*rtu.timing(listener.serial).quiet),
-      gap_(std::max(quiet_, kUsbGap)),
+      quiet_(*protocol.timing(listener.serial).quiet),
+      gap_(listener.framing == Framing::ascii ? kAsciiGap : std::max(quiet_, kUsbGap)),
       desk_(std::make_shared<RequestDesk>(listener, points, *this, listener.path, listener.priority,
                                           now)),
       echo_(listener.echo) {
-  assembler_.Begin(rtu_.request_rule, rtu_.expect({}, {}));
+  assembler_.Begin(protocol_.request_rule, protocol_.expect({}, {}));
 }
 
 // ---------------------------------------------------------------- requests
 
 void MasterSession::OnBytes(View bytes, const Now& now) {
+  if (now.instant - last_byte_ >= gap_) heard_.clear();
   last_byte_ = now.instant;
+  Append(heard_, bytes.first(std::min(bytes.size(), kMostLookedAt - heard_.size())));
   assembler_.Feed(echo_.Filter(bytes));
   CutFrames(false, now);
 }
@@ -42,8 +49,16 @@ void MasterSession::OnBytes(View bytes, const Now& now) {
 void MasterSession::CutFrames(bool silent, const Now& now) {
   while (const auto frame = assembler_.Next(silent)) OnFrame(*frame, now);
   if (assembler_.held() > 0 || assembler_.blame() == Outcome::none) return;
+  OnDamage();
+  assembler_.Begin(protocol_.request_rule, protocol_.expect({}, {}));
+}
+
+void MasterSession::OnDamage() {
   points_.book()->HeardDamage(port_);
-  assembler_.Begin(rtu_.request_rule, rtu_.expect({}, {}));
+  const auto other = OtherFraming(heard_, listener_.framing, points_.frames());
+  if (!other || !points_.book()->HeardOther(port_, *other)) return;
+  log::Warn("modbus: the master on {} is not answered: {}", listener_.path,
+            ExplainOther(*other, listener_.framing));
 }
 
 /// A request for another slave, too, says that the master waits for us no longer. Whoever sends to
@@ -54,7 +69,8 @@ void MasterSession::OnFrame(const Bytes& frame, const Now& now) {
     return;
   }
   points_.book()->Heard(port_, now.wall);
-  const auto request = rtu_.carrier->unwrap_request(frame);
+  heard_.clear();
+  const auto request = protocol_.carrier->unwrap_request(frame);
   if (!request) return;
   const auto& [unit, pdu] = *request;
   reply_.clear();
@@ -78,7 +94,7 @@ void MasterSession::Answer(const ModbusRequest& request, Responder& responder, I
 void MasterSession::Answer(View frame, Instant) {
   if (awaited_ != TransactionOf(frame)) return;
   awaited_.reset();
-  reply_ = rtu_.carrier->wrap(UnitOf(frame), PduOf(frame));
+  reply_ = protocol_.carrier->wrap(UnitOf(frame), PduOf(frame));
   owner_.Rearm();
 }
 

@@ -1,6 +1,7 @@
 // What a serial master asks and is answered while a port is open. Bytes come from
 // serial_listener.cpp, which has the port and the clock; requests go to request_desk.h in their
-// Modbus TCP form, and its answers go back as RTU frames. Other slaves may answer on the same bus.
+// Modbus TCP form, and its answers go back as frames of the serial line. Other slaves may answer on
+// the same bus.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -34,8 +35,9 @@ class MasterSession final : public RequestDesk::Wire {
     ~Owner() = default;
   };
 
-  /// `port`: its place in the traffic book. All others outlive the session; `rtu` has a carrier.
-  MasterSession(const config::Listener& listener, PointDesk& points, const Protocol& rtu,
+  /// `port`: its place in the traffic book. All others outlive the session; `protocol` has a
+  /// carrier.
+  MasterSession(const config::Listener& listener, PointDesk& points, const Protocol& protocol,
                 std::size_t port, Owner& owner, const Now& now);
   ~MasterSession() { desk_->Close(); }
   MasterSession(const MasterSession&) = delete;
@@ -56,12 +58,13 @@ class MasterSession final : public RequestDesk::Wire {
 
   void CutFrames(bool silent, const Now& now);
   void OnFrame(const Bytes& frame, const Now& now);
+  void OnDamage();
   bool HoldsBytes() const { return assembler_.held() > 0 || echo_.holding(); }
   void SendReply(Instant now);
 
   const config::Listener& listener_;
   PointDesk& points_;
-  const Protocol& rtu_;
+  const Protocol& protocol_;
   const std::size_t port_;
   Owner& owner_;
   const Duration quiet_;  ///< 3.5 characters: between a request and its reply
@@ -70,6 +73,7 @@ class MasterSession final : public RequestDesk::Wire {
   std::shared_ptr<RequestDesk> desk_;
   Assembler assembler_;
   ReplyEcho echo_;
+  Bytes heard_;  ///< since the last silence or request, as much as is looked at
   Instant last_byte_;
   std::uint16_t transaction_ = 0;         // of the last request
   std::optional<std::uint16_t> awaited_;  // the one that the master waits for

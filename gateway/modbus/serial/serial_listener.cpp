@@ -9,17 +9,17 @@
 namespace baudgate::modbus {
 
 SerialListener::SerialListener(asio::io_context& io, config::Listener listener, PointDesk& points,
-                               const Protocol& rtu)
+                               const Protocol& protocol)
     : listener_(std::move(listener)),
       points_(points),
-      rtu_(rtu),
+      protocol_(protocol),
       port_(
           io, listener_.path,
           [this](asio::io_context& port_io, TransportListener& heard) {
             return MakeSerialPort(listener_.path, listener_.serial, port_io, heard);
           },
           *this),
-      place_(points.book()->AddMaster(listener_.path, ReadClocks().wall)),
+      place_(points.book()->AddMaster(listener_, ReadClocks().wall)),
       timer_(io) {}
 
 void SerialListener::Leave() {
@@ -39,7 +39,7 @@ void SerialListener::OnOpened(const std::string& description) {
   const Now now = ReadClocks();
   log::Info("modbus: listening for a master on {}", description);
   points_.book()->ShowPort(place_, true, description, now.wall);
-  session_.emplace(listener_, points_, rtu_, place_, *this, now);
+  session_.emplace(listener_, points_, protocol_, place_, *this, now);
 }
 
 void SerialListener::OnDown(const std::string& reason, bool is_news) {

@@ -1,4 +1,4 @@
-// A serial port at which a Modbus RTU master waits for its slaves: the port, its timer and the
+// A serial port at which a Modbus master waits for its slaves: the port, its timer and the
 // clock. What is said there goes to master_session.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -23,9 +23,9 @@ class SerialListener final : public std::enable_shared_from_this<SerialListener>
                              private PortThread::Owner,
                              public MasterSession::Owner {
  public:
-  /// Points and protocol outlive the listener until Stop. `rtu` has a carrier.
+  /// Points and protocol outlive the listener until Stop. `protocol` has a carrier.
   SerialListener(asio::io_context& io, config::Listener listener, PointDesk& points,
-                 const Protocol& rtu);
+                 const Protocol& protocol);
   ~SerialListener() { Stop(); }
 
   /// A port that is absent or cannot be opened is tried again until Stop.
@@ -52,7 +52,7 @@ class SerialListener final : public std::enable_shared_from_this<SerialListener>
 
   const config::Listener listener_;
   PointDesk& points_;
-  const Protocol& rtu_;
+  const Protocol& protocol_;
   PortThread port_;
   const std::size_t place_;  ///< in the traffic book, once it has its thread
   bool left_ = false;

@@ -10,14 +10,17 @@
 #include <utility>
 
 #include "gateway/modbus/server/client_log.h"
+#include "gateway/modbus/wire/other_framing.h"
 
 namespace baudgate::modbus {
 namespace {
 
 /// Frames of one client that are answered before the others have their turn.
 constexpr int kFramesPerTurn = 8;
-/// After so much silence an RTU frame is not going on.
+/// After so much silence a frame is not going on: RTU has no end of its own, and the end of ASCII
+/// is awaited as long as its specification says.
 constexpr Duration kLongestGap = 50ms;
+constexpr Duration kLongestAsciiGap = 1s;
 
 }  // namespace
 
@@ -30,7 +33,7 @@ ClientSession::ClientSession(int socket, ClientPoll& clients, const config::List
       points_(points),
       peer_(std::move(peer)),
       owner_(owner),
-      framing_(MakeFraming(listener.protocol, points.rtu())),
+      framing_(MakeFraming(listener.framing, points.frames())),
       desk_(std::make_shared<RequestDesk>(listener, points, *this, peer_, priority, now)),
       last_bytes_(now.instant),
       last_frame_(now.instant),
@@ -86,6 +89,10 @@ bool ClientSession::Fill(Instant now) {
     Close();
     return false;
   }
+  if (!understood_ && first_.size() < kMostLookedAt) {
+    const std::size_t room = kMostLookedAt - first_.size();
+    Append(first_, View(space).first(std::min(room, static_cast<std::size_t>(count))));
+  }
   framing_->Commit(static_cast<std::size_t>(count));
   last_bytes_ = now;
   return true;
@@ -99,9 +106,11 @@ void ClientSession::Turn(const Now& now) {
     state = framing_->Take(frame);
     if (state != ClientFraming::State::frame) break;
     last_frame_ = now.instant;
+    understood_ = true;
     if (!framing_->one_at_a_time() || Supersede(frame)) desk_->Handle(frame, now);
   }
   in_turn_ = false;
+  if (!understood_ && CloseOther(now)) return;
   if (state == ClientFraming::State::malformed) return CloseMalformed(now.instant);
   Flush(now.instant);
   Continue();
@@ -200,12 +209,24 @@ void ClientSession::Sweep(const Now& clocks) {
     return Close();
   }
   const auto self = shared_from_this();
-  if (!blocked_ && now - last_bytes_ >= kLongestGap) {
+  const bool ascii = listener_.framing == Framing::ascii;
+  if (!blocked_ && now - last_bytes_ >= (ascii ? kLongestAsciiGap : kLongestGap)) {
     framing_->Settle();
     Flush(now);
     Continue();
   }
   desk_->Sweep(clocks);
+}
+
+/// Before its first request was understood. False: it may still be one.
+bool ClientSession::CloseOther(const Now& now) {
+  const auto other = OtherFraming(first_, listener_.framing, points_.frames());
+  if (!other) return false;
+  LiveCounters::Add(points_.counters().malformed);
+  points_.book()->HeardOther(listener_.Place(), peer_, *other, listener_.framing, now.wall);
+  WarnOfClient(peer_, "closed: malformed", ExplainOther(*other, listener_.framing));
+  Close();
+  return true;
 }
 
 void ClientSession::CloseMalformed(Instant now) {

@@ -82,6 +82,7 @@ class ClientSession final : public ClientPoll::Client,
   void Flush(Instant now);
   /// Keeps the session alive through an answer that may close it; in a turn its caller does.
   std::shared_ptr<ClientSession> Hold() { return in_turn_ ? nullptr : shared_from_this(); }
+  bool CloseOther(const Now& now);
   void CloseMalformed(Instant now);
   void CloseStalled(std::string_view why);
 
@@ -93,6 +94,8 @@ class ClientSession final : public ClientPoll::Client,
   Owner& owner_;
   std::unique_ptr<ClientFraming> framing_;
   std::shared_ptr<RequestDesk> desk_;
+  Bytes first_;  ///< what it has sent before its first request, as much as is looked at
+  bool understood_ = false;
   Bytes out_;             ///< answers that are not sent yet
   bool blocked_ = false;  ///< the client's buffers are full: nothing is read or answered
   bool in_turn_ = false;  ///< answers are flushed at its end

@@ -20,8 +20,8 @@ using asio::ip::tcp;
 
 /// Without file descriptors or memory, accepting at once again would only spin.
 constexpr Duration kAcceptPause = 100ms;
-/// How often half frames of RTU clients are looked after.
-constexpr Duration kRtuSweep = 50ms;
+/// How often half frames of clients are looked after that speak as on a serial line.
+constexpr Duration kSerialSweep = 50ms;
 
 std::string NameOf(const tcp::endpoint& peer) {
   const std::string host = peer.address().to_string();
@@ -51,8 +51,7 @@ std::string Explain(const asio::error_code& error) {
 Duration SweepPeriodOf(const config::Listener& listener, const ModbusLimits& limits) {
   const Duration shortest = std::min({listener.idle_timeout, limits.write_deadline, limits.stall});
   const Duration period = std::clamp<Duration>(shortest / 4, 10ms, 250ms);
-  const bool rtu = listener.protocol == config::Listener::Protocol::rtu;
-  return rtu ? std::min(period, kRtuSweep) : period;
+  return listener.speaks_serial() ? std::min(period, kSerialSweep) : period;
 }
 
 }  // namespace
@@ -95,9 +94,8 @@ void Listener::Start() {
 }
 
 std::string Listener::Summary() const {
-  const bool tcp = listener_.protocol == config::Listener::Protocol::tcp;
-  return (tcp ? "Modbus TCP on " : "Modbus RTU over TCP on ") + listener_.host + ":" +
-         std::to_string(port_);
+  return std::string(Title(listener_.framing)) + (listener_.speaks_serial() ? " over TCP" : "") +
+         " on " + listener_.host + ":" + std::to_string(port_);
 }
 
 void Listener::Renew(const config::Listener& listener) {

@@ -42,13 +42,11 @@ Status ModbusServer::Listen(asio::io_context& io) {
 }
 
 Status ModbusServer::CanServe(const config::Listener& listener) const {
-  const Protocol* const rtu = points_->rtu();
-  const bool needs_rtu =
-      listener.is_serial() || listener.protocol == config::Listener::Protocol::rtu;
-  if (needs_rtu && (rtu == nullptr || rtu->carrier == nullptr)) {
-    return Error{"RTU needs the module modbus_rtu, which is not loaded"};
-  }
-  return {};
+  if (!listener.speaks_serial()) return {};
+  const Protocol* const protocol = points_->frames().Of(listener.framing);
+  if (protocol != nullptr && protocol->carrier != nullptr) return {};
+  return Error{std::string(Title(listener.framing)) + " needs the module modbus_" +
+               std::string(Name(listener.framing)) + ", which is not loaded"};
 }
 
 Result<ListenerPort> ModbusServer::OpenPort(const config::Listener& listener,
@@ -56,7 +54,8 @@ Result<ListenerPort> ModbusServer::OpenPort(const config::Listener& listener,
   if (Status status = CanServe(listener); !status) return Error{status.error()};
   ListenerPort port;
   if (listener.is_serial()) {
-    port.serial = std::make_shared<SerialListener>(*io_, listener, *points_, *points_->rtu());
+    port.serial = std::make_shared<SerialListener>(*io_, listener, *points_,
+                                                   *points_->frames().Of(listener.framing));
     return port;
   }
   port.tcp = std::make_shared<Listener>(*io_, listener, *points_);

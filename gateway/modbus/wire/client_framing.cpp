@@ -8,20 +8,20 @@
 
 namespace baudgate::modbus {
 
-RtuFraming::RtuFraming(const Protocol& rtu) : carrier_(*rtu.carrier) {
-  assembler_.Begin(rtu.request_rule, rtu.expect({}, {}));
+SerialFraming::SerialFraming(const Protocol& protocol) : carrier_(*protocol.carrier) {
+  assembler_.Begin(protocol.request_rule, protocol.expect({}, {}));
 }
 
-std::span<std::uint8_t> RtuFraming::Space() {
+std::span<std::uint8_t> SerialFraming::Space() {
   return std::span(buffer_).first(kCapacity - std::min(kCapacity, assembler_.held()));
 }
 
-void RtuFraming::Commit(std::size_t count) {
+void SerialFraming::Commit(std::size_t count) {
   assembler_.Feed(View(buffer_).first(std::min(count, kCapacity)));
   settled_ = false;
 }
 
-ClientFraming::State RtuFraming::Peek() {
+ClientFraming::State SerialFraming::Peek() {
   while (next_.empty()) {
     const auto whole = assembler_.Next(settled_);
     if (!whole) return State::need_more;
@@ -31,7 +31,7 @@ ClientFraming::State RtuFraming::Peek() {
   return State::frame;
 }
 
-ClientFraming::State RtuFraming::Take(View& frame) {
+ClientFraming::State SerialFraming::Take(View& frame) {
   const State state = Peek();
   if (state == State::frame) {
     taken_ = std::exchange(next_, {});
@@ -40,13 +40,14 @@ ClientFraming::State RtuFraming::Take(View& frame) {
   return state;
 }
 
-void RtuFraming::Append(Bytes& out, View frame) const {
+void SerialFraming::Append(Bytes& out, View frame) const {
   baudgate::Append(out, View(carrier_.wrap(UnitOf(frame), PduOf(frame))));
 }
 
-std::unique_ptr<ClientFraming> MakeFraming(config::Listener::Protocol protocol,
-                                           const Protocol* rtu) {
-  if (protocol == config::Listener::Protocol::rtu) return std::make_unique<RtuFraming>(*rtu);
+std::unique_ptr<ClientFraming> MakeFraming(Framing framing, const Frames& frames) {
+  if (const Protocol* protocol = frames.Of(framing)) {
+    return std::make_unique<SerialFraming>(*protocol);
+  }
   return std::make_unique<MbapFraming>();
 }
 

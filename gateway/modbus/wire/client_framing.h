@@ -1,6 +1,6 @@
 // How a client's bytes are cut into requests and how its replies are framed: Modbus TCP, or RTU
-// frames over TCP. No sockets, bounded memory. Bytes come from session.cpp; inside the server every
-// frame has its Modbus TCP form.
+// or ASCII frames over TCP. No sockets, bounded memory. Bytes come from session.cpp; inside the
+// server every frame has its Modbus TCP form.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,9 +10,9 @@
 #include <span>
 #include <string_view>
 
-#include "config/model/listener.h"
 #include "gateway/base/bytes.h"
 #include "gateway/line/assembler.h"
+#include "gateway/modbus/wire/frames.h"
 #include "gateway/modbus/wire/mbap.h"
 #include "protocols/protocol.h"
 
@@ -66,10 +66,10 @@ class MbapFraming final : public ClientFraming {
   MbapAssembler assembler_;
 };
 
-class RtuFraming final : public ClientFraming {
+class SerialFraming final : public ClientFraming {
  public:
-  /// `rtu` has a carrier.
-  explicit RtuFraming(const Protocol& rtu);
+  /// `protocol` has a carrier.
+  explicit SerialFraming(const Protocol& protocol);
 
   std::span<std::uint8_t> Space() override;
   void Commit(std::size_t count) override;
@@ -92,8 +92,7 @@ class RtuFraming final : public ClientFraming {
   bool settled_ = false;
 };
 
-/// `rtu` may be null where no RTU is spoken.
-std::unique_ptr<ClientFraming> MakeFraming(config::Listener::Protocol protocol,
-                                           const Protocol* rtu);
+/// Those of `framing` are there.
+std::unique_ptr<ClientFraming> MakeFraming(Framing framing, const Frames& frames);
 
 }  // namespace baudgate::modbus

@@ -115,7 +115,8 @@ TEST_F(WriteTableTest, NumbersGoOnOverRestartsThoughAllRowsAreGone) {
 }
 
 TEST_F(WriteTableTest, TheOldestOfWhoWritesMostGoesFirst) {
-  constexpr std::array<Room, kKinds> kSmall = {Room{10, kDay}, Room{5, kDay}, Room{5, kDay}};
+  constexpr std::array<Room, kKinds> kSmall = {Room{10, kDay}, Room{5, kDay}, Room{5, kDay},
+                                               Room{5, kDay}};
   AuditFile audit(file(), {}, kSmall);
   AuditBook book;
   Add(book, WrittenPoint("operator", 1, "trip"));

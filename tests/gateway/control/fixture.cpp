@@ -30,6 +30,11 @@ void FakeLines::Release(std::uint32_t line, Duration time) {
   store_.UpdateLine(line, [](LineStatus& status) { status.port = LineStatus::Port::released; });
 }
 
+void FakeLines::Offer(std::uint32_t line, config::PortServer server, Duration time) {
+  Note("offer " + std::to_string(line) + " at " + server.Place() + ", " +
+       std::string(Name(server.mode)) + ", for " + FormatDuration(time));
+}
+
 void FakeLines::TakeBack(std::uint32_t line) {
   Note("take back " + std::to_string(line));
   SetOpen(store_, line, "serial");

@@ -31,6 +31,7 @@ class FakeLines final : public LineControl, public CommandSink {
   explicit FakeLines(PointStore& store) : store_(store) {}
 
   void Release(std::uint32_t line, Duration time) override;
+  void Offer(std::uint32_t line, config::PortServer server, Duration time) override;
   void TakeBack(std::uint32_t line) override;
   void SetInUse(std::uint32_t device, bool in_use) override;
   std::shared_ptr<TraceQueue> Trace(std::uint32_t line, std::function<void()> wake) override;

@@ -88,10 +88,10 @@ TEST_F(SharedLoop, ALineThatStopsLeavesTheOtherAlone) {
 }
 
 TEST_F(SharedLoop, AReleasedPortComesBackAndTheOtherGoesOn) {
-  runners_[0]->Release(1h);
+  runners_[0]->Post([](LineParts& line, Now now) { line.port.Release(1h, now); });
   EXPECT_TRUE(WaitFor([&] { return ends_[0]->ended(); }));
   EXPECT_TRUE(GoesOn(1));
-  runners_[0]->TakeBack();
+  runners_[0]->Post([](LineParts& line, Now now) { line.port.TakeBack(now); });
   EXPECT_TRUE(WaitFor([&] { return accepted_[0] == 2; }));
   EXPECT_EQ(accepted_[1], 1);
 }

@@ -94,7 +94,6 @@ class Rig : private PollerListener {
 
   std::vector<WriteResult> results;
   std::string why_not;
-  std::size_t silences = 0;
 
  private:
   static config::Config ConfigOf(const std::string& read) {
@@ -102,10 +101,8 @@ class Rig : private PollerListener {
     config.lines.push_back(ToyLine({ToyDevice("a", "A", {read, "2"}), ToyDevice("b", "B", {"1"})}));
     return config;
   }
-  void Send(View, const config::SerialSettings&) override {}
-  void OnDeviceState(std::uint32_t, DeviceState, DeviceState, const std::string&) override {}
+  void OnDeviceState(std::uint32_t, DeviceState, DeviceState, const std::string&, Now) override {}
   void OnWarning(std::uint32_t, const std::string&) override {}
-  void OnNoReply() override { ++silences; }
 
   template <typename Kind>
   void Begin(Kind kind, Task task) {
@@ -311,15 +308,6 @@ TEST(JobRunTest, AReadBackThatFailsOnceHoldsNobodyUp) {
   rig.Hear("silence");
   EXPECT_EQ(rig.Next(), "?A1");
   EXPECT_FALSE(rig.run().IsReadingBack());
-}
-
-TEST(JobRunTest, WhatOfARequestHasNotLeftIsToldWhenNobodyAnswers) {
-  Rig rig("1");
-  rig.Poll(0);
-  rig.Hear("silence");
-  EXPECT_EQ(rig.silences, 1U);
-  rig.Hear("!A1=5");
-  EXPECT_EQ(rig.silences, 1U);
 }
 
 }  // namespace

@@ -22,12 +22,11 @@ class LedgerTest : public ::testing::Test, protected PollerListener {
     ledger_.OnTime(At(0s), false, nullptr);
     ledger_.OnOpened();
   }
-  void Send(View, const config::SerialSettings&) override {}
-  void OnDeviceState(std::uint32_t, DeviceState, DeviceState to, const std::string&) override {
+  void OnDeviceState(std::uint32_t, DeviceState, DeviceState to, const std::string&, Now) override {
     states_.push_back(to);
   }
   void OnWarning(std::uint32_t, const std::string&) override { ++warnings_; }
-  void OnNews(News news) override { news_.emplace_back(news.what, news.over); }
+  void OnNews(News news, Now) override { news_.emplace_back(news.what, news.over); }
 
   static Now At(Duration at) { return {Instant() + 1h + at, WallTime(1'790'000'000s) + at}; }
   DeviceStatus StatusOf(const Member& member) const {

@@ -48,6 +48,21 @@ TEST(Poller, PortLostAtAnyMomentAndReopened) {
   }
 }
 
+TEST(Poller, WhatOfARequestHasNotLeftIsDroppedWhenNobodyAnswers) {
+  VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
+  line.Open();
+  line.RunFor(2500ms);
+  EXPECT_EQ(line.dropped, 0U);
+  line.twin(0).manner.dead = true;
+  line.RunFor(1s);
+  const std::size_t failed =
+      line.poller().ledger().counters().outcomes[static_cast<std::size_t>(Outcome::no_reply)];
+  EXPECT_GT(failed, 0U);
+  EXPECT_EQ(line.dropped, failed);
+  line.Close();
+  EXPECT_EQ(line.dropped, failed) << "a closed port has nothing to drop";
+}
+
 TEST(Poller, OpeningTwiceIsOpeningAnew) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
   line.Open();

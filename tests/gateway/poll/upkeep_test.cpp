@@ -12,8 +12,7 @@ namespace {
 
 class UpkeepTest : public ::testing::Test, protected ToyMembers, protected PollerListener {
  protected:
-  void Send(View, const config::SerialSettings&) override {}
-  void OnDeviceState(std::uint32_t, DeviceState, DeviceState to, const std::string&) override {
+  void OnDeviceState(std::uint32_t, DeviceState, DeviceState to, const std::string&, Now) override {
     state_ = to;
   }
   void OnWarning(std::uint32_t, const std::string&) override {}

@@ -83,11 +83,13 @@ TEST(Descriptors, OneSpellingTellsDevicesApart) {
   EXPECT_TRUE(same("spabus", "007", "7"));
 }
 
-TEST(Descriptors, OneHasTheFramesOfRtuMasters) {
-  const auto serves = [](const Protocol* protocol) {
-    return protocol->carrier != nullptr && protocol->carrier->rtu_frames;
-  };
-  EXPECT_EQ(std::ranges::count_if(AllProtocols(), serves), 1);
+TEST(Descriptors, OneHasTheFramesOfMastersOfEachFraming) {
+  for (const auto framing : {modbus::Framing::rtu, modbus::Framing::ascii}) {
+    const auto serves = [framing](const Protocol* protocol) {
+      return protocol->carrier != nullptr && protocol->carrier->framing == framing;
+    };
+    EXPECT_EQ(std::ranges::count_if(AllProtocols(), serves), 1) << Title(framing);
+  }
 }
 
 }  // namespace

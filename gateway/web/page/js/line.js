@@ -14,6 +14,22 @@ import {watchStatus} from './status.js';
 import {liveTrace} from './trace.js';
 import {WireUse, minuteOf} from './wire_use.js';
 
+function controlLines(modem) {
+  if (!modem) return [];
+  const on = Object.entries(modem).filter(([, is]) => is).map(([name]) => name.toUpperCase());
+  return [['Control lines on', on.join(' ') || 'none']];
+}
+
+function visit(v) {
+  return `${v.client}, ${bytes(v.to_port)} to the port, ${bytes(v.from_port)} from it`;
+}
+
+function service(s) {
+  const who = s.client ? `${visit(s.client)}, since ${civilSeconds(s.client.since)}`
+    : s.last ? `nobody; the last was ${visit(s.last)}, until ${civilSeconds(s.last.until)}: ${s.last.why}` : 'nobody';
+  return [`Clients at ${s.at} (${s.mode})`, s.trouble || who];
+}
+
 function facts(line) {
   const failed = Object.entries(line.outcomes).filter(([name, n]) => name !== 'ok' && n > 0);
   return [
@@ -27,6 +43,8 @@ function facts(line) {
     ['Late', count(line.late)],
     ['Echoes, collisions', `${count(line.echoes)}, ${count(line.collisions)}`],
     ['Driver', `parity ${count(line.parity_errors)}, framing ${count(line.framing_errors)}, overruns ${count(line.overruns)}`],
+    ...controlLines(line.modem),
+    ...line.services.map(service),
     ['Absent devices', line.notice_bound_ms === null ? 'none'
       : `a return is noticed within ${ageText(line.notice_bound_ms)}`],
     ['Round trip', `mean ${micros(line.round_trips.mean_us)}, 99 % ${micros(line.round_trips.p99_us)}`],
@@ -80,7 +98,7 @@ export function line(root, name) {
     const heard = now();
     problem.paint(null);
     headline.paint(lineTrouble(mine).shape, `${name}: ${lineState(mine)}`);
-    about.textContent = `${mine.protocol} on ${mine.port}${mine.serial ? `, ${mine.serial}` : ''}`;
+    about.textContent = `${mine.protocol || 'clients'} on ${mine.port}${mine.serial ? `, ${mine.serial}` : ''}`;
     advice.paint(mine.advice);
     figures.paint(facts(mine));
     chart.paint(mine.round_trips);

@@ -114,7 +114,7 @@ TEST(CheckUnits, ListenersInFull) {
           "errors: silent, max_clients: 64, idle_timeout: 1min,\n"
           "      clients: [{ from: 10.0.0.7, priority: high }],\n"
           "      functions: [{ codes: [5, 6], priority: high }] }\n"
-          "  - { at: \"127.0.0.1:2101\", protocol: rtu, broadcast: pass }\n"
+          "  - { at: \"127.0.0.1:2101\", framing: rtu, broadcast: pass }\n"
           "  - { at: /dev/m, serial: 9600 7E1, parity: software, permit: read }\n"
           "  routes: [{ units: 20, line: drive }]\n") +
       kLines);

@@ -98,7 +98,7 @@ TEST_F(BroadcastTest, ARouteThatRemapsUnitZeroMakesItAnOrdinaryRequest) {
 }
 
 TEST_F(BroadcastTest, AnRtuMasterIsNotAnsweredEvenWhereOneSlaveIsMeant) {
-  listener().protocol = config::Listener::Protocol::rtu;
+  listener().framing = Framing::rtu;
   Add(1, 0, 0).remap = 7;
   for (const RoutedReply& reply : {GoodReply(std::string(kStopAll)), SlaveException("86 02"),
                                    Trouble(Outcome::no_reply, "")}) {
@@ -138,7 +138,7 @@ TEST_F(BroadcastTest, OneClientMayNotFillTheQueuesWithBroadcasts) {
 }
 
 TEST_F(BroadcastTest, AnRtuMasterIsNeverAnsweredABroadcast) {
-  listener().protocol = config::Listener::Protocol::rtu;
+  listener().framing = Framing::rtu;
   Add(1, 20, 20);
   EXPECT_THAT(Ask(0, kStopAll), ElementsAre("nothing"));
   listener().permit = config::Permit::read;

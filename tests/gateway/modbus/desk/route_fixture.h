@@ -13,7 +13,7 @@ class RouteTest : public ServerTest {
   RouteTest() {
     AddRoutedLines(config_);
     links_.lines = {nullptr, &drive_, &pumps_};
-    links_.rtu = &ModbusRtuProtocol();
+    links_.frames.rtu = &ModbusRtuProtocol();
   }
   // The lines outlive the server.
   ~RouteTest() override { StopServer(); }

@@ -72,7 +72,7 @@ TEST_F(TrafficTest, AClientsRequestsAndBytes) {
 }
 
 TEST_F(TrafficTest, BytesOfRtuClientsAreThoseOfTheirFrames) {
-  listener().protocol = config::Listener::Protocol::rtu;
+  listener().framing = Framing::rtu;
   Ask(1, "03 00 00 00 01");
   EXPECT_EQ(Traffic().clients[0].bytes_in, 8U);
   EXPECT_EQ(Traffic().clients[0].bytes_out, 7U);
@@ -182,7 +182,9 @@ TEST_F(TrafficTest, WhatTheListenerDoesNotPermitIsCounted) {
 
 TEST(TrafficBookTest, APortsTimesAreTheCallers) {
   TrafficBook book;
-  const std::size_t port = book.AddMaster("/dev/ttyUSB0", WallTime(1h));
+  config::Listener listener;
+  listener.path = "/dev/ttyUSB0";
+  const std::size_t port = book.AddMaster(listener, WallTime(1h));
   const auto master = [&book] { return book.Status({}).masters.at(0); };
   EXPECT_EQ(master().since, WallTime(1h));
   book.ShowPort(port, true, "open", WallTime(2h));

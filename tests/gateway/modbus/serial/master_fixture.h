@@ -46,7 +46,7 @@ class MasterTest : public testing::Test {
     listener().path = "/dev/ttyS1";
     listener().serial.baud = 19200;
     listener().serial.parity = config::Parity::even;
-    listener().protocol = config::Listener::Protocol::rtu;
+    listener().framing = Framing::rtu;
     listener().errors = config::Listener::Errors::silent;
     config::Route& route = config_.modbus.routes.emplace_back();
     route.first = route.last = 20;
@@ -89,7 +89,7 @@ class MasterSessionTest : public MasterTest, private MasterSession::Owner {
   void Begin() {
     MakePoints(now_);
     points_->inbox()->Open(io_, [this] { return now_; });
-    const std::size_t port = points_->book()->AddMaster(listener().path, now_.wall);
+    const std::size_t port = points_->book()->AddMaster(listener(), now_.wall);
     session_.emplace(listener(), *points_, ModbusRtuProtocol(), port,
                      static_cast<MasterSession::Owner&>(*this), now_);
   }

@@ -21,7 +21,7 @@ class ClientSessionTest : public DeskTest, private ClientSession::Owner {
   }
 
   void Connect() {
-    links_.rtu = &ModbusRtuProtocol();
+    links_.frames.rtu = &ModbusRtuProtocol();
     MakePoints();
     ASSERT_TRUE(clients_->Open().ok());
     clients_->Start();
@@ -93,7 +93,7 @@ TEST_F(ClientSessionTest, AClientThatWaitsForARouteIsNotIdle) {
 }
 
 TEST_F(ClientSessionTest, HalfAnRtuFrameIsDroppedAfter50Milliseconds) {
-  listener().protocol = config::Listener::Protocol::rtu;
+  listener().framing = Framing::rtu;
   Connect();
   const Bytes request = ModbusRtuProtocol().carrier->wrap(1, ParseHex(kReadFirst).value());
   const Bytes half(request.begin(), request.begin() + 4);

@@ -10,7 +10,7 @@ namespace {
 
 class RtuOverTcpTest : public RouteTest {
  protected:
-  RtuOverTcpTest() { listener().protocol = config::Listener::Protocol::rtu; }
+  RtuOverTcpTest() { listener().framing = Framing::rtu; }
 
   static Bytes Rtu(std::uint8_t slave, const std::string& pdu) {
     return ModbusRtuProtocol().carrier->wrap(slave, ParseHex(pdu).value());
@@ -235,7 +235,7 @@ TEST_F(RtuOverTcpTest, AWriteToUnitZeroIsNeverAnswered) {
 }
 
 TEST_F(RtuOverTcpTest, WithoutTheModuleItIsAClearError) {
-  links_.rtu = nullptr;
+  links_.frames.rtu = nullptr;
   store_.emplace(config_);
   listener().port = 1;
   ModbusServer server(config_, *store_, sink_, {}, {}, links_);

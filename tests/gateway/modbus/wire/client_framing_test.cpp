@@ -35,7 +35,7 @@ class RtuFramingTest : public testing::Test {
     return peeked == FramingState::frame ? ToHex(frame) : "need more";
   }
 
-  RtuFraming framing_{ModbusRtuProtocol()};
+  SerialFraming framing_{ModbusRtuProtocol()};
 };
 
 TEST_F(RtuFramingTest, EveryCutOfEveryFunctionGivesTheModbusTcpForm) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/daemon/news_desk.h"
+#include "gateway/daemon/line_reporter.h"
 
 #include <gmock/gmock.h>
 
@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "gateway/trace/tap.h"
+#include "tests/support/toy_protocol.h"
+#include "tests/support/virtual_line.h"
 
 namespace baudgate {
 namespace {
@@ -15,16 +17,28 @@ using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 using What = News::What;
 
-class NewsDeskTest : public ::testing::Test, private EventSink {
+config::Config ConfigOfFive() {
+  config::Config config;
+  std::vector<config::Device> devices;
+  for (const char address : {'A', 'B', 'C', 'D', 'E'}) {
+    devices.push_back(ToyDevice(std::string(1, address), std::string(1, address), {"1"}));
+  }
+  config.lines.push_back(ToyLine(std::move(devices)));
+  return config;
+}
+
+class LineReporterTest : public ::testing::Test, private EventSink {
  protected:
   void State(DeviceState from, DeviceState to, std::uint32_t device = 3) {
-    desk_.OnDeviceState(device, from, to, "no reply", now_);
+    reporter_.OnDeviceState(device, from, to, "no reply", now_);
   }
   std::vector<std::string> TakeTold() { return std::exchange(told_, {}); }
 
-  const config::Line line_;
+  config::Config config_ = ConfigOfFive();
+  PointStore store_{config_};
+  LineRecorder recorder_{config_.lines[0], 0, {}};
   Now now_{};
-  NewsDesk desk_{line_, this};
+  LineReporter reporter_{config_.lines[0], store_, recorder_, nullptr, this};
 
  private:
   void OnReported(ReportedEvents) override {}
@@ -40,7 +54,7 @@ class NewsDeskTest : public ::testing::Test, private EventSink {
   std::vector<std::string> told_;
 };
 
-TEST_F(NewsDeskTest, TellsOfADeviceThatGoesAndComes) {
+TEST_F(LineReporterTest, TellsOfADeviceThatGoesAndComes) {
   State(DeviceState::never_seen, DeviceState::online);
   State(DeviceState::online, DeviceState::degraded);
   EXPECT_THAT(TakeTold(), ElementsAre("0 first over of 3")) << "nothing has happened yet";
@@ -55,30 +69,40 @@ TEST_F(NewsDeskTest, TellsOfADeviceThatGoesAndComes) {
 
 /// Behind a closed port all devices are offline, which nobody tells: their first answers are news
 /// for the log, but no events.
-TEST_F(NewsDeskTest, TellsOfAPortAndNotOfAllBehindIt) {
-  desk_.Tell({What::port_down, false, {}, "unplugged"}, now_);
-  desk_.Tell({What::port_down, false, {}, "no such file"}, now_);
-  desk_.Tell({What::port_down, true, {}, "/dev/x"}, now_);
+TEST_F(LineReporterTest, TellsOfAPortAndNotOfAllBehindIt) {
+  reporter_.OnNews({What::port_down, false, {}, "unplugged"}, now_);
+  reporter_.OnNews({What::port_down, false, {}, "no such file"}, now_);
+  reporter_.OnNews({What::port_down, true, {}, "/dev/x"}, now_);
   State(DeviceState::offline, DeviceState::online);
-  desk_.Tell({What::port_down, true, {}, "/dev/x"}, now_);
+  reporter_.OnNews({What::port_down, true, {}, "/dev/x"}, now_);
   EXPECT_THAT(TakeTold(), ElementsAre("4: unplugged", "4 over: /dev/x", "0 first over of 3"));
 }
 
-TEST_F(NewsDeskTest, TellsEveryTroubleOfAWrongDevice) {
-  desk_.Tell({What::wrong_device, false, 3, "type 0D"}, now_);
-  desk_.Tell({What::wrong_device, false, 3, "type 0E"}, now_);
-  desk_.Tell({What::wrong_device, true, 3, ""}, now_);
-  desk_.Tell({What::replaced, false, 3, "a"}, now_);
-  desk_.Tell({What::replaced, false, 3, "b"}, now_);
+TEST_F(LineReporterTest, TellsEveryTroubleOfAWrongDevice) {
+  reporter_.OnNews({What::wrong_device, false, 3, "type 0D"}, now_);
+  reporter_.OnNews({What::wrong_device, false, 3, "type 0E"}, now_);
+  reporter_.OnNews({What::wrong_device, true, 3, ""}, now_);
+  reporter_.OnNews({What::replaced, false, 3, "a"}, now_);
+  reporter_.OnNews({What::replaced, false, 3, "b"}, now_);
   EXPECT_THAT(TakeTold(), ElementsAre("2 of 3: type 0D", "2 of 3: type 0E", "2 over of 3",
                                       "3 of 3: a", "3 of 3: b"));
 }
 
-TEST_F(NewsDeskTest, TellsOfADeviceOutOfUse) {
+TEST_F(LineReporterTest, TellsOfADeviceOutOfUse) {
   State(DeviceState::online, DeviceState::disabled);
   State(DeviceState::disabled, DeviceState::online);
   EXPECT_THAT(TakeTold(),
               ElementsAre("1 of 3: no reply", "1 over of 3: no reply", "0 first over of 3"));
+}
+
+/// What a restart has found in the file is not news of what the device has told since.
+TEST_F(LineReporterTest, EventsAreKeptWhenTheLatestOnesAre) {
+  EXPECT_TRUE(reporter_.AllKept(3, false)) << "told before the start";
+  reporter_.OnEvents({.device = 3});
+  EXPECT_FALSE(reporter_.AllKept(3, false));
+  EXPECT_TRUE(reporter_.AllKept(4, false));
+  EXPECT_TRUE(reporter_.AllKept(3, true));
+  EXPECT_TRUE(reporter_.AllKept(3, false));
 }
 
 }  // namespace

@@ -1,8 +1,6 @@
 // What a line does with its port, under virtual time: connections that prove themselves or do not,
 // loans, and the write that is ended before the port goes.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/daemon/line_driver.h"
-
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -13,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "gateway/daemon/line_parts.h"
 #include "tests/support/toy_protocol.h"
 #include "tests/support/virtual_line.h"
 
@@ -36,10 +35,17 @@ class FakePort final : public Transport {
   void Send(View bytes) override { sent.emplace_back(bytes.begin(), bytes.end()); }
   void DropUnsent() override {}
   Status Apply(const config::SerialSettings&) override { return {}; }
+  Status Reset(const config::SerialSettings&) override {
+    ++resets;
+    sent.clear();
+    return refuses ? Status(Error{"refused"}) : Status();
+  }
   std::optional<std::string> Restore() override { return std::exchange(changed, {}); }
   std::string Describe() const override { return "fake"; }
 
   int opens = 0;
+  int resets = 0;
+  bool refuses = false;  ///< to be reset
   bool open = false;
   bool open_on_demand = false;   // a server that takes every connection
   bool opens_by_itself = false;  // right now
@@ -77,34 +83,42 @@ class FakeSink final : public EventSink {
   std::set<std::uint32_t> read;
 };
 
-class LineDriverTest : public testing::Test {
+class LinePortTest : public testing::Test {
  protected:
-  explicit LineDriverTest(const std::string& port = "tcp://server:4001",
-                          std::vector<config::Device> devices = {ToyDevice("a", "A", {"1"})}) {
+  explicit LinePortTest(const std::string& port = "tcp://server:4001",
+                        std::vector<config::Device> devices = {ToyDevice("a", "A", {"1"})}) {
     config_.lines.push_back(ToyLine(std::move(devices)));
     config_.lines[0].port = port;
     store_ = std::make_unique<PointStore>(config_);
     twin_ = ToyProtocol().make_twin(config_.lines[0].devices.back(), values_);
-    driver_ = std::make_unique<LineDriver>(
+    line_ = std::make_unique<LineParts>(
         config_.lines[0], 0U, [](const std::string&) -> const Protocol& { return ToyProtocol(); },
-        *store_, port_, retries_, LineRecorder::Sink(), nullptr, &sink_);
-    driver_->Start(now_);
+        *store_, port_, retries_, LineParts::Links{.events = &sink_});
+    line_->Start(now_);
   }
 
+  /// As LineRunner does.
+  template <typename Input>
+  void Handle(Input input) {
+    input();
+    line_->Settle(now_);
+  }
   void Open() {
     port_.open = true;
-    driver_->OnOpened(now_);
+    Handle([&] { line_->port.OnOpened(now_); });
   }
   void Lose(const std::string& reason) {
     port_.open = false;
-    driver_->OnLost(reason, now_);
+    Handle([&] { line_->port.OnLost(reason, now_); });
   }
   void End() {
     port_.open = false;
     port_.sent.clear();  // nobody is there any more
-    driver_->OnEnded("closed", now_);
+    Handle([&] { line_->port.OnEnded("closed", now_); });
   }
-  void Say(std::string_view text) { driver_->OnBytes(ToBytes(text), now_); }
+  void Say(std::string_view text) {
+    Handle([&] { line_->port.OnBytes(ToBytes(text), now_); });
+  }
   /// Time goes on; the device answers after 30 ms, while it does.
   void Pass(Duration time) {
     const Instant until = now_.instant + time;
@@ -123,14 +137,14 @@ class LineDriverTest : public testing::Test {
           continue;
         }
         GoTo(now_.instant + 30ms);
-        driver_->OnBytes(twin_->Answer(request, now_.instant), now_);
+        Handle([&] { line_->port.OnBytes(twin_->Answer(request, now_.instant), now_); });
         if (closes_) End();
         continue;
       }
-      const auto deadline = driver_->Deadline();
+      const auto deadline = line_->Deadline();
       if (!deadline || *deadline > until) break;
       GoTo(std::max(now_.instant, *deadline));
-      driver_->OnTimer(now_);
+      Handle([&] { line_->OnTimer(now_); });
     }
     GoTo(std::max(now_.instant, until));
   }
@@ -140,7 +154,7 @@ class LineDriverTest : public testing::Test {
     command.writes = {{0, Value(5.0)}};
     command.deadline = now_.instant + 1h;
     command.done = [this](const WriteResult& result) { ends_.push_back(result.end); };
-    driver_->Submit(std::move(command), now_);
+    Handle([&] { line_->Submit(std::move(command), now_); });
   }
 
   /// By hand.
@@ -151,7 +165,7 @@ class LineDriverTest : public testing::Test {
     command.telegram = telegram;
     command.deadline = now_.instant + patience;
     command.done = [this](const WriteResult& result) { ends_.push_back(result.end); };
-    driver_->Submit(std::move(command), now_);
+    Handle([&] { line_->Submit(std::move(command), now_); });
     return telegram;
   }
 
@@ -165,7 +179,7 @@ class LineDriverTest : public testing::Test {
   FakePort port_;
   FakeRetries retries_;
   FakeSink sink_;
-  std::unique_ptr<LineDriver> driver_;
+  std::unique_ptr<LineParts> line_;
   Now now_{Instant() + 1h, WallTime(1'790'000'000s)};
   std::vector<WriteEnd> ends_;
 
@@ -176,20 +190,20 @@ class LineDriverTest : public testing::Test {
   }
 };
 
-struct LocalPort : LineDriverTest {
-  LocalPort() : LineDriverTest("/dev/ttyUSB0") {}
+struct LocalPort : LinePortTest {
+  LocalPort() : LinePortTest("/dev/ttyUSB0") {}
 };
 
 TEST_F(LocalPort, HasWorkedOnceItOpens) {
   EXPECT_EQ(port_.opens, 1);
   Open();
   EXPECT_EQ(status().port, LineStatus::Port::open);
-  EXPECT_TRUE(driver_->is_open());
+  EXPECT_TRUE(line_->port.is_open());
   Lose("gone");
   EXPECT_THAT(retries_.downs, ElementsAre("gone"));
   EXPECT_EQ(status().port_text, "gone");
   EXPECT_EQ(status().times_lost, 1U);
-  EXPECT_FALSE(driver_->is_open());
+  EXPECT_FALSE(line_->port.is_open());
 }
 
 TEST_F(LocalPort, SaysThatAnotherProgramHasChangedItsSettings) {
@@ -217,12 +231,12 @@ TEST_F(LocalPort, TellsWhatIsToBeKept) {
   answers_ = false;
   Pass(30s);
   Lose("gone");
-  driver_->OnOpenFailed("no such file", now_);
+  Handle([&] { line_->port.OnOpenFailed("no such file", now_); });
   answers_ = true;
   Open();
   Pass(10s);
-  driver_->Release(1min, now_);
-  driver_->TakeBack(now_);
+  Handle([&] { line_->port.Release(1min, now_); });
+  Handle([&] { line_->port.TakeBack(now_); });
   Open();
   EXPECT_THAT(sink_.news, ElementsAre(Pair(What::no_answer, false), Pair(What::port_down, false),
                                       Pair(What::port_down, true), Pair(What::no_answer, true),
@@ -305,19 +319,19 @@ TEST_F(LocalPort, ATelegramWhoseTimeIsOverIsNotSent) {
 }
 
 TEST_F(LocalPort, OneThatDoesNotOpenIsDown) {
-  driver_->OnOpenFailed("busy", now_);
+  Handle([&] { line_->port.OnOpenFailed("busy", now_); });
   EXPECT_THAT(retries_.downs, ElementsAre("busy"));
   EXPECT_EQ(status().port, LineStatus::Port::closed);
 }
 
-TEST_F(LineDriverTest, AConnectionThatEndsInGoodOrderRests) {
+TEST_F(LinePortTest, AConnectionThatEndsInGoodOrderRests) {
   port_.open_on_demand = true;
   Open();
   Pass(1500ms);
   const int opens = port_.opens;
   End();
   EXPECT_EQ(status().port, LineStatus::Port::open);
-  EXPECT_TRUE(driver_->is_open());
+  EXPECT_TRUE(line_->port.is_open());
   EXPECT_EQ(status().times_lost, 0U);
   EXPECT_EQ(port_.opens, opens) << "on demand, and not before";
   Write();
@@ -328,7 +342,7 @@ TEST_F(LineDriverTest, AConnectionThatEndsInGoodOrderRests) {
   EXPECT_THAT(retries_.downs, IsEmpty());
 }
 
-TEST_F(LineDriverTest, AServerThatClosesBehindEachAnswerIsNoOutage) {
+TEST_F(LinePortTest, AServerThatClosesBehindEachAnswerIsNoOutage) {
   port_.open_on_demand = true;
   closes_ = true;
   Open();
@@ -343,30 +357,30 @@ TEST_F(LineDriverTest, AServerThatClosesBehindEachAnswerIsNoOutage) {
   EXPECT_THAT(ends_, ElementsAre(WriteEnd::ok));
 }
 
-TEST_F(LineDriverTest, AServerThatIsGoneWhenItIsWantedIsAnOutage) {
+TEST_F(LinePortTest, AServerThatIsGoneWhenItIsWantedIsAnOutage) {
   Open();
   Pass(1500ms);
   End();
   Pass(2s);
-  driver_->OnOpenFailed("refused", now_);
-  EXPECT_FALSE(driver_->is_open());
+  Handle([&] { line_->port.OnOpenFailed("refused", now_); });
+  EXPECT_FALSE(line_->port.is_open());
   EXPECT_EQ(status().port, LineStatus::Port::closed);
   EXPECT_THAT(retries_.downs, ElementsAre("refused"));
 }
 
-TEST_F(LineDriverTest, OneThatEndsWithoutAnAnswerIsAnOutage) {
+TEST_F(LinePortTest, OneThatEndsWithoutAnAnswerIsAnOutage) {
   Open();
   answers_ = false;
   Pass(300ms);
   End();
-  EXPECT_FALSE(driver_->is_open());
+  EXPECT_FALSE(line_->port.is_open());
   EXPECT_EQ(retries_.downs.size(), 1U);
 }
 
-struct SharedConnection : LineDriverTest {
+struct SharedConnection : LinePortTest {
   SharedConnection()
-      : LineDriverTest("tcp://server:4001",
-                       {ToyDevice("a", "A", {"1"}), ToyDevice("b", "B", {"1"})}) {}
+      : LinePortTest("tcp://server:4001",
+                     {ToyDevice("a", "A", {"1"}), ToyDevice("b", "B", {"1"})}) {}
 };
 
 TEST_F(SharedConnection, AServerThatClosesForOneDeviceLeavesTheOther) {
@@ -392,7 +406,7 @@ TEST_F(SharedConnection, AServerThatClosesForAllIsAnOutage) {
   EXPECT_THAT(retries_.downs, ElementsAre(HasSubstr("before it had worked")));
 }
 
-TEST_F(LineDriverTest, AServerThatClosesBeforeItHasWorkedIsToldSo) {
+TEST_F(LinePortTest, AServerThatClosesBeforeItHasWorkedIsToldSo) {
   Open();
   EXPECT_EQ(status().port, LineStatus::Port::open);
   answers_ = false;
@@ -403,7 +417,7 @@ TEST_F(LineDriverTest, AServerThatClosesBeforeItHasWorkedIsToldSo) {
   EXPECT_EQ(retries_.worked, 0) << "a greeting proves nothing";
 }
 
-TEST_F(LineDriverTest, TheConnectionBehindAUselessOneIsNewsOnceItWorks) {
+TEST_F(LinePortTest, TheConnectionBehindAUselessOneIsNewsOnceItWorks) {
   Open();
   Lose("closed");
   Pass(1s);
@@ -418,10 +432,10 @@ TEST_F(LineDriverTest, TheConnectionBehindAUselessOneIsNewsOnceItWorks) {
   EXPECT_EQ(status().port, LineStatus::Port::open) << "at once: the last one had worked";
 }
 
-TEST_F(LineDriverTest, AServerThatOnlyHoldsHasWorkedAfterHalfAMinute) {
+TEST_F(LinePortTest, AServerThatOnlyHoldsHasWorkedAfterHalfAMinute) {
   Open();
   EXPECT_EQ(retries_.worked, 0);
-  driver_->SetInUse(0, false, now_);
+  Handle([&] { line_->poller.SetInUse(0, false, now_); });
   port_.sent.clear();
   Pass(29s);
   EXPECT_EQ(retries_.worked, 0);
@@ -430,7 +444,7 @@ TEST_F(LineDriverTest, AServerThatOnlyHoldsHasWorkedAfterHalfAMinute) {
   EXPECT_THAT(retries_.downs, IsEmpty());
 }
 
-TEST_F(LineDriverTest, AConnectionWithoutAnyAnswerIsMadeAnew) {
+TEST_F(LinePortTest, AConnectionWithoutAnyAnswerIsMadeAnew) {
   Open();
   Pass(2s);
   answers_ = false;
@@ -445,7 +459,7 @@ TEST_F(LineDriverTest, AConnectionWithoutAnyAnswerIsMadeAnew) {
 TEST_F(LocalPort, ThatIsLentComesBackByItself) {
   Open();
   Pass(2s);
-  driver_->Release(10s, now_);
+  Handle([&] { line_->port.Release(10s, now_); });
   EXPECT_FALSE(port_.open);
   EXPECT_EQ(status().port, LineStatus::Port::released);
   EXPECT_EQ(status().released_until, now_.wall + 10s);
@@ -458,14 +472,14 @@ TEST_F(LocalPort, ThatIsLentComesBackByItself) {
 
 TEST_F(LocalPort, ALoanCountsAnewAndEndsWhenItIsTakenBack) {
   Open();
-  driver_->Release(10s, now_);
+  Handle([&] { line_->port.Release(10s, now_); });
   Pass(8s);
-  driver_->Release(10s, now_);
+  Handle([&] { line_->port.Release(10s, now_); });
   Pass(8s);
   EXPECT_EQ(port_.opens, 1);
-  driver_->TakeBack(now_);
+  Handle([&] { line_->port.TakeBack(now_); });
   EXPECT_EQ(port_.opens, 2);
-  driver_->TakeBack(now_);
+  Handle([&] { line_->port.TakeBack(now_); });
   Pass(1min);
   EXPECT_EQ(port_.opens, 2);
 }
@@ -476,7 +490,7 @@ TEST_F(LocalPort, IsLentAfterTheWriteUnderWay) {
   answers_ = false;
   Write();
   Pass(20ms);
-  driver_->Release(10s, now_);
+  Handle([&] { line_->port.Release(10s, now_); });
   EXPECT_TRUE(port_.open);
   Pass(1s);
   EXPECT_FALSE(port_.open) << "nobody waits longer than a second";
@@ -485,16 +499,16 @@ TEST_F(LocalPort, IsLentAfterTheWriteUnderWay) {
 
 TEST_F(LocalPort, NothingOpensItAfterTheStop) {
   Open();
-  driver_->Release(10s, now_);
+  Handle([&] { line_->port.Release(10s, now_); });
   int stopped = 0;
-  driver_->Stop(now_, [&] { ++stopped; });
+  Handle([&] { line_->port.Stop(now_, [&] { ++stopped; }); });
   EXPECT_EQ(stopped, 1);
-  driver_->TakeBack(now_);
-  driver_->Release(1s, now_);
+  Handle([&] { line_->port.TakeBack(now_); });
+  Handle([&] { line_->port.Release(1s, now_); });
   Pass(1min);
   EXPECT_EQ(port_.opens, 1);
   EXPECT_EQ(stopped, 1);
-  EXPECT_FALSE(driver_->Deadline().has_value());
+  EXPECT_FALSE(line_->Deadline().has_value());
 }
 
 TEST_F(LocalPort, WhatWaitsAtTheStopIsAnswered) {
@@ -504,11 +518,216 @@ TEST_F(LocalPort, WhatWaitsAtTheStopIsAnswered) {
   Write();
   Write();
   int stopped = 0;
-  driver_->Stop(now_, [&] { ++stopped; });
+  Handle([&] { line_->port.Stop(now_, [&] { ++stopped; }); });
   EXPECT_EQ(stopped, 0) << "a write is under way";
   Pass(1s);
   EXPECT_EQ(stopped, 1);
   EXPECT_EQ(ends_.size(), 2U);
+}
+
+// ---------------------------------------------------------------- lent over the network
+
+/// A client that wants the port, as gateway/serial_server/server.h does.
+struct FakeUser final : serial_server::PortUser {
+  void Grant(Transport& port, const config::SerialSettings&, Now) override { has = &port; }
+  void TakeBack(Now) override {
+    has = nullptr;
+    ++taken_back;
+  }
+  void OnPort(View bytes, Now) override { Append(heard, bytes); }
+  void OnPortRoom() override {}
+  serial_server::Visit visit() const override { return its; }
+
+  serial_server::Visit its{.client = "10.0.0.7:40000", .place = "127.0.0.1:4001"};
+  Transport* has = nullptr;
+  int taken_back = 0;
+  Bytes heard;
+};
+
+struct NetworkLoan : LocalPort {
+  void Want(FakeUser& user) {
+    Handle([&] { line_->loan.Want(user, user.its, now_); });
+  }
+  void Return(FakeUser& user) {
+    user.has = nullptr;
+    Handle([&] { line_->loan.Return(user, user.its, "it has left", now_); });
+  }
+  std::uint64_t Polls() {
+    return store_->ReadLine(0).outcomes[static_cast<std::size_t>(Outcome::ok)];
+  }
+  bool OutOfService() {
+    bool out = false;
+    store_->Read(0, [&](const DeviceRecord& record) {
+      out = record.override_quality == Quality::bad_out_of_service;
+    });
+    return out;
+  }
+
+  FakeUser user_;
+};
+
+TEST_F(NetworkLoan, BeginsBehindTheExchangeUnderWay) {
+  Open();
+  Pass(2s);
+  answers_ = false;
+  while (port_.sent.empty()) Pass(1ms);  // a poll is under way
+  Want(user_);
+  EXPECT_EQ(user_.has, nullptr);
+  EXPECT_FALSE(OutOfService());
+  answers_ = true;
+  const std::uint64_t before = Polls();
+  Pass(100ms);
+  EXPECT_EQ(user_.has, &port_);
+  EXPECT_EQ(Polls(), before + 1) << "it has ended in order";
+  EXPECT_TRUE(OutOfService());
+  EXPECT_EQ(status().port, LineStatus::Port::released);
+  EXPECT_THAT(status().port_text, HasSubstr("lent to 10.0.0.7:40000 at 127.0.0.1:4001, raw"));
+  Pass(1min);
+  EXPECT_EQ(Polls(), before + 1) << "nobody is asked meanwhile";
+}
+
+TEST_F(NetworkLoan, DoesNotWaitForEverForAnExchange) {
+  Open();
+  Pass(2s);
+  answers_ = false;
+  Write();
+  Want(user_);
+  Pass(10s);
+  EXPECT_NE(user_.has, nullptr);
+}
+
+TEST_F(NetworkLoan, ItsBytesAreTheClients) {
+  Open();
+  Pass(2s);
+  Want(user_);
+  Pass(100ms);
+  const LineStatus before = status();
+  Say("secret");
+  EXPECT_EQ(user_.heard, Bytes({'s', 'e', 'c', 'r', 'e', 't'}));
+  EXPECT_EQ(status().bytes_in, before.bytes_in);
+  EXPECT_EQ(status().stray_bytes, before.stray_bytes);
+  for (const TraceRecord& record : line_->recorder.Recorded()) {
+    EXPECT_THAT(ToText(record), testing::Not(HasSubstr("73 65 63")));
+  }
+}
+
+TEST_F(NetworkLoan, RestsUntilTheBusIsSilentThenPollsGoOn) {
+  Open();
+  Pass(2s);
+  Want(user_);
+  Pass(100ms);
+  const std::uint64_t before = Polls();
+  Return(user_);
+  EXPECT_EQ(port_.resets, 2);
+  EXPECT_TRUE(OutOfService()) << "an answer to the client may still come";
+  Say(":late\r");
+  EXPECT_TRUE(OutOfService());
+  Pass(5s);
+  EXPECT_FALSE(OutOfService());
+  EXPECT_GT(Polls(), before);
+  EXPECT_EQ(port_.opens, 1) << "the port was open all the time";
+}
+
+TEST_F(NetworkLoan, EndsWithItsTime) {
+  config_.lines[0].lend.emplace().time = 1min;
+  Open();
+  Pass(2s);
+  Want(user_);
+  Pass(1min);
+  EXPECT_EQ(user_.taken_back, 1);
+  Pass(5s);
+  EXPECT_FALSE(OutOfService());
+  EXPECT_EQ(status().port, LineStatus::Port::open);
+}
+
+TEST_F(NetworkLoan, OneClientHasThePort) {
+  Open();
+  Pass(2s);
+  Want(user_);
+  Pass(100ms);
+  FakeUser other;
+  Want(other);
+  EXPECT_EQ(other.taken_back, 1);
+  EXPECT_NE(user_.has, nullptr);
+}
+
+TEST_F(NetworkLoan, NobodyGetsAPortThatIsClosedReleasedOrEnds) {
+  Want(user_);
+  EXPECT_EQ(user_.taken_back, 1) << "it is not open";
+  Open();
+  Pass(2s);
+  Handle([&] { line_->port.Release(1min, now_); });
+  port_.open = false;
+  Want(user_);
+  EXPECT_EQ(user_.taken_back, 2);
+  Handle([&] { line_->port.TakeBack(now_); });
+  Open();
+  Handle([&] { line_->port.Stop(now_, [] {}); });
+  Want(user_);
+  EXPECT_EQ(user_.taken_back, 3);
+}
+
+TEST_F(NetworkLoan, EndsWhereThePortIsLostReleasedOrTakenBack) {
+  const auto begin = [&] {
+    Open();
+    Pass(2s);
+    Want(user_);
+    Pass(100ms);
+    ASSERT_NE(user_.has, nullptr);
+  };
+  begin();
+  Lose("gone");
+  EXPECT_EQ(user_.taken_back, 1);
+  begin();
+  Handle([&] { line_->port.TakeBack(now_); });
+  EXPECT_EQ(user_.taken_back, 2);
+  Pass(5s);
+  EXPECT_FALSE(OutOfService());
+  begin();
+  Handle([&] { line_->port.Release(1min, now_); });
+  EXPECT_EQ(user_.taken_back, 3);
+  EXPECT_EQ(status().port_text, "released for 1min");
+}
+
+TEST_F(NetworkLoan, ThePortIsOpenedAnewWhereItsSettingsDoNotComeBack) {
+  Open();
+  Pass(2s);
+  Want(user_);
+  Pass(100ms);
+  port_.refuses = true;
+  Return(user_);
+  EXPECT_FALSE(port_.open);
+  EXPECT_THAT(retries_.downs, ElementsAre("refused"));
+  port_.refuses = false;
+  const std::uint64_t before = Polls();
+  Open();
+  Pass(5s);
+  EXPECT_GT(Polls(), before);
+}
+
+TEST_F(NetworkLoan, AClientThatLeavesBeforeItHasThePortChangesNothing) {
+  Open();
+  Pass(2s);
+  answers_ = false;
+  while (port_.sent.empty()) Pass(1ms);
+  Want(user_);
+  Return(user_);
+  answers_ = true;
+  const std::uint64_t before = Polls();
+  Pass(5s);
+  EXPECT_GT(Polls(), before + 1);
+  EXPECT_EQ(port_.resets, 0);
+}
+
+TEST_F(NetworkLoan, IsToldOnceWhenItBeginsAndOnceWhenItEnds) {
+  using What = News::What;
+  Open();
+  Pass(2s);
+  Want(user_);
+  Pass(100ms);
+  Return(user_);
+  Pass(5s);
+  EXPECT_THAT(sink_.news, ElementsAre(Pair(What::port_lent, false), Pair(What::port_lent, true)));
 }
 
 }  // namespace

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/daemon/line_parts.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace baudgate {
+
+namespace {
+
+Duration ReplyTime(const config::Line& line, const Poller::FindProtocol& find) {
+  return *config::Resolve(line.timing, find(line.protocol).timing(line.serial)).reply;
+}
+
+bool Listens(const config::Line& line, const Poller::FindProtocol& find) {
+  return std::ranges::any_of(line.devices, [&](const config::Device& device) {
+    return SpeaksUnasked(find(device.protocol), device.options);
+  });
+}
+
+}  // namespace
+
+LineParts::LineParts(const config::Line& line, std::uint32_t first_device,
+                     const Poller::FindProtocol& find, PointStore& store, Transport& transport,
+                     PortRetries& retries, Links links)
+    : line_(line),
+      first_device_(first_device),
+      memory_(links.memory),
+      recorder(line, first_device, std::move(links.recordings)),
+      reporter(line, store, recorder, links.memory, links.events),
+      poller(line, first_device, find, store, port, reporter),
+      hand(line, poller, recorder, port),
+      port(line, store, transport, retries, recorder, reporter, poller, hand, loan,
+           Listens(line, find)),
+      loan({line, store, transport, reporter, links.loans, ReplyTime(line, find)}, port) {
+  poller.Attach(recorder);
+}
+
+void LineParts::Start(Now now) {
+  for (std::size_t i = 0; memory_ != nullptr && i < line_.devices.size(); ++i) {
+    const auto device = first_device_ + static_cast<std::uint32_t>(i);
+    poller.Recall(device, memory_->Of(device), now);
+  }
+  port.Start(now);
+}
+
+void LineParts::Submit(WriteCommand command, Now now) {
+  if (command.telegram) {
+    hand.Submit(std::move(command), port.is_open(), now);
+  } else {
+    poller.Submit(std::move(command), now);
+  }
+}
+
+void LineParts::OnEventsKept(std::uint32_t device, const std::string& said, bool reported,
+                             Now now) {
+  if (reporter.AllKept(device, reported)) poller.OnEventsKept(device, said, now);
+}
+
+void LineParts::OnTimer(Now now) {
+  const auto is_due = [&](const std::optional<Instant>& at) { return at && *at <= now.instant; };
+  port.OnTimer(now);
+  if (is_due(loan.Deadline())) loan.OnTimer(now);
+  if (is_due(hand.Deadline())) hand.OnTimer(now);
+  if (is_due(poller.Deadline())) poller.OnTimer(now);
+}
+
+void LineParts::Settle(Now now) {
+  port.Settle(now);
+  if (!loan.Settle(now)) hand.Settle(now);
+}
+
+std::optional<Instant> LineParts::Deadline() const {
+  std::optional<Instant> soonest = poller.Deadline();
+  for (const auto& at : {port.Deadline(), loan.Deadline(), hand.Deadline()}) {
+    if (at && (!soonest || *at < *soonest)) soonest = at;
+  }
+  return soonest;
+}
+
+}  // namespace baudgate

@@ -1,0 +1,62 @@
+// All that belongs to one line, joined: its poller, its port, telegrams by hand, the loan of its
+// port, the flight recorder, and who tells of it. No thread and no clock: line_runner.h brings
+// bytes, calls and the time, and calls Settle behind each of them.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "config/model/line.h"
+#include "gateway/daemon/hand_desk.h"
+#include "gateway/daemon/line_port.h"
+#include "gateway/daemon/line_reporter.h"
+#include "gateway/daemon/port_loan.h"
+#include "gateway/poll/poller.h"
+#include "gateway/state/device_memory.h"
+#include "gateway/trace/line_recorder.h"
+
+namespace baudgate {
+
+/// One thread at a time, but what its parts say of themselves. `now` never goes back.
+class LineParts {
+ public:
+  /// What a line needs of the gateway.
+  struct Links {
+    LineRecorder::Sink recordings{};
+    DeviceMemory* memory = nullptr;  ///< null: what conversations learn ends with the program
+    EventSink* events = nullptr;     ///< null: devices are asked for events no more than once
+    LoanRecords loans{};
+  };
+
+  /// All references outlive it. See LinePort.
+  LineParts(const config::Line& line, std::uint32_t first_device, const Poller::FindProtocol& find,
+            PointStore& store, Transport& transport, PortRetries& retries, Links links);
+
+  /// Conversations know what they had learned; the port opens.
+  void Start(Now now);
+  /// Whoever hands commands over keeps to Poller::kQueueLimit, so the poller never says no.
+  void Submit(WriteCommand command, Now now);
+  /// See EventPath::Kept.
+  void OnEventsKept(std::uint32_t device, const std::string& said, bool reported, Now now);
+  /// To be called at Deadline(); earlier does nothing.
+  void OnTimer(Now now);
+  std::optional<Instant> Deadline() const;
+  /// Behind every input.
+  void Settle(Now now);
+
+ private:
+  const config::Line& line_;
+  const std::uint32_t first_device_;
+  DeviceMemory* const memory_;
+
+ public:
+  LineRecorder recorder;
+  LineReporter reporter;
+  Poller poller;
+  HandDesk hand;
+  LinePort port;
+  PortLoan loan;
+};
+
+}  // namespace baudgate

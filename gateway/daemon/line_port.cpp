@@ -1,0 +1,342 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/daemon/line_port.h"
+
+#include <utility>
+
+#include "gateway/base/log.h"
+#include "gateway/base/outcome.h"
+#include "gateway/daemon/not_opened_yet.h"
+#include "transports/serial_settings.h"
+
+namespace baudgate {
+namespace {
+
+/// A connection behind which every device has been silent so long is made anew: a serial server may
+/// keep its TCP alive although its serial side hangs.
+constexpr Duration kSilenceLimit = 30s;
+/// Some serial servers say in words that they are in use, then close: bytes prove a connection that
+/// has lasted so long.
+constexpr Duration kGreeting = 500ms;
+/// A write under way is ended in order before the port is given up, so that no password stays open;
+/// but not for longer.
+constexpr Duration kPatience = 1s;
+
+}  // namespace
+
+LinePort::LinePort(const config::Line& line, PointStore& store, Transport& transport,
+                   PortRetries& retries, LineRecorder& recorder, LineReporter& reporter,
+                   Poller& poller, HandDesk& hand, PortLoan& loan, bool listens)
+    : line_(line),
+      transport_(transport),
+      retries_(retries),
+      reporter_(reporter),
+      poller_(poller),
+      hand_(hand),
+      loan_(loan),
+      display_(store, store.LineIndex(line), recorder),
+      settings_(line, transport, display_, listens),
+      listens_(listens),
+      applied_(line.serial) {}
+
+void LinePort::Start(Now now) {
+  now_ = now;
+  if (lent_until_ || stopping_) return;
+  display_.Show(LineStatus::Port::closed, std::string(kNotOpenedYet), now);
+  transport_.Open();
+}
+
+void LinePort::Stop(Now now, std::function<void()> stopped) {
+  now_ = now;
+  stopping_ = true;
+  lent_until_.reset();
+  loan_.OnClosed("the gateway stops", now);
+  AfterTheWrite([this, stopped = std::move(stopped)] {
+    ClosePort();
+    hand_.OnClosed("the gateway stops");
+    if (open_.exchange(false)) poller_.OnClosed(now_);
+    stopped();
+  });
+}
+
+// ---------------------------------------------------------------- the connection
+
+/// And nothing opens it again.
+void LinePort::ClosePort() {
+  check_at_.reset();
+  settings_.OnClosed();
+  retries_.Stop();
+  connection_ = Connection::fresh;
+  rest_.End();
+  transport_.Close();
+}
+
+/// Replies of devices, so far.
+std::uint64_t LinePort::Answers() const {
+  std::uint64_t answers = 0;
+  const auto& outcomes = poller_.ledger().counters().outcomes;
+  for (std::size_t i = 0; i < outcomes.size(); ++i) {
+    if (ProvesLife(static_cast<Outcome>(i))) answers += outcomes[i];
+  }
+  return answers;
+}
+
+void LinePort::OnOpened(Now now) {
+  now_ = now;
+  if (rest_.OnOpened(Answers())) {
+    if (const Bytes request = rest_.TakeHeld(); !request.empty()) transport_.Send(request);
+    return;
+  }
+  open_ = true;
+  applied_ = line_.serial;
+  out_of_service_ = false;
+  opened_ = now.instant;
+  // Behind a useless connection the next one is news only once it works.
+  announced_ = connection_ != Connection::useless;
+  connection_ = line_.is_network() ? Connection::fresh : Connection::proven;
+  retries_.OnOpened();
+  if (announced_) Announce();
+  settings_.OnOpened(now);
+  if (line_.is_network()) check_at_ = now.instant + kGreeting;
+  poller_.OnOpened(now, transport_.KeepsBitRate());
+}
+
+void LinePort::Announce() {
+  const std::string text = transport_.Describe();
+  log::Info({.line = line_.name}, "open ({})", text);
+  display_.Show(LineStatus::Port::open, text, now_);
+  reporter_.OnNews({News::What::port_down, true, {}, text}, now_);
+  reporter_.OnNews({News::What::port_lent, true, {}, text}, now_);
+}
+
+void LinePort::Prove() {
+  connection_ = Connection::proven;
+  retries_.OnWorked();
+  if (!std::exchange(announced_, true)) Announce();
+}
+
+void LinePort::OnOpenFailed(const std::string& reason, Now now) {
+  now_ = now;
+  if (rest_.rests()) {
+    CountLoss();
+    return Lost(reason);
+  }
+  // The time of the loan is over, but the port is not ours yet.
+  if (std::exchange(out_of_service_, false)) poller_.OnClosed(now);
+  Down(reason);
+}
+
+void LinePort::OnLost(const std::string& reason, Now now) {
+  now_ = now;
+  CountLoss();
+  Lost(reason);
+}
+
+void LinePort::CountLoss() {
+  display_.Update([this](LineStatus& status) {
+    ++status.times_lost;
+    status.losses.Add(now_.instant);
+  });
+}
+
+void LinePort::OnEnded(const std::string& reason, Now now) {
+  const bool several = line_.devices.size() > 1;
+  if (rest_.IsDrop(Answers(), now.instant - used_)) {
+    display_.Update([&](LineStatus& status) { status.drops.Add(now.instant); });
+    log::WarnFolded(line_.name + " ended",
+                    "line {}: {}, which was in use; it is opened again with the next request",
+                    line_.name, reason);
+  }
+  if (listens_ || !rest_.OnEnded(Answers(), several)) return OnLost(reason, now);
+  now_ = now;
+  if (connection_ != Connection::proven && !rest_.in_vain()) Prove();
+  poller_.OnEnded(now);
+}
+
+void LinePort::Lost(const std::string& reason) {
+  open_ = false;
+  const bool asked = rest_.asks();
+  rest_.End();
+  check_at_.reset();
+  settings_.OnClosed();
+  hand_.OnClosed("the port was lost");
+  loan_.OnClosed("the port is lost: " + reason, now_);
+  poller_.OnClosed(now_);
+  if (connection_ == Connection::proven) return Down(reason);
+  connection_ = Connection::useless;
+  // One that resets it has not even read the request.
+  const bool read = asked && !reason.ends_with("reset the connection");
+  Down(reason + (read ? ", before it had worked: does it speak " + line_.protocol +
+                            " and know the device, or has it too many clients?"
+                      : ", before it had worked; is the server in use by another client, or at its "
+                        "connection limit?"));
+}
+
+void LinePort::Down(const std::string& reason) {
+  if (retries_.OnDown(reason)) {
+    log::Warn({.line = line_.name, .outcome = std::string(Name(Outcome::line_down))},
+              "down: {}; trying again until it works", reason);
+  }
+  if (reason != display_.text()) display_.Show(LineStatus::Port::closed, reason, now_);
+  reporter_.OnNews({News::What::port_down, false, {}, reason}, now_);
+}
+
+void LinePort::CheckConnection() {
+  // Where nobody is asked nothing comes, and where nobody answers it is not the connection's fault:
+  // one that has held for long works.
+  const bool old = now_.instant - opened_ >= kSilenceLimit;
+  const bool unproven = connection_ != Connection::proven;
+  if (unproven && (connection_ == Connection::heard || old)) Prove();
+  if (!poller_.ledger().SilentSince(now_.instant - kSilenceLimit)) {
+    check_at_ = now_.instant + kSilenceLimit / 4;
+    return;
+  }
+  transport_.Close();
+  Lost("no device behind it has answered for " + FormatDuration(kSilenceLimit) +
+       "; the connection is made anew");
+}
+
+// ---------------------------------------------------------------- the loan
+
+void LinePort::Release(Duration time, Now now) {
+  now_ = now;
+  if (stopping_) return;
+  AfterTheWrite([this, time] { Lend(time); });
+}
+
+void LinePort::TakeBack(Now now) {
+  now_ = now;
+  loan_.TakeBack("the line was taken back", now);
+  EndLoan();
+}
+
+void LinePort::AfterTheWrite(std::function<void()> then) {
+  after_write_ = std::move(then);
+  poller_.WindUp();
+  patience_until_ = now_.instant + kPatience;
+}
+
+void LinePort::GoOn() {
+  patience_until_.reset();
+  std::exchange(after_write_, {})();
+}
+
+void LinePort::Lend(Duration time) {
+  lent_until_ = now_.instant + time;
+  loan_.OnClosed("the port is released to another program", now_);
+  out_of_service_ = true;
+  open_ = false;
+  ClosePort();
+  hand_.OnClosed("the port is lent to another program");
+  poller_.OnClosed(now_, Quality::bad_out_of_service);
+  log::Info({.line = line_.name}, "{} is released for {}; its points are out of service",
+            line_.port, FormatDuration(time));
+  const std::string text = "released for " + FormatDuration(time);
+  display_.Show(LineStatus::Port::released, text, now_, now_.wall + time);
+  reporter_.OnNews({News::What::port_lent, false, {}, text}, now_);
+}
+
+void LinePort::EndLoan() {
+  if (!lent_until_) return;
+  lent_until_.reset();
+  log::Info({.line = line_.name}, "takes {} back", line_.port);
+  display_.Show(LineStatus::Port::closed, "being taken back", now_);
+  transport_.Open();
+}
+
+// ---------------------------------------------------------------- the loan over the network
+
+std::string LinePort::WhyNot() const {
+  if (stopping_) return "the gateway stops";
+  if (lent_until_) return "the port is released to another program";
+  return transport_.is_open() ? std::string() : "the port is not open: " + display_.text();
+}
+
+bool LinePort::Quiet() { return !hand_.is_busy() && poller_.Pause(); }
+
+void LinePort::OnLent(const std::string& text, WallTime until, Now now) {
+  now_ = now;
+  out_of_service_ = true;
+  open_ = false;
+  check_at_.reset();
+  hand_.OnClosed("the port is lent to a client");
+  poller_.OnClosed(now, Quality::bad_out_of_service);
+  display_.Show(LineStatus::Port::released, text, now, until);
+}
+
+void LinePort::OnReturned(Now now) {
+  now_ = now;
+  out_of_service_ = false;
+  open_ = true;
+  applied_ = line_.serial;
+  opened_ = now.instant;
+  if (line_.is_network()) check_at_ = now.instant + kGreeting;
+  display_.Show(LineStatus::Port::open, transport_.Describe(), now);
+  poller_.OnOpened(now, transport_.KeepsBitRate());
+}
+
+void LinePort::OnPortFailed(const std::string& reason, Now now) {
+  now_ = now;
+  transport_.Close();
+  Lost(reason);
+}
+
+// ---------------------------------------------------------------- bytes and time
+
+void LinePort::OnBytes(View bytes, Now now) {
+  now_ = now;
+  used_ = now.instant;
+  rest_.OnBytes();
+  if (connection_ == Connection::fresh) connection_ = Connection::heard;
+  if (connection_ == Connection::heard && now.instant - opened_ >= kGreeting) Prove();
+  if (loan_.OnBytes(bytes, now)) return;
+  if (!hand_.OnBytes(bytes, now)) poller_.OnBytes(bytes, now);
+}
+
+void LinePort::Send(View bytes, const config::SerialSettings& serial, Now now) {
+  used_ = now.instant;
+  settings_.OnSend(now);
+  if (!SameSettings(serial, applied_)) {
+    const Status status = transport_.Apply(serial);
+    if (!status) log::Warn({.line = line_.name}, "{}", status.error());
+    applied_ = serial;
+  }
+  if (!line_.is_network() || !rest_.Holds(bytes)) {
+    transport_.Send(bytes);
+  } else {
+    transport_.Close();
+    transport_.Open();
+  }
+}
+
+void LinePort::DropUnsent() {
+  rest_.GiveUpHeld();
+  transport_.DropUnsent();
+}
+
+void LinePort::OnTimer(Now now) {
+  now_ = now;
+  const auto is_due = [&](const std::optional<Instant>& at) { return at && *at <= now.instant; };
+  if (is_due(patience_until_) && poller_.IsWriting()) {
+    log::Warn({.line = line_.name},
+              "a write is broken off; a password that it has opened may stay open");
+    GoOn();
+  }
+  if (is_due(lent_until_)) EndLoan();
+  if (is_due(check_at_)) CheckConnection();
+  settings_.OnTimer(now);
+}
+
+void LinePort::Settle(Now now) {
+  now_ = now;
+  if (after_write_ && !poller_.IsWriting()) GoOn();
+}
+
+std::optional<Instant> LinePort::Deadline() const {
+  std::optional<Instant> soonest;
+  for (const auto& at : {check_at_, settings_.Deadline(), lent_until_, patience_until_}) {
+    if (at && (!soonest || *at < *soonest)) soonest = at;
+  }
+  return soonest;
+}
+
+}  // namespace baudgate

@@ -1,0 +1,124 @@
+// The port of one line: when a connection has proven itself or is made anew, how long the port is
+// lent, what is ended before it is given up. No thread and no clock: line_runner.h brings bytes,
+// calls and the time.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "config/model/line.h"
+#include "gateway/daemon/hand_desk.h"
+#include "gateway/daemon/line_reporter.h"
+#include "gateway/daemon/port_display.h"
+#include "gateway/daemon/port_loan.h"
+#include "gateway/daemon/rest.h"
+#include "gateway/daemon/settings_watch.h"
+#include "gateway/poll/poller.h"
+#include "gateway/trace/line_recorder.h"
+#include "transports/port_keeper.h"
+#include "transports/transport.h"
+
+namespace baudgate {
+
+/// One thread at a time, but is_open(). `now` never goes back.
+class LinePort final : public RequestPort, public PortLoan::Line {
+ public:
+  /// All references outlive it. `transport` is closed; what it tells its listener goes to the
+  /// functions of the same names here. `retries` opens the port again after OnDown. `listens`: a
+  /// device of the line speaks unasked, so the connection is wanted all the time. `poller`, `hand`
+  /// and `loan` may be made later than this.
+  LinePort(const config::Line& line, PointStore& store, Transport& transport, PortRetries& retries,
+           LineRecorder& recorder, LineReporter& reporter, Poller& poller, HandDesk& hand,
+           PortLoan& loan, bool listens);
+
+  void Start(Now now);
+  /// Closes the port, once the write under way has ended, and answers what is queued; then calls
+  /// `stopped`, within a second. Nothing opens the port after that.
+  void Stop(Now now, std::function<void()> stopped);
+
+  // From the transport.
+  void OnOpened(Now now);
+  void OnOpenFailed(const std::string& reason, Now now);
+  void OnBytes(View bytes, Now now);
+  void OnLost(const std::string& reason, Now now);
+  void OnEnded(const std::string& reason, Now now);
+
+  // From the poller and the telegrams by hand.
+  void Send(View bytes, const config::SerialSettings& serial, Now now) override;
+  void DropUnsent() override;
+
+  // See PortLoan.
+  std::string WhyNot() const override;
+  bool Quiet() override;
+  void OnLent(const std::string& text, WallTime until, Now now) override;
+  void OnReturned(Now now) override;
+  void OnPortFailed(const std::string& reason, Now now) override;
+
+  /// See LineControl; the write under way ends first.
+  void Release(Duration time, Now now);
+  void TakeBack(Now now);
+
+  /// To be called at Deadline(); earlier does nothing.
+  void OnTimer(Now now);
+  std::optional<Instant> Deadline() const;
+  /// Behind every input of the line: the write under way may have ended.
+  void Settle(Now now);
+
+  bool is_open() const { return open_.load(); }  // from any thread
+
+ private:
+  /// The present connection, or between two the last one.
+  enum class Connection : std::uint8_t {
+    fresh,    ///< nothing has come yet
+    heard,    ///< bytes have come, which may be the greeting of a server that is in use
+    proven,   ///< it has worked; a local port does so by opening
+    useless,  ///< it ended before it was proven
+  };
+
+  // The connection.
+  std::uint64_t Answers() const;
+  void Announce();
+  void Prove();
+  void CheckConnection();
+  void Lost(const std::string& reason);
+  void CountLoss();
+  void Down(const std::string& reason);
+  void ClosePort();
+  // The loan, and the stop.
+  void AfterTheWrite(std::function<void()> then);
+  void GoOn();
+  void Lend(Duration time);
+  void EndLoan();
+
+  const config::Line& line_;
+  Transport& transport_;
+  PortRetries& retries_;
+  LineReporter& reporter_;
+  Poller& poller_;
+  HandDesk& hand_;
+  PortLoan& loan_;
+  PortDisplay display_;
+  SettingsWatch settings_;
+  const bool listens_;
+  Now now_{};                       // of the input that is being handled
+  config::SerialSettings applied_;  // what the open port is set to
+
+  Connection connection_ = Connection::fresh;
+  bool announced_ = false;  // in the log: this connection
+  Rest rest_;
+  Instant opened_{};
+  Instant used_{};                   // the last byte in or out
+  std::optional<Instant> check_at_;  // of a network connection
+  std::atomic<bool> open_ = false;
+
+  std::optional<Instant> lent_until_;      // to another program
+  bool out_of_service_ = false;            // the points, since the port was lent
+  std::function<void()> after_write_;      // what waits for the end of the write under way
+  std::optional<Instant> patience_until_;  // with that write
+  bool stopping_ = false;
+};
+
+}  // namespace baudgate

@@ -1,0 +1,76 @@
+// What one line tells: device states and warnings to the log, news and events to the event sink,
+// what conversations have learned to their memory. Of a state that lasts, the beginning and the end
+// are told once each; an end without a beginning is told the first time only (News::first).
+//
+//   device online → offline           no_answer
+//   port lost, opened                 port_down, port_down over
+//   that device offline → online      no_answer over; of all others only the first (News::first)
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+
+#include "config/model/line.h"
+#include "gateway/daemon/event_sink.h"
+#include "gateway/poll/poller_listener.h"
+#include "gateway/state/device_memory.h"
+#include "gateway/store/point_store.h"
+#include "gateway/trace/line_recorder.h"
+
+namespace baudgate {
+
+/// On the line's thread.
+class LineReporter final : public PollerListener {
+ public:
+  /// All outlive it. `memory` null: what conversations learn ends with the program. `events` null:
+  /// nothing is kept.
+  LineReporter(const config::Line& line, const PointStore& store, const LineRecorder& recorder,
+               DeviceMemory* memory, EventSink* events)
+      : line_(line), store_(store), recorder_(recorder), memory_(memory), events_(events) {}
+
+  void OnDeviceState(std::uint32_t device, DeviceState from, DeviceState to,
+                     const std::string& reason, Now at) override;
+  void OnWarning(std::uint32_t device, const std::string& message) override;
+  void OnMemory(std::uint32_t device, const std::string& memory) override {
+    if (memory_ != nullptr) memory_->Set(device, memory);
+  }
+  void OnEvents(ReportedEvents events) override {
+    unkept_.insert(events.device);
+    if (events_ != nullptr) events_->OnReported(std::move(events));
+  }
+  void OnDrained(std::uint32_t device, Instant asked) override {
+    if (events_ != nullptr) events_->OnDrained(device, asked);
+  }
+  void OnNews(News news, Now at) override;
+  void OnRead(std::uint32_t device, std::span<const std::uint32_t> points, Now at) override {
+    if (events_ != nullptr) events_->OnRead(device, points, at);
+  }
+
+  /// Events of the device are on the disk: those that OnEvents told last (`reported`), or those of
+  /// before the start. False: OnEvents has told others since, which are not.
+  [[nodiscard]] bool AllKept(std::uint32_t device, bool reported) {
+    if (reported) unkept_.erase(device);
+    return !unkept_.contains(device);
+  }
+
+ private:
+  using Key = std::pair<News::What, std::optional<std::uint32_t>>;
+
+  void TellState(std::uint32_t device, DeviceState from, DeviceState to, const std::string& reason,
+                 Now at);
+
+  const config::Line& line_;
+  const PointStore& store_;
+  const LineRecorder& recorder_;
+  DeviceMemory* const memory_;
+  EventSink* const events_;
+  std::set<std::uint32_t> unkept_;  // devices whose events are not on the disk yet
+  std::set<Key> lasting_;           // told, and not over
+  std::set<Key> over_;              // their end was told once
+};
+
+}  // namespace baudgate

@@ -1,0 +1,42 @@
+// Where clients come in for the port of one line: as configured, and by hand for a while
+// (`baudgate release --tcp`). On the loop of the line.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <asio/io_context.hpp>
+#include <memory>
+
+#include "config/model/line.h"
+#include "gateway/daemon/port_loan.h"
+#include "gateway/serial_server/server.h"
+
+namespace baudgate {
+
+class LineServers {
+ public:
+  /// All outlive it. `owner`: of the port; clients ask it for `loan`.
+  LineServers(asio::io_context& io, const config::Line& line, serial_server::PortOwner& owner,
+              PortLoan& loan)
+      : io_(io), line_(line), owner_(owner), loan_(loan) {}
+
+  void Start();
+  void Stop();
+  /// Until Withdraw, which is due after `time`.
+  void Offer(config::PortServer server, Duration time, Now now);
+  /// Nobody comes in there any more, and whoever has done loses the port.
+  void Withdraw(Now now);
+
+ private:
+  std::unique_ptr<serial_server::Server> Make(const config::PortServer& server,
+                                              serial_server::Server::Use use);
+
+  asio::io_context& io_;
+  const config::Line& line_;
+  serial_server::PortOwner& owner_;
+  PortLoan& loan_;
+  std::unique_ptr<serial_server::Server> server_;   // as configured; null: there is none
+  std::unique_ptr<serial_server::Server> offered_;  // by hand; null: there is none
+  config::PortServer offer_;                        // where that is
+};
+
+}  // namespace baudgate

@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/daemon/port_loan.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "gateway/audit/loan_record.h"
+#include "gateway/base/log.h"
+
+namespace baudgate {
+
+using serial_server::PortUser;
+using serial_server::Visit;
+
+namespace {
+
+/// No exchange takes longer, unless a device answers without end.
+constexpr Duration kLongestWait = 10s;
+constexpr Duration kShowEvery = 1s;
+/// A bus that never falls silent.
+constexpr Duration kLongestRest = 10s;
+
+std::string WhoOf(const Visit& visit) {
+  return fmt::format("{} at {}, {}", visit.client, visit.place, Name(visit.mode));
+}
+
+std::string BytesOf(const Visit& visit) {
+  return fmt::format("{} bytes to the port, {} from it", visit.to_port, visit.from_port);
+}
+
+}  // namespace
+
+// ---------------------------------------------------------------- clients
+
+void PortLoan::Want(PortUser& user, const Visit& visit, Now now) {
+  std::string why_not = line_.WhyNot();
+  if (why_not.empty() && user_ != nullptr) why_not = "the port is in use by " + visit_.client;
+  if (why_not.empty() && lends() && links_.records.required && links_.records.log != nullptr &&
+      !links_.records.log->Trouble().empty()) {
+    why_not = "the loan cannot be recorded: " + links_.records.log->Trouble();
+  }
+  if (!why_not.empty()) {
+    log::WarnFolded(links_.config.name + " wanted", "line {}: client {} does not get the port: {}",
+                    links_.config.name, visit.client, why_not);
+    return user.TakeBack(now);
+  }
+  user_ = &user;
+  visit_ = visit;
+  wanted_at_ = now.instant;
+  if (state_ == State::rests) return HandOver(now);
+  state_ = State::wanted;
+  Settle(now);
+}
+
+bool PortLoan::Settle(Now now) {
+  const bool late = now.instant - wanted_at_ >= kLongestWait;
+  if (state_ == State::wanted && (line_.Quiet() || late)) HandOver(now);
+  return state_ == State::wanted;
+}
+
+Duration PortLoan::TimeOf(const Visit& visit) const {
+  Duration time = links_.config.lend ? links_.config.lend->time : config::PortServer().time;
+  links_.store.UpdateLine(links_.store.LineIndex(links_.config), [&](LineStatus& status) {
+    const PortService* const service = ServiceAt(status, visit.place);
+    if (service != nullptr && service->open_until != WallTime{}) {
+      time = service->open_until - visit.began.wall;
+    }
+  });
+  return time;
+}
+
+void PortLoan::HandOver(Now now) {
+  state_ = State::held;
+  show_at_ = heard_ = now.instant;
+  visit_.began = now;
+  if (const Status set = links_.port.Reset(links_.config.serial); !set) {
+    return line_.OnPortFailed(set.error(), now);
+  }
+  const std::string who = WhoOf(visit_);
+  if (lends()) {
+    const Duration time = TimeOf(visit_);
+    until_ = now.instant + time;
+    line_.OnLent("lent to " + who, now.wall + time, now);
+    links_.news.OnNews({News::What::port_lent, false, {}, who}, now);
+    if (links_.records.log != nullptr) {
+      audit::BeginLoan(
+          *links_.records.log, {links_.config.name, visit_.client, now},
+          fmt::format("at {}, {}, for {}", visit_.place, Name(visit_.mode), FormatDuration(time)));
+    }
+  } else {
+    until_ = Instant::max();
+    links_.news.OnNews({News::What::port_served, false, {}, who}, now);
+  }
+  log::Info({.line = links_.config.name}, "{} has the port", who);
+  PortUser& user = *user_;
+  user.Grant(links_.port, links_.config.serial, now);
+  if (user_ != nullptr) ShowVisit(now);
+}
+
+void PortLoan::Return(PortUser& user, const Visit& visit, const std::string& why, Now now) {
+  if (user_ != &user) return;
+  user_ = nullptr;
+  if (std::exchange(state_, State::free) != State::held) return;
+  Tell(visit, why, now);
+  Restore(now);
+}
+
+void PortLoan::TakeBack(const std::string& why, Now now) {
+  if (user_ == nullptr) return;
+  PortUser& user = *user_;
+  const Visit visit = user.visit();
+  const bool held = state_ == State::held;
+  user_ = nullptr;
+  state_ = State::free;
+  if (held) Tell(visit, why, now);
+  user.TakeBack(now);
+  if (held && user_ == nullptr) Restore(now);
+}
+
+void PortLoan::OnClosed(const std::string& reason, Now now) {
+  state_ = state_ == State::rests ? State::free : state_;
+  if (user_ == nullptr) return;
+  PortUser& user = *user_;
+  const Visit visit = user.visit();
+  user_ = nullptr;
+  if (std::exchange(state_, State::free) == State::held) Tell(visit, reason, now);
+  user.TakeBack(now);
+}
+
+/// Everybody who should know that a client has the port no more.
+void PortLoan::Tell(const Visit& visit, const std::string& why, Now now) {
+  const Duration took = now.instant - visit.began.instant;
+  const std::string text = fmt::format(
+      "{} after {}; {}", why, FormatDuration(std::chrono::floor<std::chrono::milliseconds>(took)),
+      BytesOf(visit));
+  log::Info({.line = links_.config.name}, "{} has the port no more: {}", visit.client, text);
+  if (lends() && links_.records.log != nullptr) {
+    audit::EndLoan(*links_.records.log, {links_.config.name, visit.client, visit.began},
+                   why + "; " + BytesOf(visit), now);
+  }
+  const auto what = lends() ? News::What::port_lent : News::What::port_served;
+  links_.news.OnNews({what, true, {}, visit.client + ": " + text}, now);
+  links_.store.UpdateLine(links_.store.LineIndex(links_.config), [&](LineStatus& status) {
+    PortService* const service = ServiceAt(status, visit.place);
+    if (service == nullptr) return;
+    service->visit = PortService::Visit{visit.client,  visit.began.wall, now.wall,
+                                        visit.to_port, visit.from_port,  why};
+  });
+}
+
+/// The next client of a served port may have it at once: its own bytes are its own trouble.
+void PortLoan::Restore(Now now) {
+  if (const Status set = links_.port.Reset(links_.config.serial); !set) {
+    return line_.OnPortFailed(set.error(), now);
+  }
+  if (!lends()) return;
+  state_ = State::rests;
+  heard_ = now.instant;
+  until_ = now.instant + kLongestRest;
+  OnTimer(now);
+}
+
+// ---------------------------------------------------------------- bytes and time
+
+bool PortLoan::OnBytes(View bytes, Now now) {
+  if (state_ != State::held && state_ != State::rests) return !lends();
+  heard_ = now.instant;
+  if (state_ == State::held && user_ != nullptr) user_->OnPort(bytes, now);
+  return true;
+}
+
+void PortLoan::OnRoom() {
+  if (state_ == State::held && user_ != nullptr) user_->OnPortRoom();
+}
+
+void PortLoan::OnTimer(Now now) {
+  if (state_ == State::held && until_ <= now.instant) {
+    TakeBack("the time of the loan is over", now);
+  }
+  if (state_ == State::held && show_at_ <= now.instant) ShowVisit(now);
+  if (state_ == State::rests && (heard_ + links_.rest <= now.instant || until_ <= now.instant)) {
+    state_ = State::free;
+    line_.OnReturned(now);
+  }
+}
+
+std::optional<Instant> PortLoan::Deadline() const {
+  switch (state_) {
+    case State::free:
+      return std::nullopt;
+    case State::wanted:
+      return wanted_at_ + kLongestWait;
+    case State::held:
+      return std::min(until_, show_at_);
+    case State::rests:
+      return std::min(until_, heard_ + links_.rest);
+  }
+  return std::nullopt;
+}
+
+// ---------------------------------------------------------------- the status
+
+void PortLoan::ShowVisit(Now now) {
+  show_at_ = now.instant + kShowEvery;
+  const Visit visit = user_->visit();
+  const PortCounters errors = links_.port.Counters();
+  const WallTime until = until_ == Instant::max() ? WallTime{} : now.wall + (until_ - now.instant);
+  links_.store.UpdateLine(links_.store.LineIndex(links_.config), [&](LineStatus& status) {
+    status.parity_errors = errors.parity;
+    status.framing_errors = errors.framing;
+    status.overruns = errors.overrun;
+    status.modem = links_.port.ReadModemLines();
+    PortService* const service = ServiceAt(status, visit.place);
+    if (service == nullptr) return;
+    service->visit = PortService::Visit{visit.client,  visit.began.wall, until,
+                                        visit.to_port, visit.from_port,  {}};
+  });
+}
+
+PortService* PortLoan::ServiceAt(LineStatus& status, const std::string& place) const {
+  const auto found = std::ranges::find(status.services, place, &PortService::place);
+  return found == status.services.end() ? nullptr : &*found;
+}
+
+void PortLoan::OnListening(const std::string& place, const std::string& trouble, Now /*now*/) {
+  links_.store.UpdateLine(links_.store.LineIndex(links_.config), [&](LineStatus& status) {
+    if (PortService* const service = ServiceAt(status, place)) service->trouble = trouble;
+  });
+}
+
+void PortLoan::Offer(const config::PortServer& server, WallTime until) {
+  const std::string place = server.Place();
+  links_.store.UpdateLine(links_.store.LineIndex(links_.config), [&](LineStatus& status) {
+    std::erase_if(status.services, [&](const PortService& one) { return one.place == place; });
+    if (until <= WallTime{}) return;
+    PortService service;
+    service.place = place;
+    service.mode = Name(server.mode);
+    service.lent = lends();
+    service.trouble = "not opened yet";
+    if (until != WallTime::max()) service.open_until = until;
+    status.services.push_back(std::move(service));
+  });
+}
+
+}  // namespace baudgate

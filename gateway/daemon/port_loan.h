@@ -1,0 +1,108 @@
+// The port of a line in the hands of a client over the network: when it is handed over, how long
+// the client has it, and when the line may go on. A part of gateway/daemon/line_parts.h; clients
+// come in at gateway/serial_server/server.h.
+//
+//   free → wanted (the exchange under way ends) → held → rests (until the bus is silent) → free
+//
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "config/model/line.h"
+#include "gateway/audit/write_log.h"
+#include "gateway/poll/poller_listener.h"
+#include "gateway/serial_server/line_port.h"
+#include "gateway/store/point_store.h"
+#include "transports/transport.h"
+
+namespace baudgate {
+
+/// Where loans are recorded.
+struct LoanRecords {
+  audit::WriteLog* log = nullptr;  ///< null: nowhere
+  bool required = false;           ///< no loan without a record
+};
+
+class PortLoan final : public serial_server::PortOwner {
+ public:
+  /// The line.
+  class Line {
+   public:
+    /// Why its port cannot be had now; empty: it can.
+    virtual std::string WhyNot() const = 0;
+    /// Nothing is begun any more. True: nothing is under way.
+    virtual bool Quiet() = 0;
+    /// The client has the port until then; `text` says who. Points are out of service.
+    virtual void OnLent(const std::string& text, WallTime until, Now now) = 0;
+    /// The port is the line's again, with its settings: it goes on.
+    virtual void OnReturned(Now now) = 0;
+    /// The settings could not be restored.
+    virtual void OnPortFailed(const std::string& reason, Now now) = 0;
+
+   protected:
+    ~Line() = default;
+  };
+
+  struct Links {
+    const config::Line& config;
+    PointStore& store;
+    Transport& port;
+    PollerListener& news;
+    LoanRecords records{};
+    /// After the client has left its answers may still come: the line is silent so long first.
+    Duration rest{};
+  };
+  /// All outlive it.
+  PortLoan(const Links& links, Line& line) : links_(links), line_(line) {}
+
+  // See PortOwner.
+  void Want(serial_server::PortUser& user, const serial_server::Visit& visit, Now now) override;
+  void Return(serial_server::PortUser& user, const serial_server::Visit& visit,
+              const std::string& why, Now now) override;
+  void OnListening(const std::string& place, const std::string& trouble, Now now) override;
+  /// The place of `release --tcp`, and until when; the epoch: it is no more.
+  void Offer(const config::PortServer& server, WallTime until);
+
+  /// False: they are the line's.
+  bool OnBytes(View bytes, Now now);
+  void OnRoom();
+  /// The port is gone, or is given away: the client is disconnected.
+  void OnClosed(const std::string& reason, Now now);
+  /// The same, if the port is with this server.
+  void Dismiss(serial_server::PortUser& user, const std::string& why, Now now) {
+    if (user_ == &user) TakeBack(why, now);
+  }
+  /// The client is disconnected, and the line goes on.
+  void TakeBack(const std::string& why, Now now);
+  /// Behind every input of the line. True: the line waits.
+  bool Settle(Now now);
+  void OnTimer(Now now);
+  std::optional<Instant> Deadline() const;
+
+ private:
+  enum class State : std::uint8_t { free, wanted, held, rests };
+
+  bool lends() const { return !links_.config.serial_server.has_value(); }
+  Duration TimeOf(const serial_server::Visit& visit) const;
+  void HandOver(Now now);
+  void Restore(Now now);
+  void Tell(const serial_server::Visit& visit, const std::string& why, Now now);
+  void ShowVisit(Now now);
+  PortService* ServiceAt(LineStatus& status, const std::string& place) const;
+
+  const Links links_;
+  Line& line_;
+  State state_ = State::free;
+  serial_server::PortUser* user_ = nullptr;  // wants it, or has it
+  serial_server::Visit visit_;
+  Instant wanted_at_{};
+  Instant until_{};
+  Instant show_at_{};  // what the status says of it
+  Instant heard_{};    // a byte of the port, or the client has left
+};
+
+}  // namespace baudgate

@@ -1,0 +1,45 @@
+// Looks at an open port once a second while the line works: at the driver's counters of errors, and
+// whether another program has changed the settings. ModemManager, brltty, a getty and stty do that,
+// and each exchange fails from then on, so the settings are set again.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "config/model/line.h"
+#include "gateway/base/time.h"
+#include "gateway/daemon/port_display.h"
+#include "transports/transport.h"
+
+namespace baudgate {
+
+class SettingsWatch {
+ public:
+  /// All outlive it. `listens`: a device of the line speaks unasked, so the port is looked at
+  /// although nothing is sent.
+  SettingsWatch(const config::Line& line, Transport& port, PortDisplay& display, bool listens)
+      : line_(line), port_(port), display_(display), listens_(listens && !line.is_network()) {}
+
+  void OnOpened(Now now);
+  void OnClosed() { due_.reset(); }
+  /// A request is about to be sent.
+  void OnSend(Now now);
+  void OnTimer(Now now);
+  std::optional<Instant> Deadline() const { return due_; }
+
+ private:
+  void Look(Now now);
+  void CountErrors();
+  void CheckSettings(Now now);
+
+  const config::Line& line_;
+  Transport& port_;
+  PortDisplay& display_;
+  const bool listens_;
+  Instant looked_{};
+  std::optional<Instant> due_;
+  std::uint64_t times_restored_ = 0;  // since the port was opened
+};
+
+}  // namespace baudgate

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/modbus/wire/other_framing.h"
+
+#include <algorithm>
+
+#include "gateway/line/assembler.h"
+#include "gateway/modbus/wire/mbap.h"
+
+namespace baudgate::modbus {
+namespace {
+
+bool IsTcp(View heard) {
+  MbapAssembler assembler;
+  const auto space = assembler.Space();
+  const std::size_t count = std::min(space.size(), heard.size());
+  std::copy_n(heard.begin(), count, space.begin());
+  assembler.Commit(count);
+  constexpr std::uint8_t kFirstException = 0x80;
+  View frame;
+  return assembler.Take(frame) == MbapAssembler::State::frame && frame.size() > kMbapHeader &&
+         frame[kMbapHeader] != 0 && frame[kMbapHeader] < kFirstException;
+}
+
+bool HasRequest(View heard, const Protocol* protocol) {
+  if (protocol == nullptr || protocol->carrier == nullptr) return false;
+  Assembler assembler;
+  assembler.Begin(protocol->request_rule, protocol->expect({}, {}));
+  assembler.Feed(heard);
+  while (const auto frame = assembler.Next(true)) {
+    if (protocol->carrier->unwrap_request(*frame)) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+std::optional<Framing> OtherFraming(View heard, Framing expected, const Frames& frames) {
+  for (const Framing framing : {Framing::ascii, Framing::rtu, Framing::tcp}) {
+    if (framing == expected) continue;
+    if (framing == Framing::tcp ? IsTcp(heard) : HasRequest(heard, frames.Of(framing))) {
+      return framing;
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace baudgate::modbus

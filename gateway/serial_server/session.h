@@ -1,0 +1,108 @@
+// One client of a port, over one connection: what it sends goes to the port, what the port receives
+// goes to it, each no faster than the other side takes it. Sans-I/O: bytes and time come in as
+// arguments, the port is a transport, and the connection is client_socket.cpp's.
+//
+//   connected → (asks for the port with its first byte or command) → has the port → over
+//
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "config/model/port_server.h"
+#include "config/model/serial.h"
+#include "gateway/base/bytes.h"
+#include "gateway/base/time.h"
+#include "gateway/serial_server/com_port.h"
+#include "gateway/serial_server/telnet.h"
+#include "transports/transport.h"
+
+namespace baudgate::serial_server {
+
+class Session {
+ public:
+  /// The connection. None of these calls the session.
+  class Connection {
+   public:
+    virtual void Send(View bytes) = 0;
+    virtual std::size_t unsent() const = 0;
+    /// Nothing is read from it any more.
+    virtual void Pause(bool paused) = 0;
+
+   protected:
+    ~Connection() = default;
+  };
+
+  /// More than this waits for one side, and the other is not read.
+  static constexpr std::size_t kMostForPort = 8 * 1024;
+  static constexpr std::size_t kMostForClient = 32 * 1024;
+  static constexpr Duration kLookEvery = 100ms;  ///< at the control lines
+  static constexpr Duration kDrainEvery = 10ms;
+  static constexpr Duration kLongestDrain = 30s;
+
+  /// The connection outlives the session.
+  Session(config::PortServer::Mode mode, Duration idle, std::string signature,
+          Connection& connection, Now now);
+
+  /// From the client; at most what one read gives, until it has the port.
+  void OnClient(View bytes, Now now);
+  /// The client sends no more: it leaves when the port has sent what it got.
+  void OnClientEnd(Now now);
+  void OnClientRoom() { Regulate(); }
+
+  /// It has sent something that needs the port.
+  bool asks() const { return asks_; }
+  bool has_port() const { return port_ != nullptr; }
+  /// The port is the client's. `port` is set to `serial` and outlives its use here.
+  void Begin(Transport& port, const config::SerialSettings& serial, Now now);
+  void OnPort(View bytes, Now now);
+  void OnPortRoom() { Regulate(); }
+  /// The port is no more the client's.
+  void End();
+
+  void OnTimer(Now now);
+  std::optional<Instant> Deadline() const;
+  /// Why the client is to be disconnected; nothing: it is not.
+  const std::optional<std::string>& over() const { return over_; }
+
+  Now began() const { return began_; }  ///< to have the port; before that: its connection
+  std::uint64_t to_port() const { return to_port_; }
+  std::uint64_t from_port() const { return from_port_; }
+
+ private:
+  /// What waits for the port.
+  struct Waiting {
+    bool is_command = false;
+    Bytes bytes;
+  };
+  void Decode(View bytes);
+  void Take(bool is_command, View bytes);
+  void Send(View data);
+  void Regulate();
+
+  const config::PortServer::Mode mode_;
+  const Duration idle_;
+  const std::string signature_;
+  Connection& connection_;
+  Transport* port_ = nullptr;
+  TelnetDecoder decoder_;
+  TelnetOptions options_;
+  std::optional<ComPort> com_;
+  std::vector<Waiting> waiting_;
+  bool asks_ = false;
+  bool port_paused_ = false;
+  bool client_paused_ = false;
+  Now began_;
+  Instant heard_;  // a byte, in either direction
+  std::optional<Instant> look_at_;
+  std::optional<Instant> drains_since_;
+  std::optional<Instant> drained_at_;  // to be looked at
+  std::optional<std::string> over_;
+  std::uint64_t to_port_ = 0;
+  std::uint64_t from_port_ = 0;
+};
+
+}  // namespace baudgate::serial_server

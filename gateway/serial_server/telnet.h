@@ -1,0 +1,103 @@
+// The telnet protocol as serial servers use it (RFC 854, 855, 856, 857, 858): cuts what a client
+// sends into data, negotiations and subnegotiations, and makes what it is sent. Pure, any
+// fragmentation gives the same items, memory is bounded. Used by session.cpp.
+//
+//   61 FF FF FF FD 2C FF FA 2C 01 41 FF F0   →   data 61 · data FF · DO 2C · subnegotiation 2C: 01
+//   41
+//
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <bitset>
+#include <cstdint>
+#include <map>
+#include <optional>
+
+#include "gateway/base/bytes.h"
+
+namespace baudgate::serial_server {
+
+namespace telnet {
+inline constexpr std::uint8_t kSe = 240;
+inline constexpr std::uint8_t kSb = 250;
+inline constexpr std::uint8_t kWill = 251;
+inline constexpr std::uint8_t kWont = 252;
+inline constexpr std::uint8_t kDo = 253;
+inline constexpr std::uint8_t kDont = 254;
+inline constexpr std::uint8_t kIac = 255;
+
+inline constexpr std::uint8_t kBinary = 0;
+inline constexpr std::uint8_t kEcho = 1;
+inline constexpr std::uint8_t kSuppressGoAhead = 3;
+inline constexpr std::uint8_t kComPort = 44;  // RFC 2217
+}  // namespace telnet
+
+struct TelnetItem {
+  enum class What : std::uint8_t { data, negotiation, subnegotiation };
+  What what = What::data;
+  std::uint8_t verb = 0;    ///< of a negotiation: kWill … kDont
+  std::uint8_t option = 0;  ///< of a negotiation or subnegotiation
+  View bytes{};             ///< of data, or behind the option; valid until the next call
+};
+
+class TelnetDecoder {
+ public:
+  /// A longer subnegotiation is dropped as a whole.
+  static constexpr std::size_t kLongest = 300;
+
+  /// Takes the next item from the front of `input`; nothing: all of it is used up.
+  std::optional<TelnetItem> Next(View& input);
+  /// Otherwise the byte 0 behind a CR belongs to the CR.
+  void SetBinary() { binary_ = true; }
+
+ private:
+  enum class State : std::uint8_t { data, command, negotiation, option, inside, inside_command };
+
+  std::optional<TelnetItem> TakeData(View& input);
+  std::optional<TelnetItem> On(std::uint8_t byte);
+  std::optional<TelnetItem> OnCommand(std::uint8_t byte);
+  std::optional<TelnetItem> OnInside(std::uint8_t byte);
+
+  State state_ = State::data;
+  bool binary_ = false;
+  bool after_cr_ = false;
+  std::uint8_t verb_ = 0;
+  std::uint8_t option_ = 0;
+  bool too_long_ = false;
+  Bytes inside_;
+};
+
+/// Which options are in use (RFC 1143, without its queue). Answers each refusal once, so a flood of
+/// unknown options is answered with at most 512 times three bytes.
+class TelnetOptions {
+ public:
+  /// What the server offers and asks for at the start.
+  Bytes Begin();
+  /// The answer; empty: none is due.
+  Bytes On(std::uint8_t verb, std::uint8_t option);
+  /// The client uses this option.
+  bool theirs(std::uint8_t option) const;
+
+ private:
+  enum class State : std::uint8_t { no, asked, yes };
+  using States = std::map<std::uint8_t, State>;
+  static Bytes Answer(States& states, std::bitset<256>& refused, std::uint8_t option, bool on,
+                      std::uint8_t yes, std::uint8_t no);
+
+  States ours_{{telnet::kBinary, State::no},
+               {telnet::kEcho, State::no},
+               {telnet::kSuppressGoAhead, State::no},
+               {telnet::kComPort, State::no}};
+  States theirs_{{telnet::kBinary, State::no},
+                 {telnet::kSuppressGoAhead, State::no},
+                 {telnet::kComPort, State::no}};
+  std::bitset<256> refused_ours_;
+  std::bitset<256> refused_theirs_;
+};
+
+/// Data for the client: each FF is doubled.
+void AppendEscaped(Bytes& out, View data);
+/// IAC SB option … IAC SE.
+Bytes Subnegotiation(std::uint8_t option, View bytes);
+
+}  // namespace baudgate::serial_server

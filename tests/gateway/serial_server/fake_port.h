@@ -1,0 +1,70 @@
+// A port that remembers what was asked of it, for the tests of the server of a port.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "transports/transport.h"
+
+namespace baudgate::test {
+
+class FakePort final : public Transport {
+ public:
+  void Open() override { open = true; }
+  void Close() override { open = false; }
+  bool is_open() const override { return open; }
+  void Send(View bytes) override {
+    Append(sent, bytes);
+    if (!takes) unsent += bytes.size();
+  }
+  void DropUnsent() override { unsent = 0; }
+  Status Apply(const config::SerialSettings& wanted) override {
+    calls.push_back("apply " + wanted.ToString() + (wanted.rtscts ? " rtscts" : "") +
+                    (wanted.xonxoff ? " xonxoff" : "") +
+                    (wanted.software_parity ? " software" : ""));
+    if (!refused.empty() && wanted.ToString().find(refused) != std::string::npos) {
+      return Error{"refused"};
+    }
+    serial = wanted;
+    return {};
+  }
+  Status Reset(const config::SerialSettings& wanted) override {
+    unsent = 0;
+    paused = patient = false;
+    calls.push_back("reset");
+    serial = wanted;
+    return reset;
+  }
+  void Pause(bool on) override { paused = on; }
+  std::size_t Unsent() const override { return unsent; }
+  void SetPatient(bool on) override { patient = on; }
+  void Purge(bool input, bool output) override {
+    calls.push_back(std::string("purge") + (input ? " input" : "") + (output ? " output" : ""));
+  }
+  std::optional<ModemLines> ReadModemLines() const override { return modem; }
+  Status Set(PortSwitch which, bool on) override {
+    constexpr const char* kNames[] = {"dtr", "rts", "break"};
+    if (no_switches) return Error{"no such line"};
+    calls.push_back(std::string(kNames[static_cast<int>(which)]) + (on ? " on" : " off"));
+    return {};
+  }
+  PortCounters Counters() const override { return counters; }
+  std::string Describe() const override { return "fake"; }
+
+  bool open = true;
+  bool takes = true;  ///< what it is sent
+  std::size_t unsent = 0;
+  bool paused = false;
+  bool patient = false;
+  bool no_switches = false;
+  std::string refused;  ///< a part of the settings that the driver refuses
+  Status reset;
+  Bytes sent;
+  std::vector<std::string> calls;
+  config::SerialSettings serial;
+  std::optional<ModemLines> modem;
+  PortCounters counters;
+};
+
+}  // namespace baudgate::test
