@@ -15,8 +15,8 @@ LineParts::LineParts(const config::Line& line, std::uint32_t first_device,
       recorder(line, first_device, std::move(links.recordings)),
       reporter(line, store, recorder, links.memory, links.events),
       poller(line, first_device, find, store, port, reporter),
-      hand(line, poller, recorder, port),
-      port(line, store, transport, retries, recorder, reporter, poller, hand,
+      telegrams(line, poller, recorder, port),
+      port(line, store, transport, retries, recorder, reporter, poller, telegrams,
            find(line.protocol).unasked) {
   poller.Attach(recorder);
 }
@@ -31,7 +31,7 @@ void LineParts::Start(Now now) {
 
 void LineParts::Submit(WriteCommand command, Now now) {
   if (command.telegram) {
-    hand.Submit(std::move(command), port.is_open(), now);
+    telegrams.Submit(std::move(command), port.is_open(), now);
   } else {
     poller.Submit(std::move(command), now);
   }
@@ -45,18 +45,18 @@ void LineParts::OnEventsKept(std::uint32_t device, const std::string& said, bool
 void LineParts::OnTimer(Now now) {
   const auto is_due = [&](const std::optional<Instant>& at) { return at && *at <= now.instant; };
   port.OnTimer(now);
-  if (is_due(hand.Deadline())) hand.OnTimer(now);
+  if (is_due(telegrams.Deadline())) telegrams.OnTimer(now);
   if (is_due(poller.Deadline())) poller.OnTimer(now);
 }
 
 void LineParts::Settle(Now now) {
   port.Settle(now);
-  hand.Settle(now);
+  telegrams.Settle(now);
 }
 
 std::optional<Instant> LineParts::Deadline() const {
   std::optional<Instant> soonest = poller.Deadline();
-  for (const auto& at : {port.Deadline(), hand.Deadline()}) {
+  for (const auto& at : {port.Deadline(), telegrams.Deadline()}) {
     if (at && (!soonest || *at < *soonest)) soonest = at;
   }
   return soonest;

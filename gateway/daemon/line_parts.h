@@ -1,4 +1,4 @@
-// All that belongs to one line, joined: its poller, its port, telegrams by hand, the flight
+// All that belongs to one line, joined: its poller, its port, telegrams by telegrams, the flight
 // recorder, and who tells of it. No thread and no clock: line_runner.h brings bytes, calls and the
 // time, and calls Settle behind each of them.
 // SPDX-License-Identifier: Apache-2.0
@@ -8,9 +8,9 @@
 #include <string>
 
 #include "config/model/line.h"
-#include "gateway/daemon/hand_desk.h"
 #include "gateway/daemon/line_port.h"
 #include "gateway/daemon/line_reporter.h"
+#include "gateway/daemon/telegram_queue.h"
 #include "gateway/poll/poller.h"
 #include "gateway/state/device_memory.h"
 #include "gateway/trace/line_recorder.h"
@@ -52,7 +52,7 @@ class LineParts {
   LineRecorder recorder;
   LineReporter reporter;
   Poller poller;
-  HandDesk hand;
+  TelegramQueue telegrams;
   LinePort port;
 };
 

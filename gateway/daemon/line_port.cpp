@@ -25,13 +25,13 @@ constexpr Duration kPatience = 1s;
 
 LinePort::LinePort(const config::Line& line, PointStore& store, Transport& transport,
                    PortRetries& retries, LineRecorder& recorder, LineReporter& reporter,
-                   Poller& poller, HandDesk& hand, bool listens)
+                   Poller& poller, TelegramQueue& telegrams, bool listens)
     : line_(line),
       transport_(transport),
       retries_(retries),
       reporter_(reporter),
       poller_(poller),
-      hand_(hand),
+      telegrams_(telegrams),
       display_(store, store.LineIndex(line), recorder),
       settings_(line, transport, display_, listens),
       listens_(listens),
@@ -50,7 +50,7 @@ void LinePort::Stop(Now now, std::function<void()> stopped) {
   lent_until_.reset();
   AfterTheWrite([this, stopped = std::move(stopped)] {
     ClosePort();
-    hand_.OnClosed("the gateway stops");
+    telegrams_.OnClosed("the gateway stops");
     if (open_.exchange(false)) poller_.OnClosed(now_);
     stopped();
   });
@@ -139,7 +139,7 @@ void LinePort::Lost(const std::string& reason) {
   rest_.End();
   check_at_.reset();
   settings_.OnClosed();
-  hand_.OnClosed("the port was lost");
+  telegrams_.OnClosed("the port was lost");
   poller_.OnClosed(now_);
   if (connection_ == Connection::proven) return Down(reason);
   connection_ = Connection::useless;
@@ -201,7 +201,7 @@ void LinePort::Lend(Duration time) {
   out_of_service_ = true;
   open_ = false;
   ClosePort();
-  hand_.OnClosed("the port is lent to another program");
+  telegrams_.OnClosed("the port is lent to another program");
   poller_.OnClosed(now_, Quality::bad_out_of_service);
   log::Info({.line = line_.name}, "{} is released for {}; its points are out of service",
             line_.port, FormatDuration(time));
@@ -225,7 +225,7 @@ void LinePort::OnBytes(View bytes, Now now) {
   rest_.OnBytes();
   if (connection_ == Connection::fresh) connection_ = Connection::heard;
   if (connection_ == Connection::heard && now.instant - opened_ >= kGreeting) Prove();
-  if (!hand_.OnBytes(bytes, now)) poller_.OnBytes(bytes, now);
+  if (!telegrams_.OnBytes(bytes, now)) poller_.OnBytes(bytes, now);
 }
 
 void LinePort::Send(View bytes, const config::SerialSettings& serial, Now now) {

@@ -10,11 +10,11 @@
 #include <string>
 
 #include "config/model/line.h"
-#include "gateway/daemon/hand_desk.h"
 #include "gateway/daemon/line_reporter.h"
 #include "gateway/daemon/port_display.h"
 #include "gateway/daemon/rest.h"
 #include "gateway/daemon/settings_watch.h"
+#include "gateway/daemon/telegram_queue.h"
 #include "gateway/poll/poller.h"
 #include "gateway/trace/line_recorder.h"
 #include "transports/port_keeper.h"
@@ -28,9 +28,9 @@ class LinePort final : public RequestPort {
   /// All references outlive it. `transport` is closed; what it tells its listener goes to the
   /// functions of the same names here. `retries` opens the port again after OnDown. `listens`: a
   /// device of the line speaks unasked, so the connection is wanted all the time. `poller` and
-  /// `hand` may be made later than this.
+  /// `telegrams` may be made later than this.
   LinePort(const config::Line& line, PointStore& store, Transport& transport, PortRetries& retries,
-           LineRecorder& recorder, LineReporter& reporter, Poller& poller, HandDesk& hand,
+           LineRecorder& recorder, LineReporter& reporter, Poller& poller, TelegramQueue& telegrams,
            bool listens);
 
   void Start(Now now);
@@ -45,7 +45,7 @@ class LinePort final : public RequestPort {
   void OnLost(const std::string& reason, Now now);
   void OnEnded(const std::string& reason, Now now);
 
-  // From the poller and the telegrams by hand.
+  // From the poller and the telegrams by telegrams.
   void Send(View bytes, const config::SerialSettings& serial, Now now) override;
   void DropUnsent() override;
 
@@ -89,7 +89,7 @@ class LinePort final : public RequestPort {
   PortRetries& retries_;
   LineReporter& reporter_;
   Poller& poller_;
-  HandDesk& hand_;
+  TelegramQueue& telegrams_;
   PortDisplay display_;
   SettingsWatch settings_;
   const bool listens_;

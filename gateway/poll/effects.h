@@ -16,7 +16,7 @@
 
 namespace baudgate {
 
-/// Of a reply whose readings and events were taken over.
+/// What follows from a reply whose readings and events were taken over.
 struct ReplyEffects {
   bool rechecked = false;             ///< a reading counts only when a second one agrees
   std::vector<QueryRef> read_soon;    ///< for that second reading
@@ -25,7 +25,7 @@ struct ReplyEffects {
   bool hold_events = false;           ///< until the events of the reply are on the disk
 };
 
-/// Of a job that has ended.
+/// What follows from the end of a job.
 struct EndEffects {
   struct Background {
     Duration took{};  ///< line time with its proof; zero: it was not answered
@@ -40,7 +40,7 @@ struct EndEffects {
     std::size_t query = 0;
     bool answered = false;
   };
-  /// Of the points of a command that were under way.
+  /// What follows for the points of a command that were under way.
   struct Write {
     enum class Next : std::uint8_t {
       answer,   ///< its client, with `result`

@@ -69,10 +69,10 @@ void Intake::Store(const Job& job, Device& device, const Answer& answer, Instant
 }
 
 void Intake::Report(const Job& job, const Device& device, EventBatch batch, ReplyEffects& effects) {
-  const ToldEvents::Exchange exchange{job.exchange_began, job.answered,
-                                      job.task.kind == Task::Kind::background};
+  const EventDelivery::Exchange exchange{job.exchange_began, job.answered,
+                                         job.task.kind == Task::Kind::background};
   const bool drained = batch.drained;
-  std::optional<ReportedEvents> events = told_.Take(device, std::move(batch), exchange);
+  std::optional<ReportedEvents> events = delivery_.Take(device, std::move(batch), exchange);
   if (!events) {
     if (drained) listener_.OnDrained(device.index, exchange.asked);
     return;

@@ -4,11 +4,11 @@
 #pragma once
 
 #include "gateway/poll/effects.h"
+#include "gateway/poll/event_delivery.h"
 #include "gateway/poll/job.h"
 #include "gateway/poll/poller_listener.h"
 #include "gateway/poll/roster.h"
 #include "gateway/poll/speaker.h"
-#include "gateway/poll/told_events.h"
 #include "gateway/store/point_store.h"
 
 namespace baudgate {
@@ -22,11 +22,11 @@ class Intake {
   ReplyEffects Take(const Job& job, Device& device, Answer answer, Instant now);
   /// What a device has said unasked.
   void TakeUnasked(const Device& device, Speaker::Said said);
-  /// See ToldEvents.
+  /// See EventDelivery.
   Schedule::Brought OnKept(const Device& device, const std::string& said) {
-    return told_.OnKept(device, said);
+    return delivery_.OnKept(device, said);
   }
-  void OnReplaced(const Device& device) { told_.OnReplaced(device); }
+  void OnReplaced(const Device& device) { delivery_.OnReplaced(device); }
 
  private:
   void Store(const Job& job, Device& device, const Answer& answer, Instant now,
@@ -35,7 +35,7 @@ class Intake {
 
   PointStore& store_;
   PollerListener& listener_;
-  ToldEvents told_;
+  EventDelivery delivery_;
 };
 
 }  // namespace baudgate

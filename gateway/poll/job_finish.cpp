@@ -87,7 +87,7 @@ void JobRun::Apply(Job::Write& write, Device& device, const EndEffects::Write& e
   switch (effects.next) {
     case Next::answer:
       ledger_.OnWrite(device, effects.result.end, false);
-      return write.command.done(effects.result);
+      return write.command.End(effects.result);
     case Next::confirm:
       return agenda_.writes.Confirm(std::move(write.command), now_.instant);
     case Next::go_on:

@@ -125,7 +125,7 @@ void JobRun::Deny(const std::string& why) {
   const std::unique_ptr<Job> job = std::move(job_);
   const Job::Write& write = *job->As<Job::Write>();
   ledger_.OnWrite(*job->member, WriteEnd::denied, false);
-  write.command.done({WriteEnd::denied, why, false, write.next});
+  write.command.End({WriteEnd::denied, why, false, write.next});
 }
 
 void JobRun::PutProbeFirst() {

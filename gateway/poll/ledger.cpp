@@ -159,7 +159,7 @@ void Ledger::OnUnsupported(const Member& member, const std::string& reason) {
   });
 }
 
-/// Of devices, too, that have not been asked for long.
+/// Devices that have not been asked for long count as well.
 void Ledger::CountMissed() {
   for (const auto& device : roster_.devices()) {
     const std::uint32_t missed = schedule_.Missed(device->place, now_.instant);

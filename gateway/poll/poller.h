@@ -16,7 +16,6 @@
 #include "gateway/poll/agenda.h"
 #include "gateway/poll/chooser.h"
 #include "gateway/poll/examiner.h"
-#include "gateway/poll/hand_exchange.h"
 #include "gateway/poll/intake.h"
 #include "gateway/poll/job_run.h"
 #include "gateway/poll/ledger.h"
@@ -25,6 +24,7 @@
 #include "gateway/poll/reply_judge.h"
 #include "gateway/poll/roster.h"
 #include "gateway/poll/speaker.h"
+#include "gateway/poll/telegram_exchange.h"
 #include "gateway/poll/upkeep.h"
 #include "gateway/poll/waiting_clients.h"
 #include "gateway/requests/commands.h"
@@ -101,7 +101,7 @@ class Poller : private LineClient {
   void Send();
   Outcome Judge(View frame, Instant now) override;
   void Hear(LineNews news);
-  void OnUnasked(const Heard& heard);
+  void OnUnasked(const UnaskedInput& heard);
   void TakeUnasked(Speaker::Said said);
   void OnStray(const StrayBytes& stray);
   void Conclude();

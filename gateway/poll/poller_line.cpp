@@ -61,7 +61,7 @@ void Poller::Hear(LineNews news) {
   upkeep_.DoubtLatest(now_.instant);
 }
 
-void Poller::OnUnasked(const Heard& heard) {
+void Poller::OnUnasked(const UnaskedInput& heard) {
   if (!speaker_.in_use()) return;
   Device& device = *speaker_.device();
   for (std::size_t i = 0; i < heard.damaged; ++i) {

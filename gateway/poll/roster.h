@@ -79,7 +79,7 @@ class Roster {
 
   /// The line is behind a serial server.
   bool is_network() const { return line_.is_network(); }
-  /// Of the line, when it carries Modbus; null: no routes lead here.
+  /// The line's protocol, when it carries Modbus; null: no routes lead here.
   const Protocol* carrier() const { return carrier_; }
   /// A device of this Modbus address, or a slave that has been asked before; null: neither.
   Member* FindSlave(std::uint8_t slave) const;

@@ -60,7 +60,7 @@ void WaitingClients::NotSent(const WriteCommand& command, const std::string& rea
   if (!command.writes.empty()) {
     ledger_.OnWrite(roster_.DeviceAt(command.device), WriteEnd::not_sent, false);
   }
-  command.done({.end = WriteEnd::not_sent, .reason = reason});
+  command.End({.end = WriteEnd::not_sent, .reason = reason});
 }
 
 void WaitingClients::AnswerConfirmed(bool reading_back) {
@@ -74,7 +74,7 @@ void WaitingClients::Answer(const WriteQueue::Confirmed& one) {
   if (one.written > 0) {
     ledger_.OnWrite(roster_.DeviceAt(one.command.device), verdict.result.end, !verdict.lost);
   }
-  one.command.done(verdict.result);
+  one.command.End(verdict.result);
 }
 
 /// A slave that is offline is asked as often as its probes allow. Until it answers, writes wait for

@@ -119,7 +119,7 @@ bool WhoseReply::MayAnswer(const SentRequest& sent, View frame, Outcome outcome)
     return identity.Is(frame) || (identity.names() && IsRefusal(outcome));
   }
   if (identity.names() && identity.Is(frame)) return false;
-  // Of what routes ask nobody here knows the form.
+  // The form of replies to clients of routes is not known here.
   const Device* const device = asked.device;
   return device == nullptr || ProvesLife(device->conversation->Check(sent.bytes, frame));
 }

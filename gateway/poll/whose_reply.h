@@ -57,7 +57,7 @@ class WhoseReply {
   /// Nothing but its own reply to a client's request can come. Of slaves that only routes reach no
   /// order is kept: they owe nothing when all that they were lately asked was answered.
   bool IsOwedAlone(const Asked& asked) const;
-  /// Of slaves that only routes reach.
+  /// Lost replies of slaves that only routes reach.
   LostReplies& lost() { return lost_; }
   /// It tells its name: another device in its place would be found out.
   bool HasName(const Member& member) const { return Of(member).identity.names(); }
