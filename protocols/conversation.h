@@ -182,7 +182,7 @@ struct DeviceTrouble {
 };
 
 /// How messages that a device sends unasked are recognised: readers of tags and bar codes, weighing
-/// indicators. gateway/line/ear.h takes them in, whatever else goes on on the line.
+/// indicators. gateway/line/unasked_receiver.h takes them in, whatever else goes on on the line.
 struct Standing {
   FrameRule rule = nullptr;
   Expectation expect{};  ///< reply: standing

@@ -44,16 +44,15 @@ bool AuditedWrites::Submit(WriteCommand command) {
     waiting.kept = waiting.kept && ticket;
     if (ticket) waiting.last = *ticket;
   }
-  command.done = [this, tickets = std::move(tickets), began = now.instant,
-                  done = std::move(command.done)](const WriteResult& result) {
-    const Duration took = clocks_().instant - began;
-    for (std::size_t i = 0; i < tickets.size(); ++i) {
-      if (tickets[i] == 0) continue;
-      const WriteResult one = ResultOf(result, i);
-      log_.End(tickets[i], {one.end, one.reason, took});
-    }
-    done(result);
-  };
+  command.observers.push_back(
+      [this, tickets = std::move(tickets), began = now.instant](const WriteResult& result) {
+        const Duration took = clocks_().instant - began;
+        for (std::size_t i = 0; i < tickets.size(); ++i) {
+          if (tickets[i] == 0) continue;
+          const WriteResult one = ResultOf(result, i);
+          log_.End(tickets[i], {one.end, one.reason, took});
+        }
+      });
   waiting.command = std::move(command);
   waiting_.push_back(std::move(waiting));
   wake_.notify_one();
@@ -154,12 +153,11 @@ bool AuditedWrites::HandOn() {
     waiting_.pop_front();
   }
   const bool kept = next.kept && log_.WaitFor(next.last, next.until) == WriteLog::Kept::yes;
-  const auto done = next.command.done;
   if (!kept && require_) {
     const std::string why = next.kept ? log_.Trouble() : "too many records wait already";
-    done({.end = WriteEnd::denied, .reason = "its record cannot be kept: " + why});
-  } else if (!inner_.Submit(std::move(next.command))) {
-    done({.end = WriteEnd::busy, .reason = "too many writes wait for the line"});
+    next.command.End({.end = WriteEnd::denied, .reason = "its record cannot be kept: " + why});
+  } else if (!inner_.Submit(next.command)) {
+    next.command.End({.end = WriteEnd::busy, .reason = "too many writes wait for the line"});
   }
   return true;
 }

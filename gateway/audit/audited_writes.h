@@ -1,8 +1,8 @@
 // Before the lines: every write to a point waits until its record is on the disk, at most 500 ms,
 // and then goes to the line; what became of it completes the record. Commands go on in their order.
 //
-//   Submit(w) → Begin(record of w) → kept → inner.Submit(w) → done(ok) → End(record, ok)
-//                                  → not kept, require      → done(denied)
+//   Submit(w) → Begin(record of w) → kept → inner.Submit(w) → w.End(ok) → End(record, ok)
+//                                  → not kept, require      → w.End(denied)
 //                                  → not kept, best_effort  → inner.Submit(w)
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -35,7 +35,7 @@ class AuditedWrites final : public CommandSink {
                 std::function<Now()> clocks);
   ~AuditedWrites() override { Stop(); }
 
-  /// From any thread; waits for nothing. `done` may be called on another thread than the line's.
+  /// From any thread; waits for nothing. A command may end on another thread than the line's.
   bool Submit(WriteCommand command) override;
   void OnDenied(const DeniedWrite& denied) override;
 

@@ -77,7 +77,7 @@ void AlarmDesk::OnUnused(const std::string& line, const std::string& device, Now
   TellAll(alarms_.SetInUse({line, device}, false, now));
 }
 
-/// Of a request that was not sent nobody knows what its slave would have said. Where the line is
+/// Nobody knows what a slave would have said to a request that was not sent. Where the line is
 /// down its own alarm says so.
 void AlarmDesk::OnRouted(const modbus::RoutedEnd& end, Now now) {
   const config::Route& route = end.route;

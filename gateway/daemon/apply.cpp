@@ -8,8 +8,8 @@
 #include <memory>
 #include <utility>
 
-#include "gateway/daemon/by_hand.h"
 #include "gateway/daemon/daemon_impl.h"
+#include "gateway/daemon/manual_settings.h"
 
 namespace baudgate {
 namespace {
@@ -116,10 +116,10 @@ std::vector<std::string> Daemon::Impl::Apply(config::Config next,
   reload::Slots placed = reload::PlaceInSlots(*slots, std::move(next), difference);
   const auto before =
       std::exchange(slots, std::make_shared<const config::Config>(std::move(placed.config)));
-  std::map<std::string, ByHand> by_hand;
+  std::map<std::string, ManualSettings> manual;
   for (const std::uint32_t line : placed.gone) {
     const config::Line& ends = before->lines[line];
-    by_hand.emplace(ends.name, SetByHand(store, line, ends));
+    manual.emplace(ends.name, ManualSettingsOf(store, line, ends));
   }
   lines.Remove(placed.gone);
   for (const std::uint32_t line : placed.gone) store.Retire(line);
@@ -140,7 +140,7 @@ std::vector<std::string> Daemon::Impl::Apply(config::Config next,
     const auto own = threads.find(line->name);
     AddLine(line, own == threads.end() ? nullptr : own->second);
     const auto number = static_cast<std::uint32_t>(lines.size() - 1);
-    SetAgain(by_hand[line->name], lines, number, device, ReadClocks().wall);
+    Restore(manual[line->name], lines, number, device, ReadClocks().wall);
     device += static_cast<std::uint32_t>(line->devices.size());
   }
   std::vector<std::string> missing;

@@ -88,7 +88,7 @@ void ClockCorrector::Tick(Now now) {
   if (stopped_ || !tries_ || (looked_ && now.instant - *looked_ < kLookInterval)) return;
   looked_ = now.instant;
   for (std::uint32_t device = 0; device < devices_; ++device) {
-    // Of one that a reload has ended, what became of it is still told.
+    // The end of a correction is told even where a reload has removed its device.
     if (links_.store.gone(device) && !under_way_.contains(device)) continue;
     const auto care = ClockCareOf(links_.store.device(device));
     if (care) Look(device, *care, now);

@@ -82,7 +82,7 @@ class ClockCorrector {
   void TellEnd(std::uint32_t device, double drift, const WriteResult& result, Now now) const
       BAUDGATE_REQUIRES(mutex_);
   bool MayTry(std::uint32_t device, const ClockCare& care, Now now) const BAUDGATE_REQUIRES(mutex_);
-  /// Of the point, where it is good.
+  /// The value of the point, where it is good.
   std::optional<double> DriftOf(std::uint32_t device, const ClockCare& care, Instant now) const;
 
   const Links links_;

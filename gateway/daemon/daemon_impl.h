@@ -60,7 +60,7 @@ struct Daemon::Impl {
   void ApplyHistory(const config::Config& before);
   void SetReload(ReloadOptions options);
 
-  /// Of file descriptors. Which part of each listener's max_clients may connect.
+  /// Room of file descriptors. Which part of each listener's max_clients may connect.
   static double MakeRoomFor(const config::Config& its_config);
   Status OpenRecords();
   void TellUnsettled(const std::set<audit::Target>& devices);

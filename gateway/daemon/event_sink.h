@@ -19,7 +19,7 @@ class EventSink {
   virtual void OnReported(ReportedEvents events) = 0;
   /// See PollerListener::OnDrained.
   virtual void OnDrained(std::uint32_t device, Instant asked) = 0;
-  /// Of that line.
+  /// News of that line.
   virtual void OnNews(const config::Line& line, const News& news, Now at) = 0;
   /// See PollerListener::OnRead.
   virtual void OnRead(std::uint32_t device, std::span<const std::uint32_t> points, Now at) = 0;

@@ -29,8 +29,8 @@ LineParts::LineParts(const config::Line& line, std::uint32_t first_device,
       recorder(line, first_device, std::move(links.recordings)),
       reporter(line, store, recorder, links.memory, links.events),
       poller(line, first_device, find, store, port, reporter),
-      hand(line, poller, recorder, port),
-      port(line, store, transport, retries, recorder, reporter, poller, hand, loan,
+      telegrams(line, poller, recorder, port),
+      port(line, store, transport, retries, recorder, reporter, poller, telegrams, loan,
            Listens(line, find)),
       loan({line, store, transport, reporter, links.loans, ReplyTime(line, find)}, port) {
   poller.Attach(recorder);
@@ -46,7 +46,7 @@ void LineParts::Start(Now now) {
 
 void LineParts::Submit(WriteCommand command, Now now) {
   if (command.telegram) {
-    hand.Submit(std::move(command), port.is_open(), now);
+    telegrams.Submit(std::move(command), port.is_open(), now);
   } else {
     poller.Submit(std::move(command), now);
   }
@@ -61,18 +61,18 @@ void LineParts::OnTimer(Now now) {
   const auto is_due = [&](const std::optional<Instant>& at) { return at && *at <= now.instant; };
   port.OnTimer(now);
   if (is_due(loan.Deadline())) loan.OnTimer(now);
-  if (is_due(hand.Deadline())) hand.OnTimer(now);
+  if (is_due(telegrams.Deadline())) telegrams.OnTimer(now);
   if (is_due(poller.Deadline())) poller.OnTimer(now);
 }
 
 void LineParts::Settle(Now now) {
   port.Settle(now);
-  if (!loan.Settle(now)) hand.Settle(now);
+  if (!loan.Settle(now)) telegrams.Settle(now);
 }
 
 std::optional<Instant> LineParts::Deadline() const {
   std::optional<Instant> soonest = poller.Deadline();
-  for (const auto& at : {port.Deadline(), loan.Deadline(), hand.Deadline()}) {
+  for (const auto& at : {port.Deadline(), loan.Deadline(), telegrams.Deadline()}) {
     if (at && (!soonest || *at < *soonest)) soonest = at;
   }
   return soonest;

@@ -8,10 +8,10 @@
 #include <string>
 
 #include "config/model/line.h"
-#include "gateway/daemon/hand_desk.h"
 #include "gateway/daemon/line_port.h"
 #include "gateway/daemon/line_reporter.h"
 #include "gateway/daemon/port_loan.h"
+#include "gateway/daemon/telegram_queue.h"
 #include "gateway/poll/poller.h"
 #include "gateway/state/device_memory.h"
 #include "gateway/trace/line_recorder.h"
@@ -54,7 +54,7 @@ class LineParts {
   LineRecorder recorder;
   LineReporter reporter;
   Poller poller;
-  HandDesk hand;
+  TelegramQueue telegrams;
   LinePort port;
   PortLoan loan;
 };

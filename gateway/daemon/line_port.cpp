@@ -25,13 +25,13 @@ constexpr Duration kPatience = 1s;
 
 LinePort::LinePort(const config::Line& line, PointStore& store, Transport& transport,
                    PortRetries& retries, LineRecorder& recorder, LineReporter& reporter,
-                   Poller& poller, HandDesk& hand, PortLoan& loan, bool listens)
+                   Poller& poller, TelegramQueue& telegrams, PortLoan& loan, bool listens)
     : line_(line),
       transport_(transport),
       retries_(retries),
       reporter_(reporter),
       poller_(poller),
-      hand_(hand),
+      telegrams_(telegrams),
       loan_(loan),
       display_(store, store.LineIndex(line), recorder),
       settings_(line, transport, display_, listens),
@@ -52,7 +52,7 @@ void LinePort::Stop(Now now, std::function<void()> stopped) {
   loan_.OnClosed("the gateway stops", now);
   AfterTheWrite([this, stopped = std::move(stopped)] {
     ClosePort();
-    hand_.OnClosed("the gateway stops");
+    telegrams_.OnClosed("the gateway stops");
     if (open_.exchange(false)) poller_.OnClosed(now_);
     stopped();
   });
@@ -158,7 +158,7 @@ void LinePort::Lost(const std::string& reason) {
   rest_.End();
   check_at_.reset();
   settings_.OnClosed();
-  hand_.OnClosed("the port was lost");
+  telegrams_.OnClosed("the port was lost");
   loan_.OnClosed("the port is lost: " + reason, now_);
   poller_.OnClosed(now_);
   if (connection_ == Connection::proven) return Down(reason);
@@ -226,7 +226,7 @@ void LinePort::Lend(Duration time) {
   out_of_service_ = true;
   open_ = false;
   ClosePort();
-  hand_.OnClosed("the port is lent to another program");
+  telegrams_.OnClosed("the port is lent to another program");
   poller_.OnClosed(now_, Quality::bad_out_of_service);
   log::Info({.line = line_.name}, "{} is released for {}; its points are out of service",
             line_.port, FormatDuration(time));
@@ -251,14 +251,14 @@ std::string LinePort::WhyNot() const {
   return transport_.is_open() ? std::string() : "the port is not open: " + display_.text();
 }
 
-bool LinePort::Quiet() { return !hand_.is_busy() && poller_.Pause(); }
+bool LinePort::Quiet() { return !telegrams_.is_busy() && poller_.Pause(); }
 
 void LinePort::OnLent(const std::string& text, WallTime until, Now now) {
   now_ = now;
   out_of_service_ = true;
   open_ = false;
   check_at_.reset();
-  hand_.OnClosed("the port is lent to a client");
+  telegrams_.OnClosed("the port is lent to a client");
   poller_.OnClosed(now, Quality::bad_out_of_service);
   display_.Show(LineStatus::Port::released, text, now, until);
 }
@@ -289,7 +289,7 @@ void LinePort::OnBytes(View bytes, Now now) {
   if (connection_ == Connection::fresh) connection_ = Connection::heard;
   if (connection_ == Connection::heard && now.instant - opened_ >= kGreeting) Prove();
   if (loan_.OnBytes(bytes, now)) return;
-  if (!hand_.OnBytes(bytes, now)) poller_.OnBytes(bytes, now);
+  if (!telegrams_.OnBytes(bytes, now)) poller_.OnBytes(bytes, now);
 }
 
 void LinePort::Send(View bytes, const config::SerialSettings& serial, Now now) {

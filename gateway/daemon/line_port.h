@@ -10,12 +10,12 @@
 #include <string>
 
 #include "config/model/line.h"
-#include "gateway/daemon/hand_desk.h"
 #include "gateway/daemon/line_reporter.h"
 #include "gateway/daemon/port_display.h"
 #include "gateway/daemon/port_loan.h"
 #include "gateway/daemon/rest.h"
 #include "gateway/daemon/settings_watch.h"
+#include "gateway/daemon/telegram_queue.h"
 #include "gateway/poll/poller.h"
 #include "gateway/trace/line_recorder.h"
 #include "transports/port_keeper.h"
@@ -28,10 +28,10 @@ class LinePort final : public RequestPort, public PortLoan::Line {
  public:
   /// All references outlive it. `transport` is closed; what it tells its listener goes to the
   /// functions of the same names here. `retries` opens the port again after OnDown. `listens`: a
-  /// device of the line speaks unasked, so the connection is wanted all the time. `poller`, `hand`
-  /// and `loan` may be made later than this.
+  /// device of the line speaks unasked, so the connection is wanted all the time. `poller`,
+  /// `telegrams` and `loan` may be made later than this.
   LinePort(const config::Line& line, PointStore& store, Transport& transport, PortRetries& retries,
-           LineRecorder& recorder, LineReporter& reporter, Poller& poller, HandDesk& hand,
+           LineRecorder& recorder, LineReporter& reporter, Poller& poller, TelegramQueue& telegrams,
            PortLoan& loan, bool listens);
 
   void Start(Now now);
@@ -98,7 +98,7 @@ class LinePort final : public RequestPort, public PortLoan::Line {
   PortRetries& retries_;
   LineReporter& reporter_;
   Poller& poller_;
-  HandDesk& hand_;
+  TelegramQueue& telegrams_;
   PortLoan& loan_;
   PortDisplay display_;
   SettingsWatch settings_;

@@ -52,11 +52,8 @@ bool LineRunner::Submit(WriteCommand command) {
   if (stuck_since()) return false;
   const auto ticket = queued_.Take(command.client, command.dropped);
   if (!ticket) return false;
-  command.done = [this, ticket = *ticket,
-                  done = std::move(command.done)](const WriteResult& result) {
-    queued_.Give(ticket);
-    done(result);
-  };
+  command.observers.push_back(
+      [this, ticket = *ticket](const WriteResult&) { queued_.Give(ticket); });
   Post([command = std::move(command)](LineParts& line, Now now) mutable {
     line.Submit(std::move(command), now);
   });

@@ -35,7 +35,7 @@ class Lines final : public CommandSink, public LineControl {
   Lines(PointStore& store, const config::Catalog& catalog, std::size_t loops);
   ~Lines() override;
 
-  /// Of those that are added from now on; it outlives them.
+  /// What lines are joined with that are added from now on; it outlives them.
   void Link(LineParts::Links links) { links_ = std::move(links); }
   /// A thread of its own for a line whose driver may block; null: it needs none. The error: the
   /// system has no thread or no file descriptors left for it.

@@ -33,7 +33,7 @@ class LoopWatch {
 
   /// `line`: nothing but this line depends on the loop.
   void Add(std::string name, std::optional<std::uint32_t> line, Ask ask);
-  /// Of a line that has ended.
+  /// The loop of a line that has ended.
   void Remove(std::uint32_t line);
   /// Which loops hang or run again since the last look. Asks all that have answered.
   std::vector<Change> Look(WallTime now);

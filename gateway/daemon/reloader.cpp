@@ -244,7 +244,7 @@ Duration Reloader::TrialOf(const control::ReloadAsk& ask, const config::Config& 
   return std::max<Duration>(probation_.until() - ReadClocks().instant, kLook);
 }
 
-/// Of what runs now; zero ends the one before, and what runs is confirmed.
+/// Begins a trial of what runs now; zero ends the one before and confirms what runs.
 void Reloader::BeginTrial(Duration time, const reload::Healths& before) {
   if (time > Duration::zero()) {
     probation_.Begin(ReadClocks().instant, time, before);
@@ -261,7 +261,7 @@ void Reloader::BeginTrial(Duration time, const reload::Healths& before) {
   if (probation_.running()) until_ = probation_.until();
 }
 
-/// Of the trial, in whole seconds; zero: there is none.
+/// The rest of the trial in whole seconds; zero: there is none.
 Duration Reloader::Left() const {
   if (!probation_.running()) return Duration::zero();
   return std::chrono::ceil<std::chrono::seconds>(probation_.until() - ReadClocks().instant);

@@ -4,7 +4,7 @@
 //   state        event                         next
 //   closed       opened                        idle
 //   idle         Start                         quiet, or sending when it has been quiet long enough
-//   idle         bytes of a standing           receiving (see ear.h), until the message is whole, damaged
+//   idle         bytes of a standing           receiving (see unasked_receiver.h), until the message is whole, damaged
 //                expectation                   or over; then idle. No exchange begins meanwhile
 //   any but      a whole message of a standing kept for the client, and no part of the exchange under way,
 //   closed       expectation                   whose reply it is only where its request says so
@@ -60,20 +60,20 @@ void Line::OnOpened(Instant now, bool keeps_bit_rate) {
   state_ = State::idle;
   last_activity_ = now;
   ended_ = now;
-  if (standing_ != nullptr) ear_.Begin(*standing_, now);
+  if (standing_ != nullptr) unasked_.Begin(*standing_, now);
 }
 
 LineNews Line::OnClosed() {
   const State was = std::exchange(state_, State::closed);
   const bool under_way = was != State::closed && was != State::idle && was != State::drain;
   if (under_way) news_.end = {Outcome::line_down, "the port was lost", {}, 0};
-  if (standing_ != nullptr) ear_.Begin(*standing_, last_activity_);
+  if (standing_ != nullptr) unasked_.Begin(*standing_, last_activity_);
   return Told();
 }
 
 std::optional<Instant> Line::Deadline() const {
   if (state_ == State::closed) return std::nullopt;
-  const auto heard = ear_.Deadline();
+  const auto heard = unasked_.Deadline();
   if (!OwnTimer()) return heard;
   return heard ? std::min(deadline_, *heard) : deadline_;
 }
@@ -102,20 +102,20 @@ LineNews Line::OnBytes(View bytes, Instant now) {
     last_activity_ = now;
     if (state_ == State::quiet) deadline_ = std::min(now + exchange_.times.quiet, limit_);
     if (state_ == State::receiving) deadline_ = std::min(now + exchange_.times.gap, limit_);
-    Hear(ear_.OnBytes(bytes, now), now);
+    Hear(unasked_.OnBytes(bytes, now), now);
   }
   return Told();
 }
 
 LineNews Line::OnTimer(Instant now) {
-  if (standing_ != nullptr && state_ != State::closed) Hear(ear_.OnTimer(now), now);
+  if (standing_ != nullptr && state_ != State::closed) Hear(unasked_.OnTimer(now), now);
   TakeTimer(now);
   return Told();
 }
 
 /// What belongs to no message may be the reply. A pty or a network hands the request over at once,
 /// so that the answer may be there before the time that its characters would take is over.
-void Line::Hear(Heard heard, Instant now) {
+void Line::Hear(UnaskedInput heard, Instant now) {
   if (state_ == State::sending && now >= sent_until_) EndSending(now);  // the timer is late
   const bool early = state_ == State::sending && !keeps_bit_rate_;
   const bool awaited = exchange_.request.expect.reply == Expectation::Reply::standing &&
@@ -203,7 +203,7 @@ void Line::TakeTimer(Instant now) {
       break;
     case State::await_first:
       if (TakeEarly(now)) break;
-      // Of what came before only whole replies of others are worth a word.
+      // Only whole replies of others are told of what came before.
       if (assembler_.blame() == Outcome::unexpected) {
         FinishSilent(now);
       } else {
@@ -269,7 +269,7 @@ void Line::TakeFrame(bool idle, Instant now) {
   if (state_ == State::idle && !harmless) Drain(exchange_.times.drain, now);
 }
 
-/// Of two replies at once nobody knows which is the awaited one, unless they are the same.
+/// Nobody knows which of two replies is the awaited one, unless they are the same.
 bool Line::IsAlone(const Bytes& frame) {
   taken_.clear();
   behind_ = assembler_;

@@ -14,7 +14,7 @@
 #include "gateway/base/outcome.h"
 #include "gateway/base/time.h"
 #include "gateway/line/assembler.h"
-#include "gateway/line/ear.h"
+#include "gateway/line/unasked_receiver.h"
 #include "protocols/conversation.h"
 
 namespace baudgate {
@@ -63,7 +63,7 @@ struct StrayBytes {
 
 /// What one input has led to. Where several fields are set, they happened in this order.
 struct LineNews {
-  Heard unasked;                   ///< what the device that speaks unasked has said; no rest
+  UnaskedInput unasked;            ///< what the device that speaks unasked has said; no rest
   bool send = false;               ///< the request is to be sent now
   StrayBytes stray_before;         ///< in front of the end of the exchange under way
   std::optional<ExchangeEnd> end;  ///< the line may still drain: see idle()
@@ -122,7 +122,7 @@ class Line {
   /// end.
   void Cancel();
 
-  bool idle() const { return state_ == State::idle && !ear_.receiving(); }
+  bool idle() const { return state_ == State::idle && !unasked_.receiving(); }
   State state() const { return state_ == State::idle && !idle() ? State::receiving : state_; }
   /// When OnTimer is due; nothing while the line waits for bytes or work only.
   std::optional<Instant> Deadline() const;
@@ -132,7 +132,7 @@ class Line {
  private:
   LineNews Told() { return std::exchange(news_, {}); }
   bool OwnTimer() const { return state_ != State::closed && state_ != State::idle; }
-  void Hear(Heard heard, Instant now);
+  void Hear(UnaskedInput heard, Instant now);
   void TakeBytes(View bytes, Instant now);
   void TakeTimer(Instant now);
   void BeginSending(Instant now);
@@ -163,7 +163,7 @@ class Line {
   std::uint64_t in_before_ = 0;  // counters().in when the exchange began
   bool ended_badly_ = false;     // the last exchange, so that its drain is due
   const Standing* standing_ = nullptr;  // null: nobody speaks unasked
-  Ear ear_;
+  UnaskedReceiver unasked_;
   Exchange exchange_;
   Assembler assembler_;
   Bytes taken_;       // the last reply

@@ -33,7 +33,7 @@ struct SentRequest {
 
 class AnswerOrder {
  public:
-  /// Of so many requests the replies may be owed; older ones are given up.
+  /// Replies to so many requests may be owed; older ones are given up.
   static constexpr std::size_t kMostOwed = 63;
 
   void OnSent(const SentRequest& request);

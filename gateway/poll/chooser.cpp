@@ -6,23 +6,26 @@
 
 namespace baudgate {
 
-Chooser::Chooser(const config::Line& line, Roster& roster, Schedule& schedule, WriteQueue& writes,
-                 RoutedSide& routes, const LateAnswers& late)
+Chooser::Chooser(const config::Line& line, Roster& roster, Agenda& agenda, const LateAnswers& late)
     : line_(line),
       roster_(roster),
-      schedule_(schedule),
-      writes_(writes),
-      routes_(routes),
+      agenda_(agenda),
       late_(late),
       probes_(roster, late),
-      background_(schedule) {}
+      background_(agenda.schedule) {}
 
 Turns::Waiting Chooser::Waiting() const {
-  const RouteQueue& queue = routes_.queue();
+  const RouteQueue& queue = agenda_.routes.queue();
   if (queue.empty()) return {};
   return {.short_write = queue.HasShortWrite(),
           .routed = true,
           .high_clients = queue.Clients(config::Priority::high)};
+}
+
+void Chooser::OnTime(Duration passed, const Member* busy_with) {
+  const bool failing = busy_with != nullptr && busy_with->device != nullptr &&
+                       agenda_.schedule.doubted(busy_with->place);
+  turns_.OnTime(passed, failing);
 }
 
 std::unique_ptr<Job> Chooser::Next(const Idle& idle) {
@@ -67,23 +70,24 @@ std::optional<Instant> Chooser::NextAt(const Idle& idle) const {
     if (!late_.IsClear(member, idle.now)) sooner(late_.LateUntil(member));
   };
   const Probes::Facts facts = FactsOf(idle);
-  sooner(schedule_.NextDue());
+  sooner(agenda_.schedule.NextDue());
   sooner(background_.NextAt(idle.now));
   sooner(probes_.NextAt(facts));
   for (const Parked& parked : parked_) sooner(parked.until);
-  for (const QueryRef& query : writes_.read_backs()) {
-    const Instant held = schedule_.held_until(query.device);
+  for (const QueryRef& query : agenda_.writes.read_backs()) {
+    const Instant held = agenda_.schedule.held_until(query.device);
     if (held > idle.now) sooner(held);
   }
-  for (const WriteCommand& command : writes_.waiting()) {
+  for (const WriteCommand& command : agenda_.writes.waiting()) {
     when_clear(roster_.DeviceAt(command.device));
   }
-  for (const std::uint8_t slave : routes_.queue().Slaves()) {
+  for (const std::uint8_t slave : agenda_.routes.queue().Slaves()) {
     const Member* member = roster_.FindSlave(slave);
     if (member == nullptr) continue;
     when_clear(*member);
     const bool tried = member->health.offline() && late_.IsClear(*member, idle.now);
-    if (tried && routes_.queue().HasUrgent(slave)) sooner(probes_.NextWriteAt(*member, facts));
+    if (tried && agenda_.routes.queue().HasUrgent(slave))
+      sooner(probes_.NextWriteAt(*member, facts));
   }
   return soonest;
 }
@@ -91,9 +95,9 @@ std::optional<Instant> Chooser::NextAt(const Idle& idle) const {
 // ---------------------------------------------------------------- urgent
 
 std::unique_ptr<Job> Chooser::TakeUrgent(const Idle& idle) {
-  if (!routes_.queue().empty()) {
+  if (!agenda_.routes.queue().empty()) {
     const auto may_ask = [&](const RoutedRequest& request) { return MayAsk(request, idle.now); };
-    if (auto job = ForRoute(routes_.queue().TakeUrgent(may_ask), idle.now)) return job;
+    if (auto job = ForRoute(agenda_.routes.queue().TakeUrgent(may_ask), idle.now)) return job;
     if (auto job = TakeWriteProbe(idle)) return job;
   }
   // Who has written waits for the read-back, too.
@@ -103,13 +107,13 @@ std::unique_ptr<Job> Chooser::TakeUrgent(const Idle& idle) {
 
 std::unique_ptr<Job> Chooser::TakeWriteProbe(const Idle& idle) {
   const Probes::Facts facts = FactsOf(idle);
-  for (const std::uint8_t slave : routes_.queue().Slaves()) {
+  for (const std::uint8_t slave : agenda_.routes.queue().Slaves()) {
     const Member* member = roster_.FindSlave(slave);
     if (member == nullptr || !member->health.offline()) continue;
     if (!late_.IsClear(*member, idle.now)) continue;
     if (probes_.NextWriteAt(*member, facts) > idle.now) return nullptr;
     const auto to_it = [slave](const RoutedRequest& request) { return request.slave == slave; };
-    auto job = ForRoute(routes_.queue().TakeUrgent(to_it), idle.now);
+    auto job = ForRoute(agenda_.routes.queue().TakeUrgent(to_it), idle.now);
     if (!job) continue;
     job->looks = Probes::Kind::short_write;
     return job;
@@ -119,8 +123,9 @@ std::unique_ptr<Job> Chooser::TakeWriteProbe(const Idle& idle) {
 
 std::unique_ptr<Job> Chooser::TakeReadBack(Instant now) {
   while (true) {
-    const auto next = writes_.TakeReadBack([this, now](std::size_t device) {
-      return late_.IsClear(roster_.device(device), now) && schedule_.held_until(device) <= now;
+    const auto next = agenda_.writes.TakeReadBack([this, now](std::size_t device) {
+      return late_.IsClear(roster_.device(device), now) &&
+             agenda_.schedule.held_until(device) <= now;
     });
     if (!next) return nullptr;
     Device& device = roster_.device(next->device);
@@ -134,11 +139,12 @@ std::unique_ptr<Job> Chooser::TakeReadBack(Instant now) {
 /// The first command whose device may be asked now; commands to one device keep their order, and so
 /// do writes to one slave, whichever way they came.
 std::unique_ptr<Job> Chooser::TakeCommand(Instant now) {
-  std::optional<WriteCommand> next = writes_.Take([this, now](const WriteCommand& command) {
+  std::optional<WriteCommand> next = agenda_.writes.Take([this, now](const WriteCommand& command) {
     const Device& device = roster_.DeviceAt(command.device);
-    const auto routed = device.slave == 0 ? std::nullopt : routes_.queue().FirstWrite(device.slave);
+    const auto routed =
+        device.slave == 0 ? std::nullopt : agenda_.routes.queue().FirstWrite(device.slave);
     if (routed && *routed < command.sequence) return false;
-    if (schedule_.GoesFirst(device.place, now)) return false;
+    if (agenda_.schedule.GoesFirst(device.place, now)) return false;
     return late_.IsClear(device, now);
   });
   if (!next) return nullptr;
@@ -171,14 +177,14 @@ std::unique_ptr<Job> Chooser::TakeBackground(Background::Which which, Instant no
   const bool renews = which == Background::Which::that_fits && background_.MayProve(*place, now);
   background_.OnTaken(*place, now);
   auto job =
-      std::make_unique<Job>(device, Job::Events{}, Task{.kind = Task::Kind::background}, now);
+      std::make_unique<Job>(device, Job::Background{}, Task{.kind = Task::Kind::background}, now);
   job->renews = renews;
   return job;
 }
 
 std::unique_ptr<Job> Chooser::TakePoll(Instant now) {
   if (auto job = TakeBackground(Background::Which::that_starves, now)) return job;
-  const auto pick = schedule_.Next(now, turns_.HealthyFirst());
+  const auto pick = agenda_.schedule.Next(now, turns_.HealthyFirst());
   if (!pick) return nullptr;
   if (pick->query == kEventsQuery) {
     return std::make_unique<Job>(roster_.device(pick->device), Job::Events{},
@@ -196,13 +202,13 @@ std::unique_ptr<Job> Chooser::TakeProbe(const Idle& idle) {
   Member& member = *probes_.Next(facts);
   probes_.OnTaken(member);
   std::unique_ptr<Job> job;
-  if (roster_.IsDevice(member) && member.in_use) {
+  if (member.device != nullptr && member.in_use) {
     job = std::make_unique<Job>(member, Job::Probe{}, Task{.kind = Task::Kind::probe}, idle.now);
   } else {
     // A client's request to a slave that is offline is its probe.
-    job = ForRoute(routes_.queue().TakeFor(member.slave), idle.now);
-    if (!job && routes_.MayRepeatRead(member, idle.since == idle.now, idle.now)) {
-      job = ForRoute(routes_.RepeatRead(member), idle.now);
+    job = ForRoute(agenda_.routes.queue().TakeFor(member.slave), idle.now);
+    if (!job && agenda_.routes.MayRepeatRead(member, idle.since == idle.now, idle.now)) {
+      job = ForRoute(agenda_.routes.RepeatRead(member), idle.now);
     }
   }
   if (job) job->looks = Probes::Kind::look;
@@ -223,20 +229,21 @@ void Chooser::DropParked(const Member& member) {
 }
 
 Probes::Facts Chooser::FactsOf(const Idle& idle) const {
-  const bool now = routes_.ClientsAreHere(idle.now) || RoutedWaits(idle.now);
+  const bool now = agenda_.routes.ClientsAreHere(idle.now) || RoutedWaits(idle.now);
   return {.now = idle.now,
           .idle_since = idle.since,
-          .next_wanted = now ? idle.now : schedule_.NextDue(),
-          .clients_gone = routes_.ClientsGone(),
+          .next_wanted = now ? idle.now : agenda_.schedule.NextDue(),
+          .clients_gone = agenda_.routes.ClientsGone(),
           .is_looked_for = [this, idle](const Member& one) { return IsLookedFor(one, idle); },
-          .client_waits = [this](const Member& one) { return routes_.queue().HasFor(one.slave); }};
+          .client_waits =
+              [this](const Member& one) { return agenda_.routes.queue().HasFor(one.slave); }};
 }
 
 bool Chooser::IsLookedFor(const Member& member, const Idle& idle) const {
-  if (roster_.IsDevice(member) && member.in_use) return true;
+  if (member.device != nullptr && member.in_use) return true;
   if (member.slave == 0) return false;
-  return routes_.queue().HasFor(member.slave) ||
-         routes_.MayRepeatRead(member, idle.since == idle.now, idle.now);
+  return agenda_.routes.queue().HasFor(member.slave) ||
+         agenda_.routes.MayRepeatRead(member, idle.since == idle.now, idle.now);
 }
 
 bool Chooser::MayProbe(const Member& member, const Idle& idle) const {
@@ -245,8 +252,8 @@ bool Chooser::MayProbe(const Member& member, const Idle& idle) const {
 }
 
 Duration Chooser::Waited(Instant from, Instant to) const {
-  if (!writes_.empty() || RoutedWaits(to)) return to - from;
-  const auto due = schedule_.NextDue();
+  if (!agenda_.writes.empty() || RoutedWaits(to)) return to - from;
+  const auto due = agenda_.schedule.NextDue();
   if (!due || *due >= to) return Duration::zero();
   return to - std::max(from, *due);
 }
@@ -260,18 +267,19 @@ bool Chooser::MayRepeat(const Job& job, int more, Instant now) const {
   // It can wait, and a repetition may be as silent.
   const bool waits = job.goal().task.kind == Task::Kind::background;
   if (waits && more == 0 && !background_.HasRoom(member.place, now)) return false;
-  const bool fails = member.health.failing() || schedule_.AnotherDoubted(member.place);
-  if (fails && more == 0 && schedule_.HealthyDue(now)) return false;
+  const bool fails = member.health.failing() || agenda_.schedule.AnotherDoubted(member.place);
+  if (fails && more == 0 && agenda_.schedule.HealthyDue(now)) return false;
   // What must not be repeated is followed by the request that makes it good, or its answer is lost:
   // PollerRoutedOrder.AStartDoesNotMakeADestructiveReadHappenTwice.
-  return !(routes_.queue().HasShortWrite() && job.request.expect.repeatable);
+  return !(agenda_.routes.queue().HasShortWrite() && job.request.expect.repeatable);
 }
 
 // ---------------------------------------------------------------- routed requests
 
 /// Somebody waits for a slave that answers.
 bool Chooser::RoutedWaits(Instant now) const {
-  return routes_.queue().HasAny([&](const RoutedRequest& request) { return MayAsk(request, now); });
+  return agenda_.routes.queue().HasAny(
+      [&](const RoutedRequest& request) { return MayAsk(request, now); });
 }
 
 /// Not while an answer to an earlier request may come that would pass for its own, and no write
@@ -280,9 +288,9 @@ bool Chooser::MayAsk(const RoutedRequest& request, Instant now) const {
   const Member* member = roster_.FindSlave(request.slave);
   if (member != nullptr && (!late_.IsClear(*member, now) || member->health.offline())) return false;
   if (!IsWrite(request)) return true;
-  const Device* device = member == nullptr ? nullptr : roster_.AsDevice(*member);
-  if (device != nullptr && schedule_.GoesFirst(device->place, now)) return false;
-  return !writes_.HasAny([&](const WriteCommand& command) {
+  const Device* device = member == nullptr ? nullptr : member->device;
+  if (device != nullptr && agenda_.schedule.GoesFirst(device->place, now)) return false;
+  return !agenda_.writes.HasAny([&](const WriteCommand& command) {
     const std::uint8_t slave = roster_.DeviceAt(command.device).slave;
     const bool same = slave != 0 && (slave == request.slave || request.slave == 0);
     return same && command.sequence < request.sequence;
@@ -291,7 +299,7 @@ bool Chooser::MayAsk(const RoutedRequest& request, Instant now) const {
 
 std::unique_ptr<Job> Chooser::TakeRouted(config::Priority priority, Instant now) {
   const auto may_ask = [&](const RoutedRequest& request) { return MayAsk(request, now); };
-  return ForRoute(routes_.queue().Take(priority, may_ask), now);
+  return ForRoute(agenda_.routes.queue().Take(priority, may_ask), now);
 }
 
 std::unique_ptr<Job> Chooser::ForRoute(RouteQueue::Batch batch, Instant now) {

@@ -8,23 +8,23 @@
 #include <vector>
 
 #include "config/model/line.h"
+#include "gateway/poll/agenda.h"
 #include "gateway/poll/background.h"
 #include "gateway/poll/job.h"
 #include "gateway/poll/late_answers.h"
 #include "gateway/poll/probes.h"
 #include "gateway/poll/roster.h"
-#include "gateway/poll/routed_side.h"
-#include "gateway/poll/schedule.h"
 #include "gateway/poll/turns.h"
-#include "gateway/poll/write_queue.h"
 
 namespace baudgate {
 
 class Chooser {
  public:
   /// All references outlive the chooser.
-  Chooser(const config::Line& line, Roster& roster, Schedule& schedule, WriteQueue& writes,
-          RoutedSide& routes, const LateAnswers& late);
+  Chooser(const config::Line& line, Roster& roster, Agenda& agenda, const LateAnswers& late);
+
+  /// What it chooses from.
+  Agenda& agenda() { return agenda_; }
 
   /// A moment, and since when the line has been idle: the same where an exchange has just ended.
   struct Idle {
@@ -41,8 +41,8 @@ class Chooser {
   bool IsParked(const Member& member) const;
   void DropParked(const Member& member);
 
-  /// What this query reads is in doubt.
-  void ReadSoon(QueryRef query) { writes_.AddReadBack(query); }
+  /// Time has passed; the line was busy with this member, if with any.
+  void OnTime(Duration passed, const Member* busy_with);
 
   /// Whether a routed request may be sent, as far as its slave and earlier writes are concerned.
   bool MayAsk(const RoutedRequest& request, Instant now) const;
@@ -91,9 +91,7 @@ class Chooser {
 
   const config::Line& line_;
   Roster& roster_;
-  Schedule& schedule_;
-  WriteQueue& writes_;
-  RoutedSide& routes_;
+  Agenda& agenda_;
   const LateAnswers& late_;
   Turns turns_;
   Probes probes_;

@@ -157,7 +157,7 @@ bool Examiner::Answers(Open& open) const {
   const Expectation& expect = open.request.expect;
   const bool own = open.member->IsSame(*member_);
   if (own ? open.request.bytes == request_.bytes : expect.address.empty()) return false;
-  const Device* const device = roster_.AsDevice(*open.member);
+  const Device* const device = open.member->device;
   Assembler assembler;
   assembler.Begin(open.member->protocol->reply_rule, expect);
   assembler.Feed(heard_);
@@ -231,7 +231,7 @@ bool Examiner::IsLateEcho() const {
 
 Hearing Examiner::Heard() const {
   static const config::Options kNoOptions;  // slaves that only routes reach speak Modbus
-  const Device* const device = roster_.AsDevice(*member_);
+  const Device* const device = member_->device;
   return {.protocol = member_->protocol,
           .options = device == nullptr ? &kNoOptions : &device->config->options,
           .request = request_.bytes,
@@ -295,7 +295,7 @@ Finding Examiner::Attribute(Finding finding) {
   const Symptom again = whose->repeated ? Symptom::copies : Symptom::others_beside;
   late_.push_back({whose->member, {.symptom = late ? Symptom::late : again, .time = after}});
   if (answered) return {};
-  const Device* const other = roster_.AsDevice(*whose->member);
+  const Device* const other = whose->member->device;
   return {.symptom = Symptom::late_other,
           .cause = other == nullptr ? "slave " + std::to_string(whose->member->slave)
                                     : other->config->name};

@@ -41,7 +41,7 @@ class Examiner {
   Finding End(Outcome outcome);
   /// Nothing: it looks as it did. It tells once.
   std::optional<Finding> More();
-  /// Of the exchange that began last; null: none did.
+  /// Whose exchange began last; null: none did.
   const Member* member() const { return member_; }
 
   /// What an earlier exchange looks like now: the one of `member` that is `back` before its last.
@@ -64,7 +64,7 @@ class Examiner {
     bool repeated = false;  // what was found is the same reply once more
     Bytes reply;
   };
-  /// Of one member: the last one, and another one before it; and what came to them.
+  /// The last exchange of a member, and the one before it; and what came to them.
   struct Asked {
     Open last;
     Open before;

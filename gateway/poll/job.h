@@ -26,7 +26,8 @@ struct Job {
     config::Group group = config::Group::fast;
     bool last_of_round = false;
   };
-  struct Events {};  ///< what has happened in the device
+  struct Events {};      ///< what has happened in the device
+  struct Background {};  ///< what can wait
   struct Probe {};
   struct ReadBack {};  ///< of a query whose points were written, or are in doubt
   struct Write {
@@ -48,8 +49,8 @@ struct Job {
     bool is_read() const { return !batch.empty() && !IsWrite(batch.front()); }
   };
 
-  Job(Member& who, std::variant<Poll, Events, Probe, ReadBack, Write, Routed> kind, Task what,
-      Instant now)
+  Job(Member& who, std::variant<Poll, Events, Background, Probe, ReadBack, Write, Routed> kind,
+      Task what, Instant now)
       : member(&who), kind(std::move(kind)), task(std::move(what)), began(now) {}
 
   template <typename Kind>
@@ -82,7 +83,7 @@ struct Job {
   }
 
   Member* member;
-  std::variant<Poll, Events, Probe, ReadBack, Write, Routed> kind;
+  std::variant<Poll, Events, Background, Probe, ReadBack, Write, Routed> kind;
   Task task;  ///< for the conversation
   Instant began;
   std::optional<Probes::Kind> looks;  ///< its member is offline: which budget has allowed it

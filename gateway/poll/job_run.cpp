@@ -1,5 +1,5 @@
-// A job from its first request to its end. One exchange is gateway/line/line.h's affair; here is
-// what its end leads to.
+// A job from its first request to its end, as the table below: here to each request, in
+// job_answer.cpp from an exchange to the next request, in job_finish.cpp its end.
 //
 // clang-format off
 //   the job               what happens                        next
@@ -32,39 +32,13 @@
 
 #include <algorithm>
 #include <utility>
+#include <vector>
 
 namespace baudgate {
 
-JobRun::JobRun(PointStore& store, PollerListener& listener, Roster& roster, Schedule& schedule,
-               WriteQueue& writes, RoutedSide& routes, LateAnswers& late, WhoseReply& whose_reply,
-               Ledger& ledger, Chooser& chooser, Upkeep& upkeep, ToldEvents& told)
-    : store_(store),
-      listener_(listener),
-      roster_(roster),
-      schedule_(schedule),
-      writes_(writes),
-      routes_(routes),
-      late_(late),
-      whose_reply_(whose_reply),
-      ledger_(ledger),
-      chooser_(chooser),
-      upkeep_(upkeep),
-      told_(told) {}
-
-void JobRun::OnTime(Now now, bool busy) {
-  const Duration passed = now.instant - now_.instant;
-  now_ = now;
-  const bool asks = job_ && !job_->sending;
-  const Member* member = asks ? job_->member : late_.last();
-  ledger_.OnTime(now, busy, member, !asks);
-  const bool failing =
-      busy && member != nullptr && roster_.IsDevice(*member) && schedule_.doubted(member->place);
-  chooser_.turns().OnTime(passed, failing);
-}
-
 void JobRun::OnClosed(const std::string& reason) {
   open_ = false;
-  if (job_ && job_->end) late_.OnClosed(*job_->member, now_.instant);
+  if (job_ && job_->end) owed_.late.OnClosed(*job_->member, now_.instant);
   if (job_) Finish(Outcome::line_down, reason);
 }
 
@@ -100,7 +74,7 @@ void JobRun::Ask(int attempts) {
   if (++job_->steps > kMostSteps) {
     return Finish(Outcome::unexpected, "the conversation did not come to an end");
   }
-  Conversation& conversation = *roster_.AsDevice(*job_->member)->conversation;
+  Conversation& conversation = *job_->member->device->conversation;
   if (!IsPlanned(job_->task, conversation)) {
     job_->mute = true;
     return Finish(Outcome::busy, "its query is not planned any more");
@@ -120,7 +94,7 @@ void JobRun::Ask(int attempts) {
 /// next.
 void JobRun::NextWrite() {
   Job::Write& write = *job_->As<Job::Write>();
-  const Device& device = *roster_.AsDevice(*job_->member);
+  const Device& device = *job_->member->device;
   if (write.command.why_not) {
     const std::string why = write.command.why_not(now_.instant);
     if (!why.empty()) return Deny(why);
@@ -140,8 +114,8 @@ void JobRun::NextWrite() {
   task.value = rest.front().value;
   task.also.assign(rest.begin() + 1, rest.end());
   for (const PointValue& one : rest) {
-    writes_.OnBegun(device.index, static_cast<std::uint32_t>(one.point));
-    writes_.AddReadBacks(device.place, device.conversation->Queries(), one.point);
+    agenda_.writes.OnBegun(device.index, static_cast<std::uint32_t>(one.point));
+    agenda_.writes.AddReadBacks(device.place, device.conversation->Queries(), one.point);
   }
   Ask();
 }
@@ -151,7 +125,7 @@ void JobRun::Deny(const std::string& why) {
   const std::unique_ptr<Job> job = std::move(job_);
   const Job::Write& write = *job->As<Job::Write>();
   ledger_.OnWrite(*job->member, WriteEnd::denied, false);
-  write.command.done({WriteEnd::denied, why, false, write.next});
+  write.command.End({WriteEnd::denied, why, false, write.next});
 }
 
 void JobRun::PutProbeFirst() {
@@ -171,13 +145,13 @@ JobRun::Turn JobRun::TakeTurn() {
     BreakOff(why);
     return Turn::next;
   }
-  whose_reply_.Recognise(*job_->member, job_->request.expect.address);
-  if (whose_reply_.NeedsProbeFirst(job_->asked(), now_.instant)) {
+  owed_.whose.Recognise(*job_->member, job_->request.expect.address);
+  if (owed_.whose.NeedsProbeFirst(job_->asked(), now_.instant)) {
     PutProbeFirst();
     return Turn::next;
   }
   // A retry may be met by the answer to its first try, which is as good.
-  const Instant clear = late_.ClearAt(job_->asked());
+  const Instant clear = owed_.late.ClearAt(job_->asked());
   if (job_->attempts > 0 || clear <= now_.instant) return Turn::send;
   return SetAside(clear) ? Turn::next : Turn::wait;
 }
@@ -190,34 +164,33 @@ bool JobRun::SetAside(Instant until) {
   const bool reads =
       kind == Task::Kind::poll || kind == Task::Kind::events || kind == Task::Kind::background;
   if (!reads || !job_->asked().named() || chooser_.IsParked(member)) return false;
-  schedule_.Hold(member.place, until);
+  agenda_.schedule.Hold(member.place, until);
   chooser_.Park(std::move(job_), until);
   return true;
 }
 
 Exchange JobRun::Start(Instant idle_since) {
   const Member& member = *job_->member;
-  if (idle_since + member.times.reply <= now_.instant) whose_reply_.OnRested();
-  const Device* const device = roster_.AsDevice(member);
+  if (idle_since + member.times.reply <= now_.instant) owed_.readings.OnRested();
+  const Device* const device = member.device;
   const bool trusted = device != nullptr && device->config->trust_order;
-  if (trusted && job_->attempts == 0) whose_reply_.OnTrusted(member);
+  if (trusted && job_->attempts == 0) owed_.whose.OnTrusted(member);
   job_->sending = false;
   job_->verdict = {};
   job_->doubted = false;
   job_->said.clear();
-  echoed_ = false;
   job_->exchange_began = now_.instant;
   Exchange exchange{job_->request, member.protocol->reply_rule, member.times, {}, {}};
-  exchange.lags = whose_reply_.Lags(member);
-  exchange.times.reply += late_.MoreReply(job_->asked());
+  exchange.lags = owed_.whose.Lags(member);
+  exchange.times.reply += owed_.late.MoreReply(job_->asked());
   const Duration more = job_->request.reply - exchange.times.reply;
   if (more > Duration::zero()) {
     exchange.times.reply += more;
     exchange.times.ceiling += more;
   }
   exchange.times.quiet = std::max(exchange.times.quiet, job_->request.quiet);
-  exchange.times.drain += late_.ExtraDrain(member);
-  exchange.aftermath = late_.Aftermath(job_->asked(), now_.instant);
+  exchange.times.drain += owed_.late.ExtraDrain(member);
+  exchange.aftermath = owed_.late.Aftermath(job_->asked(), now_.instant);
   // Its own comes with the next request; a longer silence shows nothing.
   if (exchange.lags) exchange.aftermath = std::min(exchange.aftermath, member.times.drain);
   return exchange;
@@ -229,13 +202,13 @@ const Request& JobRun::Send() {
     const auto characters = static_cast<std::int64_t>(request.bytes.size());
     const Duration character = job_->member->times.character;
     const Duration takes = characters * character;
-    roster_.AsDevice(*job_->member)
-        ->conversation->Stamp(request, {now_.instant + takes, now_.wall + takes}, character);
+    job_->member->device->conversation->Stamp(request, {now_.instant + takes, now_.wall + takes},
+                                              character);
   }
   auto* const write = job_->As<Job::Write>();
   if (write != nullptr && !request.prepares && !request.closes) write->sent = true;
   chooser_.turns().OnSent(IsUrgent(job_->goal()));
-  whose_reply_.OnSent(job_->asked(), now_.instant);
+  owed_.whose.OnSent(job_->asked(), now_.instant);
   ledger_.OnSent(*job_->member, request);
   return request;
 }
@@ -251,7 +224,7 @@ bool JobRun::Withdraw() {
   }
   auto* routed = job_->As<Job::Routed>();
   if (routed == nullptr || !routed->is_read()) return false;
-  RouteQueue& queue = routes_.queue();
+  RouteQueue& queue = agenda_.routes.queue();
   const auto urgent = [this](const RoutedRequest& request) {
     return RouteQueue::IsShortWrite(request) && chooser_.MayAsk(request, now_.instant);
   };
@@ -267,11 +240,11 @@ void JobRun::BreakOff(const std::string& why) {
   Job& job = *job_;
   job.mute = true;
   const bool asks = job.As<Job::Routed>() == nullptr;
-  const bool closes = asks && job.begun() &&
-                      roster_.AsDevice(*job.member)
-                              ->conversation->OnFailure(job.task, job.request, Outcome::busy,
-                                                        now_.instant) == Then::ask_again;
-  if (closes) return Ask();
+  if (asks && job.begun()) {
+    Conversation& conversation = *job.member->device->conversation;
+    const Then then = conversation.OnFailure(job.task, job.request, Outcome::busy, now_.instant);
+    if (then == Then::ask_again) return Ask();
+  }
   Finish(Outcome::no_reply, why);
 }
 

@@ -102,7 +102,7 @@ LateAnswers::Stray LateAnswers::OnStray(const StrayBytes& stray, Instant now) {
 bool LateAnswers::MayStillAnswer(const Asked& asked, const ExchangeEnd& end) const {
   if (end.outcome == Outcome::no_reply || end.outcome == Outcome::unexpected) return true;
   const bool damaged = end.outcome == Outcome::corrupt || end.outcome == Outcome::partial;
-  if (!damaged || roster_.IsDevice(*asked.member)) return false;
+  if (!damaged || asked.member->device != nullptr) return false;
   const bool others_due = std::ranges::any_of(roster_.everyone(), [&](const Member* other) {
     return other != asked.member && Of(*other).late_until > asked.began;
   });
@@ -125,7 +125,7 @@ void LateAnswers::Conclude(const Asked& asked, const ExchangeEnd& end, bool in_s
     // A connection that was closed ends the exchange long before its reply time.
     const Instant by_end = std::max(now + times.ceiling - times.reply, asked.began + times.ceiling);
     const Instant by_request = SentAt(asked) + times.quiet + times.ceiling;
-    SetLate(member, roster_.IsDevice(member) ? by_end : std::max(by_request, by_end));
+    SetLate(member, member.device != nullptr ? by_end : std::max(by_request, by_end));
     return;
   }
   const bool answered =

@@ -28,7 +28,7 @@ Ledger::State& Ledger::Of(const Member& member) {
 
 /// A slave that only routes reach stands in no store.
 void Ledger::Change(const Member& member, const std::function<void(DeviceStatus&)>& change) {
-  if (roster_.IsDevice(member)) store_.UpdateStatus(member.index, change);
+  if (member.device != nullptr) store_.UpdateStatus(member.index, change);
 }
 
 void Ledger::OnTime(Now now, bool busy, const Member* member, bool drains) {
@@ -159,7 +159,7 @@ void Ledger::OnUnsupported(const Member& member, const std::string& reason) {
   });
 }
 
-/// Of devices, too, that have not been asked for long.
+/// Devices that have not been asked for long count as well.
 void Ledger::CountMissed() {
   for (const auto& device : roster_.devices()) {
     const std::uint32_t missed = schedule_.Missed(device->place, now_.instant);
@@ -195,7 +195,7 @@ void Ledger::OnExchange(const Member& member, const ExchangeEnd& end, const Find
     if (!probe) status.recent.Add(outcome);
     status.busy = Of(member).busy;
     if (outcome != Outcome::ok) status.last_reason = end.reason;
-    status.learned = roster_.AsDevice(member)->conversation->WhatIsLearned();
+    status.learned = member.device->conversation->WhatIsLearned();
     if (!mute && end.outcome != Outcome::line_down) {
       status.findings.Add(finding);
       Count(member, answered, status);
@@ -269,7 +269,7 @@ void Ledger::OnUnasked(const Member& member, Outcome outcome, const std::string&
     status.last_outcome = outcome;
     status.recent.Add(outcome);
     status.findings.Add(finding);
-    status.learned = roster_.AsDevice(member)->conversation->WhatIsLearned();
+    status.learned = member.device->conversation->WhatIsLearned();
     if (outcome != Outcome::ok) {
       status.last_reason = reason;
       return;
@@ -377,13 +377,13 @@ Override Ledger::OverrideOf(const Member& member) const {
   if (!member.in_use) return Quality::bad_out_of_service;
   if (!open_) return closed_as_;
   if (member.health.state() == DeviceState::offline) return Quality::bad_communication;
-  const Device* const device = roster_.AsDevice(member);
+  const Device* const device = member.device;
   if (device == nullptr || !device->conversation->trouble()) return std::nullopt;
   return QualityOfDevice(device->conversation->trouble().reason);
 }
 
 void Ledger::ShowOverride(const Member& member) {
-  if (roster_.IsDevice(member)) store_.SetOverride(member.index, OverrideOf(member));
+  if (member.device != nullptr) store_.SetOverride(member.index, OverrideOf(member));
 }
 
 /// What the line was busy with of the minute under way.

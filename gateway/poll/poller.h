@@ -1,6 +1,7 @@
 // Runs one line: takes in bytes, time and requests, has the next job chosen whenever the line is
-// idle (chooser.h) and carried out (job_run.h), and answers whoever waits. Sans-I/O like
-// gateway/line/line.h: bytes and time come in as arguments. One thread at a time.
+// idle (chooser.h) and carried out (job_run.h), and has those answered who wait
+// (waiting_clients.h). The composition root of this room. Sans-I/O like gateway/line/line.h: bytes
+// and time come in as arguments. One thread at a time.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,21 +13,20 @@
 #include "config/model/line.h"
 #include "gateway/line/echo_watch.h"
 #include "gateway/line/line.h"
+#include "gateway/poll/agenda.h"
 #include "gateway/poll/chooser.h"
 #include "gateway/poll/examiner.h"
-#include "gateway/poll/hand_exchange.h"
+#include "gateway/poll/intake.h"
 #include "gateway/poll/job_run.h"
-#include "gateway/poll/late_answers.h"
 #include "gateway/poll/ledger.h"
+#include "gateway/poll/owed_replies.h"
 #include "gateway/poll/poller_listener.h"
+#include "gateway/poll/reply_judge.h"
 #include "gateway/poll/roster.h"
-#include "gateway/poll/routed_side.h"
-#include "gateway/poll/schedule.h"
 #include "gateway/poll/speaker.h"
-#include "gateway/poll/told_events.h"
+#include "gateway/poll/telegram_exchange.h"
 #include "gateway/poll/upkeep.h"
-#include "gateway/poll/whose_reply.h"
-#include "gateway/poll/write_queue.h"
+#include "gateway/poll/waiting_clients.h"
 #include "gateway/requests/commands.h"
 #include "gateway/requests/routed.h"
 #include "gateway/store/point_store.h"
@@ -92,46 +92,38 @@ class Poller : private LineClient {
   const Ledger& ledger() const { return ledger_; }
 
  private:
-  // poller.cpp: inputs, and answers to those who wait
+  // poller.cpp: inputs
   void Advance(Now now);
   void Settle();
-  void ReadNow(WriteCommand command);
-  const char* WhyNotAsked(const WriteCommand& command) const;
-  void NotSent(const WriteCommand& command, const std::string& reason);
-  void AnswerCommands();
-  void AnswerConfirmed();
-  void AnswerConfirmed(const WriteQueue::Confirmed& one);
-  void AnswerRouted();
+  bool IsReadingBack() const { return is_open() && run_.IsReadingBack(); }
 
   // poller_line.cpp: between the line and the job under way
   void Pump();
   void Send();
   Outcome Judge(View frame, Instant now) override;
   void Hear(LineNews news);
-  void OnUnasked(const Heard& heard);
+  void OnUnasked(const UnaskedInput& heard);
   void TakeUnasked(Speaker::Said said);
   void OnStray(const StrayBytes& stray);
   void Conclude();
   bool is_open() const { return line_.state() != Line::State::closed; }
   Chooser::Idle idle() const { return {now_.instant, idle_since_}; }
 
-  PointStore& store_;
   RequestPort& port_;
   PollerListener& listener_;
   Line line_;
   EchoWatch echo_;
   Roster roster_;
-  Schedule schedule_;
-  WriteQueue writes_;
-  RoutedSide routes_;
-  LateAnswers late_;
+  Agenda agenda_;
+  OwedReplies owed_;
   Examiner examiner_;
-  WhoseReply whose_reply_;
   Ledger ledger_;
   Chooser chooser_;
   Upkeep upkeep_;
-  ToldEvents told_;
+  WaitingClients clients_;
   Speaker speaker_;
+  Intake intake_;
+  ReplyJudge judge_;
   JobRun run_;
   bool winding_up_ = false;
   bool paused_ = false;

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "gateway/poll/poller.h"
-#include "gateway/poll/samples.h"
 
 namespace baudgate {
 
@@ -21,6 +20,7 @@ void Poller::Pump() {
     }
     switch (run_.TakeTurn()) {
       case JobRun::Turn::send:
+        judge_.OnStart();
         Hear(line_.Start(run_.Start(idle_since_), now_.instant));
         break;
       case JobRun::Turn::next:
@@ -44,7 +44,8 @@ void Poller::Send() {
 
 Outcome Poller::Judge(View frame, Instant now) {
   examiner_.Take(frame);
-  return run_.Judge(frame, echo_.MayBeEcho(run_.job()->request, frame), now);
+  Job& job = *run_.job();
+  return judge_.Judge(job, frame, echo_.MayBeEcho(job.request, frame), now);
 }
 
 /// What an input has led to, in its order; what follows from an exchange's end is for Settle.
@@ -54,13 +55,13 @@ void Poller::Hear(LineNews news) {
   if (news.stray_before.count > 0) OnStray(news.stray_before);
   if (news.end && run_.job() != nullptr) run_.OnEnd(std::move(*news.end));
   if (news.stray.count > 0) OnStray(news.stray);
-  if (!news.second_reply || late_.last() == nullptr) return;
-  ledger_.OnSecondReply(*late_.last());
-  whose_reply_.OnSecondReply(*late_.last());
+  if (!news.second_reply || owed_.late.last() == nullptr) return;
+  ledger_.OnSecondReply(*owed_.late.last());
+  owed_.whose.OnSecondReply(*owed_.late.last());
   upkeep_.DoubtLatest(now_.instant);
 }
 
-void Poller::OnUnasked(const Heard& heard) {
+void Poller::OnUnasked(const UnaskedInput& heard) {
   if (!speaker_.in_use()) return;
   Device& device = *speaker_.device();
   for (std::size_t i = 0; i < heard.damaged; ++i) {
@@ -77,21 +78,16 @@ void Poller::OnUnasked(const Heard& heard) {
 void Poller::TakeUnasked(Speaker::Said said) {
   Device& device = *speaker_.device();
   upkeep_.OnHeard(device, now_.instant);
-  if (!said.samples.empty()) {
-    store_.Update(device.index, said.samples, said.received, {});
-    listener_.OnRead(device.index, PointsOf(said.samples), said.received);
-  }
   if (said.lost > 0) ledger_.OnLostEvents(device, said.lost);
-  if (!said.warning.empty()) listener_.OnWarning(device.index, said.warning);
-  if (said.events) listener_.OnEvents(std::move(*said.events));
+  intake_.TakeUnasked(device, std::move(said));
 }
 
 void Poller::OnStray(const StrayBytes& stray) {
-  const LateAnswers::Stray told = late_.OnStray(stray, now_.instant);
+  const LateAnswers::Stray told = owed_.late.OnStray(stray, now_.instant);
   if (told.counts) ledger_.OnStray(stray.count);
   if (told.late != nullptr) {
     ledger_.OnLate(*told.late, told.lateness);
-    ledger_.OnPatience(*told.late, late_.PatienceFor(*told.late));
+    ledger_.OnPatience(*told.late, owed_.late.PatienceFor(*told.late));
     upkeep_.ShowLine(now_.instant);
   }
   if (told.warned != nullptr) listener_.OnWarning(told.warned->index, told.warning);
@@ -106,7 +102,8 @@ void Poller::Conclude() {
   const bool good = ProvesLife(end->outcome) || end->outcome == Outcome::line_down;
   if (!good) port_.DropUnsent();
   Finding finding = examiner_.End(end->outcome);
-  run_.Conclude(std::move(*end), std::move(finding));
+  judge_.OnEnd(job, *end, finding);
+  run_.Conclude(std::move(*end), finding);
 }
 
 }  // namespace baudgate

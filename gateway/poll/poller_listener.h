@@ -41,7 +41,7 @@ struct News {
   bool over = false;                      ///< it was told before, and has ended
   std::optional<std::uint32_t> device{};  ///< index in the point store
   std::string text{};
-  /// Of what is over: nobody was told that it was so. It may have been before the start.
+  /// Only with `over`: the beginning was not told. It may have been before the start.
   bool first = false;
 };
 

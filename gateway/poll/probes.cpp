@@ -82,7 +82,7 @@ Duration Probes::NoticeBound(Instant now) const {
       const Duration worst = late_.WorstCase(*member);
       turn += ProbeBudget::Interval(worst, state.waited.value_or(known.value_or(worst)));
       seen = std::max(seen, state.gap + worst);
-    } else if (const Device* device = roster_.AsDevice(*member)) {
+    } else if (const Device* device = member->device) {
       period = std::max(period, device->config->poll);
     }
   }

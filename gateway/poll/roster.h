@@ -21,10 +21,13 @@
 
 namespace baudgate {
 
+struct Device;
+
 struct Member {
-  std::size_t place = 0;    // in the roster; of a device also its number in the schedule
-  std::uint32_t index = 0;  // see gateway/trace/tap.h
-  std::uint8_t slave = 0;   // its Modbus address, where routes may reach it; 0: they do not
+  Device* device = nullptr;  // itself; null: a slave that only routes reach
+  std::size_t place = 0;     // in the roster; of a device also its number in the schedule
+  std::uint32_t index = 0;   // see gateway/trace/tap.h
+  std::uint8_t slave = 0;    // its Modbus address, where routes may reach it; 0: they do not
   bool in_use = true;
   int retries = 0;
   const Protocol* protocol = nullptr;
@@ -43,7 +46,9 @@ struct Member {
 };
 
 struct Device : Member {
-  explicit Device(const config::Device& its) : config(&its), jumps(its.points) {}
+  explicit Device(const config::Device& its) : config(&its), jumps(its.points) { device = this; }
+  Device(const Device&) = delete;
+  Device& operator=(const Device&) = delete;
 
   const config::Device* config = nullptr;
   std::unique_ptr<Conversation> conversation;
@@ -71,15 +76,10 @@ class Roster {
   Device& device(std::size_t place) const { return *devices_[place]; }
   /// `index`: in the point store.
   Device& DeviceAt(std::uint32_t index) const { return *devices_[index - devices_.front()->index]; }
-  bool IsDevice(const Member& member) const { return member.place < devices_.size(); }
-  /// Null: a slave.
-  Device* AsDevice(const Member& member) const {
-    return IsDevice(member) ? devices_[member.place].get() : nullptr;
-  }
 
   /// The line is behind a serial server.
   bool is_network() const { return line_.is_network(); }
-  /// Of the line, when it carries Modbus; null: no routes lead here.
+  /// The line's protocol, when it carries Modbus; null: no routes lead here.
   const Protocol* carrier() const { return carrier_; }
   /// A device of this Modbus address, or a slave that has been asked before; null: neither.
   Member* FindSlave(std::uint8_t slave) const;

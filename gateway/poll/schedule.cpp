@@ -48,8 +48,8 @@ void Schedule::SetQueries(std::size_t index, std::vector<config::Group> groups, 
   }
   if (events) device.rounds[kEvents].queries.push_back(kEventsQuery);
   for (Round& round : device.rounds) round.cursor = round.queries.size();
-  // Of four, two were asked and one of them is gone: of three, one was asked and two are left. With
-  // more than before nobody knows which are new.
+  // Example: two of four queries were asked, and one of these two is gone: one of three was asked,
+  // two are left. With more than before nobody knows which are new.
   const std::size_t now_daily = daily.queries.size();
   daily.cursor = now_daily > asked_daily + left ? 0 : now_daily - std::min(left, now_daily);
 }
@@ -62,7 +62,7 @@ void Schedule::HoldEvents(std::size_t index) {
   round.cursor = round.queries.size();
 }
 
-/// Of all that are polled; small lines have room for some more.
+/// Queries of all devices that are polled; small lines have room for some more.
 int Schedule::QueriesOfARound() const {
   constexpr std::size_t kLeast = 4;
   std::size_t queries = 0;

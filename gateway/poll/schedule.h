@@ -75,7 +75,7 @@ class Schedule {
   /// Its last exchange failed: others may go first. Suspend forgets it.
   void Doubt(std::size_t device, bool doubted) { devices_[device].doubted = doubted; }
   bool doubted(std::size_t device) const { return devices_[device].doubted; }
-  /// Of those that are polled: one that is offline or disabled does not count.
+  /// One that is offline or disabled does not count.
   bool AnotherDoubted(std::size_t device) const;
   /// Nothing of the device is picked before `until`; its rounds wait.
   void Hold(std::size_t device, Instant until);

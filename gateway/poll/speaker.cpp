@@ -62,15 +62,15 @@ Speaker::Said Speaker::Take(Answer answer, Now received) {
 
 void Speaker::Keep(EventBatch batch, Said& said) {
   const std::size_t events = batch.events.size();
-  if (!unkept_.Take(events)) {
+  if (!backlog_.Take(events)) {
     said.lost = events;
     if (std::exchange(told_lost_, true)) return;
     said.warning = fmt::format(
         "{} of its events wait for the disk: further ones are lost and counted until some are kept",
-        Unkept::kMost);
+        EventBacklog::kMost);
     return;
   }
-  if (const std::size_t lost = unkept_.TakeLost(); lost > 0) {
+  if (const std::size_t lost = backlog_.TakeLost(); lost > 0) {
     told_lost_ = false;
     const std::string text = Plural(lost, "event") + " before this one lost: the disk failed";
     batch.events.insert(batch.events.begin(), DeviceEvent{.text = text});

@@ -1,6 +1,6 @@
 // The device of a line that speaks by itself: what its messages mean, and which of its events may
-// wait for the disk (gateway/poll/unkept.h). What came beyond is lost, and told in front of the
-// next one that is kept:
+// wait for the disk (gateway/poll/event_backlog.h). What came beyond is lost, and told in front of
+// the next one that is kept:
 //
 //   1000 messages, the disk fails    1000 batches to be kept
 //   3 more, of an event each         nothing to be kept; 3 lost, one warning
@@ -14,11 +14,11 @@
 #include <vector>
 
 #include "gateway/base/time.h"
-#include "gateway/line/ear.h"
+#include "gateway/line/unasked_receiver.h"
+#include "gateway/poll/event_backlog.h"
 #include "gateway/poll/overheard.h"
 #include "gateway/poll/poller_listener.h"
 #include "gateway/poll/roster.h"
-#include "gateway/poll/unkept.h"
 #include "gateway/store/point_store.h"
 #include "protocols/conversation.h"
 
@@ -31,7 +31,7 @@ class Speaker {
 
   /// Null: nobody speaks unasked.
   Device* device() const { return device_; }
-  /// Of `device`. Null: as there.
+  /// What `device` says unasked. Null: nobody does.
   const Standing* standing() const;
   /// What it says counts.
   bool in_use() const { return device_ != nullptr && device_->in_use; }
@@ -60,9 +60,9 @@ class Speaker {
   std::optional<Said> OnTimer(Now now);
 
   /// A batch of its events is on the disk.
-  void OnKept() { unkept_.OnKept(); }
+  void OnKept() { backlog_.OnKept(); }
   /// It speaks, and all that it has said is kept: it tells at once, and so nothing is left in it.
-  bool drained() const { return device_ != nullptr && unkept_.waiting() == 0; }
+  bool drained() const { return device_ != nullptr && backlog_.waiting() == 0; }
 
  private:
   Said Take(Answer answer, Now received);
@@ -70,7 +70,7 @@ class Speaker {
 
   Device* device_ = nullptr;
   std::optional<Overheard> overheard_;  // of `device_`
-  Unkept unkept_;
+  EventBacklog backlog_;
   bool told_lost_ = false;  // the user knows that events are lost
 };
 

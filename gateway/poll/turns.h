@@ -34,7 +34,7 @@ class Turns {
   static constexpr int kUrgentInRow = 4;
   /// Short writes of routes may be many and belong together: a start, its set points.
   static constexpr int kRoutedWritesInRow = 16;
-  /// Of time that others want, devices whose exchanges fail have no more than half; what they took
+  /// Devices whose exchanges fail have at most half of the time that others want; what they took
   /// too much is remembered up to this.
   static constexpr Duration kMostDebt = std::chrono::minutes(1);
 

@@ -16,14 +16,13 @@ Duration SlowOf(const Device& device) { return std::min<Duration>(device.config-
 
 }  // namespace
 
-Upkeep::Upkeep(Roster& roster, Schedule& schedule, PointStore& store, LateAnswers& late,
-               WhoseReply& whose_reply, Chooser& chooser, Ledger& ledger)
+Upkeep::Upkeep(Roster& roster, PointStore& store, OwedReplies& owed, Chooser& chooser,
+               Ledger& ledger)
     : roster_(roster),
-      schedule_(schedule),
       store_(store),
-      late_(late),
-      whose_reply_(whose_reply),
+      owed_(owed),
       chooser_(chooser),
+      schedule_(chooser.agenda().schedule),
       ledger_(ledger) {
   for (const auto& device : roster_.devices()) {
     const config::Device& config = *device->config;
@@ -37,16 +36,50 @@ void Upkeep::OnOpened(Instant now) {
   for (const auto& device : roster_.devices()) {
     if (!device->in_use) continue;
     Reconnect(*device, now);
-    whose_reply_.OnOpened(*device, now);
+    owed_.whose.OnOpened(*device, now);
     if (!device->health.offline()) schedule_.Restart(device->place, now);
     // The reply to what it was asked before may still come: it waits for that, the others do not.
-    if (!late_.IsClear(*device, now)) schedule_.Hold(device->place, late_.LateUntil(*device));
+    if (!owed_.late.IsClear(*device, now))
+      schedule_.Hold(device->place, owed_.late.LateUntil(*device));
     ledger_.ShowOverride(*device);
   }
 }
 
+void Upkeep::OnExchange(const Job& job, const ExchangeEnd& end, const Finding& finding,
+                        Instant now) {
+  Member& member = *job.member;
+  const Asked asked = job.asked();
+  const bool answered = ProvesLife(end.outcome);
+  const bool cut_off = end.outcome == Outcome::line_down;
+  if (!job.mute) member.health.OnExchange(end.outcome);
+  // Replies that are behind by count are owed, and no silence helps against that.
+  const bool in_step = owed_.whose.Lags(member) || owed_.whose.IsInStep(member);
+  owed_.late.Conclude(asked, end, in_step, now);
+  ledger_.OnPatience(member, owed_.late.PatienceFor(member));
+  if (answered && !owed_.late.IsClear(member, now)) HoldBack(member);
+  owed_.whose.OnEnd(asked, end.outcome, !cut_off && !job.mute, now);
+  if (!job.mute && !cut_off) Charge(job, answered, now);
+  if (job.verdict.shifted) DoubtLatest(now);
+  ledger_.OnExchange(member, end, finding, job.mute, job.is_probe() && member.health.offline(),
+                     job.As<Job::Routed>() != nullptr, UseOf(job));
+  ShowLine(now);
+}
+
+/// Line time that its exchange took in vain counts from its first failure on; Chooser::OnTime
+/// charges what follows.
+void Upkeep::Charge(const Job& job, bool answered, Instant now) {
+  const Member& member = *job.member;
+  if (member.device == nullptr) return;
+  const bool in_vain = !answered || member.health.refuses();
+  if (in_vain && !schedule_.doubted(member.place)) {
+    chooser_.turns().Charge(now - job.exchange_began);
+  }
+  schedule_.Doubt(member.place, in_vain);
+  if (job.task.kind == Task::Kind::poll) schedule_.OnUsed(member.place, now - job.exchange_began);
+}
+
 void Upkeep::OnTask(Member& member, Outcome outcome, const std::string& reason, Instant now) {
-  Device* const device = roster_.AsDevice(member);
+  Device* const device = member.device;
   const bool was_offline = member.health.offline();
   member.health.OnTask(outcome, now);
   ledger_.OnTask(member, ProvesLife(outcome));
@@ -55,7 +88,7 @@ void Upkeep::OnTask(Member& member, Outcome outcome, const std::string& reason, 
     ledger_.OnOffline(member);
     chooser_.DropParked(member);
     chooser_.probes().OnOffline(member);
-    late_.OnOffline(member);
+    owed_.late.OnOffline(member);
     if (device != nullptr) {
       schedule_.Suspend(device->place);
       Reconnect(*device, now);
@@ -138,8 +171,8 @@ void Upkeep::DoubtLatest(Instant now) {
   for (const auto& device : roster_.devices()) {
     if (device->conversation->ForgetRefusals()) Plan(*device);
   }
-  for (const QueryRef& read : whose_reply_.TakeUnproven()) {
-    if (Doubt(read, now)) chooser_.ReadSoon(read);
+  for (const QueryRef& read : owed_.readings.TakeAll()) {
+    if (Doubt(read, now)) chooser_.agenda().writes.AddReadBack(read);
   }
 }
 
@@ -149,6 +182,10 @@ bool Upkeep::Doubt(const QueryRef& read, Instant now) {
   if (!device.in_use || read.query >= queries.size()) return false;
   store_.Doubt(device.index, queries[read.query].points, now);
   return true;
+}
+
+void Upkeep::Doubt(const Device& device, const std::vector<std::size_t>& points, Instant now) {
+  store_.Doubt(device.index, points, now);
 }
 
 /// It has been away: if another one is there now, what is read seldom is not good any more.
@@ -173,7 +210,7 @@ void Upkeep::Repeat(const Device& device, config::Group group, Instant now) {
 void Upkeep::Reconnect(Device& device, Instant now) {
   device.conversation->OnReconnect();
   device.LearnTimes();
-  whose_reply_.OnReconnect(device);
+  owed_.whose.OnReconnect(device);
   Plan(device);
   DoubtAll(device, now);
 }
@@ -194,12 +231,12 @@ void Upkeep::Plan(Device& device) {
 
 void Upkeep::PlanBackground(const Device& device) {
   chooser_.PlanBackground(device);
-  chooser_.background().SetProof(device.place, whose_reply_.ProofRenews(device),
-                                 whose_reply_.ProofEnds(device));
+  chooser_.background().SetProof(device.place, owed_.whose.ProofRenews(device),
+                                 owed_.whose.ProofEnds(device));
 }
 
 void Upkeep::HoldBack(const Member& member) {
-  const Instant until = late_.LateUntil(member);
+  const Instant until = owed_.late.LateUntil(member);
   for (const auto& device : roster_.devices()) {
     if (device->IsSame(member)) schedule_.Hold(device->place, until);
   }

@@ -4,14 +4,13 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "gateway/base/outcome.h"
 #include "gateway/poll/chooser.h"
-#include "gateway/poll/late_answers.h"
 #include "gateway/poll/ledger.h"
+#include "gateway/poll/owed_replies.h"
 #include "gateway/poll/roster.h"
-#include "gateway/poll/schedule.h"
-#include "gateway/poll/whose_reply.h"
 #include "gateway/store/point_store.h"
 
 namespace baudgate {
@@ -19,11 +18,12 @@ namespace baudgate {
 class Upkeep {
  public:
   /// All references outlive it.
-  Upkeep(Roster& roster, Schedule& schedule, PointStore& store, LateAnswers& late,
-         WhoseReply& whose_reply, Chooser& chooser, Ledger& ledger);
+  Upkeep(Roster& roster, PointStore& store, OwedReplies& owed, Chooser& chooser, Ledger& ledger);
 
   /// The port has opened.
   void OnOpened(Instant now);
+  /// An exchange has ended, whatever it was for.
+  void OnExchange(const Job& job, const ExchangeEnd& end, const Finding& finding, Instant now);
   /// A task has ended: a device may be offline now, or back.
   void OnTask(Member& member, Outcome outcome, const std::string& reason, Instant now);
   /// It has said something unasked, and this is what became of it.
@@ -41,6 +41,8 @@ class Upkeep {
   void DoubtLatest(Instant now);
   /// What this query reads is uncertain until it is read again. False: there is no such query now.
   bool Doubt(const QueryRef& read, Instant now);
+  /// These points are uncertain until they are read again.
+  void Doubt(const Device& device, const std::vector<std::size_t>& points, Instant now);
   void SetInUse(Device& device, bool in_use, bool open, Instant now);
   /// A person wants it asked now, whether it was in use or not.
   void OnEnabled(Device& device, bool open, Instant now);
@@ -56,16 +58,16 @@ class Upkeep {
   void Repeat(const Device& device, config::Group group, Instant now);
 
  private:
+  void Charge(const Job& job, bool answered, Instant now);
   void Reconnect(Device& device, Instant now);
   void DoubtAll(const Device& device, Instant now);
   void DoubtSeldom(Device& device, Instant now);
 
   Roster& roster_;
-  Schedule& schedule_;
   PointStore& store_;
-  LateAnswers& late_;
-  WhoseReply& whose_reply_;
+  OwedReplies& owed_;
   Chooser& chooser_;
+  Schedule& schedule_;  // of the chooser's agenda
   Ledger& ledger_;
 };
 

@@ -1,3 +1,28 @@
+// Whose a reply is, from what may be owed before it. "?A1", "UA1" are polls of device A, "PA0" asks
+// for its name, which is "!A0"; "!A1=5" says what it answers, "!=1" answers any U.
+//
+// clang-format off
+//    may be owed                  asked     comes      it is                            follows
+//  1 nothing                      UA1       !=1        its own                          proven: it counts
+//  2 nothing                      UA1       !A0        nothing's: a reply before it     shifted: the latest readings
+//                                                      came twice                       are read again
+//  3 a reply to UA1               UA2       !=1        to UA1 or to UA2                 not proven: asked again
+//  4 a reply to UA1               UA1       !=1        to either of the two             proven; older by the time between
+//  5 a reply to UA1               ?A1       !A1=5      its own: UA1 is not answered so  proven; nothing is owed
+//  6 a reply to UA1               PA0       !=1        to UA1                           elsewhere: A lags by one
+//  7 a reply to UA1               PA0       !A0        its own                          proven; nothing is owed
+//  8 a reply to PA0               UA1       !A0        to PA0                           elsewhere; one is owed as before
+//  9 nothing; the name is known   PA0       !A0=2      the name of another device       replaced: everything is read anew
+// 10 nothing; the name is known   UA1 as    !=1        the eighth in a row that tells   replaced, by a device without
+//                                 a probe              no name                          a name
+// 11 three to a stranger          PA0 four  !A0        to a PA0: strangers got three    proven; nothing is owed
+//                                 times
+// 12 a reply to B, nameless       UA1       !=1        A's or B's                       not proven: asked again
+// 13 a reply to B, with its name  ?A1       !A1=5      A's                              proven
+// clang-format on
+//
+// A refusal answers any request (!A0~refused): it proves whose it is only where the name itself is
+// refused. Each row is a test of the same number in tests/gateway/poll/whose_reply_test.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/poll/whose_reply.h"
 
@@ -48,18 +73,18 @@ bool WhoseReply::IsSafe(const Asked& asked) const {
 bool WhoseReply::NeedsProbeFirst(const Asked& asked, Instant now) const {
   const Member& member = *asked.member;
   const bool answered = asked.request->expect.reply == Expectation::Reply::one;
-  if (!asked.first || !answered || !member.in_use || !roster_.IsDevice(member)) return false;
+  if (!asked.first || !answered || !member.in_use || member.device == nullptr) return false;
   const State& state = Of(member);
   const Duration holds = asked.renews ? kProofRenews : kProofHolds;
   if (!state.answered_probe || now - state.proven_at > holds) return true;
   if (IsSafe(asked) || IsUnprovable(member)) return false;
-  // Who lags no more than he is known to answers the same request often enough in a row, if that is
-  // not too often. More would not end: a round of 22 requests looks as if he lagged by 22.
+  // If the lag has not grown, at most four repeats reach the right reply. More repeats would not
+  // end: a round of 22 requests looks like a lag of 22.
   return Owed(asked) > std::min(state.behind, kMostTriesMore);
 }
 
 bool WhoseReply::IsOwedAlone(const Asked& asked) const {
-  if (roster_.IsDevice(*asked.member)) return Owed(asked) == 1;
+  if (asked.member->device != nullptr) return Owed(asked) == 1;
   return !lost_.MayCome(*asked.member, asked.began);
 }
 
@@ -94,50 +119,78 @@ bool WhoseReply::MayAnswer(const SentRequest& sent, View frame, Outcome outcome)
     return identity.Is(frame) || (identity.names() && IsRefusal(outcome));
   }
   if (identity.names() && identity.Is(frame)) return false;
-  // Of what routes ask nobody here knows the form.
-  const Device* const device = roster_.AsDevice(asked);
+  // The form of replies to clients of routes is not known here.
+  const Device* const device = asked.device;
   return device == nullptr || ProvesLife(device->conversation->Check(sent.bytes, frame));
 }
 
-WhoseReply::Verdict WhoseReply::OnReply(const Asked& asked, View frame, Outcome outcome) {
+/// Rows 9 and 10: another device answers in its place.
+bool WhoseReply::IsReplaced(const Asked& asked, View frame, Outcome outcome,
+                            const AnswerOrder::MayAnswer& may_answer) {
   const Request& request = *asked.request;
-  const auto may_answer = [&](const SentRequest& sent) { return MayAnswer(sent, frame, outcome); };
-  const bool proof = IsProof(request);
   State& state = Of(*asked.member);
-  AnswerOrder& order = OrderOf(*asked.member);
-  Verdict verdict;
-  if (asked.probe && ProvesLife(outcome)) state.proofless = proof ? 0 : state.proofless + 1;
-  if (request.steady && ProvesLife(outcome) && !Fits(asked, frame, outcome)) {
-    // Nothing that was asked is answered so: somebody else identifies himself.
-    verdict.replaced = !order.MayBeEarlier(may_answer);
-    if (verdict.replaced) state.identity.Learn(request.bytes, frame, outcome);
-  } else if (state.identity.known() && state.proofless >= kProbesWithoutProof) {
-    verdict.replaced = true;
-    state.identity = {};
+  if (asked.probe && ProvesLife(outcome)) {
+    state.proofless = IsProof(request) ? 0 : state.proofless + 1;
   }
-  const bool fits = Fits(asked, frame, outcome);
-  verdict.shifted = !fits && order.Owed() == 1 && (asked.named() || line_.Owed() == 1);
-  if (asked.probe && ProvesLife(outcome) && !proof) order.ForgetStrangers();  // who could tell?
+  if (request.steady && ProvesLife(outcome) && !Fits(asked, frame, outcome)) {
+    if (OrderOf(*asked.member).MayBeEarlier(may_answer)) return false;
+    state.identity.Learn(request.bytes, frame, outcome);
+    return true;
+  }
+  if (!state.identity.known() || state.proofless < kProbesWithoutProof) return false;
+  state.identity = {};
+  return true;
+}
+
+/// Rows 3 to 8, 12 and 13: which requests the reply may answer, of its device and of the line.
+void WhoseReply::Count(const Asked& asked, bool fits, Outcome outcome,
+                       const AnswerOrder::MayAnswer& may_answer) {
+  AnswerOrder& order = OrderOf(*asked.member);
+  // Where nothing is a proof nobody can tell strangers' replies from its own.
+  const bool nameless = asked.probe && ProvesLife(outcome) && !IsProof(*asked.request);
+  if (nameless) order.ForgetStrangers();
   const bool own = order.OnAnswer(fits, may_answer);
   const bool known = line_.OnAnswer(fits, may_answer);
   if (!known) line_.OnForgotten();
   if (!own && !known) order.OnForgotten();
+}
+
+/// The first reply that can only be an identification is the name. Row 11: nothing is owed to
+/// strangers any more.
+void WhoseReply::Learn(const Asked& asked, View frame, Outcome outcome) {
+  const Request& request = *asked.request;
+  State& state = Of(*asked.member);
+  AnswerOrder& order = OrderOf(*asked.member);
   const bool names = request.steady && ProvesLife(outcome) && outcome != Outcome::busy;
   if (names && !state.identity.known() && order.IsAnswerTo(request.bytes)) {
     state.identity.Learn(request.bytes, frame, outcome);
   }
   // ? ? ? P P P P: of four replies three at most were to strangers, so the last was to a P. One
   // that is owed to another P could be told.
-  if (state.strangers && proof && outcome == Outcome::ok && order.IsOfLatest()) {
+  if (state.strangers && IsProof(request) && outcome == Outcome::ok && order.IsOfLatest()) {
     order.Reset();
     state.strangers = false;
   }
+}
+
+WhoseReply::Verdict WhoseReply::OnReply(const Asked& asked, View frame, Outcome outcome) {
+  const bool proof = IsProof(*asked.request);
+  const auto may_answer = [&](const SentRequest& sent) { return MayAnswer(sent, frame, outcome); };
+  State& state = Of(*asked.member);
+  AnswerOrder& order = OrderOf(*asked.member);
+  Verdict verdict;
+  verdict.replaced = IsReplaced(asked, frame, outcome, may_answer);
+  const bool fits = Fits(asked, frame, outcome);
+  const bool alone = order.Owed() == 1 && (asked.named() || line_.Owed() == 1);
+  verdict.shifted = !fits && alone;  // row 2
+  Count(asked, fits, outcome, may_answer);
+  Learn(asked, frame, outcome);
   verdict.elsewhere = !MayBeInStep(asked);
-  verdict.proven =
-      order.IsAnswerTo(request.bytes) && (asked.named() || line_.IsAnswerTo(request.bytes));
+  verdict.proven = order.IsAnswerTo(asked.request->bytes) &&
+                   (asked.named() || line_.IsAnswerTo(asked.request->bytes));
   if (verdict.proven) state.behind = proof ? Owed(asked) : std::min(state.behind, Owed(asked));
   if (!asked.probe && fits && order.IsInStep()) state.read = true;
-  // Who has a name is read when he has told it.
+  // A device that has a name is identified before its readings are accepted.
   if (asked.probe && !proof && state.identity.known()) verdict.proven = false;
   verdict.older = asked.named() ? order.Older() : std::max(order.Older(), line_.Older());
   return verdict;
@@ -146,7 +199,7 @@ WhoseReply::Verdict WhoseReply::OnReply(const Asked& asked, View frame, Outcome 
 void WhoseReply::OnEnd(const Asked& asked, Outcome outcome, bool silent, Instant now) {
   // After damage, and after others' replies, an answer may still come.
   State& state = Of(*asked.member);
-  if (!ProvesLife(outcome) && outcome != Outcome::unexpected && !roster_.IsDevice(*asked.member)) {
+  if (!ProvesLife(outcome) && outcome != Outcome::unexpected && asked.member->device == nullptr) {
     lost_.OnLost(*asked.member, asked.request->bytes, now);
   }
   if (silent && outcome == Outcome::no_reply) state.answered_probe = false;  // another may come now
@@ -165,11 +218,6 @@ void WhoseReply::OnReconnect(const Member& member) {
   Of(member).proofless = 0;
   Of(member).behind = 0;
   Of(member).read = false;
-}
-
-void WhoseReply::OnStored(QueryRef query) {
-  if (std::ranges::find(unproven_, query) != unproven_.end()) return;
-  unproven_.push_back(query);
 }
 
 void WhoseReply::OnSecondReply(const Member& member) {

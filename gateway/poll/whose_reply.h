@@ -1,8 +1,9 @@
 // Whose reply is it? A reading is good only if no reply that may still be owed could pass for its
 // own. This keeps what may be owed: by a device, and by a serial server that may shift the whole
 // line. After silence, damage, a second reply or a port that was closed nothing is proven; a proof
-// (conversation.h: `steady`, `distinct`) then goes first, whose reply can be told from others. Told
-// by gateway/poll/job_run.cpp of every request and reply of the line; docs/timeouts.md.
+// (conversation.h: `steady`, `distinct`) then goes first, whose reply can be told from others. The
+// cases are a table in whose_reply.cpp. gateway/poll/job_run.cpp tells of every request,
+// reply_judge.cpp of every reply of the line; docs/timeouts.md.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -11,7 +12,6 @@
 #include <deque>
 #include <optional>
 #include <utility>
-#include <vector>
 
 #include "gateway/base/outcome.h"
 #include "gateway/poll/answer_order.h"
@@ -19,7 +19,6 @@
 #include "gateway/poll/identity.h"
 #include "gateway/poll/lost_replies.h"
 #include "gateway/poll/roster.h"
-#include "gateway/poll/schedule.h"
 
 namespace baudgate {
 
@@ -58,7 +57,7 @@ class WhoseReply {
   /// Nothing but its own reply to a client's request can come. Of slaves that only routes reach no
   /// order is kept: they owe nothing when all that they were lately asked was answered.
   bool IsOwedAlone(const Asked& asked) const;
-  /// Of slaves that only routes reach.
+  /// Lost replies of slaves that only routes reach.
   LostReplies& lost() { return lost_; }
   /// It tells its name: another device in its place would be found out.
   bool HasName(const Member& member) const { return Of(member).identity.names(); }
@@ -92,14 +91,8 @@ class WhoseReply {
   /// Another device may hang there now.
   void OnReconnect(const Member& member);
 
-  /// Readings of this query were stored.
-  void OnStored(QueryRef query);
-  /// The line has rested for a reply time: what has not come by now is not owed any more.
-  void OnRested() { unproven_.clear(); }
   /// Behind its reply came a second, different one: one of the two belongs elsewhere.
   void OnSecondReply(const Member& member);
-  /// The queries whose readings are in doubt then, or behind a reply that shows a shift.
-  std::vector<QueryRef> TakeUnproven() { return std::exchange(unproven_, {}); }
 
  private:
   struct State {
@@ -127,13 +120,16 @@ class WhoseReply {
   bool IsSafe(const Asked& asked) const;
   bool Fits(const Asked& asked, View frame, Outcome outcome) const;
   bool MayAnswer(const SentRequest& sent, View frame, Outcome outcome) const;
+  bool IsReplaced(const Asked& asked, View frame, Outcome outcome,
+                  const AnswerOrder::MayAnswer& may_answer);
+  void Count(const Asked& asked, bool fits, Outcome outcome,
+             const AnswerOrder::MayAnswer& may_answer);
+  void Learn(const Asked& asked, View frame, Outcome outcome);
 
   const Roster& roster_;
   mutable std::deque<State> states_;  // by place
   LostReplies lost_;
   AnswerOrder line_;  // of all requests, whoever they went to
-  // The last queries stored since the line last rested for one reply time.
-  std::vector<QueryRef> unproven_;
 };
 
 }  // namespace baudgate

@@ -8,7 +8,7 @@
 namespace baudgate {
 namespace {
 
-/// Of a number that a device takes and shows with a few digits.
+/// Significant digits of a number that a device takes and shows.
 constexpr int kDigits = 3;
 
 /// How far what is shown may be from what was written.

@@ -66,7 +66,7 @@ void WriteQueue::Confirm(WriteCommand command, Instant now) {
   confirmed_.push_back({std::move(command), now});
   Confirmed& last = confirmed_.back();
   last.written = last.command.writes.size();
-  // Of a point that was written twice the last value stands.
+  // If a point was written twice, its last value counts.
   std::vector<PointWrite>& writes = last.command.writes;
   for (std::size_t i = writes.size(); i-- > 0;) {
     const auto same = [&](const PointWrite& one) { return one.point == writes[i].point; };

@@ -20,7 +20,7 @@ namespace baudgate {
 
 class WriteQueue {
  public:
-  /// Of commands that wait, and of read-backs.
+  /// Most commands that wait, and most read-backs.
   static constexpr std::size_t kLimit = 32;
 
   using MayGo = std::function<bool(const WriteCommand& command)>;

@@ -1,6 +1,7 @@
-// The one way from an output back to a line: a write that waits in the line's queue until the
-// device has confirmed it, refused it, or its deadline has passed. Who makes a command has
-// converted and checked its values: a client's registers "00 19" of a point with scale 0.1 are 25,
+// The one way from an output back to a line: a write, one object from the gate of all writers to
+// its end. It passes the audit and the queue of its line; the device confirms or refuses it, or its
+// deadline passes; End tells all that it has passed, and its client. The gate has converted and
+// checked its values: a client's registers "00 19" of a point with scale 0.1 are 25,
 // which is 250 for the device (gateway/modbus/registers/write_request.h). From here on nothing
 // converts them.
 // SPDX-License-Identifier: Apache-2.0
@@ -52,8 +53,19 @@ struct WriteCommand {
   std::function<std::string(Instant now)> why_not;
   /// True: nobody waits for it any more, and it is not begun.
   std::shared_ptr<const std::atomic<bool>> dropped;
-  /// Called exactly once, on any thread, unless Submit said no.
-  std::function<void(const WriteResult&)> done;
+  using Ended = std::function<void(const WriteResult&)>;
+  /// Whoever the command has passed on its way and who wants to hear how it ends: the audit, the
+  /// room in the line's queue.
+  std::vector<Ended> observers{};
+  /// Its client's answer.
+  Ended done;
+
+  /// It has ended: the observers hear of it, the latest first, then its client. Exactly once, on
+  /// any thread, unless Submit said no.
+  void End(const WriteResult& result) const {
+    for (std::size_t i = observers.size(); i-- > 0;) observers[i](result);
+    done(result);
+  }
 };
 
 /// What a client asked for and the gateway did not let through: kept like any other write.
@@ -69,7 +81,7 @@ struct DeniedWrite {
 class CommandSink {
  public:
   virtual ~CommandSink() = default;
-  /// From any thread. False: the line's queue is full, or it is stopping; `done` is not called.
+  /// From any thread. False: the line's queue is full, or it is stopping; `End` is not called.
   virtual bool Submit(WriteCommand command) = 0;
   /// From any thread; returns at once.
   virtual void OnDenied(const DeniedWrite&) {}

@@ -21,7 +21,7 @@ namespace baudgate {
 
 class Selections {
  public:
-  /// Of one device's point by one client; whoever selects more forgets what ends first.
+  /// Most selections at a time; one more drops the one that ends first.
   static constexpr std::size_t kLimit = 1024;
 
   struct Point {

@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "gateway/line/assembler.h"
-#include "gateway/line/ear.h"
+#include "gateway/line/unasked_receiver.h"
 #include "tests/fuzz/devices.h"
 #include "tests/fuzz/stream.h"
 #include "tests/fuzz/under_test.h"
@@ -243,7 +243,7 @@ class Session {
   std::unique_ptr<Bus> bus_;
   std::unique_ptr<Conversation> conversation_;
   Instant now_{1h};
-  std::optional<Ear> ear_;
+  std::optional<UnaskedReceiver> ear_;
 };
 
 void FuzzConversation(View bytes) {

@@ -11,7 +11,7 @@
 #include "config/catalog/option_values.h"
 #include "gateway/base/text.h"
 #include "gateway/line/assembler.h"
-#include "gateway/line/ear.h"
+#include "gateway/line/unasked_receiver.h"
 #include "gateway/store/conversion.h"
 #include "tests/support/transcript_script.h"
 
@@ -186,7 +186,7 @@ class Player {
   Script script_;
   std::size_t next_ = 0;
   Instant now_ = Instant() + 1h;
-  std::optional<Ear> ear_;
+  std::optional<UnaskedReceiver> ear_;
 };
 
 }  // namespace

@@ -34,7 +34,7 @@ class FunctionCounters {
   }
 
  private:
-  /// Of the standard; all others are counted as one, whatever clients may think of.
+  /// Functions of the standard; all others are counted as one.
   static constexpr std::array<std::uint8_t, 19> kFunctions = {
       1, 2, 3, 4, 5, 6, 7, 8, 11, 12, 15, 16, 17, 20, 21, 22, 23, 24, 43};
   static constexpr std::size_t kExceptions = 12;  // 0x0B is the last

@@ -136,7 +136,7 @@ ExceptionCode PointDesk::ReadGateway(const ModbusRequest& request) {
   return kNoException;
 }
 
-/// Of a device its own, of the gateway all.
+/// A device shows its own events, the gateway all.
 void PointDesk::FillEvents(const ModbusRequest& request, const UnitMap& unit,
                            std::uint64_t client) {
   const auto piece = std::ranges::find(pieces_, Area::events, &Piece::area);

@@ -96,7 +96,7 @@ class RequestDesk : public std::enable_shared_from_this<RequestDesk> {
                        const Now& now);
   bool Broadcast(View frame, std::size_t index, const RouteTargets::Line& line, const Now& now);
 
-  /// Of a routed request that may write, where those are recorded; else null.
+  /// The witness of a routed request that may write, where those are recorded; else null.
   std::shared_ptr<audit::Witness> WitnessOf(View frame, const RouteTarget* target, const Now& now,
                                             bool broadcast = false) const;
 

@@ -18,7 +18,7 @@
 
 namespace baudgate::modbus {
 
-/// Of each entry of a list in a new file: where the same entry stood in the one before; nothing: it
+/// Where each entry of a list in a new file stood in the file before; nothing: it
 /// is new.
 using Origins = std::vector<std::optional<std::size_t>>;
 
@@ -34,7 +34,7 @@ class RouteList {
   const config::Route& at(std::size_t number) const { return routes_[number]; }
   /// So many numbers were ever given.
   std::size_t size() const { return routes_.size(); }
-  /// Of the file that runs, in its order.
+  /// The routes of the running file, in its order.
   std::span<const std::size_t> numbers() const { return numbers_; }
 
  private:

@@ -42,7 +42,7 @@ class RouteTargets {
   /// no route leads any more answers what it has. On the server's thread.
   void Relink(std::span<RouteTarget* const> lines);
 
-  /// Of the route with this number; null: it leads nowhere now.
+  /// The target of this route; null: it leads nowhere now.
   RouteTarget* of(std::size_t route) const { return targets_[route]; }
   /// "drive" or "10.0.0.9:502", of the first route that leads there.
   std::string NameOf(const RouteTarget* target) const;

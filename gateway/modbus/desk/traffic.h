@@ -66,7 +66,7 @@ struct RouteStatus : RouteCounters {
   std::string target;        ///< "line drive", "server 10.0.0.9:502"
   std::string last_trouble;  ///< reason of the last request without a good reply
   WallTime last_trouble_at{};
-  /// Of a server: replies that came after their deadline and were dropped. Routes that lead to the
+  /// Replies of a server that came after their deadline and were dropped. Routes that lead to the
   /// same unit there count each other's.
   std::uint64_t late = 0;
   std::map<std::uint8_t, RouteCounters> by_unit;  ///< unit ids as clients ask for them

@@ -92,7 +92,7 @@ TEST_F(AuditedWritesTest, TheRecordComesFirstAndIsCompleted) {
   EXPECT_EQ(log_.waited.at(0).second, kStart + AuditedWrites::kPatience);
   ASSERT_EQ(lines_.commands.size(), 1U);
   now_ += 45ms;
-  lines_.commands[0].done({.read_back = true, .written = 1});
+  lines_.commands[0].End({.read_back = true, .written = 1});
   ASSERT_EQ(results_.size(), 1U);
   EXPECT_EQ(log_.ends[1].at(0).end, WriteEnd::ok);
   EXPECT_EQ(log_.ends[1].at(0).took, 45ms);
@@ -142,7 +142,7 @@ TEST_F(AuditedWritesTest, BestEffortSendsWithoutARecord) {
   writes_->Submit(Command());
   EXPECT_TRUE(writes_->HandOn());
   ASSERT_EQ(lines_.commands.size(), 3U);
-  lines_.commands[2].done({.written = 1});
+  lines_.commands[2].End({.written = 1});
   EXPECT_EQ(results_.size(), 1U);
 }
 
@@ -188,7 +188,7 @@ TEST_F(AuditedWritesTest, OneRecordAPoint) {
     log_.ends.clear();
     writes_->Submit(Command({0, 1, 2}));
     writes_->HandOn();
-    lines_.commands.back().done(result);
+    lines_.commands.back().End(result);
     return Ends();
   };
   EXPECT_THAT(end({.written = 3}), ElementsAre("ok", "ok", "ok"));

@@ -27,11 +27,11 @@ class ChooserTest : public ::testing::Test, protected ToyMembers {
     return command;
   }
 
-  Schedule schedule_;
-  WriteQueue writes_;
-  RoutedSide routes_;
+  Agenda agenda_;
+  Schedule& schedule_ = agenda_.schedule;
+  WriteQueue& writes_ = agenda_.writes;
   LateAnswers late_{roster};
-  Chooser chooser_{line, roster, schedule_, writes_, routes_, late_};
+  Chooser chooser_{line, roster, agenda_, late_};
 };
 
 TEST_F(ChooserTest, NothingWaits) {

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "gateway/base/text.h"
+#include "gateway/poll/reply_judge.h"
 #include "tests/support/times.h"
 #include "tests/support/virtual_line.h"
 
@@ -17,11 +18,11 @@ namespace {
 class Rig : private PollerListener {
  public:
   explicit Rig(const std::string& read) : config_(ConfigOf(read)) {
-    run_.OnTime(now_, false);
+    SetTime();
     ledger_.OnOpened();
     run_.OnOpened();
     upkeep_.OnOpened(now_.instant);
-    while (schedule_.Next(now_.instant)) continue;  // nothing is due for a second
+    while (agenda_.schedule.Next(now_.instant)) continue;  // nothing is due for a second
     Poll(1);
     // Another master may have asked it before: one probe is not enough.
     for (Turn(); run_.job() != nullptr; Turn()) Hear(Next() == "PA0" ? "!A0" : "!A2=5");
@@ -55,14 +56,18 @@ class Rig : private PollerListener {
       run_.OnEnd({Outcome::line_down, "the port was lost", {}, 0});
       run_.OnClosed("the port is closed");
     } else if (Go()) {
-      End(run_.Judge(ToyReply(what.substr(1)), false, now_.instant));
+      End(Judge(what.substr(1)));
     }
+  }
+  Outcome Judge(const std::string& reply, bool may_be_echo = false) {
+    return judge_.Judge(*run_.job(), ToyReply(reply), may_be_echo, now_.instant);
   }
   /// Until its request may go. False: it may not, and "next" has happened to it.
   bool Go() {
     Pass(10ms);
     while (run_.job() != nullptr) {
       if (run_.TakeTurn() == JobRun::Turn::next) continue;
+      judge_.OnStart();
       run_.Start(now_.instant);
       run_.Send();
       Pass(10ms);
@@ -88,8 +93,8 @@ class Rig : private PollerListener {
 
   Device& a() { return roster_.device(0); }
   JobRun& run() { return run_; }
-  LateAnswers& late() { return late_; }
-  WriteQueue& writes() { return writes_; }
+  LateAnswers& late() { return owed_.late; }
+  WriteQueue& writes() { return agenda_.writes; }
   Instant now() const { return now_.instant; }
 
   std::vector<WriteResult> results;
@@ -118,7 +123,11 @@ class Rig : private PollerListener {
   }
   void Pass(Duration time) {
     now_ = {now_.instant + time, now_.wall + time};
-    run_.OnTime(now_, false);
+    SetTime();
+  }
+  void SetTime() {
+    ledger_.OnTime(now_, false, nullptr);
+    run_.SetTime(now_);
   }
 
   config::Config config_;
@@ -126,17 +135,14 @@ class Rig : private PollerListener {
   Roster roster_{config_.lines[0], 0,
                  [](const std::string&) -> const Protocol& { return ToyProtocol(); }};
   PointStore store_{config_};
-  Schedule schedule_;
-  WriteQueue writes_;
-  RoutedSide routes_;
-  LateAnswers late_{roster_};
-  WhoseReply whose_reply_{roster_};
-  Ledger ledger_{roster_, schedule_, store_, 0, *this};
-  Chooser chooser_{config_.lines[0], roster_, schedule_, writes_, routes_, late_};
-  Upkeep upkeep_{roster_, schedule_, store_, late_, whose_reply_, chooser_, ledger_};
-  ToldEvents told_;
-  JobRun run_{store_, *this,        roster_, schedule_, writes_, routes_,
-              late_,  whose_reply_, ledger_, chooser_,  upkeep_, told_};
+  Agenda agenda_;
+  OwedReplies owed_{roster_};
+  Ledger ledger_{roster_, agenda_.schedule, store_, 0, *this};
+  Chooser chooser_{config_.lines[0], roster_, agenda_, owed_.late};
+  Upkeep upkeep_{roster_, store_, owed_, chooser_, ledger_};
+  Intake intake_{store_, *this};
+  ReplyJudge judge_{owed_.whose};
+  JobRun run_{owed_, chooser_, ledger_, upkeep_, intake_};
 };
 
 struct Row {
@@ -225,8 +231,8 @@ TEST(JobRunTest, WhatMayBeItsEchoIsNoReply) {
   Rig rig("1");
   rig.Poll(0);
   ASSERT_TRUE(rig.Go());
-  EXPECT_EQ(rig.run().Judge(ToyReply("A1=8"), true, rig.now()), Outcome::unexpected);
-  EXPECT_EQ(rig.run().Judge(ToyReply("A1=8"), false, rig.now()), Outcome::ok);
+  EXPECT_EQ(rig.Judge("A1=8", true), Outcome::unexpected);
+  EXPECT_EQ(rig.Judge("A1=8"), Outcome::ok);
 }
 
 TEST(JobRunTest, AfterAWhileAProbeGoesFirstAndItsSilenceEndsTheJob) {

@@ -22,7 +22,7 @@ TEST(Roster, DevicesStandInTheOrderOfTheFile) {
   EXPECT_EQ(roster.device(0).retries, 5);
   EXPECT_EQ(roster.device(1).retries, 1) << "its own go before the line's";
   EXPECT_FALSE(roster.device(1).in_use);
-  EXPECT_EQ(roster.AsDevice(*roster.everyone()[1]), &roster.device(1));
+  EXPECT_EQ(roster.everyone()[1]->device, &roster.device(1));
 }
 
 TEST(Roster, NoRoutesLeadToALineThatCarriesNoModbus) {

@@ -168,7 +168,7 @@ TEST_F(SpeakerTest, ItIsDrainedWhenAllIsKept) {
 }
 
 TEST_F(SpeakerTest, WhatDoesNotFitIsLostAndToldWithTheNextThatDoes) {
-  for (std::size_t i = 0; i < Unkept::kMost; ++i) ASSERT_TRUE(Say("E").events);
+  for (std::size_t i = 0; i < EventBacklog::kMost; ++i) ASSERT_TRUE(Say("E").events);
   struct Row {
     const char* text;
     bool kept_before;  // one batch is on the disk

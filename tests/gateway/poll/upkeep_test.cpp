@@ -52,14 +52,12 @@ class UpkeepTest : public ::testing::Test, protected ToyMembers, protected Polle
 
   config::Config config_ = ToyConfig();
   PointStore store_{config_};
-  Schedule schedule_;
-  WriteQueue writes_;
-  RoutedSide routes_;
-  LateAnswers late_{roster};
-  WhoseReply whose_reply_{roster};
+  Agenda agenda_;
+  Schedule& schedule_ = agenda_.schedule;
+  OwedReplies owed_{roster};
   Ledger ledger_{roster, schedule_, store_, 0, *this};
-  Chooser chooser_{line, roster, schedule_, writes_, routes_, late_};
-  Upkeep upkeep_{roster, schedule_, store_, late_, whose_reply_, chooser_, ledger_};
+  Chooser chooser_{line, roster, agenda_, owed_.late};
+  Upkeep upkeep_{roster, store_, owed_, chooser_, ledger_};
   DeviceState state_ = DeviceState::never_seen;
 };
 
@@ -77,7 +75,7 @@ TEST_F(UpkeepTest, AtTheOpeningADeviceOutOfUseIsLeftAlone) {
 
 /// The reply to what it was asked before the port closed may still come.
 TEST_F(UpkeepTest, AtTheOpeningALateReplyKeepsItsDeviceWaitingOnly) {
-  late_.OnClosed(a, kStart - 100ms);
+  owed_.late.OnClosed(a, kStart - 100ms);
   Open();
   EXPECT_EQ(Due(0s), "b");
   EXPECT_EQ(Due(900ms).substr(0, 1), "a") << "the ceiling is 1 s";
@@ -118,7 +116,7 @@ TEST_F(UpkeepTest, TakenIntoUseADeviceIsPolledAndHasToSayItsValuesAnew) {
 TEST_F(UpkeepTest, WhoCannotBeToldApartOnTheWireWaitsToo) {
   Open();
   a.sender = b.sender = ToBytes("A");
-  late_.OnClosed(a, kStart);
+  owed_.late.OnClosed(a, kStart);
   upkeep_.HoldBack(a);
   EXPECT_EQ(Due(900ms), "");
   EXPECT_NE(Due(1s), "");

@@ -1,11 +1,17 @@
-// To which request a reply is taken to belong, one reply after the other. Requests named "?A…" are
-// polls of device a, "PA…" asks for its name. Replies "!=1*XX" are untagged: they answer any "U…".
+// To which request a reply is taken to belong: the rows of the table in whose_reply.cpp, and what
+// follows for the next request. Requests named "?A…" are polls of device a, "PA…" asks for its
+// name. Replies "!=1*XX" are untagged: they answer any "U…".
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/poll/whose_reply.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <ostream>
+#include <sstream>
+#include <string>
+
+#include "gateway/poll/latest_readings.h"
 #include "tests/gateway/poll/part_fixture.h"
 
 namespace baudgate {
@@ -37,6 +43,47 @@ class WhoseReplyTest : public ::testing::Test, protected ToyMembers {
                  kStart + sent_ * 1s);
     return verdict;
   }
+  /// "PA0:A0" is a request and its reply, "UA1:" one without, "*UA1:=1" a probe by a read, "-UA1:="
+  /// one whose replies name nobody, "open" the opening of the port. What the last one comes to.
+  std::string Run(const std::string& history) {
+    std::istringstream words(history);
+    std::string follows;
+    for (std::string word; words >> word;) {
+      if (word == "open") {
+        order_.OnOpened(a, kStart);
+        continue;
+      }
+      const bool probe = word[0] == '*';
+      const bool named = word[0] != '-';
+      if (probe || !named) word.erase(0, 1);
+      const std::string reply = word.substr(word.find(':') + 1);
+      Request request = AskFor(word.substr(0, word.find(':')) + "\r", named);
+      request.steady = word[0] == 'P';
+      Device& device = word[1] == 'A' ? a : b;
+      Asked asked = Of(device, request);
+      asked.probe = asked.probe || probe;
+      Send(asked);
+      WhoseReply::Verdict verdict;
+      Outcome outcome = Outcome::no_reply;
+      if (!reply.empty()) {
+        const Bytes frame = ToyReply(reply);
+        outcome = device.conversation->Check(request.bytes, frame);
+        verdict = order_.OnReply(asked, frame, outcome);
+        if (verdict.elsewhere) outcome = Outcome::unexpected;
+        follows = InWords(verdict);
+        if (follows == "proven" && order_.Owed(asked) > 0) follows += ", owed";
+      }
+      order_.OnEnd(asked, outcome, true, kStart + sent_ * 1s);
+    }
+    return follows;
+  }
+  static std::string InWords(const WhoseReply::Verdict& verdict) {
+    if (verdict.replaced) return "replaced";
+    if (verdict.shifted) return "shifted";
+    if (verdict.elsewhere) return "elsewhere";
+    if (!verdict.proven) return "not proven";
+    return verdict.older > 0s ? "proven, older" : "proven";
+  }
   Asked ProbeWithARead(int times) {
     const Asked probe{.member = &a, .request = &one_, .probe = true};
     for (int i = 0; i < times; ++i) {
@@ -63,6 +110,61 @@ class WhoseReplyTest : public ::testing::Test, protected ToyMembers {
   const Request two_ = AskFor("UA2\r");
 };
 
+struct WhoseReplyCase {
+  int row;  // of the table
+  const char* history;
+  const char* follows;
+};
+
+void PrintTo(const WhoseReplyCase& one, std::ostream* out) { *out << one.history; }
+
+class WhoseReplyTable : public WhoseReplyTest,
+                        public ::testing::WithParamInterface<WhoseReplyCase> {};
+
+TEST_P(WhoseReplyTable, Row) { EXPECT_EQ(Run(GetParam().history), GetParam().follows); }
+
+INSTANTIATE_TEST_SUITE_P(
+    Rows, WhoseReplyTable,
+    ::testing::Values(WhoseReplyCase{1, "PA0:A0 UA1:=1", "proven"},
+                      WhoseReplyCase{2, "PA0:A0 UA1:=1 ?A3:=1", "shifted"},
+                      WhoseReplyCase{2, "PA0:A0 UA1:=1 ?A3:=1 ?A3:=1", "elsewhere"},
+                      WhoseReplyCase{3, "PA0:A0 UA1: UA2:=1", "not proven"},
+                      WhoseReplyCase{4, "PA0:A0 UA1: UA1:=1", "proven, older"},
+                      WhoseReplyCase{4, "PA0:A0 UA1: UA1:=1 UA2:=1", "not proven"},
+                      WhoseReplyCase{5, "PA0:A0 UA1: ?A1:A1=5", "proven"},
+                      WhoseReplyCase{6, "PA0:A0 UA1: PA0:=1", "elsewhere"},
+                      WhoseReplyCase{7, "PA0:A0 UA1: PA0:A0", "proven"},
+                      WhoseReplyCase{8, "PA0:A0 UA1: PA0:=1 UA1:A0", "elsewhere"},
+                      WhoseReplyCase{9, "PA0:A0 UA1:=1 PA0:A0=2", "replaced"},
+                      WhoseReplyCase{9, "PA0:A0 PA0:A0=2 PA0:A0=2", "proven"},
+                      WhoseReplyCase{10,
+                                     "PA0:A0 *UA1:=1 *UA1:=1 *UA1:=1 *UA1:=1 *UA1:=1 "
+                                     "*UA1:=1 *UA1:=1",
+                                     "not proven"},
+                      WhoseReplyCase{10,
+                                     "PA0:A0 *UA1:=1 *UA1:=1 *UA1:=1 *UA1:=1 *UA1:=1 "
+                                     "*UA1:=1 *UA1:=1 *UA1:=1",
+                                     "replaced"},
+                      WhoseReplyCase{11, "open PA0:A0 PA0:A0 PA0:A0", "not proven"},
+                      WhoseReplyCase{11, "open PA0:A0 PA0:A0 PA0:A0 PA0:A0", "proven"},
+                      WhoseReplyCase{12, "PA0:A0 PB0:B0 -UB1: -UA1:=1", "not proven"},
+                      WhoseReplyCase{13, "PA0:A0 PB0:B0 ?B1: ?A1:A1=5", "proven"}));
+
+TEST(LatestReadings, OfTheTimeSinceTheLineRested) {
+  LatestReadings readings;
+  readings.OnStored({0, 0});
+  readings.OnRested();
+  for (const std::size_t query : {1, 2, 1}) readings.OnStored({0, query});
+  EXPECT_THAT(readings.TakeAll(), ElementsAre(QueryRef{0, 1}, QueryRef{0, 2}));
+  EXPECT_THAT(readings.TakeAll(), IsEmpty()) << "told once";
+}
+
+TEST_F(WhoseReplyTest, BehindASecondReplyAProbeGoesFirst) {
+  Run("PA0:A0 UA1:=1");
+  order_.OnSecondReply(a);
+  EXPECT_TRUE(NeedsProbe(a, two_));
+}
+
 TEST_F(WhoseReplyTest, ADeviceThatNobodyHasHeardIsProbedFirst) {
   EXPECT_TRUE(NeedsProbe(a, one_));
   EXPECT_FALSE(Reply(a, name_, "A0").elsewhere);
@@ -77,23 +179,6 @@ TEST_F(WhoseReplyTest, AfterSilenceAProbeGoesFirst) {
   EXPECT_FALSE(Reply(a, name_, "A0").elsewhere);
   EXPECT_FALSE(NeedsProbe(a, two_));
   EXPECT_TRUE(order_.IsInStep(a));
-}
-
-TEST_F(WhoseReplyTest, AReplyInPlaceOfTheNameBelongsToAnEarlierRequest) {
-  Reply(a, name_, "A0");
-  Silence(a, one_);
-  EXPECT_TRUE(Reply(a, name_, "=1", Outcome::unexpected).elsewhere);
-  EXPECT_TRUE(NeedsProbe(a, one_));
-  EXPECT_TRUE(Reply(a, one_, "A0", Outcome::unexpected).elsewhere) << "the name, one request late";
-}
-
-TEST_F(WhoseReplyTest, AReplyToARepeatedRequestMayBeThatToTheFirst) {
-  Reply(a, name_, "A0");
-  Silence(a, one_);
-  const auto verdict = Reply(a, one_, "=1");
-  EXPECT_TRUE(verdict.proven) << "it is the right one, perhaps an old one";
-  EXPECT_EQ(verdict.older, 1s);
-  EXPECT_FALSE(Reply(a, two_, "=1").proven) << "this may be that to the repetition";
 }
 
 /// Its replies come one request late, as it is known: it is asked often enough in a row. One more
@@ -119,25 +204,6 @@ TEST_F(WhoseReplyTest, WhatBelongsToAnotherChangesNothingOfItsOwn) {
   Reply(b, Identification("PB0\r"), "A0", Outcome::unexpected);
   EXPECT_TRUE(Reply(a, AskFor("UA1\r", false), "B0", Outcome::unexpected).elsewhere);
   EXPECT_EQ(order_.Owed(Of(a, AskFor("UA1\r"))), 1);
-}
-
-TEST_F(WhoseReplyTest, AReplyOfAnotherFormProvesTheOrderToo) {
-  Reply(a, name_, "A0");
-  Silence(a, one_);
-  const auto verdict = Reply(a, AskFor("?A1\r"), "A1=5");
-  EXPECT_TRUE(verdict.proven);
-  EXPECT_EQ(verdict.older, 0s);
-  EXPECT_TRUE(order_.IsInStep(a));
-}
-
-TEST_F(WhoseReplyTest, AnotherNameIsAnotherDevice) {
-  Reply(a, name_, "A0");
-  Reply(a, one_, "=1");
-  const auto verdict = Reply(a, name_, "A0=2");
-  EXPECT_TRUE(verdict.replaced);
-  EXPECT_FALSE(verdict.elsewhere);
-  EXPECT_FALSE(NeedsProbe(a, one_));
-  EXPECT_FALSE(Reply(a, name_, "A0=2").replaced) << "told once";
 }
 
 TEST_F(WhoseReplyTest, ARefusedNameIsNobodyElse) {
@@ -169,14 +235,6 @@ TEST_F(WhoseReplyTest, WhoHasANameProvesNothingByOtherAnswers) {
   Silence(a, one_);
   ProbeWithARead(1);
   EXPECT_TRUE(NeedsProbe(a, one_));
-}
-
-TEST_F(WhoseReplyTest, WhoDoesNotTellHisNameAnyMoreIsAnother) {
-  Reply(a, name_, "A0");
-  ProbeWithARead(7);
-  EXPECT_TRUE(order_.HasName(a));
-  ProbeWithARead(1);
-  EXPECT_FALSE(order_.HasName(a));
 }
 
 TEST_F(WhoseReplyTest, AProofHoldsForAMinute) {
@@ -216,44 +274,6 @@ TEST_F(WhoseReplyTest, EntriesOfOneNameAreOneDevice) {
   order_.Recognise(b, ToBytes("A"));
   Silence(a, one_);
   EXPECT_TRUE(NeedsProbe(b, two_));
-}
-
-TEST_F(WhoseReplyTest, ASecondReplyPutsTheLastReadingsInDoubt) {
-  Reply(a, name_, "A0");
-  Reply(a, one_, "=1");
-  order_.OnStored({0, 0});
-  order_.OnStored({0, 1});
-  order_.OnStored({0, 0});
-  order_.OnSecondReply(a);
-  EXPECT_THAT(order_.TakeUnproven(), ElementsAre(QueryRef{0, 0}, QueryRef{0, 1}));
-  EXPECT_THAT(order_.TakeUnproven(), IsEmpty()) << "told once";
-  EXPECT_TRUE(NeedsProbe(a, two_));
-}
-
-TEST_F(WhoseReplyTest, AReplyThatIsNotItsOwnThoughNothingWasOwedShowsAShift) {
-  Reply(a, name_, "A0");
-  Reply(a, one_, "=1");
-  EXPECT_TRUE(Reply(a, AskFor("?A3\r"), "=1", Outcome::unexpected).shifted);
-  EXPECT_FALSE(Reply(a, AskFor("?A3\r"), "=1", Outcome::unexpected).shifted) << "known by now";
-}
-
-TEST_F(WhoseReplyTest, WhatWasReadBeforeTheLineRestedIsNotInDoubt) {
-  order_.OnStored({0, 0});
-  order_.OnRested();
-  order_.OnStored({0, 1});
-  EXPECT_THAT(order_.TakeUnproven(), ElementsAre(QueryRef{0, 1}));
-}
-
-/// PA0 is asked until none of three replies that strangers left can be among what came.
-TEST_F(WhoseReplyTest, WhatIsOwedToStrangersIsWaitedForWithProofs) {
-  order_.OnOpened(a, kStart);
-  for (int asked = 0; asked < 3; ++asked) {
-    Reply(a, name_, "A0");
-    EXPECT_FALSE(order_.IsOfLatest(Of(a, name_))) << asked;
-  }
-  Reply(a, name_, "A0");
-  EXPECT_TRUE(order_.IsOfLatest(Of(a, name_)));
-  EXPECT_TRUE(order_.IsInStep(a)) << "a refusal of the first poll is its own";
 }
 
 TEST_F(WhoseReplyTest, AReplyToAStrangerIsNotLearnedAsTheName) {

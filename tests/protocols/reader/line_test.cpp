@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include "gateway/poll/event_backlog.h"
 #include "gateway/poll/poller.h"
-#include "gateway/poll/unkept.h"
 #include "tests/protocols/reader/support.h"
 #include "tests/support/virtual_line.h"
 
@@ -185,15 +185,15 @@ TEST_F(ReaderLineTest, WhatWaitsForTheDiskIsBoundedAndWhatIsLostIsTold) {
   constexpr int kTags = 1200;
   for (int tag = 1; tag <= kTags; ++tag) line_.Inject(TagFrame(Digits(tag)), tag * 17ms);
   line_.RunFor(kTags * 17ms + 1s);
-  EXPECT_EQ(line_.StatusOf(0).lost_events, kTags - Unkept::kMost);
+  EXPECT_EQ(line_.StatusOf(0).lost_events, kTags - EventBacklog::kMost);
   EXPECT_EQ(line_.warnings.size(), 1U);
   EXPECT_EQ(ToText(line_.ValueOf(0, kCounter)), std::to_string(kTags)) << "values are those of now";
   works = true;
   line_.RunFor(10s);
-  EXPECT_EQ(kept, Unkept::kMost);
+  EXPECT_EQ(kept, EventBacklog::kMost);
   line_.Inject(TagFrame(Digits(5000)));
   line_.RunFor(1s);
-  EXPECT_EQ(kept, Unkept::kMost + 1);
+  EXPECT_EQ(kept, EventBacklog::kMost + 1);
   EXPECT_EQ(told, "200 events before this one lost: the disk failed");
 }
 

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/daemon/by_hand.h"
+#include "gateway/daemon/manual_settings.h"
 
 namespace baudgate {
 
-ByHand SetByHand(const PointStore& store, std::uint32_t line, const config::Line& config) {
-  ByHand by_hand;
+ManualSettings ManualSettingsOf(const PointStore& store, std::uint32_t line,
+                                const config::Line& config) {
+  ManualSettings settings;
   const LineStatus status = store.ReadLine(line);
-  if (status.port == LineStatus::Port::released) by_hand.released_until = status.released_until;
+  if (status.port == LineStatus::Port::released) settings.released_until = status.released_until;
   for (std::uint32_t device = 0; device < store.device_count(); ++device) {
     if (store.gone(device) || store.line(device).name != config.name) continue;
     bool in_use = true;
@@ -14,13 +15,13 @@ ByHand SetByHand(const PointStore& store, std::uint32_t line, const config::Line
       in_use = record.status.state != DeviceState::disabled;
     });
     const config::Device& its = store.device(device);
-    if (in_use != its.enabled) by_hand.in_use.emplace(its.name, in_use);
+    if (in_use != its.enabled) settings.in_use.emplace(its.name, in_use);
   }
-  return by_hand;
+  return settings;
 }
 
-void SetAgain(const ByHand& before, Lines& lines, std::uint32_t line, std::uint32_t first_device,
-              WallTime now) {
+void Restore(const ManualSettings& before, Lines& lines, std::uint32_t line,
+             std::uint32_t first_device, WallTime now) {
   if (before.released_until > now) lines.Release(line, before.released_until - now);
   const std::vector<config::Device>& devices = lines.config(line).devices;
   for (std::size_t i = 0; i < devices.size(); ++i) {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/line/ear.h"
+#include "gateway/line/unasked_receiver.h"
 
 #include <algorithm>
 #include <utility>
 
 namespace baudgate {
-void Ear::Begin(const Standing& what, Instant now) {
+void UnaskedReceiver::Begin(const Standing& what, Instant now) {
   what_ = &what;
   assembler_.Begin(what.rule, what.expect);
   aligned_ = what.marked;
@@ -13,17 +13,17 @@ void Ear::Begin(const Standing& what, Instant now) {
   last_byte_ = now;
 }
 
-std::optional<Instant> Ear::Deadline() const {
+std::optional<Instant> UnaskedReceiver::Deadline() const {
   if (!receiving()) return std::nullopt;
   return std::min(last_byte_ + what_->idle, TooLong());
 }
 
-Instant Ear::TooLong() const {
+Instant UnaskedReceiver::TooLong() const {
   return what_->whole > Duration::zero() ? began_ + what_->whole : Instant::max();
 }
 
-Heard Ear::OnBytes(View bytes, Instant now) {
-  Heard heard = OnTimer(now);  // the timer may be late
+UnaskedInput UnaskedReceiver::OnBytes(View bytes, Instant now) {
+  UnaskedInput heard = OnTimer(now);  // the timer may be late
   if (bytes.empty()) return heard;
   if (now - last_byte_ >= what_->idle) {
     aligned_ = true;
@@ -36,13 +36,13 @@ Heard Ear::OnBytes(View bytes, Instant now) {
   return heard;
 }
 
-Heard Ear::OnTimer(Instant now) {
-  Heard heard;
+UnaskedInput UnaskedReceiver::OnTimer(Instant now) {
+  UnaskedInput heard;
   if (const auto deadline = Deadline(); deadline && *deadline <= now) End(heard, now);
   return heard;
 }
 
-void Ear::Take(Heard& heard, bool idle, Instant now) {
+void UnaskedReceiver::Take(UnaskedInput& heard, bool idle, Instant now) {
   for (;;) {
     auto message = assembler_.Next(idle, &heard.rest);
     const std::string_view why = assembler_.why();
@@ -59,13 +59,13 @@ void Ear::Take(Heard& heard, bool idle, Instant now) {
 }
 
 /// The parts of one damaged message count as one.
-void Ear::Damage(Heard& heard, std::string_view why) {
+void UnaskedReceiver::Damage(UnaskedInput& heard, std::string_view why) {
   if (std::exchange(damaged_, true)) return;
   ++heard.damaged;
   heard.why = why;
 }
 
-void Ear::End(Heard& heard, Instant now) {
+void UnaskedReceiver::End(UnaskedInput& heard, Instant now) {
   if (last_byte_ + what_->idle <= TooLong()) {
     Take(heard, true, now);
     aligned_ = true;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/poll/hand_exchange.h"
+#include "gateway/poll/telegram_exchange.h"
 
 namespace baudgate {
 namespace {
@@ -9,14 +9,15 @@ constexpr std::size_t kMostReply = 8192;
 
 }  // namespace
 
-HandExchange::HandExchange(const Speaking& as, config::Echo echo, View telegram, Instant now)
+TelegramExchange::TelegramExchange(const Speaking& as, config::Echo echo, View telegram,
+                                   Instant now)
     : echo_(echo), as_(as) {
   request_.bytes.assign(telegram.begin(), telegram.end());
   request_.expect = as.protocol->expect(telegram, *as.options);
   line_.OnOpened(now);
 }
 
-bool HandExchange::Begin(Instant now) {
+bool TelegramExchange::Begin(Instant now) {
   Exchange exchange;
   exchange.request = request_;
   exchange.reply_rule = as_.protocol->reply_rule;
@@ -24,16 +25,16 @@ bool HandExchange::Begin(Instant now) {
   return Take(line_.Start(std::move(exchange), now));
 }
 
-bool HandExchange::OnBytes(View bytes, Instant now) {
+bool TelegramExchange::OnBytes(View bytes, Instant now) {
   const EchoResult heard = echo_.Filter(bytes);
   if (heard.bytes.empty()) return false;
   if (reply_.size() < kMostReply) Append(reply_, View(heard.bytes));
   return Take(line_.OnBytes(heard.bytes, now));
 }
 
-bool HandExchange::OnTimer(Instant now) { return Take(line_.OnTimer(now)); }
+bool TelegramExchange::OnTimer(Instant now) { return Take(line_.OnTimer(now)); }
 
-bool HandExchange::Take(LineNews news) {
+bool TelegramExchange::Take(LineNews news) {
   if (news.send) echo_.OnSent(request_.bytes);
   if (news.end) end_ = std::move(news.end);
   return news.send;

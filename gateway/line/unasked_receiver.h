@@ -26,29 +26,29 @@ struct UnaskedMessage {
 };
 
 /// What one input has led to.
-struct Heard {
+struct UnaskedInput {
   std::vector<UnaskedMessage> messages;
   std::size_t damaged = 0;  ///< messages, as far as they can be told apart
   std::string_view why{};   ///< of the last of them. Static text
   Bytes rest;               ///< bytes of no message, in their order
 };
 
-class Ear {
+class UnaskedReceiver {
  public:
-  /// The port has opened. `what` outlives the ear.
+  /// The port has opened. `what` outlives the receiver.
   void Begin(const Standing& what, Instant now);
-  Heard OnBytes(View bytes, Instant now);
+  UnaskedInput OnBytes(View bytes, Instant now);
   /// When Deadline() has come. Early calls do nothing.
-  Heard OnTimer(Instant now);
+  UnaskedInput OnTimer(Instant now);
 
   /// Part of a message has come.
   bool receiving() const { return assembler_.held() > 0; }
   std::optional<Instant> Deadline() const;
 
  private:
-  void Take(Heard& heard, bool idle, Instant now);
-  void End(Heard& heard, Instant now);
-  void Damage(Heard& heard, std::string_view why);
+  void Take(UnaskedInput& heard, bool idle, Instant now);
+  void End(UnaskedInput& heard, Instant now);
+  void Damage(UnaskedInput& heard, std::string_view why);
   Instant TooLong() const;
 
   const Standing* what_ = nullptr;

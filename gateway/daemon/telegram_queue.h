@@ -12,17 +12,17 @@
 #include <string>
 
 #include "config/model/line.h"
-#include "gateway/poll/hand_exchange.h"
 #include "gateway/poll/poller.h"
+#include "gateway/poll/telegram_exchange.h"
 #include "gateway/requests/commands.h"
 #include "gateway/trace/tap.h"
 
 namespace baudgate {
 
-class HandDesk {
+class TelegramQueue {
  public:
   /// All outlive it; `port` may be made later than this.
-  HandDesk(const config::Line& line, Poller& poller, Tap& tap, RequestPort& port)
+  TelegramQueue(const config::Line& line, Poller& poller, Tap& tap, RequestPort& port)
       : line_(line), poller_(poller), tap_(tap), port_(port) {}
 
   /// `open`: the port is; otherwise it is answered at once.
@@ -50,7 +50,7 @@ class HandDesk {
   std::deque<WriteCommand> waiting_;
   std::optional<WriteCommand> command_;  // under way
   config::SerialSettings serial_;
-  std::optional<HandExchange> exchange_;
+  std::optional<TelegramExchange> exchange_;
 };
 
 }  // namespace baudgate

@@ -13,7 +13,7 @@
 
 namespace baudgate {
 
-class Unkept {
+class EventBacklog {
  public:
   static constexpr std::size_t kMost = 1000;
 

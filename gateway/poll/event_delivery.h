@@ -22,7 +22,7 @@
 
 namespace baudgate {
 
-class ToldEvents {
+class EventDelivery {
  public:
   struct Exchange {
     Instant asked{};          ///< before it the device may have looked what it has

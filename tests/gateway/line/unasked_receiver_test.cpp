@@ -1,6 +1,6 @@
 // What is heard of bytes that nobody asked for: a table of streams.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/line/ear.h"
+#include "gateway/line/unasked_receiver.h"
 
 #include <gtest/gtest.h>
 
@@ -60,7 +60,7 @@ class EarTest : public ::testing::TestWithParam<Case> {
             .marked = rule == Bracketed};
   }
 
-  void Note(const Heard& heard, Instant now) {
+  void Note(const UnaskedInput& heard, Instant now) {
     for (const UnaskedMessage& message : heard.messages) {
       const auto at = (now - message.since - kOpened) / 1ms;
       messages_ += Printable(message.bytes) + "@" + std::to_string(at) + " ";
@@ -72,7 +72,7 @@ class EarTest : public ::testing::TestWithParam<Case> {
   /// Timers run when they are due, then the bytes come.
   void Play(const std::vector<Piece>& pieces, FrameRule rule) {
     const Standing standing = StandingOf(rule);
-    Ear ear;
+    UnaskedReceiver ear;
     ear.Begin(standing, kOpened);
     const auto run_to = [&](Instant until) {
       while (ear.Deadline() && *ear.Deadline() <= until) {
@@ -151,7 +151,7 @@ const std::vector<Case> kCases = {
      "8@2000",
      1}};
 
-INSTANTIATE_TEST_SUITE_P(Ear, EarTest, ::testing::ValuesIn(kCases),
+INSTANTIATE_TEST_SUITE_P(UnaskedReceiver, EarTest, ::testing::ValuesIn(kCases),
                          [](const auto& info) { return info.param.name; });
 
 class EarCutTest : public EarTest {};
@@ -172,7 +172,7 @@ TEST_F(EarCutTest, AnyTwoCutsGiveTheSame) {
 /// The bytes come before the timer that was due.
 TEST_F(EarCutTest, ALateTimerJoinsNothing) {
   const Standing standing = StandingOf(Silent);
-  Ear ear;
+  UnaskedReceiver ear;
   ear.Begin(standing, kOpened);
   Note(ear.OnBytes(ToBytes("12"), kOpened + 1s), kOpened + 1s);
   Note(ear.OnBytes(ToBytes("34"), kOpened + 1200ms), kOpened + 1200ms);
@@ -182,10 +182,10 @@ TEST_F(EarCutTest, ALateTimerJoinsNothing) {
 
 TEST_F(EarCutTest, MemoryIsBounded) {
   const Standing standing = StandingOf(Ended);
-  Ear ear;
+  UnaskedReceiver ear;
   ear.Begin(standing, kOpened);
   for (int i = 0; i < 1000; ++i) {
-    const Heard heard = ear.OnBytes(ToBytes("noise without an end"), kOpened + 1s);
+    const UnaskedInput heard = ear.OnBytes(ToBytes("noise without an end"), kOpened + 1s);
     EXPECT_LE(heard.rest.size(), 40U);
   }
 }

@@ -1,6 +1,6 @@
 // Events from the reply that tells them to the disk.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/poll/told_events.h"
+#include "gateway/poll/event_delivery.h"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 namespace baudgate {
 namespace {
 
-class ToldEventsTest : public ::testing::Test, protected ToyMembers {
+class EventDeliveryTest : public ::testing::Test, protected ToyMembers {
  protected:
   static EventBatch Batch(std::size_t events, bool drained = false) {
     EventBatch batch;
@@ -18,15 +18,15 @@ class ToldEventsTest : public ::testing::Test, protected ToyMembers {
     batch.drained = drained;
     return batch;
   }
-  static ToldEvents::Exchange At(Duration asked, bool background = false) {
+  static EventDelivery::Exchange At(Duration asked, bool background = false) {
     const Duration answered = asked + 100ms;
     return {kStart + asked, {kStart + answered, kWall + answered}, background};
   }
 
-  ToldEvents told_;
+  EventDelivery told_;
 };
 
-TEST_F(ToldEventsTest, HowOldAnEventCanBe) {
+TEST_F(EventDeliveryTest, HowOldAnEventCanBe) {
   struct Row {
     const char* what;
     Duration asked;
@@ -57,25 +57,25 @@ TEST_F(ToldEventsTest, HowOldAnEventCanBe) {
   }
 }
 
-TEST_F(ToldEventsTest, RecordsOfThePastAreKeptToo) {
+TEST_F(EventDeliveryTest, RecordsOfThePastAreKeptToo) {
   EventBatch batch;
   batch.past.resize(1);
   EXPECT_TRUE(told_.Take(a, batch, At(1s)));
 }
 
-TEST_F(ToldEventsTest, EachDeviceIsDrainedByItself) {
+TEST_F(EventDeliveryTest, EachDeviceIsDrainedByItself) {
   told_.Take(a, Batch(0, true), At(1s));
   EXPECT_EQ(told_.Take(b, Batch(1), At(2s))->oldest, std::nullopt);
   EXPECT_EQ(told_.Take(a, Batch(1), At(2s))->oldest, 1100ms);
 }
 
-TEST_F(ToldEventsTest, WhenAnotherDeviceWasDrainedIsNotKnown) {
+TEST_F(EventDeliveryTest, WhenAnotherDeviceWasDrainedIsNotKnown) {
   told_.Take(a, Batch(0, true), At(1s));
   told_.OnReplaced(a);
   EXPECT_EQ(told_.Take(a, Batch(1), At(2s))->oldest, std::nullopt);
 }
 
-TEST_F(ToldEventsTest, WhatAKeptBatchHasBrought) {
+TEST_F(EventDeliveryTest, WhatAKeptBatchHasBrought) {
   using Brought = Schedule::Brought;
   struct Row {
     const char* what;
@@ -98,7 +98,7 @@ TEST_F(ToldEventsTest, WhatAKeptBatchHasBrought) {
   }
 }
 
-TEST_F(ToldEventsTest, WhatWasKeptBeforeARestartIsKnown) {
+TEST_F(EventDeliveryTest, WhatWasKeptBeforeARestartIsKnown) {
   EXPECT_EQ(told_.OnKept(a, "A"), Schedule::Brought::news);
   told_.Take(a, Batch(1), At(1s));
   EXPECT_EQ(told_.OnKept(a, "A"), Schedule::Brought::no_news);

@@ -1,5 +1,5 @@
 // One telegram by hand on a line that has stopped its own work for it: sent as it is, and whatever
-// comes back is kept. Sans-I/O, as the line. Asked by gateway/daemon/hand_desk.h.
+// comes back is kept. Sans-I/O, as the line. Asked by gateway/daemon/telegram_queue.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,10 +21,10 @@ struct Speaking {
   LineTimes times{};
 };
 
-class HandExchange final : private LineClient {
+class TelegramExchange final : private LineClient {
  public:
   /// `as.options` outlives it.
-  HandExchange(const Speaking& as, config::Echo echo, View telegram, Instant now);
+  TelegramExchange(const Speaking& as, config::Echo echo, View telegram, Instant now);
 
   /// True: the request is to be sent now.
   bool Begin(Instant now);

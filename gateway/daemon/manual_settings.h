@@ -15,17 +15,18 @@
 
 namespace baudgate {
 
-struct ByHand {
+struct ManualSettings {
   WallTime released_until{};             ///< the epoch: the port is not lent
   std::map<std::string, bool> in_use{};  ///< devices that are otherwise than `enabled` says
 };
 
-/// Of a line that runs, by its number.
-ByHand SetByHand(const PointStore& store, std::uint32_t line, const config::Line& config);
+/// The manual settings of a running line, by its number.
+ManualSettings ManualSettingsOf(const PointStore& store, std::uint32_t line,
+                                const config::Line& config);
 
 /// To the line in its place, which has not been started. What the new configuration says of a
 /// device stands where it is another than before.
-void SetAgain(const ByHand& before, Lines& lines, std::uint32_t line, std::uint32_t first_device,
-              WallTime now);
+void Restore(const ManualSettings& before, Lines& lines, std::uint32_t line,
+             std::uint32_t first_device, WallTime now);
 
 }  // namespace baudgate

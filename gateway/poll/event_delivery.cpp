@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/poll/told_events.h"
+#include "gateway/poll/event_delivery.h"
 
 #include <utility>
 
 namespace baudgate {
 
-ToldEvents::State& ToldEvents::Of(const Device& device) {
+EventDelivery::State& EventDelivery::Of(const Device& device) {
   if (states_.size() <= device.place) states_.resize(device.place + 1);
   return states_[device.place];
 }
 
-std::optional<ReportedEvents> ToldEvents::Take(const Device& device, EventBatch batch,
-                                               const Exchange& exchange) {
+std::optional<ReportedEvents> EventDelivery::Take(const Device& device, EventBatch batch,
+                                                  const Exchange& exchange) {
   State& state = Of(device);
   if (batch.drained) state.drained_at = exchange.asked;
   if (batch.events.empty() && batch.past.empty()) return std::nullopt;
@@ -21,7 +21,7 @@ std::optional<ReportedEvents> ToldEvents::Take(const Device& device, EventBatch 
   return events;
 }
 
-Schedule::Brought ToldEvents::OnKept(const Device& device, const std::string& said) {
+Schedule::Brought EventDelivery::OnKept(const Device& device, const std::string& said) {
   State& state = Of(device);
   const bool repeats = state.said == said;
   state.said = said;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/daemon/hand_desk.h"
+#include "gateway/daemon/telegram_queue.h"
 
 #include <algorithm>
 #include <utility>
@@ -16,13 +16,13 @@ WriteEnd EndOf(Outcome outcome) {
 
 }  // namespace
 
-void HandDesk::Answer(const WriteCommand& command, WriteEnd end, const std::string& reason,
-                      Outcome outcome) {
+void TelegramQueue::Answer(const WriteCommand& command, WriteEnd end, const std::string& reason,
+                           Outcome outcome) {
   command.telegram->outcome = Name(outcome);
-  command.done({.end = end, .reason = reason});
+  command.End({.end = end, .reason = reason});
 }
 
-void HandDesk::Submit(WriteCommand command, bool open, Now now) {
+void TelegramQueue::Submit(WriteCommand command, bool open, Now now) {
   if (!open) {
     return Answer(command, WriteEnd::not_sent,
                   "the port of the line is not open, or is lent; see 'baudgate status'",
@@ -32,7 +32,7 @@ void HandDesk::Submit(WriteCommand command, bool open, Now now) {
   Settle(now);
 }
 
-void HandDesk::Settle(Now now) {
+void TelegramQueue::Settle(Now now) {
   while (!waiting_.empty() && waiting_.front().deadline <= now.instant) {
     const WriteCommand late = std::move(waiting_.front());
     waiting_.pop_front();
@@ -52,7 +52,7 @@ void HandDesk::Settle(Now now) {
   Hand(exchange_->Begin(now.instant), now);
 }
 
-void HandDesk::Hand(bool send, Now now) {
+void TelegramQueue::Hand(bool send, Now now) {
   if (send) {
     tap_.OnSent(command_->device, exchange_->request(), now);
     port_.Send(exchange_->request().bytes, serial_, now);
@@ -60,19 +60,19 @@ void HandDesk::Hand(bool send, Now now) {
   if (exchange_->is_over()) End(now);
 }
 
-bool HandDesk::OnBytes(View bytes, Now now) {
+bool TelegramQueue::OnBytes(View bytes, Now now) {
   if (!exchange_) return false;
   tap_.OnReceived(bytes, now);
   Hand(exchange_->OnBytes(bytes, now.instant), now);
   return true;
 }
 
-void HandDesk::OnTimer(Now now) {
+void TelegramQueue::OnTimer(Now now) {
   if (exchange_) Hand(exchange_->OnTimer(now.instant), now);
   Settle(now);
 }
 
-void HandDesk::End(Now now) {
+void TelegramQueue::End(Now now) {
   const ExchangeEnd end = exchange_->end();
   tap_.OnExchangeEnd(command_->device, end, now);
   command_->telegram->reply = exchange_->reply();
@@ -82,7 +82,7 @@ void HandDesk::End(Now now) {
   Settle(now);
 }
 
-void HandDesk::OnClosed(const std::string& reason) {
+void TelegramQueue::OnClosed(const std::string& reason) {
   if (exchange_) {
     exchange_.reset();
     const WriteCommand cut = std::move(*std::exchange(command_, std::nullopt));
@@ -93,7 +93,7 @@ void HandDesk::OnClosed(const std::string& reason) {
   }
 }
 
-std::optional<Instant> HandDesk::Deadline() const {
+std::optional<Instant> TelegramQueue::Deadline() const {
   std::optional<Instant> soonest = exchange_ ? exchange_->Deadline() : std::nullopt;
   if (!waiting_.empty()) {
     const Instant first = waiting_.front().deadline;

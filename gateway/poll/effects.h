@@ -1,0 +1,67 @@
+// What follows from a reply or from the end of a job, as plain values. Made by
+// gateway/poll/intake.cpp (replies) and gateway/poll/job_end.cpp (ends); applied by
+// gateway/poll/job_finish.cpp alone, field by field in the order in which they stand.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "config/model/point.h"
+#include "gateway/base/time.h"
+#include "gateway/poll/schedule.h"
+#include "gateway/requests/commands.h"
+#include "gateway/requests/routed.h"
+
+namespace baudgate {
+
+/// What follows from a reply whose readings and events were taken over.
+struct ReplyEffects {
+  bool rechecked = false;             ///< a reading counts only when a second one agrees
+  std::vector<QueryRef> read_soon;    ///< for that second reading
+  std::vector<config::Group> repeat;  ///< seldom groups with a point that was not read well
+  std::optional<QueryRef> stored;     ///< readings of this query are in the store
+  bool hold_events = false;           ///< until the events of the reply are on the disk
+};
+
+/// What follows from the end of a job.
+struct EndEffects {
+  struct Background {
+    Duration took{};  ///< line time with its proof; zero: it was not answered
+    bool proved = false;
+  };
+  struct FastPoll {
+    Duration wire{};
+    bool answered = false;
+    bool last_of_round = false;
+  };
+  struct Poll {
+    std::size_t query = 0;
+    bool answered = false;
+  };
+  /// What follows for the points of a command that were under way.
+  struct Write {
+    enum class Next : std::uint8_t {
+      answer,   ///< its client, with `result`
+      confirm,  ///< the device has confirmed it; its client is answered after the read-back
+      go_on,    ///< with the points that remain
+    };
+    std::vector<std::size_t> unknown;   ///< points whose values nobody knows until they are read
+    std::vector<PointWrite> confirmed;  ///< a reading that agrees with one of these counts
+    Next next = Next::answer;
+    WriteResult result{};
+  };
+
+  std::optional<Background> background;
+  std::optional<FastPoll> fast_poll;
+  std::optional<Poll> poll;
+  std::optional<config::Group> repeat;  ///< a seldom group that was not read
+  std::optional<QueryRef> doubt;        ///< what this query reads is uncertain
+  bool polls_first = false;             ///< before the next write to the device
+  bool judges_member = true;            ///< whether the member answers
+  std::vector<std::pair<RoutedRequest, RoutedReply>> replies;
+  std::optional<Write> write;
+};
+
+}  // namespace baudgate

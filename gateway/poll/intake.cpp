@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/poll/intake.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "gateway/poll/samples.h"
+
+namespace baudgate {
+namespace {
+
+/// A point that is read once is bad. Example: another meter answers, so that all points of this one
+/// are; the right one may be back tomorrow.
+bool SpoilsOnce(const Answer& answer, const config::Device& device) {
+  return std::ranges::any_of(answer.readings, [&](const Reading& reading) {
+    return reading.point < device.points.size() && !IsGood(reading.quality) &&
+           device.points[reading.point].group == config::Group::once;
+  });
+}
+
+/// Takes readings that do not count yet out of `samples`. A reading that must not be asked for
+/// twice counts as it comes. A probe that reads a point is no better proof of it than a poll.
+JumpCheck::Result CheckJumps(const Job& job, Device& device, std::vector<Sample>& samples,
+                             ReplyEffects& effects) {
+  if (job.task.kind == Task::Kind::write || !job.request.expect.repeatable) return {};
+  const std::vector<std::uint32_t> points = PointsOf(samples);
+  JumpCheck::Result result = device.jumps.Check(samples);
+  effects.rechecked = result.ask_again;
+  if (!result.ask_again) return result;
+  if (job.task.kind == Task::Kind::poll) {
+    effects.read_soon.push_back({device.place, job.task.query});
+    return result;
+  }
+  const auto queries = device.conversation->Queries();
+  for (const std::uint32_t point : points) {
+    for (std::size_t query = 0; query < queries.size(); ++query) {
+      const auto& its = queries[query].points;
+      if (std::ranges::find(its, point) == its.end()) continue;
+      effects.read_soon.push_back({device.place, query});
+    }
+  }
+  return result;
+}
+
+}  // namespace
+
+ReplyEffects Intake::Take(const Job& job, Device& device, Answer answer, Instant now) {
+  ReplyEffects effects;
+  Store(job, device, answer, now, effects);
+  if (answer.batch) Report(job, device, std::move(*answer.batch), effects);
+  return effects;
+}
+
+/// A reply that may be an earlier one's to the same request is as old as that, and a late one as
+/// old as its request.
+void Intake::Store(const Job& job, Device& device, const Answer& answer, Instant now,
+                   ReplyEffects& effects) {
+  const Duration older = job.verdict.older + (job.late ? job.round_trip : Duration());
+  std::vector<Sample> samples = SamplesOf(*device.config, answer.readings);
+  if (samples.empty()) return;
+  const JumpCheck::Result jumps = CheckJumps(job, device, samples, effects);
+  const Now at{job.answered.instant - older, job.answered.wall - older};
+  store_.Update(device.index, samples, at, job.round_trip);
+  store_.Doubt(device.index, jumps.doubtful, now);
+  if (SpoilsOnce(answer, *device.config)) effects.repeat.push_back(config::Group::once);
+  if (jumps.spoils) effects.repeat.push_back(*jumps.spoils);
+  listener_.OnRead(device.index, PointsOf(samples), at);
+  if (job.task.kind == Task::Kind::poll) effects.stored = QueryRef{device.place, job.task.query};
+}
+
+void Intake::Report(const Job& job, const Device& device, EventBatch batch, ReplyEffects& effects) {
+  const EventDelivery::Exchange exchange{job.exchange_began, job.answered,
+                                         job.task.kind == Task::Kind::background};
+  const bool drained = batch.drained;
+  std::optional<ReportedEvents> events = delivery_.Take(device, std::move(batch), exchange);
+  if (!events) {
+    if (drained) listener_.OnDrained(device.index, exchange.asked);
+    return;
+  }
+  effects.hold_events = true;
+  listener_.OnEvents(std::move(*events));
+}
+
+void Intake::TakeUnasked(const Device& device, Speaker::Said said) {
+  if (!said.samples.empty()) {
+    store_.Update(device.index, said.samples, said.received, {});
+    listener_.OnRead(device.index, PointsOf(said.samples), said.received);
+  }
+  if (!said.warning.empty()) listener_.OnWarning(device.index, said.warning);
+  if (said.events) listener_.OnEvents(std::move(*said.events));
+}
+
+}  // namespace baudgate

@@ -1,0 +1,36 @@
+// How each kind of job ends: facts in, effects out. Applied by gateway/poll/job_finish.cpp.
+//
+//   kind         its end leads to
+//   poll         line time of the fast round; the count of its query; a seldom group that was not
+//                read is read again
+//   read-back    a seldom group as above; in vain: what its query reads is in doubt
+//   events       nothing of its own
+//   background   how long its exchange took, or that it was lost
+//   probe        nothing of its own
+//   write        its points are in doubt until they are read; it is confirmed, goes on, or is
+//                answered. In vain: polls go before the next write
+//   routed       its clients are answered. A write in vain: as above
+//
+// Whatever the kind: the end tells whether the member is there, unless the job is `mute`.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "gateway/base/outcome.h"
+#include "gateway/base/time.h"
+#include "gateway/poll/effects.h"
+#include "gateway/poll/job.h"
+
+namespace baudgate {
+
+struct JobEnd {
+  Outcome outcome = Outcome::none;
+  std::string reason{};
+  bool port_open = true;
+};
+
+/// Moves the requests of routes out of the job; everything else of it stays as it is.
+EndEffects EffectsOf(Job& job, const JobEnd& end, Instant now);
+
+}  // namespace baudgate

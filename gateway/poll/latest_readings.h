@@ -1,0 +1,27 @@
+// The queries whose readings were stored since the line last rested for a reply time. When a reply
+// comes twice, one of these readings belongs to another request, and nobody knows which.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "gateway/poll/schedule.h"
+
+namespace baudgate {
+
+class LatestReadings {
+ public:
+  void OnStored(QueryRef query) {
+    if (std::ranges::find(queries_, query) == queries_.end()) queries_.push_back(query);
+  }
+  /// Nothing that was asked before is owed any more.
+  void OnRested() { queries_.clear(); }
+  std::vector<QueryRef> TakeAll() { return std::exchange(queries_, {}); }
+
+ private:
+  std::vector<QueryRef> queries_;
+};
+
+}  // namespace baudgate

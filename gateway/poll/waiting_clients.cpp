@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/poll/waiting_clients.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "gateway/poll/write_end.h"
+
+namespace baudgate {
+namespace {
+
+/// One of the points at least.
+bool IsAsked(const Conversation& conversation, const std::vector<std::uint32_t>& points) {
+  return std::ranges::any_of(conversation.Queries(), [&](const Query& query) {
+    return std::ranges::find_first_of(query.points, points) != query.points.end();
+  });
+}
+
+std::string DoesNotAnswer(std::uint8_t slave) {
+  return "slave " + std::to_string(slave) + " does not answer; it is asked now and then";
+}
+
+}  // namespace
+
+void WaitingClients::ReadNow(WriteCommand command, const Device* unasked, Instant now) {
+  const Device& device = roster_.DeviceAt(command.device);
+  if (const char* why = WhyNotAsked(command)) return NotSent(command, why);
+  if (&device == unasked && !IsAsked(*device.conversation, command.reads)) {
+    return NotSent(command, "it is not asked: it speaks by itself, and what it said last is shown");
+  }
+  for (const std::uint32_t point : command.reads) {
+    agenda_.writes.AddReadBacks(device.place, device.conversation->Queries(), point);
+  }
+  agenda_.writes.Confirm(std::move(command), now);
+}
+
+void WaitingClients::AnswerCommands(Instant now) {
+  const WriteQueue::Expired expired = agenda_.writes.TakeExpired(now);
+  for (const WriteQueue::Confirmed& one : expired.confirmed) Answer(one);
+  for (const WriteCommand& command : expired.unsent) {
+    const Device& device = roster_.DeviceAt(command.device);
+    const bool in_vain = !Answers(device.health.state()) || agenda_.schedule.doubted(device.place);
+    NotSent(command, in_vain ? "the device does not answer, and the command waited for it in vain"
+                             : "the command waited for the line beyond its deadline");
+  }
+  while (const auto refused = agenda_.writes.Take(
+             [&](const WriteCommand& command) { return WhyNotAsked(command) != nullptr; })) {
+    NotSent(*refused, WhyNotAsked(*refused));
+  }
+}
+
+const char* WaitingClients::WhyNotAsked(const WriteCommand& command) const {
+  const Device& device = roster_.DeviceAt(command.device);
+  if (command.dropped && *command.dropped) return "its client has left";
+  if (!device.in_use) return "the device is disabled";
+  return device.health.offline() ? "the device is offline" : nullptr;
+}
+
+void WaitingClients::NotSent(const WriteCommand& command, const std::string& reason) {
+  if (!command.writes.empty()) {
+    ledger_.OnWrite(roster_.DeviceAt(command.device), WriteEnd::not_sent, false);
+  }
+  command.End({.end = WriteEnd::not_sent, .reason = reason});
+}
+
+void WaitingClients::AnswerConfirmed(bool reading_back) {
+  for (const WriteQueue::Confirmed& one : agenda_.writes.TakeConfirmed(reading_back)) Answer(one);
+}
+
+void WaitingClients::Answer(const WriteQueue::Confirmed& one) {
+  Verdict verdict;
+  store_.Read(one.command.device,
+              [&](const DeviceRecord& record) { verdict = VerdictOn(one, record); });
+  if (one.written > 0) {
+    ledger_.OnWrite(roster_.DeviceAt(one.command.device), verdict.result.end, !verdict.lost);
+  }
+  one.command.End(verdict.result);
+}
+
+/// A slave that is offline is asked as often as its probes allow. Until it answers, writes wait for
+/// their deadlines, and reads are told at once.
+void WaitingClients::AnswerRouted(const Chooser::Idle& idle, bool line_is_free) {
+  RouteQueue& queue = agenda_.routes.queue();
+  if (queue.empty()) return;
+  for (RoutedRequest& request : queue.TakeExpired(idle.now)) {
+    const Member* member = roster_.FindSlave(request.slave);
+    const bool offline = member != nullptr && member->health.offline();
+    request.done({Outcome::no_reply,
+                  {},
+                  offline ? DoesNotAnswer(request.slave)
+                          : "the request waited for the line beyond its deadline"});
+  }
+  for (const std::uint8_t slave : queue.Slaves()) {
+    const Member* member = roster_.FindSlave(slave);
+    if (member == nullptr || !member->health.offline()) continue;
+    const std::size_t keep = line_is_free && chooser_.MayProbe(*member, idle) ? 1 : 0;
+    for (RoutedRequest& read :
+         agenda_.routes.TakeHopeless(*member, keep, *roster_.carrier()->carrier, idle.now)) {
+      read.done({Outcome::no_reply, {}, DoesNotAnswer(slave)});
+    }
+  }
+}
+
+void WaitingClients::AnswerAll(const std::string& reason) {
+  const std::vector<WriteCommand> unsent = agenda_.writes.TakeAll();
+  AnswerConfirmed(false);
+  for (const WriteCommand& command : unsent) NotSent(command, reason);
+  for (RoutedRequest& request : agenda_.routes.queue().TakeAll()) {
+    request.done({Outcome::line_down, {}, reason});
+  }
+}
+
+}  // namespace baudgate

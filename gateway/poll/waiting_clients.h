@@ -1,0 +1,64 @@
+// Answers whoever waits for a line: clients of writes, of reads and of routes whose request is not
+// sent, or is through. Told by gateway/poll/poller.cpp before and behind everything that the line
+// does.
+//
+//   a command                          its client hears
+//   its deadline passes                not sent
+//   its device is offline or disabled  not sent
+//   confirmed, and read back           what the point shows
+//   a routed request                   its client hears
+//   its deadline passes                no reply
+//   a read of a slave that is offline  no reply, but for one that may be the slave's probe now
+//
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "gateway/poll/chooser.h"
+#include "gateway/poll/ledger.h"
+#include "gateway/poll/roster.h"
+#include "gateway/poll/write_queue.h"
+#include "gateway/requests/commands.h"
+#include "gateway/requests/routed.h"
+#include "gateway/store/point_store.h"
+
+namespace baudgate {
+
+class WaitingClients {
+ public:
+  /// All references outlive it.
+  WaitingClients(const PointStore& store, const Roster& roster, Chooser& chooser, Ledger& ledger)
+      : store_(store),
+        roster_(roster),
+        chooser_(chooser),
+        agenda_(chooser.agenda()),
+        ledger_(ledger) {}
+
+  /// A command with points to be read and none to be written: as if these had been written just
+  /// now. `unasked`: the device that speaks by itself; null: there is none.
+  void ReadNow(WriteCommand command, const Device* unasked, Instant now);
+  /// Commands that are too late, or may not be asked any more.
+  void AnswerCommands(Instant now);
+  /// Commands that were confirmed. `reading_back`: see WriteQueue.
+  void AnswerConfirmed(bool reading_back);
+  /// Routed requests that are too late, or hopeless. `line_is_free`: no job is under way.
+  void AnswerRouted(const Chooser::Idle& idle, bool line_is_free);
+  /// The port is closed: all.
+  void AnswerAll(const std::string& reason);
+
+  void NotSent(const WriteCommand& command, const std::string& reason);
+
+ private:
+  const char* WhyNotAsked(const WriteCommand& command) const;
+  void Answer(const WriteQueue::Confirmed& one);
+
+  const PointStore& store_;
+  const Roster& roster_;
+  Chooser& chooser_;
+  Agenda& agenda_;  // the chooser's
+  Ledger& ledger_;
+};
+
+}  // namespace baudgate
