@@ -74,6 +74,7 @@ bool IsWholeBehind(const Hearing& hearing, Bytes head, std::size_t any, View hea
 /// Its first byte is missing, whatever that was; or a few, of which all but one are those of the
 /// request: the second and third of a binary one, the name and the kind of a text. 0: none is.
 std::size_t LostHead(const Hearing& hearing, View heard) {
+  if (hearing.protocol->tcp) return 0;  // nothing stands in it that would prove that
   if (IsWholeBehind(hearing, Bytes(1), 0, heard)) return 1;
   const View request = hearing.request;
   for (std::size_t more = 1; more <= kMostDigits && more < request.size(); ++more) {

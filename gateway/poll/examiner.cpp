@@ -77,7 +77,9 @@ Finding Examiner::End(Outcome outcome) {
   const bool plain = ProvesLife(outcome) && heard_.size() == frame_.size();
   Finding finding = plain ? Plain(Heard()) : Look();
   const bool right = IsAnswered(finding.symptom);
-  if (IsSameAgain(outcome == Outcome::ok) && !right) {
+  // A Modbus TCP reply says by its number that it is another one's.
+  const bool told = member_->protocol->tcp && !finding.remedy.empty();
+  if (IsSameAgain(outcome == Outcome::ok) && !right && !told) {
     finding = {.symptom = Symptom::same_again, .bytes = heard_.size()};
   }
   // What a server says at once may meet the first request.

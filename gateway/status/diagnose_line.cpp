@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <string_view>
 
 #include "gateway/base/shown.h"
 #include "gateway/status/diagnose.h"
@@ -24,6 +25,8 @@ constexpr std::size_t kProof = 2;
 /// A server that ends so many connections in use does not do so by its settings alone.
 constexpr std::size_t kDrops = 3;
 constexpr Duration kRecently = 5min;
+/// The text of a port that gateway/daemon/line_driver.cpp opens anew.
+constexpr std::string_view kNobodyAnswers = "no device behind it has answered";
 /// So many errors of the driver for an exchange.
 constexpr double kNotableErrors = 0.02;
 
@@ -58,6 +61,13 @@ std::string Closed(const config::Line& line, const LineStatus& status,
         ClockText(status.released_until), line.name);
   }
   if (std::string other = SayOtherService(line, devices); !other.empty()) return other;
+  // Made anew as nobody answers: that is what is wrong.
+  const auto absent = [](const DeviceRecord& one) { return IsAbsent(one.status); };
+  if (status.port_text.starts_with(kNobodyAnswers) && std::ranges::any_of(devices, absent)) {
+    const Evidence evidence = GatherAbsent(status, devices, now);
+    const auto judged = Judge(evidence);
+    if (!judged.empty()) return "nobody answers: " + judged.front()->say(evidence);
+  }
   const std::string since = status.port_since == WallTime{}
                                 ? std::string()
                                 : " for " + FormatAge(now.wall - status.port_since);
@@ -221,8 +231,8 @@ Sentences DiagnoseLine(const config::Line& line, const LineStatus& status,
         line.name));
   }
   const std::size_t lost = status.losses.Since(now.instant - 1h);
-  if (lost > 0) found.push_back(Lost(line, lost, devices));
-  if (std::string dropped = Dropped(status, now); lost == 0 && !dropped.empty()) {
+  if (lost >= (line.is_network() ? kDrops : 1)) found.push_back(Lost(line, lost, devices));
+  if (std::string dropped = Dropped(status, now); lost < kDrops && !dropped.empty()) {
     found.push_back(std::move(dropped));
   }
   const bool misses = std::ranges::any_of(devices, [&](const DeviceRecord& one) {

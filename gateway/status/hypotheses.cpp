@@ -65,6 +65,8 @@ double WrongSettings(const Evidence& evidence) {
   return 0.9 * evidence.Share(kUnreadable);
 }
 
+double Zeros(const Evidence& evidence) { return OnWire(evidence) ? evidence.Share({zeros}) : 0; }
+
 double NoTcp(const Evidence& evidence) {
   if (evidence.answered || OnWire(evidence)) return 0;
   return 0.9 * evidence.Share({noise, zeros, damaged, head_lost, tail_lost, end_lost, bytes_lost,
@@ -223,7 +225,7 @@ const std::vector<Hypothesis>& Hypotheses() {
       {"bytes are missing inside its replies", BytesLost, SayBytesLost},
       {"its replies have bytes too many", Always<bytes_added>, SayBytesAdded},
       {"its replies have the right form and length", BadCheck, SayBadCheck},
-      {"nothing but 00 or FF comes", Seen<zeros>, SayZeros},
+      {"nothing but 00 or FF comes", Zeros, SayZeros},
       {"bytes come without an end", Seen<endless>, SayEndless},
       {"the same reply comes whatever is asked", SameAgain, SaySameAgain, true},
       {"its replies answer the request before", OneBehind, SayOneBehind},

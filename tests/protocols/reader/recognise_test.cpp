@@ -7,6 +7,7 @@
 #include <string>
 
 #include "gateway/base/text.h"
+#include "tests/protocols/reader/support.h"
 
 namespace baudgate::protocols::reader {
 namespace {
@@ -19,10 +20,10 @@ TEST(ReaderRecognise, SaysWhatIsOtherwiseThanConfigured) {
     std::string heard;
     std::string cause;
   } rows[] = {
-      {"tag", "", "", "\n-06001259E3\n>", "its lines end in a line feed alone, not in CR LF"},
-      {"tag", "", "", "4006381333931\r\n",
+      {"tag", "", "0x0D", "\n-06001259E3\n>", "its lines end in a line feed alone, not in CR LF"},
+      {"tag", "", "0x0D", "4006381333931\r\n",
        "it sends text ('4006381333931'), and tags are configured"},
-      {"tag", "", "", "\x07\x1b;h\x01", ""},
+      {"tag", "", "0x0D", "\x07\x1b;h\x01", ""},
       {"text", "0x02", "0x03", "ST,+1.5kg\x03",
        "its messages do not begin with 0x02 ('ST,+1.5kg')"},
       {"text", "0x02", "0x03", "\x02ST,+1.5kg\r\n",
@@ -30,11 +31,9 @@ TEST(ReaderRecognise, SaysWhatIsOtherwiseThanConfigured) {
       {"text", "0x02", "0x03", "\x02ST,+1.5kg\x03", ""},
   };
   for (const auto& row : rows) {
-    config::Options options;
-    options.Set("form", row.form);
-    options.Set("start", row.start);
-    options.Set("end", row.end);
-    const auto found = Recognise({}, ToBytes(row.heard), options);
+    const config::Device device =
+        Reader({{"form", row.form}, {"start", row.start}, {"end", row.end}});
+    const auto found = Recognise({}, ToBytes(row.heard), device.options);
     EXPECT_EQ(found ? found->cause : std::string(), row.cause) << row.heard;
     EXPECT_TRUE(!found || !found->remedy.empty());
   }
