@@ -1,7 +1,7 @@
 // Until when an answer may come that nobody waits for any more, and who waits for that instead: the
-// line, or the device alone. Told by gateway/poll/job_run.cpp what has ended and what came behind;
-// numbers are in docs/timeouts.md. To which request a reply that did come belongs is the affair of
-// gateway/poll/whose_reply.h.
+// line, or the device alone. gateway/poll/job_answer.cpp tells what has ended, upkeep.cpp what that
+// means, poller_line.cpp what came behind; numbers are in docs/timeouts.md. whose_reply.h knows to
+// which request a reply belongs that did come.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,5 +1,6 @@
-// What follows when a device comes, goes, or may be another one: its plan, its schedule, its state,
-// and the doubt of what it has said. Told by gateway/poll/poller.cpp and job_run.cpp.
+// What every exchange means for its device, and what follows when a device comes, goes, or may be
+// another one: its plan, its schedule, its state, and the doubt of what it has said. Told by
+// gateway/poll/poller.cpp and job_run.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

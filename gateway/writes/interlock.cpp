@@ -18,8 +18,8 @@ bool Same(const Value& a, const Value& b) {
 
 }  // namespace
 
-std::string WhyLocked(const PointStore& store, const config::Point& point, const Value& written,
-                      Instant now) {
+std::optional<std::string> WhyLocked(const PointStore& store, const config::Point& point,
+                                     const Value& written, Instant now) {
   for (const config::AllowWhen& interlock : point.writing.allow_when) {
     if (HasValue(interlock.only) && !Same(written, interlock.only)) continue;
     Value value;
@@ -34,7 +34,7 @@ std::string WhyLocked(const PointStore& store, const config::Point& point, const
     return "'" + point.name + "': interlock: " + interlock.point + " " + is + ", and has to be " +
            ToText(interlock.is);
   }
-  return {};
+  return std::nullopt;
 }
 
 }  // namespace baudgate

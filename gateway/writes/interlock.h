@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "config/model/point.h"
@@ -11,8 +12,8 @@
 
 namespace baudgate {
 
-/// Why `value` may not be written, in one sentence; empty: it may.
-std::string WhyLocked(const PointStore& store, const config::Point& point, const Value& value,
-                      Instant now);
+/// Why `value` may not be written, in one sentence; nothing: it may.
+std::optional<std::string> WhyLocked(const PointStore& store, const config::Point& point,
+                                     const Value& value, Instant now);
 
 }  // namespace baudgate

@@ -50,11 +50,11 @@ std::optional<WriteRefusal> WriteGate::Submit(const Writer& writer, WriteAsk ask
   });
   if (!guarded.empty()) {
     command.why_not = [&store = store_, &device, guarded](Instant at) {
-      std::string why;
       for (const WriteAsk::Part& part : guarded) {
-        if (why.empty()) why = WhyLocked(store, device.points[part.point], part.value, at);
+        const auto why = WhyLocked(store, device.points[part.point], part.value, at);
+        if (why) return *why;
       }
-      return why;
+      return std::string();
     };
   }
   if (sink_.Submit(std::move(command))) return std::nullopt;
@@ -77,9 +77,9 @@ std::optional<WriteRefusal> WriteGate::WouldRefuse(const WriteAsk& ask, Instant 
 std::optional<WriteRefusal> WriteGate::Check(const Writer& writer, const WriteAsk& ask,
                                              Instant now) {
   // A selection is used up by the first try, whatever becomes of it.
-  const std::string not_selected = WhyNotSelected(writer, ask, now);
+  const std::optional<std::string> not_selected = WhyNotSelected(writer, ask, now);
   if (auto refusal = CheckValues(ask)) return refusal;
-  if (!not_selected.empty()) return WriteRefusal{Why::not_selected, not_selected};
+  if (not_selected) return WriteRefusal{Why::not_selected, *not_selected};
   return CheckInterlocks(ask, now);
 }
 
@@ -97,9 +97,9 @@ std::optional<WriteRefusal> WriteGate::CheckValues(const WriteAsk& ask) const {
   for (const WriteAsk::Part& part : ask.parts) {
     const config::Point& point = device.points[part.point];
     const auto raw = ToRaw(point, part.value);
-    std::string why = raw ? WhyOutside(point, part.value) : raw.error();
-    if (why.empty()) why = WhyInexact(point, part.value, *raw);
-    if (!why.empty()) return WriteRefusal{Why::value, "'" + point.name + "': " + why};
+    std::optional<std::string> why = raw ? WhyOutside(point, part.value) : raw.error();
+    if (!why) why = WhyInexact(point, part.value, *raw);
+    if (why) return WriteRefusal{Why::value, "'" + point.name + "': " + *why};
   }
   return std::nullopt;
 }
@@ -107,19 +107,21 @@ std::optional<WriteRefusal> WriteGate::CheckValues(const WriteAsk& ask) const {
 std::optional<WriteRefusal> WriteGate::CheckInterlocks(const WriteAsk& ask, Instant now) const {
   const config::Device& device = store_.device(ask.device);
   for (const WriteAsk::Part& part : ask.parts) {
-    std::string why = WhyLocked(store_, device.points[part.point], part.value, now);
-    if (!why.empty()) return WriteRefusal{Why::locked, std::move(why)};
+    auto why = WhyLocked(store_, device.points[part.point], part.value, now);
+    if (why) return WriteRefusal{Why::locked, std::move(*why)};
   }
   return std::nullopt;
 }
 
-std::string WriteGate::WhyNotSelected(const Writer& writer, const WriteAsk& ask, Instant now) {
-  std::string why;
+/// A selection of each point is used up, even where an earlier one was refused.
+std::optional<std::string> WriteGate::WhyNotSelected(const Writer& writer, const WriteAsk& ask,
+                                                     Instant now) {
+  std::optional<std::string> why;
   for (const WriteAsk::Part& part : ask.parts) {
     const config::Point& point = store_.device(ask.device).points[part.point];
     if (!point.writing.select) continue;
     const auto verdict = selections_.Take(writer.number, {ask.device, part.point}, now);
-    if (verdict == Selections::Verdict::selected || ask.confirmed || !why.empty()) continue;
+    if (verdict == Selections::Verdict::selected || ask.confirmed || why) continue;
     why = NotSelected(verdict, point);
   }
   return why;

@@ -77,7 +77,7 @@ class WriteGate {
   std::optional<WriteRefusal> CheckValues(const WriteAsk& ask) const;
   std::optional<WriteRefusal> CheckInterlocks(const WriteAsk& ask, Instant now) const;
   void TakeAsMeant(WriteAsk& ask) const;
-  std::string WhyNotSelected(const Writer& writer, const WriteAsk& ask, Instant now);
+  std::optional<std::string> WhyNotSelected(const Writer& writer, const WriteAsk& ask, Instant now);
 
   const PointStore& store_;
   CommandSink& sink_;

@@ -35,26 +35,32 @@ Value AsMeant(const config::Point& point, const Value& value) {
   return AsDecimal(*number);
 }
 
-std::string WhyInexact(const config::Point& point, const Value& value, const Value& raw) {
+std::optional<std::string> WhyInexact(const config::Point& point, const Value& value,
+                                      const Value& raw) {
   const Value back = ToSample(point, {0, raw}).value;
   if (!HasValue(back)) return ToText(value) + " means something else to this device";
   const auto number = Decimal::Of(value);
-  if (!number) return {};  // a text
+  if (!number) return std::nullopt;  // a text
   const Decimal difference = Abs(Decimal::Of(back).value_or(0) - *number);
   if (difference > SlackOf(value, Abs(*number) + Abs(point.offset))) {
     return "the device cannot be set to " + number->ToText() + ", but to " + ToText(back);
   }
   const auto digits = Decimal::Of(raw);
-  if (!point.writing.decimals || !digits) return {};
-  if (IsMultiple(raw, *digits, Decimal(1).Shifted(-*point.writing.decimals))) return {};
+  if (!point.writing.decimals || !digits) return std::nullopt;
+  if (IsMultiple(raw, *digits, Decimal(1).Shifted(-*point.writing.decimals))) {
+    return std::nullopt;
+  }
   return number->ToText() + " has more digits than the device takes, " +
          std::to_string(*point.writing.decimals) + " behind its decimal point";
 }
 
-std::string WhyOutside(const config::Point& point, const Value& value) {
+std::optional<std::string> WhyOutside(const config::Point& point, const Value& value) {
   const config::Writing& writing = point.writing;
   const auto number = Decimal::Of(value);
-  if (!number) return std::holds_alternative<std::string>(value) ? "" : "it is not a number";
+  if (!number) {
+    if (std::holds_alternative<std::string>(value)) return std::nullopt;
+    return "it is not a number";
+  }
   const bool single = point.type == config::Type::float32;
   const double size = Abs(*number).ToDouble();
   if (single && size != 0 && size < std::numeric_limits<float>::min()) {
@@ -68,7 +74,7 @@ std::string WhyOutside(const config::Point& point, const Value& value) {
     return number->ToText() + " is above the most that may be written, " +
            WithUnit(point, *writing.max);
   }
-  if (!writing.step || IsMultiple(value, *number, *writing.step)) return {};
+  if (!writing.step || IsMultiple(value, *number, *writing.step)) return std::nullopt;
   return number->ToText() + " is no multiple of " + WithUnit(point, *writing.step);
 }
 

@@ -141,7 +141,7 @@ class Session {
     }
   }
 
-  void Take(const Heard& heard) {
+  void Take(const UnaskedInput& heard) {
     for (const UnaskedMessage& message : heard.messages) Hear(message.bytes);
   }
   void Hear(View message) {

@@ -18,7 +18,9 @@ const Protocol* under_test = nullptr;
 /// Of a protocol whose telegrams are described: as a shipped profile describes them.
 void Describe(const Protocol& protocol, std::uint8_t variant, config::Options& options) {
   const std::string name(protocol.name);
-  const config::Catalog catalog = {{{name, &protocol}}, {FUZZ_SOURCE_DIR "/config/profiles"}};
+  const config::Catalog catalog = {.protocols = {{name, &protocol}},
+                                   .module_dirs = {},
+                                   .profile_dirs = {FUZZ_SOURCE_DIR "/config/profiles"}};
   const auto profiles = catalog.Profiles(name);
   if (protocol.describe == nullptr || profiles.empty()) return;
   const std::string& chosen = profiles[variant % profiles.size()].name;

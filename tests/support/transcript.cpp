@@ -144,7 +144,7 @@ class Player {
       if (answer.outcome != Outcome::ok) outcome = answer.outcome;
       for (std::string& value : ValuesOf(script_.device, answer)) values.push_back(value);
     };
-    const auto hear = [&](const Heard& heard) {
+    const auto hear = [&](const UnaskedInput& heard) {
       if (heard.damaged > 0) outcome = Outcome::corrupt;
       for (const UnaskedMessage& message : heard.messages) {
         take(conversation.OnUnasked(message.bytes, At(now_ - message.since)));

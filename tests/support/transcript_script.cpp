@@ -119,8 +119,9 @@ class Reader {
 
   /// All points and options of a shipped profile.
   void Profile(const std::string& name) {
-    const config::Catalog catalog = {{{std::string(protocol_.name), &protocol_}},
-                                     {"config/profiles"}};
+    const config::Catalog catalog = {.protocols = {{std::string(protocol_.name), &protocol_}},
+                                     .module_dirs = {},
+                                     .profile_dirs = {"config/profiles"}};
     const auto loaded = config::LoadProfile(name, protocol_, catalog);
     for (const auto& problem : loaded.problems) Fail(ToString(problem));
     script_.device =
