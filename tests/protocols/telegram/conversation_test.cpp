@@ -109,18 +109,18 @@ TEST(TelegramExchange, WakesLogsInSelectsReadsAndAcknowledges) {
 
 TEST(TelegramExchange, WhatIsReadTogetherBelongsTogether) {
   const config::Device device = Meter();
-  EXPECT_EQ(
-      Said(device, Heard(TelegramProtocol(), device, ToBytes("?E\r"), ToBytes("E=+0012.5 81\r"))),
-      "energy 12.5 good; alarm true good; mode 1 good");
-  EXPECT_EQ(
-      Said(device, Heard(TelegramProtocol(), device, ToBytes("?E\r"), ToBytes("E=+00I2.5 81\r"))),
-      "corrupt");
+  EXPECT_EQ(Said(device,
+                 AnswerTo(TelegramProtocol(), device, ToBytes("?E\r"), ToBytes("E=+0012.5 81\r"))),
+            "energy 12.5 good; alarm true good; mode 1 good");
+  EXPECT_EQ(Said(device,
+                 AnswerTo(TelegramProtocol(), device, ToBytes("?E\r"), ToBytes("E=+00I2.5 81\r"))),
+            "corrupt");
 }
 
 TEST(TelegramExchange, TheAnswerRepeatsWhatWasSent) {
   const config::Device device = Meter();
   const auto heard = [&](const char* answer) {
-    return Heard(TelegramProtocol(), device, ToBytes("/0103\r"), ToBytes(answer)).outcome;
+    return AnswerTo(TelegramProtocol(), device, ToBytes("/0103\r"), ToBytes(answer)).outcome;
   };
   EXPECT_EQ(heard("SEL 3\r"), Outcome::ok);
   EXPECT_EQ(heard("SEL 4\r"), Outcome::unexpected);
@@ -212,7 +212,7 @@ TEST(TelegramNumbers, WhatBelongsToACutNumberSpoilsIt) {
       {"ST,G12.50 kg \r", "partial"},  // a character is missing
   };
   for (const auto& [answer, said] : kRows) {
-    EXPECT_EQ(Said(device, Heard(TelegramProtocol(), device, ToBytes("W\r"), ToBytes(answer))),
+    EXPECT_EQ(Said(device, AnswerTo(TelegramProtocol(), device, ToBytes("W\r"), ToBytes(answer))),
               said)
         << answer;
   }
@@ -242,7 +242,7 @@ TEST(TelegramFields, StandWhereTheirPlaceSays) {
   const config::Device device = Described(kByPlace);
   const auto said = [&](const char* answer) {
     return Said(device,
-                Heard(TelegramProtocol(), device, *ParseHex("10 01 5B"), *ParseHex(answer)));
+                AnswerTo(TelegramProtocol(), device, *ParseHex("10 01 5B"), *ParseHex(answer)));
   };
   EXPECT_EQ(said("68 01 39 30 00 00 AA BB FF FE CC 05"),
             "energy 12345 good; flow -2 good; fault true good");
