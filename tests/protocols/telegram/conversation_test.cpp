@@ -209,12 +209,29 @@ TEST(TelegramNumbers, WhatBelongsToACutNumberSpoilsIt) {
       {"ST,G 12,50 kg \r", "weight bad: sensor failure"},  // a comma
       {"ST,G 1 250 kg \r", "weight bad: sensor failure"},
       {"ST,G ----- kg \r", "weight bad: sensor failure"},
-      {"ST,G12.50 kg \r", "partial"},  // a character is missing
+      {"ST,G12.50 kg \r", "corrupt"},  // a character is missing
   };
   for (const auto& [answer, said] : kRows) {
     EXPECT_EQ(Said(device, AnswerTo(TelegramProtocol(), device, ToBytes("W\r"), ToBytes(answer))),
               said)
         << answer;
+  }
+}
+
+TEST(TelegramNumbers, ThatLostTheirFrontAreNeverGood) {
+  const config::Device device = ShippedDevice(TelegramProtocol(), "scpi-instrument");
+  const std::string whole = "-1.23456789E-03\r\n";
+  EXPECT_EQ(Said(device, AnswerTo(TelegramProtocol(), device, ToBytes("READ?\n"), ToBytes(whole))),
+            "reading -0.00123456789 good");
+  for (std::size_t lost = 1; lost < whole.size(); ++lost) {
+    for (const char* noise : {"", "x", "\x80", "+"}) {
+      const Answer answer = AnswerTo(TelegramProtocol(), device, ToBytes("READ?\n"),
+                                     ToBytes(noise + whole.substr(lost)));
+      for (const Reading& reading : answer.readings) {
+        const bool same = noise[0] == '+' && lost == 1;  // another sign: no check value shows that
+        EXPECT_TRUE(same || !IsGood(reading.quality)) << noise << whole.substr(lost);
+      }
+    }
   }
 }
 
