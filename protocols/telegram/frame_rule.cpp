@@ -30,9 +30,9 @@ std::optional<std::size_t> EndOfLine(View held, const Awaited& awaited) {
   for (const Form* form : awaited.forms) {
     if (!form->is_unmarked()) continue;
     const Bytes& end = form->pattern.elements.back().literal;
-    const auto found = std::ranges::search(held, end);
-    if (found.empty()) continue;
-    const auto behind = static_cast<std::size_t>(found.end() - held.begin());
+    const auto found = std::search(held.begin(), held.end(), end.begin(), end.end());
+    if (found == held.end()) continue;
+    const auto behind = static_cast<std::size_t>(found - held.begin()) + end.size();
     first = std::min(first.value_or(behind), behind);
   }
   return first;
@@ -43,7 +43,9 @@ Cut DropLine(View held, const Awaited& awaited, std::size_t most, bool idle) {
   const bool has_lines = std::ranges::none_of(awaited.forms, [](const Form* form) {
     return form->is_unmarked() && form->pattern.elements.back().is_field();
   });
-  const auto end = has_lines ? EndOfLine(held, awaited) : std::nullopt;
+  // However much has come already, no more is looked at than when it comes byte by byte.
+  const View near = held.first(std::min(held.size(), most));
+  const auto end = has_lines ? EndOfLine(near, awaited) : std::nullopt;
   const auto drop = [&](std::size_t size, Outcome blame, std::string_view why) {
     return Cut::Discard(size, AllHarmless(held.first(size)) ? Outcome::none : blame, why);
   };
