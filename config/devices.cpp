@@ -67,9 +67,7 @@ const RawProfile* FindProfile(MapReader& map, const Protocol* protocol, Device& 
 
 // The line's timing and retries stay with the line, for its devices to fall back on.
 /// Returns what stands above all points, whoever has said it.
-/// `never_old`: its silence is normal, and ages nothing.
-Pace ReadTimes(MapReader& map, const Profile& profile, const Pace& line, bool never_old,
-               Device& device) {
+Pace ReadTimes(MapReader& map, const Profile& profile, const Pace& line, Device& device) {
   const Pace said = ReadPace(map, Level::device);
   const Pace own = Merge(said, profile.pace);
   CheckPaces({said, profile.pace, line}, device.name, device.mark, map.problems());
@@ -81,11 +79,14 @@ Pace ReadTimes(MapReader& map, const Profile& profile, const Pace& line, bool ne
   Assign(device.daily, all.daily);
   device.max_age = map.Time("max_age", 10ms, std::chrono::hours(24 * 30));
   device.dead_age = map.Time("dead_age", 10ms, std::chrono::hours(24 * 90));
-  if (never_old && !device.max_age) {
-    device.max_age = kNeverOld;
-    device.dead_age = device.dead_age.value_or(kNeverOld);
-  }
   return all;
+}
+
+/// The silence of such a device is normal, and ages nothing.
+void SetNeverOld(const Protocol& protocol, Device& device) {
+  if (device.max_age || !protocol.never_old || !SpeaksUnasked(protocol, device.options)) return;
+  device.max_age = kNeverOld;
+  device.dead_age = device.dead_age.value_or(kNeverOld);
 }
 
 void ReadModbusSide(MapReader& map, const Profile& profile, Device& device, LoadContext& context) {
@@ -201,15 +202,14 @@ Device ReadDevice(const YamlNode& node, const LineContext& of, LoadContext& cont
   device.title = profile.title;
   device.event_texts = profile.event_texts;
   device.identity = IdentityOf(map, profile, protocol, context);
-  ReadDeviceOptions(map, protocol, of.options, profile, protocol == of.protocol, device);
-  const bool never_old =
-      protocol && protocol->never_old && SpeaksUnasked(*protocol, device.options);
-  const Pace pace = ReadTimes(map, profile, of.pace, never_old, device);
+  const Pace pace = ReadTimes(map, profile, of.pace, device);
   device.recheck = pace.recheck.value_or(Recheck::off);
   if (protocol && !pace.recheck) {
     device.recheck = DefaultRecheck(*protocol, device.serial.value_or(of.line.serial));
   }
   ReadModbusSide(map, profile, device, context);
+  ReadDeviceOptions(map, protocol, of.options, profile, protocol == of.protocol, device);
+  if (protocol) SetNeverOld(*protocol, device);
   ReadPoints(map, raw, protocol, device, context);
   ReadDeviceEvents(map, context.events, device);
   device.alarms = ReadAlarmSetting(map, of.line.alarms);

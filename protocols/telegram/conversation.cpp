@@ -12,7 +12,7 @@
 namespace baudgate::protocols::telegram {
 namespace {
 
-constexpr Duration kUsualIdle = 100ms;  // that ends what comes unasked
+constexpr Duration kUsualIdle = 500ms;  // behind which what came unasked is broken off
 constexpr Duration kLongestMessage = 5s;
 constexpr int kRefusals = 3;  // a damaged answer may look like one
 
@@ -38,7 +38,6 @@ std::optional<Standing> StandingOf(const config::Device& device, const Descripti
   Standing standing;
   standing.rule = CutTelegram;
   standing.expect = ExpectUnasked(device.options);
-  standing.idle = kUsualIdle;
   standing.whole = kLongestMessage;
   standing.marked = true;
   for (const Telegram& telegram : description.telegrams) {
@@ -48,6 +47,7 @@ std::optional<Standing> StandingOf(const config::Device& device, const Descripti
       standing.marked = standing.marked && !form.pattern.elements.front().is_field();
     }
   }
+  if (standing.idle == Duration::zero()) standing.idle = kUsualIdle;
   return standing;
 }
 

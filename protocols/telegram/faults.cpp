@@ -189,8 +189,8 @@ class FaultFinder {
 /// Its first digit could be lost unseen: nothing stands in front of it.
 bool IsUnguarded(const Form& form) {
   const Element& first = form.pattern.elements.front();
-  return first.is_field() && first.format.is_text_number() && !first.is_fixed() &&
-         !first.format.sign && form.checksum.kind == nullptr && !form.size_at;
+  return form.is_unmarked() && first.format.is_text_number() && !first.is_fixed() &&
+         !first.format.sign && !form.size_at;
 }
 
 }  // namespace

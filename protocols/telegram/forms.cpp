@@ -170,7 +170,7 @@ class FormReader {
     if (pattern->is_open() && pattern->elements.back().format.kind == Format::Kind::bytes) {
       map_.problems().Error(node->mark(), "send: bytes that are sent need a width");
     }
-    telegram.send = Checked(std::move(*pattern), *node, "send", false);
+    telegram.send = Checked(std::move(*pattern), node->mark(), "send", false);
   }
 
   void Answers(Telegram& telegram) {
@@ -182,7 +182,8 @@ class FormReader {
       Pattern pattern;
       AddPlaced(placed, size, pattern, map_.problems());
       if (pattern.elements.empty()) pattern.elements.push_back(Gap(size.value_or(1)));
-      telegram.receive.push_back({std::move(pattern), framing_.checksum, framing_.size_at});
+      const config::Mark mark = map_.MarkOf(placed.empty() ? "size" : "fields");
+      telegram.receive.push_back(Checked(std::move(pattern), mark, "fields", true));
       CheckSize(telegram.receive.back(), size);
       return;
     }
@@ -192,7 +193,7 @@ class FormReader {
       if (!pattern) continue;
       AddPlaced(placed, size, *pattern, map_.problems());
       AddEnd(framing_.ends, *pattern);
-      telegram.receive.push_back(Checked(std::move(*pattern), one, "receive", true));
+      telegram.receive.push_back(Checked(std::move(*pattern), one.mark(), "receive", true));
       CheckSize(telegram.receive.back(), size);
     }
   }
@@ -206,7 +207,7 @@ class FormReader {
       auto pattern = ReadPattern(one, "refused", map_.problems());
       if (!pattern) continue;
       AddEnd(framing_.ends, *pattern);
-      telegram.refused.push_back(Checked(std::move(*pattern), one, "refused", true));
+      telegram.refused.push_back(Checked(std::move(*pattern), one.mark(), "refused", true));
     }
   }
 
@@ -221,23 +222,22 @@ class FormReader {
                                    : std::string("fields without a width")));
   }
 
-  Form Checked(Pattern pattern, const YamlNode& node, const std::string& what, bool received) {
+  Form Checked(Pattern pattern, const config::Mark& mark, const std::string& what, bool received) {
     Form form{std::move(pattern), framing_.checksum, {}};
     if (received) form.size_at = framing_.size_at;
     Problems& problems = map_.problems();
-    const auto error = [&](const std::string& why) {
-      problems.Error(node.mark(), what + ": " + why);
-    };
+    const auto error = [&](const std::string& why) { problems.Error(mark, what + ": " + why); };
     if (received && form.pattern.Has(kPassword)) {
       error(
           "the password cannot be awaited in an answer, which every log may show; pass its bytes "
           "over, as in {:4bytes}");
     }
-    if (form.pattern.least_size() > most_) {
-      error("is longer than " + std::to_string(most_) + " bytes; raise 'longest' of all");
-    }
     CheckEnd(form, received, error);
     CheckSum(form, error);
+    const std::size_t most = form.is_unmarked() ? most_ / 2 : most_;
+    if (form.pattern.least_size() > most) {
+      error("is longer than " + std::to_string(most) + " bytes; raise 'longest' in 'all'");
+    }
     return form;
   }
 

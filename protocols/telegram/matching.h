@@ -30,6 +30,12 @@ struct Form {
   Pattern pattern;
   Checksum checksum;
   std::optional<SizeField> size_at;
+
+  /// Nothing shows that its front was lost: it begins with a field, and has no check value. Such a
+  /// telegram has at most half of the longest (frame_rule.cpp).
+  bool is_unmarked() const {
+    return pattern.elements.front().is_field() && checksum.kind == nullptr;
+  }
 };
 
 struct Match {

@@ -69,7 +69,8 @@ Form FormOf(View text, std::uint8_t flags) {
     return {};
   }
   Form form{std::move(*parsed.pattern), {}, {}};
-  form.checksum.kind = &ChecksumKinds()[flags % ChecksumKinds().size()];
+  if (form.pattern.Has(kChecksum))
+    form.checksum.kind = &ChecksumKinds()[flags % ChecksumKinds().size()];
   form.checksum.skip = flags >> 4U & 1U;
   form.checksum.leave = flags >> 5U & 1U;
   const std::size_t at = flags & 3U;

@@ -109,18 +109,18 @@ TEST(TelegramExchange, WakesLogsInSelectsReadsAndAcknowledges) {
 
 TEST(TelegramExchange, WhatIsReadTogetherBelongsTogether) {
   const config::Device device = Meter();
-  EXPECT_EQ(
-      Said(device, Heard(TelegramProtocol(), device, ToBytes("?E\r"), ToBytes("E=+0012.5 81\r"))),
-      "energy 12.5 good; alarm true good; mode 1 good");
-  EXPECT_EQ(
-      Said(device, Heard(TelegramProtocol(), device, ToBytes("?E\r"), ToBytes("E=+00I2.5 81\r"))),
-      "corrupt");
+  EXPECT_EQ(Said(device,
+                 AnswerTo(TelegramProtocol(), device, ToBytes("?E\r"), ToBytes("E=+0012.5 81\r"))),
+            "energy 12.5 good; alarm true good; mode 1 good");
+  EXPECT_EQ(Said(device,
+                 AnswerTo(TelegramProtocol(), device, ToBytes("?E\r"), ToBytes("E=+00I2.5 81\r"))),
+            "corrupt");
 }
 
 TEST(TelegramExchange, TheAnswerRepeatsWhatWasSent) {
   const config::Device device = Meter();
   const auto heard = [&](const char* answer) {
-    return Heard(TelegramProtocol(), device, ToBytes("/0103\r"), ToBytes(answer)).outcome;
+    return AnswerTo(TelegramProtocol(), device, ToBytes("/0103\r"), ToBytes(answer)).outcome;
   };
   EXPECT_EQ(heard("SEL 3\r"), Outcome::ok);
   EXPECT_EQ(heard("SEL 4\r"), Outcome::unexpected);
@@ -209,12 +209,28 @@ TEST(TelegramNumbers, WhatBelongsToACutNumberSpoilsIt) {
       {"ST,G 12,50 kg \r", "weight bad: sensor failure"},  // a comma
       {"ST,G 1 250 kg \r", "weight bad: sensor failure"},
       {"ST,G ----- kg \r", "weight bad: sensor failure"},
-      {"ST,G12.50 kg \r", "partial"},  // a character is missing
+      {"ST,G12.50 kg \r", "corrupt"},  // a character is missing
   };
   for (const auto& [answer, said] : kRows) {
-    EXPECT_EQ(Said(device, Heard(TelegramProtocol(), device, ToBytes("W\r"), ToBytes(answer))),
+    EXPECT_EQ(Said(device, AnswerTo(TelegramProtocol(), device, ToBytes("W\r"), ToBytes(answer))),
               said)
         << answer;
+  }
+}
+
+TEST(TelegramNumbers, ThatLostTheirFrontAreNeverGood) {
+  const config::Device device = ShippedDevice(TelegramProtocol(), "scpi-instrument");
+  const std::string whole = "-1.23456789E-03\r\n";
+  EXPECT_EQ(Said(device, AnswerTo(TelegramProtocol(), device, ToBytes("READ?\n"), ToBytes(whole))),
+            "reading -0.00123456789 good");
+  for (std::size_t lost = 1; lost < whole.size(); ++lost) {
+    for (const char* noise : {"", "x", "\x80"}) {
+      const Answer answer = AnswerTo(TelegramProtocol(), device, ToBytes("READ?\n"),
+                                     ToBytes(noise + whole.substr(lost)));
+      for (const Reading& reading : answer.readings) {
+        EXPECT_FALSE(IsGood(reading.quality)) << noise << whole.substr(lost);
+      }
+    }
   }
 }
 
@@ -242,7 +258,7 @@ TEST(TelegramFields, StandWhereTheirPlaceSays) {
   const config::Device device = Described(kByPlace);
   const auto said = [&](const char* answer) {
     return Said(device,
-                Heard(TelegramProtocol(), device, *ParseHex("10 01 5B"), *ParseHex(answer)));
+                AnswerTo(TelegramProtocol(), device, *ParseHex("10 01 5B"), *ParseHex(answer)));
   };
   EXPECT_EQ(said("68 01 39 30 00 00 AA BB FF FE CC 05"),
             "energy 12345 good; flow -2 good; fault true good");

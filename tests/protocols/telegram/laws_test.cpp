@@ -7,10 +7,8 @@
 #include "tests/laws/frame_rule_laws.h"
 #include "tests/protocols/telegram/support.h"
 
-namespace baudgate {
+namespace baudgate::protocols::telegram {
 namespace {
-
-using namespace protocols::telegram;  // NOLINT
 
 constexpr char kBinary[] = R"(
 device: d
@@ -30,15 +28,6 @@ telegrams:
     example: { send: 'hex 10 01 02', receive: 'hex 05 01 12 34 56 81 54 6E 45 91', total: 123456 }
 points: []
 )";
-
-config::Device Shipped(const std::string& profile) {
-  config::Catalog catalog;
-  catalog.protocols["telegram"] = &TelegramProtocol();
-  catalog.profile_dirs = {"config/profiles"};  // tests run at the root of the source tree
-  const auto loaded = config::LoadProfile(profile, TelegramProtocol(), catalog);
-  for (const auto& problem : loaded.problems) ADD_FAILURE() << config::ToString(problem);
-  return config::DeviceFromProfile(loaded.profile, TelegramProtocol(), "device", "1");
-}
 
 /// Of the profile's parts text, and noise, without the characters that end a telegram.
 Bytes Noise(std::mt19937& random) {
@@ -107,11 +96,11 @@ void AddSubjects(const std::string& name, const config::Device& device,
 
 std::vector<LawSubject> Subjects() {
   std::vector<LawSubject> subjects;
-  AddSubjects("Sics", Shipped("mt-sics"), subjects);
-  AddSubjects("Nmea", Shipped("nmea-0183-weather"), subjects);
-  AddSubjects("Scpi", Shipped("scpi-instrument"), subjects);
-  AddSubjects("Lauda", Shipped("lauda-thermostat"), subjects);
-  AddSubjects("Mv110", Shipped("owen-mv110-8a-telegrams"), subjects);
+  AddSubjects("Sics", ShippedDevice(TelegramProtocol(), "mt-sics"), subjects);
+  AddSubjects("Nmea", ShippedDevice(TelegramProtocol(), "nmea-0183-weather"), subjects);
+  AddSubjects("Scpi", ShippedDevice(TelegramProtocol(), "scpi-instrument"), subjects);
+  AddSubjects("Lauda", ShippedDevice(TelegramProtocol(), "lauda-thermostat"), subjects);
+  AddSubjects("Mv110", ShippedDevice(TelegramProtocol(), "owen-mv110-8a-telegrams"), subjects);
   AddSubjects("Binary", Described(kBinary), subjects);
   return subjects;
 }
@@ -124,4 +113,4 @@ INSTANTIATE_TEST_SUITE_P(Telegram, GarbageLaws, ValuesIn(FoundBehindGarbage(Subj
                          LawSubjectName);
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::protocols::telegram

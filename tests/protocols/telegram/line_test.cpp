@@ -9,15 +9,6 @@
 namespace baudgate::protocols::telegram {
 namespace {
 
-config::Device ShippedDevice(const Protocol& protocol, const std::string& profile) {
-  config::Catalog catalog;
-  catalog.protocols[std::string(protocol.name)] = &protocol;
-  catalog.profile_dirs = {"config/profiles"};  // tests run at the root of the source tree
-  const auto loaded = config::LoadProfile(profile, protocol, catalog);
-  for (const auto& problem : loaded.problems) ADD_FAILURE() << config::ToString(problem);
-  return config::DeviceFromProfile(loaded.profile, protocol, "device", "1");
-}
-
 config::Line LineWith(const Protocol& protocol, config::Device device, int baud) {
   config::Line line;
   line.name = "line";
@@ -73,6 +64,7 @@ TEST(TelegramLine, AWriteIsSentOnceAndReadBack) {
     return index;
   };
   line.twin(0).values.values[point("weight")] = 100.0;
+  line.twin(0).values.values[point("stable")] = true;
   line.twin(0).values.values[point("tare_weight")] = 0.0;
   line.Open();
   line.RunFor(5s);
@@ -124,11 +116,15 @@ points: [ { name: value, read: value.value, type: float32 } ]
   VirtualLine line(LineWith(TelegramProtocol(), device, 9600), {&TelegramProtocol()});
   line.twin(0).values.values[0] = 5.0;
   line.Open();
-  line.RunFor(900ms);
-  ASSERT_GE(line.sent.size(), 2U);
-  EXPECT_EQ(line.sent[0].text, std::string(1, '\0'));
-  EXPECT_EQ(line.sent[1].text, "V\r");
-  EXPECT_GE(line.sent[1].at - line.sent[0].at, Duration(200ms));
+  line.RunFor(3s);
+  std::size_t asked = 0;
+  for (std::size_t i = 1; i < line.sent.size(); ++i) {
+    if (line.sent[i].text != "V\r") continue;
+    ++asked;
+    EXPECT_EQ(line.sent[i - 1].text, std::string(1, '\0'));
+    EXPECT_GE(line.sent[i].at - line.sent[i - 1].at, Duration(200ms));
+  }
+  EXPECT_GE(asked, 2U);
   EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
 }
 

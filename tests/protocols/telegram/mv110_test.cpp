@@ -16,15 +16,6 @@ namespace {
 
 const std::string kRequest = "#0184\r";
 
-config::Device Shipped(const Protocol& protocol, const std::string& profile) {
-  config::Catalog catalog;
-  catalog.protocols[std::string(protocol.name)] = &protocol;
-  catalog.profile_dirs = {"config/profiles"};  // tests run at the root of the source tree
-  const auto loaded = config::LoadProfile(profile, protocol, catalog);
-  for (const auto& problem : loaded.problems) ADD_FAILURE() << config::ToString(problem);
-  return config::DeviceFromProfile(loaded.profile, protocol, "device", "1");
-}
-
 /// Every answer that stands in a transcript of DCON.
 std::set<std::string> RecordedAnswers() {
   std::set<std::string> answers;
@@ -60,8 +51,8 @@ class BothPlugins : public ::testing::Test {
  protected:
   void Compare(const std::string& stream) {
     ++compared_;
-    const Answer own = Heard(TelegramProtocol(), described_, ToBytes(kRequest), ToBytes(stream));
-    const Answer dcon = Heard(DconProtocol(), plugin_, ToBytes(kRequest), ToBytes(stream));
+    const Answer own = AnswerTo(TelegramProtocol(), described_, ToBytes(kRequest), ToBytes(stream));
+    const Answer dcon = AnswerTo(DconProtocol(), plugin_, ToBytes(kRequest), ToBytes(stream));
     good_ += dcon.outcome == Outcome::ok ? 1 : 0;
     ASSERT_EQ(ProvesLife(own.outcome), ProvesLife(dcon.outcome)) << Printable(ToBytes(stream));
     if (ProvesLife(own.outcome)) {
@@ -82,8 +73,8 @@ class BothPlugins : public ::testing::Test {
     return points;
   }
 
-  const config::Device described_ = Shipped(TelegramProtocol(), "owen-mv110-8a-telegrams");
-  const config::Device plugin_ = Shipped(DconProtocol(), "owen-mv110-8a");
+  const config::Device described_ = ShippedDevice(TelegramProtocol(), "owen-mv110-8a-telegrams");
+  const config::Device plugin_ = ShippedDevice(DconProtocol(), "owen-mv110-8a");
   int compared_ = 0;
   int good_ = 0;
 };

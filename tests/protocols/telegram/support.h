@@ -34,9 +34,19 @@ inline config::Device Described(const std::string& text, const Settable& options
   return device;
 }
 
+/// A device of a shipped profile.
+inline config::Device ShippedDevice(const Protocol& protocol, const std::string& profile) {
+  config::Catalog catalog;
+  catalog.protocols[std::string(protocol.name)] = &protocol;
+  catalog.profile_dirs = {"config/profiles"};  // tests run at the root of the source tree
+  const auto loaded = config::LoadProfile(profile, protocol, catalog);
+  for (const auto& problem : loaded.problems) ADD_FAILURE() << config::ToString(problem);
+  return config::DeviceFromProfile(loaded.profile, protocol, "device", "1");
+}
+
 /// What a conversation makes of `stream`, the bytes that come for `request`: of the first frame.
-inline Answer Heard(const Protocol& protocol, const config::Device& device, View request,
-                    View stream) {
+inline Answer AnswerTo(const Protocol& protocol, const config::Device& device, View request,
+                       View stream) {
   Assembler assembler;
   assembler.Begin(protocol.reply_rule, protocol.expect(request, device.options));
   assembler.Feed(stream);
