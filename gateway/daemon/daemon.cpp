@@ -194,8 +194,7 @@ Status Daemon::Impl::StartModbus() {
   if (!config.modbus.enabled) return {};
   modbus::ModbusLinks links;
   links.lines = Targets();
-  links.frames = {catalog.FramesOf(modbus::Framing::rtu),
-                  catalog.FramesOf(modbus::Framing::ascii)};
+  links.frames = {catalog.FramesOf(modbus::Framing::rtu), catalog.FramesOf(modbus::Framing::ascii)};
   if (records.writes() != nullptr) links.writes = &records.writes()->log();
   if (records.events() != nullptr) {
     links.events = records.events()->feed();
