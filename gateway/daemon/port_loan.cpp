@@ -67,15 +67,15 @@ Duration PortLoan::TimeOf(const Visit& visit) const {
 }
 
 void PortLoan::HandOver(Now now) {
-  state_ = State::held;
-  show_at_ = heard_ = now.instant;
-  visit_.began = now;
   Status set = links_.port.Reset(links_.config.serial);
   if (set) set = links_.port.PassOn();
   if (!set) return line_.OnPortFailed(set.error(), now);
+  state_ = State::held;
+  show_at_ = heard_ = now.instant;
+  visit_.began = now;
   const std::string who = WhoOf(visit_);
   if (lends()) {
-    const Duration time = TimeOf(visit_);
+    const Duration time = std::chrono::ceil<std::chrono::seconds>(TimeOf(visit_));
     until_ = now.instant + time;
     line_.OnLent("lent to " + who, now.wall + time, now);
     links_.news.OnNews({News::What::port_lent, false, {}, who}, now);

@@ -14,9 +14,9 @@ import tempfile
 import time
 import tty
 
-ROUNDS = 7        # of each program, in turn
+ROUNDS = 5        # of each program, in turn
 TRIPS = 2000      # of each round
-MEGABYTES = 24    # of each round and direction
+MEGABYTES = 8     # of each round and direction
 
 
 def free_port():

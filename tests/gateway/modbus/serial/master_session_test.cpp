@@ -235,7 +235,7 @@ TEST_F(MasterSessionTest, AnAsciiMasterIsAnsweredAtEveryCut) {
 }
 
 TEST_F(MasterSessionTest, AMasterOfAnotherFramingIsNamed) {
-  for (const auto [expected, spoken] :
+  for (const auto& [expected, spoken] :
        {std::pair(Framing::rtu, Framing::ascii), std::pair(Framing::ascii, Framing::rtu)}) {
     session_.reset();
     listener().framing = expected;
