@@ -45,9 +45,7 @@ class SerialPort final : public Transport {
   }
   std::size_t Unsent() const override { return session_ ? session_->unsent() : 0; }
   bool IsDrained() const override;
-  void SetPatient(bool patient) override {
-    if (session_) session_->SetPatient(patient);
-  }
+  Status PassOn() override;
   void Purge(bool input, bool output) override;
   std::optional<ModemLines> ReadModemLines() const override;
   Status Set(PortSwitch which, bool on) override;
@@ -70,6 +68,7 @@ class SerialPort final : public Transport {
   std::shared_ptr<char> attempt_;  ///< held while an Open is under way; gone = cancelled
   bool keeps_bit_rate_ = false;
   int stuck_ = 0;                ///< requests in a row that were given up before they were out
+  bool passed_on_ = false;       ///< to a client
   bool settings_known_ = false;  ///< the port is set to serial_, not to the rest of a failed Apply
   std::optional<TtyMode> mode_;  ///< as the driver has taken these settings
   ParmrkDecoder marks_;
@@ -121,6 +120,7 @@ Result<Descriptor> SerialPort::Prepare() {
   FlushInput(*fd);
   keeps_bit_rate_ = !IsPty(*fd);
   settings_known_ = true;
+  passed_on_ = false;
   mode_ = TtyMode::Read(*fd);
   stuck_ = 0;
   marks_ = ParmrkDecoder();
@@ -171,7 +171,10 @@ Status SerialPort::Apply(const config::SerialSettings& serial) {
     if (settings_known_ && SameSettings(serial, serial_)) return {};
     settings_known_ = false;
     const int fd = session_->stream().native_handle();
-    if (const Status set = ApplySerialSettings(fd, OnTheWire(serial), port_); !set) return set;
+    const auto damage = passed_on_ ? Damage::as_it_is : Damage::marked;
+    if (const Status set = ApplySerialSettings(fd, OnTheWire(serial), port_, damage); !set) {
+      return set;
+    }
     settings_known_ = true;
     mode_ = TtyMode::Read(fd);
     earlier_parity_errors_ += parity_.errors();
@@ -184,6 +187,8 @@ Status SerialPort::Apply(const config::SerialSettings& serial) {
 Status SerialPort::Reset(const config::SerialSettings& serial) {
   if (!session_) return {};
   Purge(true, true);
+  passed_on_ = false;
+  marks_ = ParmrkDecoder();
   settings_known_ = false;
   if (const Status set = Apply(serial); !set) return set;
   ResetSwitches(session_->stream().native_handle(), serial);
@@ -198,8 +203,17 @@ std::optional<std::string> SerialPort::Restore() {
   const auto now = TtyMode::Read(fd);
   if (!now || *now == *mode_) return std::nullopt;
   // What cannot be set again is seen, and said, the next time.
-  if (ApplySerialSettings(fd, OnTheWire(serial_), port_)) FlushInput(fd);
+  const auto damage = passed_on_ ? Damage::as_it_is : Damage::marked;
+  if (ApplySerialSettings(fd, OnTheWire(serial_), port_, damage)) FlushInput(fd);
   return mode_->ChangesTo(*now);
+}
+
+Status SerialPort::PassOn() {
+  if (!session_) return {};
+  session_->SetPatient(true);
+  passed_on_ = true;
+  settings_known_ = false;
+  return Apply(serial_);
 }
 
 bool SerialPort::IsDrained() const {
@@ -227,7 +241,8 @@ Status SerialPort::Set(PortSwitch which, bool on) {
 
 void SerialPort::OnRead(View raw) {
   stuck_ = 0;
-  Bytes characters = marks_.Decode(raw);
+  if (passed_on_ && !serial_.software_parity) return listener_.OnBytes(raw);
+  Bytes characters = passed_on_ ? Bytes(raw.begin(), raw.end()) : marks_.Decode(raw);
   if (serial_.software_parity) characters = parity_.Decode(characters);
   if (!characters.empty()) listener_.OnBytes(characters);
 }

@@ -212,7 +212,8 @@ Status CompareRs485(const config::Rs485& asked, const config::Rs485& actual,
                "; write what it can do, or use an adapter that switches direction by itself"};
 }
 
-Status ApplySerialSettings(int fd, const config::SerialSettings& serial, const std::string& port) {
+Status ApplySerialSettings(int fd, const config::SerialSettings& serial, const std::string& port,
+                           Damage damage) {
   if (const Status range = CheckRange(serial); !range) return range;
   const bool pty = IsPty(fd);
   termios2 mode{};
@@ -223,6 +224,7 @@ Status ApplySerialSettings(int fd, const config::SerialSettings& serial, const s
   SetFormat(mode, serial);
   // A pty damages nothing. There the switch tells the twin at its far end (pty_settings.h).
   if (pty && serial.parity == config::Parity::none) mode.c_iflag &= ~static_cast<tcflag_t>(INPCK);
+  if (damage == Damage::as_it_is) mode.c_iflag &= ~static_cast<tcflag_t>(INPCK | PARMRK);
   const tcflag_t wanted = mode.c_iflag;
   if (ioctl(fd, TCSETS2, &mode) != 0) return NotTaken(port, serial.ToString());
 

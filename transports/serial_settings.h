@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 
@@ -18,9 +19,16 @@ inline constexpr int kHighestBaud = 921600;
 /// A pty has no bit rate, parity or hang-up delay, and forgets such settings without saying so.
 bool IsPty(int fd);
 
-/// Everything in one go: raw mode, PARMRK (parmrk.h reads it), speed and format, RS-485, low
-/// latency. `serial` is what the wire shall see (OnTheWire of parity.h). `port` is for messages.
-Status ApplySerialSettings(int fd, const config::SerialSettings& serial, const std::string& port);
+/// Characters with wrong parity or framing.
+enum class Damage : std::uint8_t {
+  marked,    ///< by PARMRK, which parmrk.h reads
+  as_it_is,  ///< like all others, which costs the kernel less
+};
+
+/// Everything in one go: raw mode, marks, speed and format, RS-485, low latency. `serial` is what
+/// the wire shall see (OnTheWire of parity.h). `port` is for messages.
+Status ApplySerialSettings(int fd, const config::SerialSettings& serial, const std::string& port,
+                           Damage damage = Damage::marked);
 
 /// Raw mode without anything else, for the far end of a pty.
 Status MakeRaw(int fd);

@@ -4,7 +4,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
 #include <asio/buffer.hpp>
 #include <asio/error.hpp>
 #include <asio/post.hpp>
@@ -34,13 +33,14 @@ class StreamPump : public std::enable_shared_from_this<StreamPump<Stream>> {
 
   /// `stall`: so long without one byte taken, and no more will be.
   StreamPump(Stream stream, OnRead on_read, OnEnd on_end, OnRoom on_room = {},
-             Duration stall = kStall)
+             Duration stall = kStall, std::size_t read_at_most = 4096)
       : stream_(std::move(stream)),
         stall_(stream_.get_executor()),
         on_read_(std::move(on_read)),
         on_end_(std::move(on_end)),
         on_room_(std::move(on_room)),
-        stall_time_(stall) {}
+        stall_time_(stall),
+        input_(read_at_most) {}
 
   Stream& stream() { return stream_; }
   void Start() {
@@ -159,7 +159,7 @@ class StreamPump : public std::enable_shared_from_this<StreamPump<Stream>> {
   OnEnd on_end_;
   OnRoom on_room_;
   const Duration stall_time_;
-  std::array<std::uint8_t, 4096> input_{};
+  Bytes input_;
   Bytes queue_;  ///< what the stream has not taken
   std::uint64_t taken_ = 0;
   bool waiting_ = false;  ///< for room in the stream

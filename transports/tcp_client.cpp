@@ -70,8 +70,9 @@ class TcpClient final : public Transport {
     if (session_) session_->Pause(paused);
   }
   std::size_t Unsent() const override { return session_ ? session_->unsent() : 0; }
-  void SetPatient(bool patient) override {
-    if (session_) session_->SetPatient(patient);
+  Status PassOn() override {
+    if (session_) session_->SetPatient(true);
+    return {};
   }
   void Purge(bool /*input*/, bool output) override {
     if (session_ && output) session_->DropUnsent();

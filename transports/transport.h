@@ -77,8 +77,9 @@ class Transport {
   virtual std::size_t Unsent() const { return 0; }
   /// All that was sent has left this machine, as far as the driver tells.
   virtual bool IsDrained() const { return Unsent() == 0; }
-  /// Output may be held back by flow control for as long as it likes.
-  virtual void SetPatient(bool /*patient*/) {}
+  /// The port is a client's until Reset: flow control may hold output back for as long as it likes,
+  /// and damaged characters come as they are.
+  virtual Status PassOn() { return {}; }
   /// What is waiting in these directions is thrown away.
   virtual void Purge(bool /*input*/, bool /*output*/) {}
   /// Nothing: the port has none, or its driver does not tell.

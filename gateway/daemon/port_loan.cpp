@@ -60,27 +60,22 @@ bool PortLoan::Settle(Now now) {
   return state_ == State::wanted;
 }
 
+/// The longest time that the client has the port.
 Duration PortLoan::TimeOf(const Visit& visit) const {
-  Duration time = links_.config.lend ? links_.config.lend->time : config::PortServer().time;
-  links_.store.UpdateLine(links_.store.LineIndex(links_.config), [&](LineStatus& status) {
-    const PortService* const service = ServiceAt(status, visit.place);
-    if (service != nullptr && service->open_until != WallTime{}) {
-      time = service->open_until - visit.began.wall;
-    }
-  });
-  return time;
+  if (visit.place == offered_at_) return offered_until_ - visit_.began.wall;
+  return links_.config.lend ? links_.config.lend->time : config::PortServer().time;
 }
 
 void PortLoan::HandOver(Now now) {
+  Status set = links_.port.Reset(links_.config.serial);
+  if (set) set = links_.port.PassOn();
+  if (!set) return line_.OnPortFailed(set.error(), now);
   state_ = State::held;
   show_at_ = heard_ = now.instant;
   visit_.began = now;
-  if (const Status set = links_.port.Reset(links_.config.serial); !set) {
-    return line_.OnPortFailed(set.error(), now);
-  }
   const std::string who = WhoOf(visit_);
   if (lends()) {
-    const Duration time = TimeOf(visit_);
+    const Duration time = std::chrono::ceil<std::chrono::seconds>(TimeOf(visit_));
     until_ = now.instant + time;
     line_.OnLent("lent to " + who, now.wall + time, now);
     links_.news.OnNews({News::What::port_lent, false, {}, who}, now);
@@ -232,6 +227,9 @@ void PortLoan::OnListening(const std::string& place, const std::string& trouble,
 
 void PortLoan::Offer(const config::PortServer& server, WallTime until) {
   const std::string place = server.Place();
+  const bool for_good = until == WallTime::max();
+  if (!for_good) offered_at_ = until > WallTime{} ? place : std::string();
+  offered_until_ = until;
   links_.store.UpdateLine(links_.store.LineIndex(links_.config), [&](LineStatus& status) {
     std::erase_if(status.services, [&](const PortService& one) { return one.place == place; });
     if (until <= WallTime{}) return;
@@ -240,7 +238,7 @@ void PortLoan::Offer(const config::PortServer& server, WallTime until) {
     service.mode = Name(server.mode);
     service.lent = lends();
     service.trouble = "not opened yet";
-    if (until != WallTime::max()) service.open_until = until;
+    if (!for_good) service.open_until = until;
     status.services.push_back(std::move(service));
   });
 }

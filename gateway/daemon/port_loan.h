@@ -101,8 +101,10 @@ class PortLoan final : public serial_server::PortOwner {
   serial_server::Visit visit_;
   Instant wanted_at_{};
   Instant until_{};
-  Instant show_at_{};  // what the status says of it
-  Instant heard_{};    // a byte of the port, or the client has left
+  Instant show_at_{};         // what the status says of it
+  std::string offered_at_;    // by hand; empty: nowhere
+  WallTime offered_until_{};  // there
+  Instant heard_{};           // a byte of the port, or the client has left
 };
 
 }  // namespace baudgate

@@ -77,7 +77,6 @@ void Session::Begin(Transport& port, const config::SerialSettings& serial, Now n
   port_ = &port;
   began_ = now;
   heard_ = now.instant;
-  port.SetPatient(true);
   if (mode_ == Mode::rfc2217) {
     com_.emplace(port, serial, signature_);
     look_at_ = now.instant + kLookEvery;

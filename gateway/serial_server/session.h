@@ -37,7 +37,7 @@ class Session {
   };
 
   /// More than this waits for one side, and the other is not read.
-  static constexpr std::size_t kMostForPort = 8 * 1024;
+  static constexpr std::size_t kMostForPort = 16 * 1024;
   static constexpr std::size_t kMostForClient = 32 * 1024;
   static constexpr Duration kLookEvery = 100ms;  ///< at the control lines
   static constexpr Duration kDrainEvery = 10ms;

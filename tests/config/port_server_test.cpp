@@ -55,8 +55,9 @@ struct Wrong {
 TEST(PortServerConfig, SaysWhatIsWrong) {
   const std::string polled = kPolled;
   const Wrong kWrong[] = {
-      {"serial_server: {}", "'at' is missing"},
-      {"serial_server: { at: here }", "at: 'here' is not host:port; write for example 127.0.0.1:4001"},
+      {"serial_server: {}", "serial_server needs 'at'; for example at: \"127.0.0.1:4001\""},
+      {"serial_server: { at: here }",
+       "at: 'here' is not host:port; write for example 127.0.0.1:4001"},
       {"serial_server: { at: \"gate:4001\" }", "'gate' is not an address of this machine"},
       {"serial_server: { at: \"0.0.0.0:4001\" }",
        "serial_server: 0.0.0.0:4001 can be reached from other machines; say who may come in"},
@@ -65,7 +66,7 @@ TEST(PortServerConfig, SaysWhatIsWrong) {
       {polled + "lend: { at: \"10.0.0.7:4001\", allow: [10.0.0.8] }",
        "warning: lend: whoever `allow` lets in at 10.0.0.7:4001 speaks to the devices at this port "
        "as it likes: no `write: deny`"},
-      {polled + "lend: { at: \"127.0.0.1:4001\", busy: wait }", "'busy' is unknown"},
+      {polled + "lend: { at: \"127.0.0.1:4001\", busy: wait }", "unknown key 'busy' in lend"},
       {polled + "serial_server: { at: \"127.0.0.1:4001\" }",
        "serial_server: the gateway asks the devices of this line; write lend in its place"},
       {"serial_server: { at: \"127.0.0.1:4001\" }, lend: { at: \"127.0.0.1:4002\" }",

@@ -13,11 +13,11 @@ namespace baudgate {
 struct ReleaseOptions {
   std::string line;
   Duration time = 10min;
-  bool end = false;  ///< take it back instead
-  std::string tcp;   ///< lend it over the network, at this ADDRESS:PORT; empty: here
+  bool end = false;   ///< take it back instead
+  std::string tcp{};  ///< lend it over the network, at this ADDRESS:PORT; empty: here
   bool rfc2217 = false;
-  std::string allow;       ///< who may come in there, with blanks between them; empty: everybody
-  std::string socket;      ///< empty: the gateway in the default places
+  std::string allow{};     ///< who may come in there, with blanks between them; empty: everybody
+  std::string socket{};    ///< empty: the gateway in the default places
   Duration patience = 5s;  ///< for the port to be closed or opened
 };
 

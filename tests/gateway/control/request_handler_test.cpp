@@ -36,6 +36,20 @@ TEST_F(ServiceTest, ReleaseLendsThePortForTheTimeGiven) {
   EXPECT_THAT(lines_.calls(), ElementsAre("release 1 for 10min"));
 }
 
+TEST_F(ServiceTest, ReleaseOverTheNetworkOffersThePort) {
+  const auto release = [this](const std::string& more) {
+    return Ask(R"({"command":"release","target":"io","for_ms":60000,)" + more + "}");
+  };
+  EXPECT_THAT(release(R"("tcp":"localhost:4001","rfc2217":true)"),
+              HasSubstr(R"("at":"127.0.0.1:4001","for_everybody":false)"));
+  EXPECT_THAT(lines_.calls(), ElementsAre("offer 1 at 127.0.0.1:4001, rfc2217, for 1min"));
+  EXPECT_THAT(release(R"("tcp":"0.0.0.0:4001")"), HasSubstr(R"("for_everybody":true)"));
+  EXPECT_THAT(release(R"("tcp":"0.0.0.0:4001","allow":"10.0.0.7")"),
+              HasSubstr(R"("for_everybody":false)"));
+  EXPECT_THAT(release(R"("tcp":"gate:4001")"), HasSubstr("is not ADDRESS:PORT of this machine"));
+  EXPECT_THAT(release(R"("tcp":"127.0.0.1:4001","allow":"all")"), HasSubstr("usage"));
+}
+
 TEST_F(ServiceTest, NonsenseTimesAreRefused) {
   const auto release = [this](const std::string& time) {
     return Ask(R"({"command":"release","target":"io","for_ms":)" + time + "}");
@@ -57,7 +71,7 @@ TEST_F(ServiceTest, AMemberOfAnotherTypeIsNotTakenForAbsent) {
     const char* says;
   } wrong[] = {
       {R"("release","target":"io","for":"x")",
-       "'for' is no member of 'release'; there are: target, for_ms"},
+       "'for' is no member of 'release'; there are: target, for_ms, tcp, rfc2217, allow"},
       {R"("release","target":7,"for_ms":1000)",
        "'target' of 'release' is a text in quotation marks, and not 7"},
       {R"("write","target":"io.ai-1.setting","value":"7","confirm":7)",

@@ -32,7 +32,11 @@ class FakePort final : public Transport {
   }
   void Close() override { open = false; }
   bool is_open() const override { return open; }
-  void Send(View bytes) override { sent.emplace_back(bytes.begin(), bytes.end()); }
+  void Send(View bytes) override {
+    sent.emplace_back(bytes.begin(), bytes.end());
+    last = sent.back();
+    ++sends;
+  }
   void DropUnsent() override {}
   Status Apply(const config::SerialSettings&) override { return {}; }
   Status Reset(const config::SerialSettings&) override {
@@ -45,6 +49,8 @@ class FakePort final : public Transport {
 
   int opens = 0;
   int resets = 0;
+  int sends = 0;
+  Bytes last;
   bool refuses = false;  ///< to be reset
   bool open = false;
   bool open_on_demand = false;   // a server that takes every connection
@@ -552,6 +558,12 @@ struct NetworkLoan : LocalPort {
     user.has = nullptr;
     Handle([&] { line_->loan.Return(user, user.its, "it has left", now_); });
   }
+  /// From now on nobody answers, and a poll is under way. Its request.
+  Bytes BeginPoll() {
+    answers_ = false;
+    for (const int before = port_.sends; port_.sends == before;) Pass(1ms);
+    return port_.last;
+  }
   std::uint64_t Polls() {
     return store_->ReadLine(0).outcomes[static_cast<std::size_t>(Outcome::ok)];
   }
@@ -569,13 +581,12 @@ struct NetworkLoan : LocalPort {
 TEST_F(NetworkLoan, BeginsBehindTheExchangeUnderWay) {
   Open();
   Pass(2s);
-  answers_ = false;
-  while (port_.sent.empty()) Pass(1ms);  // a poll is under way
+  const Bytes request = BeginPoll();
   Want(user_);
   EXPECT_EQ(user_.has, nullptr);
   EXPECT_FALSE(OutOfService());
-  answers_ = true;
   const std::uint64_t before = Polls();
+  Handle([&] { line_->port.OnBytes(twin_->Answer(request, now_.instant), now_); });
   Pass(100ms);
   EXPECT_EQ(user_.has, &port_);
   EXPECT_EQ(Polls(), before + 1) << "it has ended in order";
@@ -708,8 +719,7 @@ TEST_F(NetworkLoan, ThePortIsOpenedAnewWhereItsSettingsDoNotComeBack) {
 TEST_F(NetworkLoan, AClientThatLeavesBeforeItHasThePortChangesNothing) {
   Open();
   Pass(2s);
-  answers_ = false;
-  while (port_.sent.empty()) Pass(1ms);
+  BeginPoll();
   Want(user_);
   Return(user_);
   answers_ = true;

@@ -31,14 +31,13 @@ class FakePort final : public Transport {
   }
   Status Reset(const config::SerialSettings& wanted) override {
     unsent = 0;
-    paused = patient = false;
+    paused = false;
     calls.push_back("reset");
     serial = wanted;
     return reset;
   }
   void Pause(bool on) override { paused = on; }
   std::size_t Unsent() const override { return unsent; }
-  void SetPatient(bool on) override { patient = on; }
   void Purge(bool input, bool output) override {
     calls.push_back(std::string("purge") + (input ? " input" : "") + (output ? " output" : ""));
   }
@@ -56,7 +55,6 @@ class FakePort final : public Transport {
   bool takes = true;  ///< what it is sent
   std::size_t unsent = 0;
   bool paused = false;
-  bool patient = false;
   bool no_switches = false;
   std::string refused;  ///< a part of the settings that the driver refuses
   Status reset;

@@ -67,7 +67,6 @@ TEST_F(SessionTest, AsksForThePortWithItsFirstByte) {
   Begin();
   EXPECT_THAT(port_.sent, ElementsAre(1, 2));
   EXPECT_FALSE(client_.paused);
-  EXPECT_TRUE(port_.patient);
 }
 
 TEST_F(SessionTest, PassesEveryByteOn) {

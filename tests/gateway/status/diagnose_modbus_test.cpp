@@ -39,6 +39,15 @@ TEST(DiagnoseMaster, DamageIsSaidWithTheSettings) {
                   "and wiring (19200 8E1)"));
 }
 
+TEST(DiagnoseMaster, OneOfAnotherFramingIsTold) {
+  modbus::MasterStatus master = Open();
+  master.other = modbus::Framing::ascii;
+  EXPECT_THAT(DiagnoseMaster(master, kToday),
+              ElementsAre("the master is not understood: it speaks Modbus ASCII, and Modbus RTU is "
+                          "spoken here; set framing: ascii at the listener, or change the other "
+                          "side"));
+}
+
 TEST(DiagnoseMaster, AClosedPortSaysWhyAndSinceWhen) {
   modbus::MasterStatus master = Open();
   master.is_open = false;

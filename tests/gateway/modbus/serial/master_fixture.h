@@ -62,6 +62,7 @@ class MasterTest : public testing::Test {
     store_->Update(0, samples, now, 5ms);
     ModbusLinks links;
     links.lines = {&target_};
+    links.frames = {&ModbusRtuProtocol(), &ModbusAsciiProtocol()};
     points_.emplace(
         config_, *store_, sink_, [] { return GatewayFigures{}; }, ModbusLimits{}, links);
   }
@@ -70,6 +71,9 @@ class MasterTest : public testing::Test {
 
   static Bytes Rtu(std::uint8_t unit, const std::string& pdu) {
     return ModbusRtuProtocol().carrier->wrap(unit, ParseHex(pdu).value());
+  }
+  static Bytes Ascii(std::uint8_t unit, const std::string& pdu) {
+    return ModbusAsciiProtocol().carrier->wrap(unit, ParseHex(pdu).value());
   }
 
   asio::io_context io_;
@@ -90,8 +94,9 @@ class MasterSessionTest : public MasterTest, private MasterSession::Owner {
     MakePoints(now_);
     points_->inbox()->Open(io_, [this] { return now_; });
     const std::size_t port = points_->book()->AddMaster(listener(), now_.wall);
-    session_.emplace(listener(), *points_, ModbusRtuProtocol(), port,
-                     static_cast<MasterSession::Owner&>(*this), now_);
+    const bool ascii = listener().framing == Framing::ascii;
+    session_.emplace(listener(), *points_, ascii ? ModbusAsciiProtocol() : ModbusRtuProtocol(),
+                     port, static_cast<MasterSession::Owner&>(*this), now_);
   }
 
   Duration LineTime(std::size_t bytes) { return bytes * listener().serial.CharacterTime(); }

@@ -220,5 +220,35 @@ TEST_F(MasterSessionTest, WhatIsAnsweredAfterTheEndIsDropped) {
   EXPECT_THAT(sent_, testing::IsEmpty());
 }
 
+TEST_F(MasterSessionTest, AnAsciiMasterIsAnsweredAtEveryCut) {
+  listener().framing = Framing::ascii;
+  Begin();
+  const Bytes request = Ascii(1, "03 00 00 00 01");
+  for (std::size_t cut = 0; cut <= request.size(); ++cut) {
+    Hear(Bytes(request.begin(), request.begin() + static_cast<std::ptrdiff_t>(cut)));
+    Pass(900ms);  // a character may be late by a second
+    Hear(Bytes(request.begin() + static_cast<std::ptrdiff_t>(cut), request.end()));
+    Pass(100ms);
+    EXPECT_THAT(std::exchange(sent_, {}), testing::ElementsAre(ToHex(Ascii(1, "03 02 FF FE"))))
+        << cut;
+  }
+}
+
+TEST_F(MasterSessionTest, AMasterOfAnotherFramingIsNamed) {
+  for (const auto& [expected, spoken] :
+       {std::pair(Framing::rtu, Framing::ascii), std::pair(Framing::ascii, Framing::rtu)}) {
+    session_.reset();
+    listener().framing = expected;
+    Begin();
+    const std::string pdu = "03 00 00 00 01";
+    for (const std::uint8_t byte : spoken == Framing::ascii ? Ascii(1, pdu) : Rtu(1, pdu)) {
+      Hear({byte});
+    }
+    ExpectSilence();
+    Pass(2s);
+    EXPECT_EQ(Master().other, spoken) << Title(spoken);
+  }
+}
+
 }  // namespace
 }  // namespace baudgate::modbus
