@@ -56,7 +56,6 @@ void LineRecorder::OnSent(std::uint32_t device, const Request& request, Now now)
   const MutexLock lock(mutex_);
   Begin();
   asked_ = device;
-  sent_ = now.instant;
   masks_received_ = !request.expect.secrets.empty();
   if (masks_received_) last_secret_ = now.instant;
   AddBytes({.kind = TraceRecord::Kind::sent, .device = device, .at = now.wall}, request.bytes,
@@ -75,6 +74,7 @@ void LineRecorder::OnExchangeEnd(std::uint32_t device, const ExchangeEnd& end, N
   {
     const MutexLock lock(mutex_);
     asked_ = kNoDevice;
+    ended_ = now.instant;
     Item item{.kind = TraceRecord::Kind::end, .outcome = end.outcome, .device = device};
     item.at = now.wall;
     item.round_trip = end.round_trip;
@@ -118,7 +118,8 @@ LineRecorder::Exchange& LineRecorder::Begin() {
 
 void LineRecorder::BeginUnasked(Now now) {
   const auto last = std::exchange(received_, now.instant);
-  if (count_ == 0 || (sent_ && now.instant - *sent_ < kOnlyListens)) return;
+  const bool asks = asked_ != kNoDevice || (ended_ && now.instant - *ended_ < kOnlyListens);
+  if (count_ == 0 || asks) return;
   const bool silent = !last || now.instant - *last >= kSilence;
   if (silent || ring_[newest_].on_wire >= kMostBytes) Begin();
 }

@@ -39,7 +39,8 @@ class LineRecorder final : public Tap {
   /// A reason may quote what came back: none is kept for so long after a request with secrets, as
   /// its task may go on with requests that have none.
   static constexpr Duration kNoReasons = 5s;
-  /// A line that has sent nothing for so long only listens. Its messages are told apart by silence.
+  /// A line whose last exchange ended so long ago only listens. Its messages are told apart by
+  /// silence.
   static constexpr Duration kOnlyListens = 10s;
   static constexpr Duration kSilence = 500ms;
   /// A line that is in trouble for long gives one recording in this time.
@@ -116,7 +117,7 @@ class LineRecorder final : public Tap {
   std::size_t count_ BAUDGATE_GUARDED_BY(mutex_) = 0;               // of exchanges kept
   std::uint32_t asked_ BAUDGATE_GUARDED_BY(mutex_) = kNoDevice;     // whose exchange is under way
   bool masks_received_ BAUDGATE_GUARDED_BY(mutex_) = false;         // the last request had secrets
-  std::optional<Instant> sent_ BAUDGATE_GUARDED_BY(mutex_);         // the last request
+  std::optional<Instant> ended_ BAUDGATE_GUARDED_BY(mutex_);        // the last exchange
   std::optional<Instant> received_ BAUDGATE_GUARDED_BY(mutex_);     // the last bytes
   std::optional<Instant> last_secret_ BAUDGATE_GUARDED_BY(mutex_);  // when one was last sent
   std::optional<Instant> saved_ BAUDGATE_GUARDED_BY(mutex_);        // when it last gave a recording
