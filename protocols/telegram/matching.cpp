@@ -223,6 +223,19 @@ bool IsOther(const Form& form, const Match& match, const Bound& known) {
   return false;
 }
 
+/// The size that it says is none. Whether it began as one is said alike however it comes.
+Match BadSize(const Form& form, View held, bool idle) {
+  Match match;
+  const Bytes& front = form.pattern.elements.front().literal;
+  const std::size_t there = std::min(front.size(), held.size());
+  if (!std::equal(held.begin(), held.begin() + static_cast<std::ptrdiff_t>(there), front.begin())) {
+    return match;
+  }
+  if (there < front.size() && !idle) match.kind = Match::Kind::need_more;
+  match.began = !front.empty() && there == front.size();
+  return match;
+}
+
 }  // namespace
 
 View Match::Of(const Pattern& pattern, std::string_view name) const {
@@ -238,7 +251,7 @@ Match MatchFront(const Form& form, View held, bool idle, std::size_t most, const
   std::size_t whole = kNoSize;
   if (form.size_at) {
     if (const auto said = SaidSize(*form.size_at, held)) {
-      if (*said > most || *said < form.pattern.least_size()) return match;
+      if (*said > most || *said < form.pattern.least_size()) return BadSize(form, held, idle);
       whole = *said;
       if (held.size() > whole) held = held.first(whole);
     }
