@@ -13,12 +13,12 @@ namespace baudgate {
 struct ReleaseOptions {
   std::string line;
   Duration time = 10min;
-  bool end = false;   ///< take it back instead
-  std::string tcp{};  ///< lend it over the network, at this ADDRESS:PORT; empty: here
-  bool rfc2217 = false;
-  std::string allow{};     ///< who may come in there, with blanks between them; empty: everybody
+  bool end = false;        ///< take it back instead
   std::string socket{};    ///< empty: the gateway in the default places
   Duration patience = 5s;  ///< for the port to be closed or opened
+  std::string tcp{};       ///< lend it over the network, at this ADDRESS:PORT; empty: here
+  bool rfc2217 = false;
+  std::string allow{};  ///< who may come in there, with blanks between them; empty: everybody
 };
 
 /// Returns when the port is closed (or open again), so that a script may go on. Exit code 0; 2 for

@@ -48,13 +48,14 @@ void MasterSession::OnBytes(View bytes, const Now& now) {
 
 void MasterSession::CutFrames(bool silent, const Now& now) {
   while (const auto frame = assembler_.Next(silent)) OnFrame(*frame, now);
+  if (!heard_.empty()) NameOther();
   if (assembler_.held() > 0 || assembler_.blame() == Outcome::none) return;
-  OnDamage();
+  points_.book()->HeardDamage(port_);
   assembler_.Begin(protocol_.request_rule, protocol_.expect({}, {}));
 }
 
-void MasterSession::OnDamage() {
-  points_.book()->HeardDamage(port_);
+/// What has come since the last request may be one in another framing.
+void MasterSession::NameOther() {
   const auto other = OtherFraming(heard_, listener_.framing, points_.frames());
   if (!other || !points_.book()->HeardOther(port_, *other)) return;
   log::Warn("modbus: the master on {} is not answered: {}", listener_.path,

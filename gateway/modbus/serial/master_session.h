@@ -58,7 +58,7 @@ class MasterSession final : public RequestDesk::Wire {
 
   void CutFrames(bool silent, const Now& now);
   void OnFrame(const Bytes& frame, const Now& now);
-  void OnDamage();
+  void NameOther();
   bool HoldsBytes() const { return assembler_.held() > 0 || echo_.holding(); }
   void SendReply(Instant now);
 

@@ -5,6 +5,7 @@
 
 #include "gateway/line/assembler.h"
 #include "gateway/modbus/wire/mbap.h"
+#include "gateway/modbus/wire/request.h"
 
 namespace baudgate::modbus {
 namespace {
@@ -15,10 +16,11 @@ bool IsTcp(View heard) {
   const std::size_t count = std::min(space.size(), heard.size());
   std::copy_n(heard.begin(), count, space.begin());
   assembler.Commit(count);
-  constexpr std::uint8_t kFirstException = 0x80;
   View frame;
-  return assembler.Take(frame) == MbapAssembler::State::frame && frame.size() > kMbapHeader &&
-         frame[kMbapHeader] != 0 && frame[kMbapHeader] < kFirstException;
+  if (assembler.Take(frame) != MbapAssembler::State::frame) return false;
+  // Of the functions whose length is known: six bytes of anything else have such a header, too.
+  ModbusRequest request;
+  return ParseRequest(frame, request) == kNoException;
 }
 
 bool HasRequest(View heard, const Protocol* protocol) {

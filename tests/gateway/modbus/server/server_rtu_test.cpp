@@ -241,7 +241,8 @@ TEST_F(RtuOverTcpTest, WithoutTheModuleItIsAClearError) {
   ModbusServer server(config_, *store_, sink_, {}, {}, links_);
   const Status status = server.Listen(io_);
   ASSERT_FALSE(status.ok());
-  EXPECT_EQ(status.error(), "127.0.0.1:1: RTU needs the module modbus_rtu, which is not loaded");
+  EXPECT_EQ(status.error(),
+            "127.0.0.1:1: Modbus RTU needs the module modbus_rtu, which is not loaded");
 }
 
 }  // namespace

@@ -36,7 +36,9 @@ TEST(OtherFraming, TellsEachFromTheOthers) {
 TEST(OtherFraming, WaitsForAWholeRequest) {
   for (const Framing spoken : {Framing::rtu, Framing::ascii}) {
     const Bytes request = RequestIn(spoken);
-    for (std::size_t count = 0; count < request.size(); ++count) {
+    // The CR is enough: its LF comes with it.
+    const std::size_t whole = request.size() - (spoken == Framing::ascii ? 1 : 0);
+    for (std::size_t count = 0; count < whole; ++count) {
       EXPECT_FALSE(OtherFraming(View(request).first(count), Framing::tcp, Both()))
           << Title(spoken) << ", " << count << " bytes";
     }
@@ -56,6 +58,15 @@ TEST(OtherFraming, SaysNothingOfNoise) {
   }
   EXPECT_FALSE(OtherFraming(noise, Framing::tcp, {}));
   EXPECT_FALSE(OtherFraming(ToBytes("GET / HTTP/1.1\r\n\r\n"), Framing::tcp, Both()));
+}
+
+/// The register count of an RTU request stands where Modbus TCP has its length.
+TEST(OtherFraming, ADamagedRequestIsNotAnotherFraming) {
+  for (std::uint8_t count = 1; count < 125; ++count) {
+    Bytes request = Both().rtu->carrier->wrap(1, Bytes{3, 0, 0, 0, count});
+    request.back() ^= 1;
+    EXPECT_FALSE(OtherFraming(request, Framing::rtu, Both())) << int{count};
+  }
 }
 
 TEST(OtherFraming, SaysWhatToDo) {
