@@ -23,8 +23,10 @@ struct Slice {
 };
 
 config::Catalog ShippedCatalog() {
-  return {{{std::string(UnderTest().name), &UnderTest()}},
-          {FUZZ_SOURCE_DIR "/tests/fuzz/profiles", FUZZ_SOURCE_DIR "/config/profiles"}};
+  return {
+      .protocols = {{std::string(UnderTest().name), &UnderTest()}},
+      .module_dirs = {},
+      .profile_dirs = {FUZZ_SOURCE_DIR "/tests/fuzz/profiles", FUZZ_SOURCE_DIR "/config/profiles"}};
 }
 
 std::vector<config::Profile> LoadProfiles() {

@@ -75,7 +75,7 @@ class Gateway : private modbus::ClientSession::Owner {
     constexpr std::array kPermits = {config::Permit::all, config::Permit::read,
                                      config::Permit::data, config::Permit::all};
     listener_.permit = kPermits[flags % kPermits.size()];
-    listener_.protocol = (flags & 4U) != 0 ? modbus::Framing::rtu : modbus::Framing::tcp;
+    listener_.framing = (flags & 4U) != 0 ? modbus::Framing::rtu : modbus::Framing::tcp;
     listener_.errors =
         (flags & 8U) != 0 ? config::Listener::Errors::silent : config::Listener::Errors::exception;
     listener_.broadcast = (flags & 16U) != 0 ? config::Listener::Broadcast::pass

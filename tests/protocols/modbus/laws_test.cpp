@@ -11,6 +11,8 @@ namespace {
 
 using protocols::modbus::Framing;
 using protocols::modbus::Hex;
+using protocols::modbus::Unwrap;
+using protocols::modbus::Wrap;
 
 Bytes Frame(Framing framing, const char* pdu) { return Wrap(framing, 20, Hex(pdu)); }
 

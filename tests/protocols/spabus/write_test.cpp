@@ -358,9 +358,10 @@ TEST(SpaWrite, AWriteBeforeARestartMayHaveLeftItOpen) {
   Talk again(SpabusProtocol(), Device(345));
   again->OnUnsettledWrite();
   EXPECT_EQ(again.Exchange(kPoll, *relay.twin).then, Then::ask_again);
-  EXPECT_EQ(Body(AsText(again.request().bytes)), ">1WV160:345") << "is it the right one?";
+  EXPECT_EQ(Body(std::string(AsText(again.request().bytes))), ">1WV160:345")
+      << "is it the right one?";
   EXPECT_EQ(again.Exchange(kPoll, *relay.twin).then, Then::ask_again);
-  EXPECT_EQ(Body(AsText(again.request().bytes)), ">1WV161:345");
+  EXPECT_EQ(Body(std::string(AsText(again.request().bytes))), ">1WV161:345");
   EXPECT_FALSE(relay.is_open());
   EXPECT_EQ(again.Exchange(kPoll, *relay.twin).readings.size(), 1U);
 }
