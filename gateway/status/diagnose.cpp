@@ -279,7 +279,7 @@ Sentences Patience(const DeviceStatus& status) {
 /// Of a device that speaks when it likes: nothing that it says can be read, or much cannot.
 Sentences Unreadable(const DeviceRecord& record, const Evidence& evidence) {
   if (!record.status.unasked || evidence.failed < kNotableFailures) return {};
-  if (!record.status.last_ok) return Said("what it sends cannot be read: ", evidence);
+  if (!record.status.last_ok) return Said("no message of it was good yet: ", evidence);
   return Said(fmt::format("{} of its last {} messages are bad: ", evidence.failed, evidence.looked),
               evidence);
 }

@@ -81,7 +81,7 @@ TEST_F(OnePort, OneLookAtADevice) {
   EXPECT_EQ(read({"--address", "20", "no_such"}).code, kUsage);
   EXPECT_EQ(read({"--address", "300"}).code, kBadConfiguration);
   EXPECT_EQ(read({"--address", "20", "--option", "hole"}).code, kUsage);
-  EXPECT_EQ(read({"--address", "20", "--option", "holes=zero", "output_frequency"}).code, 0);
+  EXPECT_EQ(read({"--address", "20", "--option", "block=5", "output_frequency"}).code, 0);
   const Finished option = read({"--address", "20", "--option", "hol=5"});
   EXPECT_EQ(option.code, kBadConfiguration);
   EXPECT_THAT(option.errors, HasSubstr("hol"));

@@ -71,6 +71,7 @@ bay-1.feeder-2  offline     no_reply    12 min  10.0 %  24 ms  28 ms        0   
 io.ai-1         never seen  none             -       -      -      -        0       0
 
 bay-1.feeder-2: offline for 12 min: not a byte comes any more: check its power and its wire
+bay-1.feeder-2: feeder-1 answers on the same line
 bay-1.feeder-2: its return is noticed within 9.0 s
 io: port closed for 3 min: /dev/ttyUSB1: No such file or directory
 )");
@@ -91,6 +92,7 @@ bay-1.feeder-1  online      ok           0.3 s  99.8 %  25 ms  28 ms        0
 io: port closed for 3 min: /dev/ttyUSB1: No such file or directory
 bay-1.feeder-2: offline for 12 min: not a byte comes any more: check its power
   and its wire
+bay-1.feeder-2: feeder-1 answers on the same line
 bay-1.feeder-2: its return is noticed within 9.0 s
 )");
   EXPECT_EQ(Frame(60, 12), R"(substation-7: baudgate 1.2.3, up 3 h, lines: 2, devices: 3,
@@ -102,7 +104,7 @@ io.ai-1  never seen  none         -   -     -    -        0
 
 io: port closed for 3 min: /dev/ttyUSB1: No such file or
   directory
-… 2 more
+… 3 more
 )");
 }
 
@@ -131,6 +133,7 @@ bay-1.feeder-1  online   ok           0.3 s  99.8 %  25 ms  28 ms        0      
 bay-1.feeder-2  offline  no_reply    12 min  10.0 %  24 ms  28 ms        0       0
 
 bay-1.feeder-2: offline for 12 min: not a byte comes any more: check its power and its wire
+bay-1.feeder-2: feeder-1 answers on the same line
 bay-1.feeder-2: its return is noticed within 9.0 s
 )");
 }
