@@ -13,7 +13,7 @@ constexpr std::size_t kLongestName = 64;
 template <typename Take>
 void ReadEntriesOfAll(const Catalog& catalog, const Protocol& protocol, Take take) {
   for (const ProfileFile& file : catalog.Profiles(std::string(protocol.name))) {
-    // What is wrong with the file is said when a device uses it.
+    // Errors in the file are reported when a device uses it.
     Problems unheard;
     const auto text = ReadWholeFile(file.path.string());
     const auto root = text ? ParseYaml(file.path.string(), *text, unheard) : std::nullopt;

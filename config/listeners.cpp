@@ -38,7 +38,7 @@ constexpr std::array<Word<Listener::Broadcast>, 2> kBroadcasts = {
 constexpr std::array<Word<Listener::Echo>, 2> kListenerEchoes = {
     {{"off", Listener::Echo::off}, {"strip", Listener::Echo::strip}}};
 
-/// Of a master at a serial port; the settings are those that it usually has.
+/// Sets the framing, and the serial settings that its masters usually have.
 void SetFraming(Listener& listener, modbus::Framing framing, const Catalog& catalog) {
   listener.framing = framing;
   if (const Protocol* frames = catalog.FramesOf(framing)) listener.serial = frames->serial;

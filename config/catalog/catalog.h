@@ -42,8 +42,8 @@ struct Catalog {
   /// The installed protocol that a wrong name most likely means: a misspelt one, or what people
   /// call it (Protocol::also_called). Null: none is near.
   const Protocol* MeantProtocol(const std::string& name, const std::string& port = {}) const;
-  /// Whose frames masters of listeners with this framing send; null when it is not installed, and
-  /// of Modbus TCP, which needs none.
+  /// The protocol that has the frames of this framing. Null when it is not installed, and for
+  /// Modbus TCP, which needs none.
   const Protocol* FramesOf(modbus::Framing framing) const;
   /// The folders that hold profiles of the protocol: its own, then that of Protocol::profiles_of.
   std::vector<std::string> ProfileOwners(const std::string& protocol) const;

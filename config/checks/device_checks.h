@@ -34,7 +34,7 @@ class LineAddresses {
 void CheckDevice(const Device& device, const Protocol* protocol, const Keys& keys,
                  Problems& problems);
 
-/// What its protocol finds wrong with single points.
+/// Reports the errors that the protocol finds in single points of the device.
 void CheckFaults(const Device& device, const Protocol& protocol, Problems& problems);
 
 }  // namespace baudgate::config

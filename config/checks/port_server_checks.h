@@ -12,9 +12,10 @@
 
 namespace baudgate::config {
 
-/// Who can come in. `key`: "serial_server" or "lend".
+/// Reports clients beyond loopback: an error without `allow`, a warning with it. `key`:
+/// "serial_server" or "lend".
 void CheckPortServer(const PortServer& server, const std::string& key, Problems& problems);
-/// Which of the two keys the line may have, and which others beside it. `keys`: of the line.
+/// Reports keys of the line that cannot stand together. `keys`: all keys of the line.
 void CheckPortServers(const Line& line, const Keys& keys, Problems& problems);
 
 }  // namespace baudgate::config

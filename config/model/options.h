@@ -14,8 +14,8 @@
 
 namespace baudgate::config {
 
-/// What a protocol has made of a part of a file that only it understands (Protocol::describe): for
-/// example the telegrams of a device.
+/// A part of a file that only the protocol understands, as the protocol has parsed it
+/// (Protocol::describe). Example: the telegrams of a device.
 class Description {
  public:
   explicit Description(std::string text) : text_(std::move(text)) {}

@@ -20,7 +20,7 @@ struct PortServer {
     raw,      ///< bytes as they are
     rfc2217,  ///< telnet, by which a client also sets the port
   };
-  /// What becomes of a client that comes while another one has the port.
+  /// A client that connects while another one has the port is refused, or waits.
   enum class Busy : std::uint8_t { refuse, wait };
   HostPort at;
   Mode mode = Mode::raw;

@@ -24,7 +24,8 @@ constexpr std::string_view Name(Framing framing) {
   return kNames[static_cast<std::size_t>(framing)];
 }
 
-/// Of who speaks another framing: "it speaks Modbus RTU, and Modbus TCP is spoken here; …".
+/// A sentence on a client with another framing: "it speaks Modbus RTU, and Modbus TCP is spoken
+/// here; …".
 std::string ExplainOther(Framing heard, Framing expected);
 
 }  // namespace baudgate::modbus

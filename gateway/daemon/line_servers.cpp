@@ -16,7 +16,7 @@ std::unique_ptr<Server> LineServers::Make(const config::PortServer& server, Serv
 void LineServers::Start() {
   const config::PortServer* const server = line_.server();
   if (server == nullptr) return;
-  loan_.Offer(*server, WallTime::max());
+  loan_.Serve(*server);
   server_ = Make(*server, line_.serial_server ? Server::Use::served : Server::Use::lent);
 }
 
@@ -28,7 +28,7 @@ void LineServers::Stop() {
 void LineServers::Offer(config::PortServer server, Duration time, Now now) {
   Withdraw(now);
   offer_ = std::move(server);
-  loan_.Offer(offer_, now.wall + time);
+  loan_.Offer(offer_, time, now);
   offered_ = Make(offer_, Server::Use::lent);
 }
 
@@ -36,7 +36,7 @@ void LineServers::Withdraw(Now now) {
   if (!offered_) return;
   loan_.Dismiss(*offered_, "the time of the loan is over", now);
   offered_.reset();
-  loan_.Offer(offer_, WallTime{});
+  loan_.Withdraw(offer_);
 }
 
 }  // namespace baudgate

@@ -61,8 +61,8 @@ bool PortLoan::Settle(Now now) {
 }
 
 /// The longest time that the client has the port.
-Duration PortLoan::TimeOf(const Visit& visit) const {
-  if (visit.place == offered_at_) return offered_until_ - visit_.began.wall;
+Duration PortLoan::TimeOf(const Visit& visit, Now now) const {
+  if (visit.place == offered_at_) return offered_until_ - now.instant;
   return links_.config.lend ? links_.config.lend->time : config::PortServer().time;
 }
 
@@ -75,7 +75,7 @@ void PortLoan::HandOver(Now now) {
   visit_.began = now;
   const std::string who = WhoOf(visit_);
   if (lends()) {
-    const Duration time = std::chrono::ceil<std::chrono::seconds>(TimeOf(visit_));
+    const Duration time = std::chrono::ceil<std::chrono::seconds>(TimeOf(visit_, now));
     until_ = now.instant + time;
     line_.OnLent("lent to " + who, now.wall + time, now);
     links_.news.OnNews({News::What::port_lent, false, {}, who}, now);
@@ -225,20 +225,33 @@ void PortLoan::OnListening(const std::string& place, const std::string& trouble,
   });
 }
 
-void PortLoan::Offer(const config::PortServer& server, WallTime until) {
-  const std::string place = server.Place();
-  const bool for_good = until == WallTime::max();
-  if (!for_good) offered_at_ = until > WallTime{} ? place : std::string();
-  offered_until_ = until;
+void PortLoan::Offer(const config::PortServer& server, Duration time, Now now) {
+  offered_at_ = server.Place();
+  offered_until_ = now.instant + time;
+  ShowService(server, now.wall + time);
+}
+
+void PortLoan::Withdraw(const config::PortServer& server) {
+  offered_at_.clear();
+  HideService(server.Place());
+}
+
+void PortLoan::HideService(const std::string& place) {
   links_.store.UpdateLine(links_.store.LineIndex(links_.config), [&](LineStatus& status) {
     std::erase_if(status.services, [&](const PortService& one) { return one.place == place; });
-    if (until <= WallTime{}) return;
-    PortService service;
-    service.place = place;
-    service.mode = Name(server.mode);
-    service.lent = lends();
-    service.trouble = "not opened yet";
-    if (!for_good) service.open_until = until;
+  });
+}
+
+/// `until`: clients can come in; nothing: as long as the line is there.
+void PortLoan::ShowService(const config::PortServer& server, std::optional<WallTime> until) {
+  HideService(server.Place());
+  PortService service;
+  service.place = server.Place();
+  service.mode = Name(server.mode);
+  service.lent = lends();
+  service.trouble = "not opened yet";
+  if (until) service.open_until = *until;
+  links_.store.UpdateLine(links_.store.LineIndex(links_.config), [&](LineStatus& status) {
     status.services.push_back(std::move(service));
   });
 }

@@ -64,8 +64,11 @@ class PortLoan final : public serial_server::PortOwner {
   void Return(serial_server::PortUser& user, const serial_server::Visit& visit,
               const std::string& why, Now now) override;
   void OnListening(const std::string& place, const std::string& trouble, Now now) override;
-  /// The place of `release --tcp`, and until when; the epoch: it is no more.
-  void Offer(const config::PortServer& server, WallTime until);
+  /// The server of the configuration.
+  void Serve(const config::PortServer& server) { ShowService(server, std::nullopt); }
+  /// The server of `release --tcp`, for so long.
+  void Offer(const config::PortServer& server, Duration time, Now now);
+  void Withdraw(const config::PortServer& server);
 
   /// False: they are the line's.
   bool OnBytes(View bytes, Now now);
@@ -87,11 +90,13 @@ class PortLoan final : public serial_server::PortOwner {
   enum class State : std::uint8_t { free, wanted, held, rests };
 
   bool lends() const { return !links_.config.serial_server.has_value(); }
-  Duration TimeOf(const serial_server::Visit& visit) const;
+  Duration TimeOf(const serial_server::Visit& visit, Now now) const;
   void HandOver(Now now);
   void Restore(Now now);
   void Tell(const serial_server::Visit& visit, const std::string& why, Now now);
   void ShowVisit(Now now);
+  void ShowService(const config::PortServer& server, std::optional<WallTime> until);
+  void HideService(const std::string& place);
   PortService* ServiceAt(LineStatus& status, const std::string& place) const;
 
   const Links links_;
@@ -101,10 +106,10 @@ class PortLoan final : public serial_server::PortOwner {
   serial_server::Visit visit_;
   Instant wanted_at_{};
   Instant until_{};
-  Instant show_at_{};         // what the status says of it
-  std::string offered_at_;    // by hand; empty: nowhere
-  WallTime offered_until_{};  // there
-  Instant heard_{};           // a byte of the port, or the client has left
+  Instant show_at_{};        // what the status says of it
+  std::string offered_at_;   // by `release --tcp`; empty: nowhere
+  Instant offered_until_{};  // there
+  Instant heard_{};          // a byte of the port, or the client has left
 };
 
 }  // namespace baudgate

@@ -24,10 +24,10 @@ std::string ServiceText(const Json& service) {
     text += " until " + until;
   }
   if (service.at("client").is_object()) return text + ": " + VisitText(service.at("client"));
-  if (!service.at("last").is_object()) return text + ": nobody has come yet";
+  if (!service.at("last").is_object()) return text + ": no client yet";
   const Json& last = service.at("last");
-  return text + ": nobody; the last was " + VisitText(last) + ", until " + TextOf(last, "until") +
-         ": " + Text(last, "why");
+  return text + ": no client now; the last was " + VisitText(last) + ", until " +
+         TextOf(last, "until") + ": " + Text(last, "why");
 }
 
 }  // namespace

@@ -90,7 +90,7 @@ Status AwaitPort(const PointStore& store) {
   return Error{"it did not open within " + FormatDuration(kPatience)};
 }
 
-/// What went over the line.
+/// The traffic of the line, in short.
 struct Heard {
   int requests = 0;
   std::string request{};  ///< the last one, in hex
@@ -114,7 +114,7 @@ Heard WhatWasHeard(const std::string& socket, std::ostream& err) {
   return heard;
 }
 
-/// What was sent where nothing came back; else what the gateway makes of it.
+/// Prints the request that got no answer. If bytes came back, prints the sentence of the status.
 void ExplainFailure(const ReadPortOptions& options, const std::string& serial,
                     const std::string& socket, std::ostream& err) {
   const Heard heard = WhatWasHeard(socket, err);
