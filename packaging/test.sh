@@ -8,5 +8,5 @@ cd "$(dirname "$0")/.."
 preset=${1:-release}
 build_tests "$preset"
 say "running the tests ($preset)"
-# Real ptys, ports and DDS discovery are shared with whatever else runs on the machine: two at a time.
-ctest --test-dir "build/$preset" --output-on-failure -j 2
+# Most programs wait for lines more than they compute: three at a time, long ones first (COST in tests/).
+ctest --test-dir "build/$preset" --output-on-failure -j 3
