@@ -29,12 +29,15 @@ constexpr std::array<Word<OnBad>, 3> kOnBad = {
 
 void ReadAddress(MapReader& map, LineAddresses& addresses, const Protocol* protocol,
                  Device& device) {
-  const auto node = map.Need("address", "1");
-  if (!node) return;
-  const auto address = ReadText(*node, "address", map.problems());
+  const auto none = protocol ? protocol->canonical_address("") : Result<std::string>(Error{});
+  const auto node = none ? map.Get("address") : map.Need("address", "1");
+  if (!node && !none) return;
+  const auto address = node ? ReadText(*node, "address", map.problems()) : *none;
   if (!address) return;
   device.address = *address;
-  if (protocol) addresses.Add(device, *protocol, node->mark(), map.problems());
+  if (protocol) {
+    addresses.Add(device, *protocol, node ? node->mark() : device.mark, map.problems());
+  }
 }
 
 // Null when the device names none, or one that cannot be found.

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Measures the figures of docs/performance.md on this machine, each as a ratio in one run.
-# usage: packaging/bench.sh [line] [dead] [modbus] [routes] [drive] [delay] [scale] [cost] [crowd] [history] [tag] [harm] [image] [participants] [events] [reload] [page] [port]    all but the last five without arguments; a quarter of an hour
+# usage: packaging/bench.sh [line] [dead] [modbus] [routes] [drive] [delay] [scale] [cost] [crowd] [history] [tag] [harm] [image] [participants] [events] [reload] [page] [loaded] [port]    all but the last six without arguments; a quarter of an hour
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . packaging/prepare.sh
@@ -11,7 +11,7 @@ apart=()
 others=()
 for part in "$@"; do
   case $part in
-    image | participants | events | reload | page | port) apart+=("$part") ;;
+    image | participants | events | reload | page | loaded | port) apart+=("$part") ;;
     *) others+=("$part") ;;
   esac
 done
@@ -24,6 +24,7 @@ for part in "${apart[@]}"; do
     events) tests/bench/event_to_dds.py build/release ;;
     reload) tests/bench/reload.py build/release ;;
     page) tests/bench/page.py build/release ;;
+    loaded) tests/bench/loaded.py build/release ;;
     port)
       install_packages socat ser2net
       tests/bench/port_session.py build/release

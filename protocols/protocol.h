@@ -144,6 +144,9 @@ struct PduCarrier {
   modbus::Framing framing = modbus::Framing::tcp;
 };
 
+/// The address of a device that has none, as a balance on RS-232.
+inline constexpr std::string_view kNoAddress = "none";
+
 struct Protocol {
   std::string_view name{};   ///< "spabus": in configurations, and the name of the module's file
   std::string_view title{};  ///< "ABB SPA Bus, master"
@@ -161,7 +164,7 @@ struct Protocol {
 
   /// One spelling for all spellings of an address: "0x4A" and "74" give "74". Devices of a line
   /// with the same canonical address are the same device. An error says what is wrong and what
-  /// would be right.
+  /// would be right. An empty address gives kNoAddress if devices may have none.
   Result<std::string> (*canonical_address)(std::string_view address) = nullptr;
   /// Whether `read`, `write`, type, access and table of a point fit together. An error as above.
   Status (*check_point)(const config::Point& point) = nullptr;

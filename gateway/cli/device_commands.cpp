@@ -29,11 +29,12 @@ void AddSimulate(CLI::App& app, Action& action) {
   auto* profile = command->add_option("--profile", options->profile, "Device profile");
   auto* protocol = command->add_option("--protocol", options->protocol,
                                        "Protocol, where it is not the one whose profile it is");
-  auto* address = command->add_option("--address", options->address, "Address on the line");
+  auto* address = command->add_option("--address", options->address,
+                                      "Address on the line, if the device has one");
   auto* pty = command->add_option("--pty", options->pty, "Path at which the pty is linked");
   auto* baud = command->add_option("--baud", options->serial,
                                    "Keep this bit rate and format, for example \"9600 7E1\"");
-  profile->needs(address)->needs(pty);
+  profile->needs(pty);
   address->needs(profile);
   pty->needs(profile);
   auto* set = command->add_option("--set", options->set, "Device option, key=value")
@@ -149,9 +150,9 @@ void AddRead(CLI::App& app, Action& action) {
           ->add_option("--port", direct->port, "Without a gateway: a free port, or tcp://host:port")
           ->excludes(socket);
   auto* profile = command->add_option("--profile", direct->profile, "Device profile")->needs(port);
-  auto* address =
-      command->add_option("--address", direct->address, "Address on the line")->needs(port);
-  port->needs(profile)->needs(address);
+  command->add_option("--address", direct->address, "Address on the line, if the device has one")
+      ->needs(port);
+  port->needs(profile);
   command
       ->add_option("--protocol", direct->protocol,
                    "Protocol, where it is not the one whose profile it is")
@@ -166,7 +167,7 @@ void AddRead(CLI::App& app, Action& action) {
       ->needs(port);
   command->callback([=, &action] {
     if (port->empty() && target->empty()) {
-      throw CLI::RequiredError("TARGET, or --port with --profile and --address,");
+      throw CLI::RequiredError("TARGET, or --port with --profile,");
     }
     const bool free = !port->empty();
     direct->point = options->target;

@@ -79,8 +79,9 @@ void Daemon::Impl::Examine(const config::Config& next, reload::Difference& diffe
     difference.restart.emplace_back("that events are kept");
   }
 #ifdef BAUDGATE_WITH_DDS
-  const std::string why_not = dds ? dds->WhyNot(next) : std::string();
-  if (!why_not.empty()) difference.restart.push_back(why_not);
+  if (const auto why_not = dds ? dds->WhyNot(next) : std::nullopt) {
+    difference.restart.push_back(*why_not);
+  }
 #endif
 }
 

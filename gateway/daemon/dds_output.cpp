@@ -80,7 +80,7 @@ Result<std::unique_ptr<DdsOutput>> DdsOutput::Start(const config::Config& config
 
 DdsOutput::~DdsOutput() { Stop(); }
 
-std::string DdsOutput::WhyNot(const config::Config& next) const {
+std::optional<std::string> DdsOutput::WhyNot(const config::Config& next) const {
   if (const Status names = dds::DdsPublisher::CheckNames(next); !names) return names.error();
   auto all = NamesOf(next);
   all.insert(seen_.begin(), seen_.end());
@@ -88,7 +88,7 @@ std::string DdsOutput::WhyNot(const config::Config& next) const {
     return "dds (more than the " + std::to_string(opened_.points) +
            " points that there is room for)";
   }
-  return {};
+  return std::nullopt;
 }
 
 void DdsOutput::Renumber(const config::Config& config) {

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <unordered_set>
 
@@ -31,8 +32,8 @@ class DdsOutput {
 
   /// A reload: the store has other devices, those of `config`.
   void Renumber(const config::Config& config);
-  /// What of `next` cannot be published before a restart; empty: all can.
-  std::string WhyNot(const config::Config& next) const;
+  /// What of `next` cannot be published before a restart, if anything.
+  std::optional<std::string> WhyNot(const config::Config& next) const;
 
   /// No write goes to the sink after this; those under way are answered. Idempotent.
   void StopWrites();

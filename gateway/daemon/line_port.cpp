@@ -245,10 +245,11 @@ void LinePort::EndLoan() {
 
 // ---------------------------------------------------------------- the loan over the network
 
-std::string LinePort::WhyNot() const {
+std::optional<std::string> LinePort::WhyNot() const {
   if (stopping_) return "the gateway stops";
   if (lent_until_) return "the port is released to another program";
-  return transport_.is_open() ? std::string() : "the port is not open: " + display_.text();
+  if (!transport_.is_open()) return "the port is not open: " + display_.text();
+  return std::nullopt;
 }
 
 bool LinePort::Quiet() { return !telegrams_.is_busy() && poller_.Pause(); }

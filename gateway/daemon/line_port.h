@@ -51,7 +51,7 @@ class LinePort final : public RequestPort, public PortLoan::Line {
   void DropUnsent() override;
 
   // See PortLoan.
-  std::string WhyNot() const override;
+  std::optional<std::string> WhyNot() const override;
   bool Quiet() override;
   void OnLent(const std::string& text, WallTime until, Now now) override;
   void OnReturned(Now now) override;

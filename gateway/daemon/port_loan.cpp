@@ -35,15 +35,15 @@ std::string BytesOf(const Visit& visit) {
 // ---------------------------------------------------------------- clients
 
 void PortLoan::Want(PortUser& user, const Visit& visit, Now now) {
-  std::string why_not = line_.WhyNot();
-  if (why_not.empty() && user_ != nullptr) why_not = "the port is in use by " + visit_.client;
-  if (why_not.empty() && lends() && links_.records.required && links_.records.log != nullptr &&
+  std::optional<std::string> why_not = line_.WhyNot();
+  if (!why_not && user_ != nullptr) why_not = "the port is in use by " + visit_.client;
+  if (!why_not && lends() && links_.records.required && links_.records.log != nullptr &&
       !links_.records.log->Trouble().empty()) {
     why_not = "the loan cannot be recorded: " + links_.records.log->Trouble();
   }
-  if (!why_not.empty()) {
+  if (why_not) {
     log::WarnFolded(links_.config.name + " wanted", "line {}: client {} does not get the port: {}",
-                    links_.config.name, visit.client, why_not);
+                    links_.config.name, visit.client, *why_not);
     return user.TakeBack(now);
   }
   user_ = &user;

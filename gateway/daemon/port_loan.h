@@ -32,8 +32,8 @@ class PortLoan final : public serial_server::PortOwner {
   /// The line.
   class Line {
    public:
-    /// Why its port cannot be had now; empty: it can.
-    virtual std::string WhyNot() const = 0;
+    /// Why its port cannot be lent now, if it cannot.
+    virtual std::optional<std::string> WhyNot() const = 0;
     /// Nothing is begun any more. True: nothing is under way.
     virtual bool Quiet() = 0;
     /// The client has the port until then; `text` says who. Points are out of service.

@@ -164,13 +164,13 @@ control::ReloadAnswer Reloader::Do(const control::ReloadAsk& ask) {
   }
   reload::Difference difference = reload::Compare(*links_.running(), *loaded.config);
   links_.examine(*loaded.config, difference);
-  const std::string why_not = reload::WhyNot(difference);
-  if (ask.dry_run || !why_not.empty()) {
+  const std::optional<std::string> why_not = reload::WhyNot(difference);
+  if (ask.dry_run || why_not) {
     control::ReloadAnswer answer;
-    answer.ok = why_not.empty();
+    answer.ok = !why_not;
     answer.exit_code = answer.ok ? 0 : kBadFile;
     answer.changes = reload::Sentences(difference);
-    answer.text = answer.ok ? reload::Summary(difference) : why_not + "; nothing is applied";
+    answer.text = answer.ok ? reload::Summary(difference) : *why_not + "; nothing is applied";
     if (!ask.dry_run) log::Act(Level::error, "reload: {}: {}", options_.file, answer.text);
     return answer;
   }

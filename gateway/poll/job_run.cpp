@@ -96,8 +96,7 @@ void JobRun::NextWrite() {
   Job::Write& write = *job_->As<Job::Write>();
   const Device& device = *job_->member->device;
   if (write.command.why_not) {
-    const std::string why = write.command.why_not(now_.instant);
-    if (!why.empty()) return Deny(why);
+    if (const auto why = write.command.why_not(now_.instant)) return Deny(*why);
   }
   std::vector<PointValue> rest;
   for (std::size_t i = write.next; i < write.command.writes.size(); ++i) {

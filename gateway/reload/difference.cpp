@@ -252,8 +252,8 @@ std::string Summary(const Difference& difference) {
   return text + (same > 0 ? "; " + Plural(same, "line") + " untouched" : "");
 }
 
-std::string WhyNot(const Difference& difference) {
-  if (difference.restart.empty()) return {};
+std::optional<std::string> WhyNot(const Difference& difference) {
+  if (difference.restart.empty()) return std::nullopt;
   std::string names;
   for (const std::string& name : difference.restart) names += (names.empty() ? "" : ", ") + name;
   return "only a restart can change " + names;

@@ -4,6 +4,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -36,7 +37,7 @@ Difference Compare(const config::Config& running, const config::Config& next);
 std::vector<std::string> Sentences(const Difference& difference);
 /// "1 line changed, 1 added; 12 go on".
 std::string Summary(const Difference& difference);
-/// "only a restart can change dds.domain, gateway.name"; empty: nothing needs one.
-std::string WhyNot(const Difference& difference);
+/// "only a restart can change dds.domain, gateway.name", if anything needs one.
+std::optional<std::string> WhyNot(const Difference& difference);
 
 }  // namespace baudgate::reload

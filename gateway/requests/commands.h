@@ -48,9 +48,9 @@ struct WriteCommand {
   std::shared_ptr<Telegram> telegram{};
   Instant deadline;            ///< nothing is sent later; answered no_reply when it passes
   std::uint64_t sequence = 0;  ///< the line's own: its place among all writes to the line
-  /// Asked right before each point is begun: why it must not be written now; empty: it may. Null:
-  /// nothing speaks against it.
-  std::function<std::string(Instant now)> why_not;
+  /// Asked right before each point is begun: why it must not be written now, if it must not.
+  /// Null: nothing speaks against it.
+  std::function<std::optional<std::string>(Instant now)> why_not;
   /// True: nobody waits for it any more, and it is not begun.
   std::shared_ptr<const std::atomic<bool>> dropped;
   using Ended = std::function<void(const WriteResult&)>;

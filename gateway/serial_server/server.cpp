@@ -5,12 +5,11 @@
 
 #include <algorithm>
 #include <asio/ip/address.hpp>
-#include <asio/ip/v6_only.hpp>
-#include <cerrno>
 #include <utility>
 
 #include "gateway/base/log.h"
 #include "gateway/base/text.h"
+#include "transports/listen_socket.h"
 
 namespace baudgate::serial_server {
 namespace {
@@ -24,15 +23,6 @@ constexpr std::size_t kMostEarly = 4096;
 
 std::string NameOf(const tcp::endpoint& peer) {
   return HostAndPort(peer.address().to_string(), peer.port());
-}
-
-std::string Explain(const asio::error_code& error) {
-  if (error == asio::error::address_in_use) return "address already in use by another program";
-  if (error == asio::error::access_denied) {
-    return "permission denied; ports below 1024 need CAP_NET_BIND_SERVICE";
-  }
-  if (error.value() == EADDRNOTAVAIL) return "this machine has no such address";
-  return error.message();
 }
 
 }  // namespace
@@ -69,18 +59,8 @@ Status Server::Listen() {
   const auto address = asio::ip::make_address(config_.at.host, failed);
   if (failed) return Error{"not an address of this machine"};
   const tcp::endpoint endpoint(address, config_.at.port);
-  acceptor_.open(endpoint.protocol(), failed);
-  if (!failed) acceptor_.set_option(asio::socket_base::reuse_address(true), failed);
-  if (!failed && address.is_v6()) {
-    asio::error_code ignored;  // the system's default decides where this is not allowed
-    acceptor_.set_option(asio::ip::v6_only(false), ignored);
-  }
-  if (!failed) acceptor_.bind(endpoint, failed);
-  if (!failed) acceptor_.listen(asio::socket_base::max_listen_connections, failed);
-  if (!failed) return {};
-  asio::error_code ignored;
-  acceptor_.close(ignored);
-  return Error{Explain(failed)};
+  return baudgate::Listen(acceptor_, endpoint,
+                          use_ == Use::served ? "serial_server.at" : "lend.at");
 }
 
 void Server::Stop() {
@@ -114,8 +94,8 @@ void Server::Accept() {
   });
 }
 
-/// Empty: the client may come in.
-std::string Server::WhyNot(const tcp::endpoint& peer) {
+/// Why the client must not come in, if it must not.
+std::optional<std::string> Server::WhyNot(const tcp::endpoint& peer) {
   const config::Network reach = config::ReachOf(peer.address().to_string());
   const bool allowed =
       config_.allow.empty() || std::ranges::any_of(config_.allow, [&](const auto& network) {
@@ -125,7 +105,7 @@ std::string Server::WhyNot(const tcp::endpoint& peer) {
   const bool wait = use_ == Use::served && config_.busy == config::PortServer::Busy::wait;
   if (holder_ != nullptr && !wait) return "the port is in use by " + holder_->name;
   if (clients_.size() >= kMostClients) return "too many clients are connected already";
-  return {};
+  return std::nullopt;
 }
 
 void Server::Welcome(tcp::socket socket) {
@@ -135,10 +115,10 @@ void Server::Welcome(tcp::socket socket) {
   const Now now = ReadClocks();
   // Its leaving and the coming of the next may be seen in either order.
   if (holder_ != nullptr && holder_->socket->HasLeft()) OnEnd(*holder_, false, {});
-  if (const std::string why = WhyNot(peer); !why.empty()) {
+  if (const auto why = WhyNot(peer)) {
     log::WarnFolded(line_ + " refused " + peer.address().to_string(),
                     "line {}: client {} is refused at {}: {}", line_, NameOf(peer), config_.Place(),
-                    why);
+                    *why);
     return;
   }
   Client& client = clients_.emplace_back();

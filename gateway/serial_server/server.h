@@ -65,7 +65,7 @@ class Server final : public PortUser {
   void Accept();
   void Later(Duration wait, void (Server::*then)());
   void Welcome(asio::ip::tcp::socket socket);
-  std::string WhyNot(const asio::ip::tcp::endpoint& peer);
+  std::optional<std::string> WhyNot(const asio::ip::tcp::endpoint& peer);
   void BeginSession(Client& client, Now now);
   void Want(Client& client, Now now);
   void OnBytes(Client& client, View bytes);

@@ -11,8 +11,8 @@
 
 #include "gateway/base/result.h"
 #include "gateway/web/connections.h"
-#include "gateway/web/listen_socket.h"
 #include "gateway/web/request.h"
+#include "transports/listen_socket.h"
 
 namespace baudgate::web {
 

@@ -78,6 +78,13 @@ Response WaitAMinute() {
 
 }  // namespace
 
+Result<ListenSocket> WebServer::ListenAt(const config::HostPort& at) {
+  asio::error_code failed;
+  const auto address = asio::ip::make_address(at.host, failed);
+  if (failed) return Error{"'" + at.host + "' is no address; check web.listen"};
+  return ListenSocket::Open({address, at.port}, "web.listen");
+}
+
 Result<WebServer::Opened> WebServer::Open(const config::Web& next, const config::Web* now) {
   Opened opened;
   if (!next.token_file.empty()) {
@@ -86,8 +93,8 @@ Result<WebServer::Opened> WebServer::Open(const config::Web& next, const config:
     opened.token = std::move(*token);
   }
   if (now == nullptr || now->listen != next.listen) {
-    auto socket = ListenSocket::Open(next);
-    if (!socket) return Error{socket.error()};
+    auto socket = ListenAt(next.listen);
+    if (!socket) return Error{"web: " + next.Place() + ": " + socket.error()};
     opened.socket = std::move(*socket);
   }
   return opened;

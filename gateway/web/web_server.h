@@ -22,6 +22,8 @@ class WebServer final : public HttpHandler {
     ListenSocket socket{};               ///< not open: the port stays
     std::optional<std::string> token{};  ///< nothing: nobody logs in
   };
+  /// `at` is an address of this machine, not a name.
+  static Result<ListenSocket> ListenAt(const config::HostPort& at);
   /// What may fail, before anything is changed. `now`: where a server listens already.
   static Result<Opened> Open(const config::Web& next, const config::Web* now);
 

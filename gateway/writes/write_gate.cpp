@@ -49,12 +49,13 @@ std::optional<WriteRefusal> WriteGate::Submit(const Writer& writer, WriteAsk ask
     }
   });
   if (!guarded.empty()) {
-    command.why_not = [&store = store_, &device, guarded](Instant at) {
+    command.why_not = [&store = store_, &device,
+                       guarded](Instant at) -> std::optional<std::string> {
       for (const WriteAsk::Part& part : guarded) {
         const auto why = WhyLocked(store, device.points[part.point], part.value, at);
-        if (why) return *why;
+        if (why) return why;
       }
-      return std::string();
+      return std::nullopt;
     };
   }
   if (sink_.Submit(std::move(command))) return std::nullopt;

@@ -8,6 +8,8 @@
 namespace baudgate::protocols::dcon {
 namespace {
 
+constexpr std::size_t kAnyWidth = 0;
+
 /// 'n' stands for one hex digit, a '*' at the end for any rest.
 bool FitsPrinted(std::string_view pattern, std::string_view command) {
   const bool open = pattern.ends_with('*');
@@ -146,7 +148,9 @@ std::optional<Answer> ReadSample(const Command& request, const Reply& reply,
     answer.readings.push_back(Labelled(request, "sample", word ^ settings.invert));
     return answer;
   }
-  const Fields cut = CutFields(text, settings, IsHexText(text));
+  Settings any = settings;
+  any.width = kAnyWidth;
+  const Fields cut = CutFields(text, any, IsHexText(text));
   if (cut.outcome != Outcome::ok || cut.fields.size() != 1) return std::nullopt;
   answer.readings.push_back(
       Labelled(request, "sample", cut.fields[0].value, cut.fields[0].quality));
@@ -161,6 +165,21 @@ std::optional<Answer> ReadTenDigits(const Command& request, const Reply& reply) 
   if (reply.lead == '?' || text.size() != 10 || !IsDecimalText(text)) return std::nullopt;
   Answer answer;
   answer.readings.push_back(Labelled(request, "counter", *ParseInteger<std::uint64_t>(text)));
+  return answer;
+}
+
+/// The counter of a digital input that does not fill up with zeros: `#AAN` → `!AA` and fewer than
+/// five digits.
+std::optional<Answer> ReadShortCounter(const Command& request, const Reply& reply) {
+  const std::string who = HexByte(request.address);
+  if (!FitsPrinted("#n", request.text) || reply.lead != '!' || !reply.body.starts_with(who)) {
+    return std::nullopt;
+  }
+  const std::string_view text = std::string_view(reply.body).substr(who.size());
+  if (text.empty() || text.size() > 4 || !IsDecimalText(text)) return std::nullopt;
+  Answer answer;
+  answer.readings.push_back(Labelled(request, "counter", *ParseInteger<std::uint64_t>(text)));
+  if (text.size() == 2) answer.reason = "two digits may also be a checksum";
   return answer;
 }
 
@@ -192,8 +211,26 @@ std::optional<Answer> ReadLongStatus(const Command& request, const Reply& reply)
   return answer;
 }
 
-/// Numbers in hex words, and replies with `>` that carry the address (TRP-C68): as if the options
-/// said so.
+Answer ReadAs(const Command& request, const DecodedReply& decoded, const Settings& settings,
+              const Settings& other) {
+  Answer answer;
+  if (other.data_address && !settings.data_address) answer.reason = "the reply carries the address";
+  if (other.width != settings.width) {
+    answer.reason += answer.reason.empty() ? "" : "; ";
+    answer.reason += "its numbers do not have the usual " + std::to_string(settings.width) +
+                     " characters: the option is width: 0";
+  }
+  const bool joined = decoded.form == Form::numbers || decoded.form == Form::words;
+  for (const Field& field : decoded.fields) {
+    Reading reading = Labelled(request, {}, field.value, field.quality);
+    if (joined) reading.label += "[" + std::to_string(field.channel) + "]";
+    answer.readings.push_back(std::move(reading));
+  }
+  return answer;
+}
+
+/// Numbers in hex words or of another width, and replies with `>` that carry the address (TRP-C68):
+/// as if the options said so.
 std::optional<Answer> ReadWithOtherSettings(const Command& request, View frame, const Reply& reply,
                                             const Settings& settings) {
   if (reply.lead != '>' || !DefaultForm(request.text)) return std::nullopt;
@@ -201,20 +238,15 @@ std::optional<Answer> ReadWithOtherSettings(const Command& request, View frame, 
   for (const bool address : {settings.data_address, true}) {
     for (const Format format : {settings.format, Format::hex}) {
       if (format == Format::hex && !sampled) continue;
-      Settings other = settings;
-      other.data_address = address;
-      other.format = format;
-      const DecodedReply decoded = DecodeReply(request, std::nullopt, 0, frame, other);
-      if (decoded.outcome != Outcome::ok) continue;
-      Answer answer;
-      answer.reason = address && !settings.data_address ? "the reply carries the address" : "";
-      for (const Field& field : decoded.fields) {
-        Reading reading = Labelled(request, {}, field.value, field.quality);
-        const bool joined = decoded.form == Form::numbers || decoded.form == Form::words;
-        if (joined) reading.label += "[" + std::to_string(field.channel) + "]";
-        answer.readings.push_back(std::move(reading));
+      for (const std::size_t width : {settings.width, kAnyWidth}) {
+        Settings other = settings;
+        other.data_address = address;
+        other.format = format;
+        other.width = width;
+        const DecodedReply decoded = DecodeReply(request, std::nullopt, 0, frame, other);
+        if (decoded.outcome != Outcome::ok) continue;
+        return ReadAs(request, decoded, settings, other);
       }
-      return answer;
     }
   }
   return std::nullopt;
@@ -227,6 +259,7 @@ std::optional<Answer> ReadPrinted(const Command& request, View frame, const Sett
   if (!reply || reply->ambiguous || reply->lead == '?' || request.broadcast) return std::nullopt;
   if (auto answer = ReadSample(request, *reply, settings)) return answer;
   if (auto answer = ReadTenDigits(request, *reply)) return answer;
+  if (auto answer = ReadShortCounter(request, *reply)) return answer;
   if (auto answer = ReadFifteenCharacters(request, *reply)) return answer;
   if (auto answer = ReadLongStatus(request, *reply)) return answer;
   if (auto answer = ReadWithOtherSettings(request, frame, *reply, settings)) return answer;

@@ -79,7 +79,7 @@ Result<int> ParseAddress(std::string_view text) {
   const auto number = ParseInteger<int>(hex ? text.substr(2) : text, hex ? 16 : 10);
   if (number && *number >= 1 && *number <= 255) return *number;
   return Error{"'" + std::string(text) +
-               "' is no address: a reader has none, give it a number from 1 to 255"};
+               "' is no address: a reader has none; leave it out, or give a number from 1 to 255"};
 }
 
 }  // namespace baudgate::protocols::reader

@@ -22,6 +22,7 @@ const Protocol& ReaderProtocol() {
       .options = OptionTable(),
       .decoders = DecoderTable(),
       .canonical_address = [](std::string_view address) -> Result<std::string> {
+        if (address.empty()) return std::string(kNoAddress);
         const auto parsed = ParseAddress(address);
         if (!parsed) return Error{parsed.error()};
         return std::to_string(*parsed);

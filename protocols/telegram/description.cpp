@@ -53,7 +53,8 @@ Bound BoundOf(const config::Options& options, std::string_view address) {
     bound.emplace(name, text);
   }
   bound.insert_or_assign(std::string(kPassword), options.Text(std::string(kPassword)));
-  if (!address.empty()) bound.insert_or_assign(std::string(kAddress), AddressValue(address));
+  if (!address.empty() && address != kNoAddress)
+    bound.insert_or_assign(std::string(kAddress), AddressValue(address));
   return bound;
 }
 

@@ -161,11 +161,12 @@ class FaultFinder {
   void Missing(const Telegram& telegram, const std::string& name) {
     const std::string what =
         "needs a value for {" + name + "} of telegram '" + telegram.name + "': ";
-    Tell(what + (name == kPassword ? "give the device a 'password'"
-                                   : "write parameters: { " + name +
-                                         ": … } at the device or in its "
-                                         "profile, or " +
-                                         telegram.name + "(" + name + "=…) at the point"));
+    Tell(what + (name == kPassword  ? "give the device a 'password'"
+                 : name == kAddress ? "give the device its 'address'"
+                                    : "write parameters: { " + name +
+                                          ": … } at the device or in its "
+                                          "profile, or " +
+                                          telegram.name + "(" + name + "=…) at the point"));
   }
 
   void CheckParameters() {

@@ -24,8 +24,8 @@ constexpr std::array<OptionSpec, 3> kOptions = {
 std::span<const OptionSpec> OptionTable() { return kOptions; }
 
 Result<std::string> CanonicalAddress(std::string_view address) {
-  const bool usable = !address.empty() && address.size() <= kLongestAddress &&
-                      std::ranges::all_of(address, [](char c) {
+  if (address.empty()) return std::string(kNoAddress);
+  const bool usable = address.size() <= kLongestAddress && std::ranges::all_of(address, [](char c) {
                         return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') ||
                                (c >= 'A' && c <= 'Z') || c == '-' || c == '_' || c == '.';
                       });

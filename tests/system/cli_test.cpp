@@ -75,6 +75,9 @@ TEST_F(Cli, WhatWasMeantIsSaid) {
       {{"simulate", "--baud", "9600", "7e1"}, "--baud \"9600 7e1\""},
       {{"ask", "127.0.0.1:4001", "00"}, "tcp://127.0.0.1:4001"},
       {{"bridge", "/dev/x", "--listen", "15364"}, "write 127.0.0.1:15364"},
+      {{"ask", "/dev/x", "SI", "--protocol", "telegram"}, "--profile is missing"},
+      {{"simulate", "--profile", "owen-mv110-8a-telegrams", "--pty", "x"},
+       "give the device its 'address'"},
   };
   for (const auto& [words, says] : kMeant) {
     const Finished wrong = Command(words);

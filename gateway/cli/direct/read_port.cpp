@@ -38,7 +38,7 @@ Result<std::string> Yaml(const ReadPortOptions& options, const std::string& prot
   yaml += "    protocol: " + YamlText(protocol) + "\n";
   if (!options.serial.empty()) yaml += "    serial: " + YamlText(options.serial) + "\n";
   yaml += "    devices:\n      - name: " + std::string(kDevice) + "\n";
-  yaml += "        address: " + YamlText(options.address) + "\n";
+  if (!options.address.empty()) yaml += "        address: " + YamlText(options.address) + "\n";
   yaml += "        profile: " + YamlText(options.profile) + "\n";
   for (const std::string& option : options.options) {
     const auto equals = option.find('=');
@@ -122,9 +122,9 @@ void ExplainFailure(const ReadPortOptions& options, const std::string& serial,
   if (heard.requests > 0 && !heard.anything) {
     err << heard.request << " was sent " << heard.requests << " times"
         << (serial.empty() ? "" : " at " + serial)
-        << ", and nothing came back: check power, the two wires of the bus, address "
-        << options.address << " and the settings; 'baudgate scan " << options.port
-        << "' tries other ones\n";
+        << ", and nothing came back: check power, the wires"
+        << (options.address.empty() ? "" : ", address " + options.address)
+        << " and the settings; 'baudgate scan " << options.port << "' tries other ones\n";
     return;
   }
   err << "not all was read\n";

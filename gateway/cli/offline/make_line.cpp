@@ -62,6 +62,13 @@ Device MakeDevice(const WantedDevice& wanted, const Protocol& protocol,
   for (const std::string& setting : wanted.set) {
     SetOption(setting, protocol, device.options, problems);
   }
+  const auto none = protocol.canonical_address("");
+  if (device.address.empty() && !none) {
+    problems.Error(kCommandLine, "--address is missing: a device that speaks " +
+                                     std::string(protocol.name) + " has one");
+    return device;
+  }
+  if (device.address.empty()) device.address = *none;
   addresses.Add(device, protocol, kCommandLine, problems);
   CheckDevice(device, &protocol, {kCommandLine, {}}, problems);
   return device;

@@ -19,7 +19,9 @@ using config::TextTable;
 
 std::string TableText(const config::Point& point) {
   if (!point.modbus) return "";
-  return point.table == config::Table::bits ? "discrete" : "input";
+  const bool bit = point.table == config::Table::bits;
+  if (point.access == config::Access::read) return bit ? "discrete" : "input";
+  return bit ? "coil" : "holding";
 }
 
 std::string RegisterText(const config::Point& point) {

@@ -111,6 +111,15 @@ int AskOnPort(const AskOptions& options, const config::Catalog& catalog, std::os
     return Fail(err, kExitUsage,
                 "--protocol is missing, and the telegram does not begin as those of one do");
   }
+  const Protocol* known = catalog.FindProtocol(name);
+  if (known != nullptr && known->telegram == nullptr) {
+    return Fail(err, kExitUsage, "devices that speak " + name + " are not asked by hand");
+  }
+  if (known != nullptr && known->describe != nullptr && options.profile.empty()) {
+    return Fail(err, kExitUsage,
+                "--profile is missing: only a profile says what a telegram looks like and which "
+                "ones read");
+  }
   const auto line =
       MakeLine({.port = options.target,
                 .protocol = name,
@@ -120,9 +129,6 @@ int AskOnPort(const AskOptions& options, const config::Catalog& catalog, std::os
   if (!line) return Fail(err, kExitUsage, line.error());
   const Protocol& protocol = *catalog.FindProtocol(name);
   const config::Options& its = line->devices.front().options;
-  if (protocol.telegram == nullptr) {
-    return Fail(err, kExitUsage, "devices that speak " + name + " are not asked by hand");
-  }
   const auto bytes = WrittenOf(options.telegram);
   if (!bytes) return Fail(err, kExitUsage, bytes.error());
   const auto telegram = protocol.telegram->complete(*bytes, its);

@@ -1,10 +1,8 @@
-// Binds, accepts, refuses and sweeps.
+// Listens, accepts, refuses and sweeps.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/modbus/server/listener.h"
 
 #include <algorithm>
-#include <asio/ip/v6_only.hpp>
-#include <cerrno>
 #include <string>
 #include <utility>
 #include <vector>
@@ -12,6 +10,7 @@
 #include "gateway/base/log.h"
 #include "gateway/modbus/server/admission.h"
 #include "gateway/modbus/server/client_log.h"
+#include "transports/listen_socket.h"
 
 namespace baudgate::modbus {
 namespace {
@@ -31,21 +30,6 @@ std::string NameOf(const tcp::endpoint& peer) {
 PeerAddress AddressOf(const asio::ip::address& address) {
   if (address.is_v6()) return address.to_v6().to_bytes();
   return asio::ip::make_address_v6(asio::ip::v4_mapped, address.to_v4()).to_bytes();
-}
-
-/// What to do next, where it is known.
-std::string Explain(const asio::error_code& error) {
-  if (error == asio::error::address_in_use) {
-    return "address already in use; stop the other server or choose another port under "
-           "modbus.listen";
-  }
-  if (error == asio::error::access_denied) {
-    return "permission denied; ports below 1024 need CAP_NET_BIND_SERVICE, or choose another port";
-  }
-  if (error.value() == EADDRNOTAVAIL) {
-    return "this machine has no such address; check modbus.listen";
-  }
-  return error.message();
 }
 
 Duration SweepPeriodOf(const config::Listener& listener, const ModbusLimits& limits) {
@@ -78,9 +62,9 @@ Status Listener::Open(PassedSockets* passed) {
   const auto descriptor = passed == nullptr ? std::nullopt : passed->Take(endpoint);
   if (descriptor) {
     acceptor_.assign(endpoint.protocol(), *descriptor, failed);
-    if (failed) return Error{Explain(failed)};
+    if (failed) return Error{failed.message()};
     log::Info("modbus: {}: the socket is one that systemd has passed", listener_.Place());
-  } else if (Status bound = Bind(endpoint); !bound) {
+  } else if (Status bound = Listen(acceptor_, endpoint, "modbus.listen"); !bound) {
     return bound;
   }
   port_ = acceptor_.local_endpoint(failed).port();
@@ -103,20 +87,6 @@ void Listener::Renew(const config::Listener& listener) {
   listener_ = listener;
   sweep_period_ = SweepPeriodOf(listener_, points_.limits());
   Sweep(ReadClocks());
-}
-
-Status Listener::Bind(const tcp::endpoint& endpoint) {
-  asio::error_code failed;
-  acceptor_.open(endpoint.protocol(), failed);
-  if (!failed) acceptor_.set_option(asio::socket_base::reuse_address(true), failed);
-  if (!failed && endpoint.address().is_v6()) {
-    asio::error_code ignored;  // the system's default decides where this is not allowed
-    acceptor_.set_option(asio::ip::v6_only(false), ignored);
-  }
-  if (!failed) acceptor_.bind(endpoint, failed);
-  if (!failed) acceptor_.listen(asio::socket_base::max_listen_connections, failed);
-  if (failed) return Error{Explain(failed)};
-  return {};
 }
 
 void Listener::Stop() {

@@ -39,7 +39,6 @@ class Listener final : public std::enable_shared_from_this<Listener>, public Cli
   std::uint16_t port() const { return port_; }
 
  private:
-  Status Bind(const asio::ip::tcp::endpoint& endpoint);
   void CloseClients();
   void Accept();
   void Welcome(asio::ip::tcp::socket socket);

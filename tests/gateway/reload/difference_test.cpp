@@ -109,7 +109,7 @@ TEST(Difference, OfOneLineIsNamedAndTouchesNoOther) {
 TEST(Difference, AlarmsOfTheGatewayAreASetting) {
   const Difference difference = After([](Config& config) { config.alarms.delay = 5s; });
   EXPECT_THAT(Sentences(difference), ElementsAre("gateway.alarms: changed"));
-  EXPECT_EQ(WhyNot(difference), "");
+  EXPECT_EQ(WhyNot(difference), std::nullopt);
 }
 
 TEST(Difference, LinesComeGoAndChangePlaces) {
@@ -156,7 +156,7 @@ TEST(Difference, WhatOnlyARestartCanChangeIsNamed) {
     EXPECT_EQ(WhyNot(difference), std::string("only a restart can change ") + name);
     EXPECT_FALSE(difference.empty());
   }
-  EXPECT_EQ(WhyNot(After([](Config&) {})), "");
+  EXPECT_EQ(WhyNot(After([](Config&) {})), std::nullopt);
 }
 
 TEST(Difference, OfListenersAndRoutesIsTold) {
@@ -167,7 +167,7 @@ TEST(Difference, OfListenersAndRoutesIsTold) {
     config.modbus.routes[1].line = config.modbus.routes[0].line = "x";
   });
   EXPECT_FALSE(difference.empty());
-  EXPECT_EQ(WhyNot(difference), "");
+  EXPECT_EQ(WhyNot(difference), std::nullopt);
   EXPECT_THAT(Sentences(difference), ElementsAre("line z: ends", "listener 127.0.0.1:1502: is new",
                                                  "route 1 to x: is new", "route 1 to x: is new"));
   EXPECT_EQ(Summary(difference), "1 line ended, 1 listener new, 2 routes new; 2 lines untouched");

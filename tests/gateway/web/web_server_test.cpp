@@ -217,7 +217,7 @@ TEST_F(WebTest, AReloadAppliesTokenHostsAndPort) {
   ASSERT_TRUE(server_->Apply(next, std::move(opened), nullptr));
   EXPECT_EQ(Get("/api/v1/status").status, 401);
   EXPECT_EQ(Client().Send("GET / HTTP/1.1\r\nHost: gate.example\r\n\r\n").status, 200);
-  auto moved = ListenSocket::Open(next.web);
+  auto moved = WebServer::ListenAt(next.web.listen);
   ASSERT_TRUE(moved);
   const std::uint16_t before = std::exchange(port_, moved->port());
   WebServer::Opened elsewhere;

@@ -200,6 +200,16 @@ TEST(TelegramConfig, WhatADeviceLacksIsSaidAtTheDevice) {
             "c.yaml:6:9: error: device 'meter' has a parameter 'qury', which no telegram has\n");
 }
 
+TEST(TelegramConfig, OnlyADeviceThatIsAddressedNeedsAnAddress) {
+  const config::Loaded sics = LoadConfig("name: balance, profile: mt-sics");
+  for (const auto& problem : sics.problems) ADD_FAILURE() << ToString(problem);
+  EXPECT_EQ(sics.config.lines[0].devices[0].address, kNoAddress);
+  const config::Loaded owen = LoadConfig("name: tank, profile: owen-mv110-8a-telegrams");
+  ASSERT_FALSE(owen.problems.empty());
+  EXPECT_NE(ToString(owen.problems[0]).find("give the device its 'address'"), std::string::npos)
+      << ToString(owen.problems[0]);
+}
+
 TEST(TelegramConfig, ASameDescriptionIsTheSameDevice) {
   const auto options = [](const std::string& device) {
     return LoadConfig(device).config.lines.at(0).devices.at(0).options;

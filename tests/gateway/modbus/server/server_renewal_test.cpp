@@ -154,7 +154,7 @@ TEST_F(RenewalTest, APortThatIsTakenIsNamedAndNothingChanges) {
   taken.port = server_->port(1);
   const auto port = server_->OpenPort(taken);
   ASSERT_FALSE(port.ok());
-  EXPECT_THAT(port.error(), HasSubstr("address already in use; stop the other server"));
+  EXPECT_THAT(port.error(), HasSubstr("address already in use; stop the other program"));
   EXPECT_EQ(Ask(client, 1, kOwn), "03 02 FF FE");
 }
 

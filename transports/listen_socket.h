@@ -1,14 +1,15 @@
-// A port that is open for a server, before anything is asked there.
+// A TCP port that is open for a server, before anybody is accepted there.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <asio/ip/tcp.hpp>
 #include <cstdint>
+#include <string_view>
 #include <utility>
 
-#include "config/model/web.h"
 #include "gateway/base/result.h"
 
-namespace baudgate::web {
+namespace baudgate {
 
 class ListenSocket {
  public:
@@ -20,12 +21,14 @@ class ListenSocket {
     return *this;
   }
 
-  /// The error names the place and what is wrong with it.
-  static Result<ListenSocket> Open(const config::Web& web);
+  /// An IPv6 address takes clients of both kinds where the system allows it. The error says what is
+  /// wrong with the place and what to do; `key` is where the configuration says the place, as
+  /// "web.listen".
+  static Result<ListenSocket> Open(const asio::ip::tcp::endpoint& at, std::string_view key);
   bool is_open() const { return descriptor_ >= 0; }
   /// The one that the system has chosen, where 0 was asked for.
   std::uint16_t port() const;
-  /// It is somebody else's from now on.
+  /// The caller owns the descriptor from now on.
   int Release() { return std::exchange(descriptor_, -1); }
 
  private:
@@ -33,4 +36,8 @@ class ListenSocket {
   int descriptor_ = -1;
 };
 
-}  // namespace baudgate::web
+/// Opens `acceptor` at `at`: errors as above.
+Status Listen(asio::ip::tcp::acceptor& acceptor, const asio::ip::tcp::endpoint& at,
+              std::string_view key);
+
+}  // namespace baudgate

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "transports/listen_socket.h"
+
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <string>
+
+namespace baudgate {
+namespace {
+
+std::string Explain(int error, std::string_view key) {
+  const std::string where(key);
+  switch (error) {
+    case EADDRINUSE:
+      return "address already in use; stop the other program or choose another port under " + where;
+    case EACCES:
+      return "permission denied; ports below 1024 need CAP_NET_BIND_SERVICE, or choose another "
+             "port under " +
+             where;
+    case EADDRNOTAVAIL:
+      return "this machine has no such address; check " + where;
+    default:
+      return std::strerror(error);
+  }
+}
+
+}  // namespace
+
+ListenSocket::~ListenSocket() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+std::uint16_t ListenSocket::port() const {
+  asio::ip::tcp::endpoint at;
+  auto size = static_cast<socklen_t>(at.capacity());
+  if (::getsockname(descriptor_, at.data(), &size) != 0) return 0;
+  at.resize(size);
+  return at.port();
+}
+
+Result<ListenSocket> ListenSocket::Open(const asio::ip::tcp::endpoint& at, std::string_view key) {
+  const int family = at.protocol().family();
+  ListenSocket opened(::socket(family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+  const int on = 1;
+  const int off = 0;
+  if (opened.is_open() && family == AF_INET6) {
+    // Refused by some systems, whose default decides then.
+    ::setsockopt(opened.descriptor_, IPPROTO_IPV6, IPV6_V6ONLY, &off, sizeof(off));
+  }
+  if (!opened.is_open() ||
+      ::setsockopt(opened.descriptor_, SOL_SOCKET, SO_REUSEADDR, &on, sizeof(on)) != 0 ||
+      ::bind(opened.descriptor_, at.data(), static_cast<socklen_t>(at.size())) != 0 ||
+      ::listen(opened.descriptor_, SOMAXCONN) != 0) {
+    return Error{Explain(errno, key)};
+  }
+  return opened;
+}
+
+Status Listen(asio::ip::tcp::acceptor& acceptor, const asio::ip::tcp::endpoint& at,
+              std::string_view key) {
+  auto socket = ListenSocket::Open(at, key);
+  if (!socket) return Error{socket.error()};
+  asio::error_code failed;
+  const int descriptor = socket->Release();
+  acceptor.assign(at.protocol(), descriptor, failed);
+  if (!failed) return {};
+  ::close(descriptor);
+  return Error{failed.message()};
+}
+
+}  // namespace baudgate
