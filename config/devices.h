@@ -8,7 +8,7 @@
 
 namespace baudgate::config {
 
-/// Of devices that speak unasked: their silence is normal, and ages nothing.
+/// The max_age of devices that speak unasked: their silence is normal.
 inline constexpr Duration kNeverOld = std::chrono::hours(24 * 365 * 50);
 
 /// The protocol that a `protocol:` names. Where it is not installed, a problem and the one that is

@@ -20,8 +20,8 @@ std::vector<std::string> ReadIdentityNames(const YamlNode& node, Problems& probl
 /// A device's `identity:`, a list or `ignore`; without it the profile's names.
 Identity ReadIdentity(MapReader& map, const std::vector<std::string>& of_profile);
 
-/// Of all installed profiles that the protocol can use: which profile lists a name. Files that can
-/// not be read list none.
+/// Which installed profile that the protocol can use lists a name. Files that cannot
+/// be read list none.
 std::map<std::string, std::string> ListedNames(const Catalog& catalog, const Protocol& protocol);
 /// The same and their titles (`device:`), which no profile needs to list.
 std::map<std::string, std::string> NamesAndTitles(const Catalog& catalog, const Protocol& protocol);

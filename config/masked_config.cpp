@@ -53,7 +53,7 @@ class Masker {
   }
 
  private:
-  /// Of "{ password: SEC,RET }" the end is a key without a value.
+  /// In "{ password: SEC,RET }" the end is a key without a value.
   void EmitMap(const YAML::Node& node, YAML::Emitter& out) const {
     bool behind_secret = false;
     out << YAML::BeginMap;

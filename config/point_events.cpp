@@ -24,7 +24,7 @@ constexpr std::array<Word<AlarmPriority>, 5> kAlarms = {{{"no", AlarmPriority::n
 bool IsFloat(Type type) { return type == Type::float32 || type == Type::float64; }
 bool IsNumber(Type type) { return type != Type::string && type != Type::boolean; }
 
-/// Of whole numbers and bits, in units of the value.
+/// The range of whole numbers and bits, in units of the value.
 std::pair<Decimal, Decimal> EndsOf(const Point& point) {
   const IntegerRange range = RangeOf(point);
   const Decimal a = range.lowest * point.scale + point.offset;

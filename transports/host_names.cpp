@@ -67,7 +67,7 @@ struct HostNames::State {
   std::map<std::string, Host> hosts BAUDGATE_GUARDED_BY(mutex);
   std::deque<std::string> queue BAUDGATE_GUARDED_BY(mutex);
   std::size_t threads BAUDGATE_GUARDED_BY(mutex) = 0;
-  // Of them, in look-ups of hosts that are given up.
+  // Threads of these in look-ups of hosts that are given up.
   std::size_t hanging BAUDGATE_GUARDED_BY(mutex) = 0;
 
   static void Begin(const std::shared_ptr<State>& state) BAUDGATE_REQUIRES(state->mutex);

@@ -11,7 +11,7 @@
 
 namespace baudgate::config {
 
-/// Of one device: what it says itself, its profile, and its line (before the gateway). `mark`: of
+/// The paces of one device: its own, its profile's and its line's (before the gateway). `mark`: of
 /// the device.
 struct Paces {
   const Pace& device;

@@ -21,7 +21,7 @@ void CheckRoute(const Route& route, const Keys& keys, Problems& problems);
 void CheckServer(const Route& route, const std::vector<Listener>& listeners, const Mark& mark,
                  Problems& problems);
 
-/// Of a configuration without errors: units that never reach their route, deadlines that are too
+/// Warns in a configuration without errors: units that never reach their route, deadlines too
 /// short. Warnings only.
 void CheckRoutes(const Config& config, const Catalog& catalog, Problems& problems);
 /// Lines that nobody asks anything, broadcasts that reach no line. Warnings only.

@@ -28,7 +28,7 @@ struct PointEvent {
   Duration delay{};  ///< for so long it has to be so, or not so any more
   std::string text;  ///< empty: what `on` says
   AlarmPriority alarm = AlarmPriority::none;
-  /// Of change: as this text nothing is wrong, as any other something is: on and off. Empty: every
+  /// For `change`: this text means that all is well, any other that something is wrong. Empty: each
   /// change is a message.
   std::string normal{};
   std::string record{};  ///< which values are read behind it and kept with it; empty: none

@@ -54,9 +54,9 @@ class YamlNode {
   YamlNode& operator=(const YamlNode& other);
 
   Kind kind() const;
-  /// Of a scalar, as written, without its quotes.
+  /// The text of a scalar as written, without its quotes.
   const std::string& text() const { return node_.Scalar(); }
-  /// Of the value; of its key where there is no value.
+  /// The place of the value, or of its key where there is no value.
   Place place() const { return place_; }
   Mark mark() const { return source_->MarkAt(place_); }
 

@@ -31,6 +31,8 @@ struct WriteResult {
   /// Of several points: how many belonged to exchanges that were begun; not above `written`: what
   /// is said of the first that was not written holds for the rest.
   std::size_t tried = 0;
+  /// Refused, and nothing was sent: the protocol has no form for the value (0.05 in steps of 0.1).
+  bool unfit = false;
 };
 
 /// What became of the point at this place of a command of several.

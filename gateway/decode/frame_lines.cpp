@@ -11,7 +11,7 @@
 namespace baudgate {
 namespace {
 
-/// Of "04:05:06.123456".
+/// The time since midnight of "04:05:06.123456".
 Duration TimeOfDay(std::string_view clock) {
   constexpr std::size_t kDigits = 15;
   if (clock.size() != kDigits) return {};

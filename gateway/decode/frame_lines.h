@@ -28,7 +28,7 @@ namespace baudgate {
 /// By the name of the device.
 using Decoders = std::map<std::string, ExchangeDecoder>;
 using ProtocolFinder = std::function<const Protocol*(const std::string&)>;
-/// Of the devices of a running line, or of the one. Where a protocol is not found, the device has
+/// Decoders of all devices of a running line, or of one. If a protocol is not found, its device has
 /// none.
 Decoders DecodersOf(const config::Line& line, const ProtocolFinder& find,
                     const std::string& only = "");

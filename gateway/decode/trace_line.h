@@ -33,7 +33,7 @@ struct MaskedHex {
 /// "3E 31 ** 0D"; nothing when it is none.
 std::optional<MaskedHex> ParseMaskedHex(std::string_view text);
 
-/// Of what stands behind "=": "corrupt, 27.3 ms: checksum".
+/// The outcome in what stands behind "=": "corrupt, 27.3 ms: checksum".
 std::optional<Outcome> OutcomeOf(std::string_view end);
 /// What stands behind its colon; empty: nothing does.
 std::string_view ReasonOf(std::string_view end);

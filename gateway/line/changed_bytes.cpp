@@ -106,7 +106,7 @@ bool IsWholeWith(const Hearing& hearing, const Bytes& heard, std::uint8_t byte, 
   return false;
 }
 
-/// Of a binary reply. Two bytes that fit prove neither.
+/// Bytes that a binary reply lacks. Two bytes that fit prove neither.
 std::optional<Finding> Swallowed(const Hearing& hearing, View heard) {
   if (std::ranges::all_of(hearing.request, IsPrintable)) return std::nullopt;
   const Taker* found = nullptr;

@@ -147,7 +147,7 @@ bool IsBeginning(const Hearing& hearing, View heard) {
   return !assembler.Next(false) && assembler.held() > 0 && assembler.blame() == Outcome::none;
 }
 
-/// Of the longest reply that has but one length; 0: there is none.
+/// The length of the longest reply that has only one length; 0: there is none.
 std::size_t OnlyLength(const Hearing& hearing) {
   std::size_t length = 0;
   for (const Shape& shape : hearing.expect->shapes) {
@@ -243,7 +243,7 @@ std::string Around(View before, View behind) {
          back;
 }
 
-/// Of an exchange whose reply was taken.
+/// What came beside the reply of an exchange whose reply was taken.
 Finding Beside(const Hearing& hearing, View heard, const Found& found) {
   const View before = heard.first(found.begin);
   const View behind = heard.subspan(found.end);

@@ -46,9 +46,9 @@ struct Hearing {
 };
 
 Finding Examine(const Hearing& hearing);
-/// Of an exchange in which nothing but the reply came.
+/// What is found in an exchange in which nothing but the reply came.
 Finding Plain(const Hearing& hearing);
-/// Of what came before the first request: nothing, it is neither another service nor words.
+/// What came before the first request, if it is another service or words.
 std::optional<Finding> Greeting(const Hearing& hearing, View heard);
 
 }  // namespace baudgate

@@ -13,7 +13,7 @@ namespace {
 constexpr std::string_view kCharacters = "0123456789.+-/: ABCDEFGHIJKLMNOPQRSTUVWXYZ";
 /// No longer text is tried character by character.
 constexpr std::size_t kLongestTried = 80;
-/// Of a name in a reply.
+/// The longest number in a reply that is taken for a name.
 constexpr std::size_t kMostDigits = 3;
 
 /// A whole reply stands at the front. One look of the rule, however much there is.

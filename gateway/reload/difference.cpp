@@ -12,7 +12,7 @@
 namespace baudgate::reload {
 namespace {
 
-/// Of so many settings of a line is told; the rest is "…".
+/// The most settings of a line that are named; the rest is "…".
 constexpr std::size_t kMostNamed = 5;
 
 const config::Line* Find(const config::Config& config, const std::string& name) {

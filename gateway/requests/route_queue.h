@@ -23,7 +23,7 @@ inline bool IsWrite(const RoutedRequest& request) { return !modbus::IsRead(reque
 
 class RouteQueue {
  public:
-  /// Of requests that wait for one line, or are under way on it.
+  /// The most requests that wait for one line or are under way on it.
   static constexpr std::size_t kLimit = 2048;  // 64 clients with 32 each
   /// Places beyond a limit that only short writes may take: a full queue refuses no stop.
   static constexpr std::size_t kKept = 128;

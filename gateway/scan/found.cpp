@@ -11,7 +11,7 @@
 namespace baudgate::scan {
 namespace {
 
-/// Of host names.
+/// The longest host name (RFC 1035).
 constexpr std::size_t kLongestName = 63;
 
 std::string FormatOf(const config::SerialSettings& serial) {

@@ -57,7 +57,7 @@ struct Talk {
   bool known = false;  ///< a protocol has recognised a master
   std::string text{};  ///< a sentence without its full stop
 };
-/// Of what is heard before anything was sent: "another master speaks on the line: it has asked
+/// Says what was heard before anything was sent: "another master speaks on the line: it has asked
 /// slave 2 (spabus, 9600 7E1)".
 Talk WhoTalks(const std::vector<Tongue>& tongues, View heard, const config::SerialSettings& serial);
 

@@ -14,7 +14,7 @@ namespace {
 constexpr unsigned kLastLikely = 32;
 /// What a request and its way through network and server take, beyond the device.
 constexpr Duration kNetwork = 150ms;
-/// Of the minute of a quick scan: the rest is for what answers.
+/// A quick scan takes a minute: so much for questions, the rest for what answers.
 constexpr Duration kQuickPlan = 46s;
 constexpr unsigned kHighestAddress = 999;
 

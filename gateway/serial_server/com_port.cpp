@@ -35,7 +35,7 @@ constexpr std::uint8_t kAskInbound = 13, kNoInbound = 14, kInboundXonXoff = 15,
                        kInboundHardware = 16;
 constexpr std::uint8_t kDcdFlow = 17, kDsrFlow = 19;
 
-// Of the modem state, and each with its change four bits below.
+// Bits of the modem state; the change of each is four bits below.
 constexpr std::uint8_t kCts = 0x10, kDsr = 0x20, kRing = 0x40, kDcd = 0x80;
 constexpr std::uint8_t kOverrun = 0x02, kParityError = 0x04, kFramingError = 0x08, kBreak = 0x10;
 constexpr std::uint8_t kHoldingEmpty = 0x20, kShiftEmpty = 0x40;
@@ -233,7 +233,7 @@ std::uint8_t ComPort::ModemState() {
   const unsigned now = (lines.cts ? kCts : 0U) | (lines.dsr ? kDsr : 0U) |
                        (lines.ring ? kRing : 0U) | (lines.dcd ? kDcd : 0U);
   const unsigned changed = now ^ std::exchange(modem_, static_cast<std::uint8_t>(now));
-  // Of the bell only its end counts.
+  // Only the end of a ring counts as a change.
   const unsigned deltas = (changed & ~(now & kRing)) >> 4U;
   return static_cast<std::uint8_t>(now | deltas);
 }

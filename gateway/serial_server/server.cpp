@@ -18,7 +18,7 @@ using asio::ip::tcp;
 
 /// Without file descriptors or memory, accepting at once again would only spin.
 constexpr Duration kAcceptPause = 100ms;
-/// Of a client that waits for its turn.
+/// The most bytes that are kept of a client that waits for its turn.
 constexpr std::size_t kMostEarly = 4096;
 
 std::string NameOf(const tcp::endpoint& peer) {
@@ -228,7 +228,7 @@ void Server::Remove(Client& client) {
   clients_.remove_if([&client](const Client& one) { return &one == &client; });
 }
 
-/// Of those that wait.
+/// Admits the next client that waits.
 void Server::AdmitNext(Now now) {
   if (use_ == Use::lent || holder_ != nullptr || clients_.empty()) return;
   Want(clients_.front(), now);

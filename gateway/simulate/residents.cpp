@@ -55,7 +55,7 @@ Residents::Twins Residents::MakeTwins(const Protocol& protocol, std::vector<conf
   return twins;
 }
 
-/// Of the first one that does not keep silent.
+/// The reply of the first twin that does not keep silent.
 Residents::Reply Residents::ReplyOf(const Twins& twins, View request, Instant now) {
   for (const auto& one : twins) {
     Bytes bytes = one->twin->Answer(request, now);

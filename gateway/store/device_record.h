@@ -35,7 +35,7 @@ struct AgeLimits {
   bool operator==(const AgeLimits&) const = default;
 };
 
-/// Of all values of a device, whatever they are and however old; none: each has its own quality.
+/// The quality of all values of a device, however old; none: each has its own quality.
 using Override = std::optional<Quality>;
 
 struct DeviceRecord {

@@ -73,7 +73,7 @@ class RecentOutcomes {
   static constexpr std::size_t kKept = Findings::kKept;
 
   void Add(Outcome outcome) { outcomes_[count_++ % kKept] = outcome; }
-  /// Of the exchanges kept, at most kKept.
+  /// How many exchanges are kept, at most kKept.
   std::size_t size() const { return std::min(count_, kKept); }
   std::size_t Count(Outcome outcome) const {
     return static_cast<std::size_t>(std::count(

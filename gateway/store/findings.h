@@ -30,7 +30,7 @@ class Findings {
     Keep(std::move(finding));
   }
 
-  /// Of the exchanges that are kept, at most kKept.
+  /// How many exchanges are kept, at most kKept.
   std::size_t size() const { return std::min(count_, kKept); }
   std::size_t Count(Symptom symptom) const {
     const auto end = latest_.begin() + static_cast<std::ptrdiff_t>(size());
@@ -61,7 +61,7 @@ class Findings {
   /// none.
   const Finding& Last(Symptom symptom) const { return last_[static_cast<std::size_t>(symptom)]; }
 
-  /// Of kSpecialBytes those that every reply had which failed, and no good one; one bit each.
+  /// Those of kSpecialBytes that every failed reply had and no good one; one bit each.
   std::uint8_t Suspects() const {
     if (!any_bad_) return 0;
     return static_cast<std::uint8_t>(bad_specials_ & ~good_specials_ & ~kHighBit);

@@ -20,7 +20,7 @@
 
 namespace baudgate {
 
-/// Of exchanges, since the start; bounded by their types only.
+/// Counters of exchanges since the start; bounded by their types only.
 struct LineCounters {
   std::uint64_t exchanges = 0;
   std::array<std::uint64_t, kOutcomeCount> outcomes{};  ///< indexed by Outcome

@@ -16,7 +16,7 @@
 
 namespace baudgate {
 
-/// Of one device: how `decode` is told of it.
+/// What `decode` is told of one device.
 struct TracedDevice {
   std::string name{};
   std::string protocol{};

@@ -21,7 +21,7 @@ class Exchange : public std::enable_shared_from_this<Exchange> {
   Exchange(MHD_Connection* connection, Request its_request)
       : request(std::move(its_request)), connection_(connection) {}
 
-  // Of the server's thread.
+  // Used by the server's thread.
 
   Request request;
   std::uint64_t connection_id = 0;
@@ -34,7 +34,7 @@ class Exchange : public std::enable_shared_from_this<Exchange> {
   /// The connection is done with it, or gone.
   void Complete();
 
-  // Of any thread.
+  // Used by any thread.
 
   void Answer(Response response);
   /// A stream has something.

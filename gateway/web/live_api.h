@@ -37,7 +37,7 @@ class LiveApi {
   void Apply(const config::Config& config, const history::HistorySource* history);
   /// Each LivePoints::kTick while anybody looks; false: nobody does.
   bool Tick(Now now);
-  /// Of traces, each second.
+  /// Sends the heartbeat of traces; called each second.
   void Beat();
   void EndStreams();
 

@@ -10,7 +10,7 @@
 
 namespace baudgate::web {
 
-/// Of the histogram: an octave of round trips each, the last without a bound.
+/// Buckets of the histogram: an octave of round trips each, the last without a bound.
 inline constexpr std::size_t kDurationBuckets = RoundTrips::kBuckets / 4;
 inline constexpr std::size_t kDeviceStates = 5;
 

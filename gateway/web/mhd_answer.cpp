@@ -18,7 +18,7 @@ ssize_t ReadStream(void* kept, std::uint64_t, char* into, std::size_t most) {
 }
 void FreeStream(void* kept) { delete static_cast<Kept*>(kept); }
 
-/// Of the bytes of an answer, until they have been sent.
+/// Owns the bytes of an answer until they have been sent.
 struct Owner {
   Owner(const Response& response, BytesUnderWay bytes)
       : held(response.owner), size(response.body.size()), all(std::move(bytes)) {

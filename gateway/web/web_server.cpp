@@ -51,7 +51,7 @@ std::string Unescaped(std::string_view text) {
   return plain;
 }
 
-/// Of a form or of JSON; empty: there is none.
+/// The token in a form or in JSON; empty: there is none.
 std::string TokenOf(const Request& request) {
   const Json json = Json::parse(request.body, nullptr, false);
   if (json.is_object()) {

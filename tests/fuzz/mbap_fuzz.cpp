@@ -46,9 +46,9 @@ void AnswerFrame(modbus::PointDesk& points, View frame) {
     Require(request.frame.data() == frame.data(), "a request views its frame");
     Require(request.data.size() == DataOf(request), "a write carries the values that it counts");
     if (modbus::IsPlainWrite(modbus::FunctionOf(frame))) {
-      WriteEnd ended = WriteEnd::ok;
+      WriteResult ended;
       exception = points.Submit(request, {"192.0.2.5:40312", 1}, ModbusNow(), nullptr,
-                                [&ended](const WriteResult& result) { ended = result.end; });
+                                [&ended](const WriteResult& result) { ended = result; });
       if (exception == modbus::kNoException) exception = modbus::PointDesk::ExceptionOf(ended);
     } else {
       const auto holes = frame.size() % 2 == 0 ? modbus::Holes::off : modbus::Holes::zero;

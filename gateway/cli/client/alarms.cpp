@@ -16,7 +16,7 @@ namespace {
 
 using Json = ControlClient::Json;
 
-/// Of "3:5", channel and code of a device's event, ", channel 3".
+/// ", channel 3" for "3:5", channel and code of a device's event.
 std::string ChannelOf(const Json& alarm) {
   const std::string name = FieldText(alarm, "name");
   const std::size_t colon = name.find(':');

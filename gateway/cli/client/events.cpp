@@ -57,7 +57,7 @@ std::string ValueText(const Json& value) {
   return text;
 }
 
-/// Of an event: what was kept with it, and what became of it.
+/// What was kept with an event, and what became of it.
 struct Kept {
   std::string title{};  ///< "trip, read 2026-11-23T12:00:03.120Z"; empty: nothing belongs to it
   std::vector<std::string> values{};

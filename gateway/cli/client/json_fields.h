@@ -8,7 +8,7 @@
 
 namespace baudgate {
 
-/// Of those that are always there.
+/// A number that is always there.
 inline std::uint64_t Number(const nlohmann::ordered_json& json, const char* key) {
   return json.at(key).get<std::uint64_t>();
 }

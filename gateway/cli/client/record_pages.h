@@ -23,7 +23,7 @@ struct RecordPages {
   std::string socket{};               ///< empty: the gateway in the default places
   /// They count only while the file can be written: else kNotCurrent.
   bool current = false;
-  /// Of `follow`: not what is new, but all of it again, which `looked` hears the end of.
+  /// With `follow`: print everything again, not only what is new; `looked` is called at its end.
   bool whole = false;
   std::function<void()> looked{};
 };

@@ -22,7 +22,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr double kBarWidth = 40;
-/// Of the finest bucket of a histogram; each row of the chart is twice as long as the one before.
+/// The first row of the chart ends here; each row is twice as long as the one before.
 constexpr double kFirstRowUs = 64;
 
 /// "12345: ok 12300, no_reply 45".

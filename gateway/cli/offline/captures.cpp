@@ -14,7 +14,7 @@ Status TakeLine(std::string_view line, std::vector<Capture>& captures) {
   const TraceLine marked = ReadTraceLine(line);
   const bool of_trace = !marked.time.empty();
   if (of_trace && !captures.empty()) captures.back().last = false;
-  // Of another exchange, where a slow reader has lost records.
+  // Where a slow reader has lost records, this belongs to another exchange.
   const bool known =
       !captures.empty() && !captures.back().ended && captures.back().device == marked.device;
   if (marked.mark == '=' && of_trace && known) {

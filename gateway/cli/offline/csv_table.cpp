@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 
-/// Of the first row that has anything in it.
+/// The separator of the first row that is not empty.
 char SeparatorOf(std::string_view text) {
   const auto begin = text.find_first_not_of("\r\n");
   if (begin == std::string_view::npos) return ',';

@@ -26,7 +26,7 @@ std::string AccessText(const config::Point& point) {
   return point.access == config::Access::write ? "" : "r";
 }
 
-// Of values that take one register the order of words means nothing.
+// The order of words means nothing for values that take one register.
 std::string OrderText(const config::Device& device, const MapPlace& place) {
   return place.served && place.registers > 1 ? std::string(config::Name(device.word_order)) : "";
 }

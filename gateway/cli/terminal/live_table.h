@@ -55,7 +55,7 @@ struct PointRow {
 /// Device, point, value, unit, quality and age; a device's name stands in its first row only.
 std::string RenderPoints(const std::vector<PointRow>& rows, const TableView& view);
 
-/// Of the terminal behind `descriptor`; width and height 0 and no colour when there is none.
+/// The size of the terminal behind `descriptor`; 0 by 0 and no colour when there is none.
 /// Colours are left out where NO_COLOR is set.
 std::optional<TableView> TerminalView(int descriptor);
 

@@ -13,7 +13,7 @@ namespace baudgate {
 /// The configuration of the service.
 inline constexpr auto kInstalledConfig = "/etc/baudgate/baudgate.yaml";
 
-/// Of a command that asks the running gateway.
+/// Adds the option of a command that asks the running gateway.
 inline void AddSocket(CLI::App& command, std::string& socket) {
   command.add_option("--socket", socket, "Control socket of the gateway, if it is not found");
 }

@@ -213,8 +213,9 @@ ExceptionCode PointDesk::ExceptionOf(const WriteRefusal& refusal) {
   return kDeviceFailure;
 }
 
-ExceptionCode PointDesk::ExceptionOf(WriteEnd end) {
-  switch (end) {
+ExceptionCode PointDesk::ExceptionOf(const WriteResult& result) {
+  if (result.unfit) return kIllegalValue;
+  switch (result.end) {
     case WriteEnd::ok:
       return kNoException;
     case WriteEnd::differs:

@@ -90,7 +90,7 @@ class PointDesk {
   /// The client has left.
   void Forget(const Writer& writer);
   /// How a write ended, as Modbus says it.
-  static ExceptionCode ExceptionOf(WriteEnd end);
+  static ExceptionCode ExceptionOf(const WriteResult& result);
   /// Why it was not begun.
   static ExceptionCode ExceptionOf(const WriteRefusal& refusal);
 

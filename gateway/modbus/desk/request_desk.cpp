@@ -76,8 +76,8 @@ ExceptionCode RequestDesk::StartWrite(const ModbusRequest& request, Instant now)
   const Instant deadline = now + points_.limits().write_deadline;
   auto done = [inbox = points_.inbox(), desk = weak_from_this(),
                number](const WriteResult& result) {
-    inbox->Post([desk, number, end = result.end](const Now& now) {
-      if (const auto self = desk.lock()) self->FinishWrite(number, end, now.instant);
+    inbox->Post([desk, number, result](const Now& now) {
+      if (const auto self = desk.lock()) self->FinishWrite(number, result, now.instant);
     });
   };
   if (!given_up_) given_up_ = std::make_shared<std::atomic<bool>>(false);
@@ -88,11 +88,11 @@ ExceptionCode RequestDesk::StartWrite(const ModbusRequest& request, Instant now)
   return exception;
 }
 
-void RequestDesk::FinishWrite(std::uint64_t number, WriteEnd end, Instant now) {
+void RequestDesk::FinishWrite(std::uint64_t number, const WriteResult& result, Instant now) {
   const auto pending = TakePending(number);
   if (!pending || pending->given_up) return;
   const View asked = pending->frame;
-  const ExceptionCode exception = PointDesk::ExceptionOf(end);
+  const ExceptionCode exception = PointDesk::ExceptionOf(result);
   if (exception != kNoException) return Refuse(asked, exception, now);
   Answer(AduOf(TransactionOf(asked), UnitOf(asked), PduOf(asked)), now);
 }
@@ -112,7 +112,7 @@ void RequestDesk::Sweep(const Now& now) {
     if (routed) {
       FinishRouted(number, nothing, now);
     } else {
-      FinishWrite(number, WriteEnd::unknown, now.instant);
+      FinishWrite(number, {.end = WriteEnd::unknown}, now.instant);
     }
   }
 }

@@ -88,7 +88,7 @@ class RequestDesk : public std::enable_shared_from_this<RequestDesk> {
   void HandleOwn(View frame, const Now& now);
   void HandleRouted(View frame, std::size_t index, const Now& now);
   ExceptionCode StartWrite(const ModbusRequest& request, Instant now);
-  void FinishWrite(std::uint64_t number, WriteEnd end, Instant now);
+  void FinishWrite(std::uint64_t number, const WriteResult& result, Instant now);
   void Forward(View frame, std::size_t index, std::uint8_t slave, const Now& now);
   void FinishRouted(std::uint64_t number, RoutedReply reply, const Now& now);
 

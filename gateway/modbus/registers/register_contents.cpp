@@ -10,7 +10,7 @@
 namespace baudgate::modbus {
 namespace {
 
-/// Of a good value that its registers cannot hold.
+/// The quality of a good value that its registers cannot hold.
 constexpr Quality kDoesNotFit{Quality::bad_configuration, Reason::out_of_range};
 
 std::uint64_t Count(Duration duration, Duration unit) {

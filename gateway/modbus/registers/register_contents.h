@@ -15,7 +15,7 @@
 
 namespace baudgate::modbus {
 
-/// Of the gateway itself, as the composition root knows it.
+/// Figures of the gateway itself, as the composition root knows them.
 struct GatewayFigures {
   unsigned version_major = 0;
   unsigned version_minor = 0;
@@ -27,7 +27,7 @@ struct GatewayFigures {
   std::size_t devices_online = 0;
 };
 
-/// Of the Modbus server; totals since it was started.
+/// Counters of the Modbus server: totals since it was started.
 struct ModbusCounters {
   std::uint64_t clients = 0;  ///< connected now
   std::uint64_t accepted = 0;

@@ -71,7 +71,7 @@ class RegisterImage {
   /// costs at most twice the direct way.
   bool Refresh(const DeviceRecord& record, Instant now, std::size_t asked);
 
-  /// Of what the last successful Refresh has seen; `out` has place.count words.
+  /// Copies what the last successful Refresh has seen; `out` has place.count words.
   ExceptionCode Copy(const Place& place, std::span<std::uint16_t> out) const;
   ExceptionCode Copy(const Place& place, std::span<std::uint8_t> out) const;
 

@@ -138,7 +138,7 @@ Shown ShowFault(const config::Point& point, bool held) {
   return kind == Kind::hold && held ? Shown::held : Shown::no_value;
 }
 
-/// Of 32 bits or fewer, as their own width says: int16 -2 and not 65534.
+/// A number of 32 bits or fewer with the sign of its own width: int16 -2 and not 65534.
 std::int64_t SignExtended(std::uint64_t bits, Type type) {
   if (type == Type::int8 || type == Type::int16) return static_cast<std::int16_t>(bits);
   if (type == Type::int32) return static_cast<std::int32_t>(bits);

@@ -18,7 +18,7 @@ bool Contains(const config::Network& network, const PeerAddress& peer);
 /// An empty list allows everybody.
 bool Allows(std::span<const config::Network> list, const PeerAddress& peer);
 
-/// Of the first client rule that fits, else the listener's.
+/// The priority of the first client rule that fits, else the listener's.
 config::Priority PriorityOf(const config::Listener& listener, const PeerAddress& peer);
 
 }  // namespace baudgate::modbus

@@ -67,7 +67,7 @@ class ModbusServer final : public TrafficSource {
   /// Closes ports and clients. Writes under way go on; their answers are dropped.
   void Stop();
 
-  /// Of the listener with this index in modbus.listen; 0 while it does not listen, and for serial
+  /// The port of the listener with this index in modbus.listen; 0 while closed, and for serial
   /// ports.
   std::uint16_t port(std::size_t listener = 0) const;
   /// "Modbus TCP on 0.0.0.0:502, a Modbus master on /dev/ttyS1"; empty: nowhere.

@@ -24,7 +24,7 @@ struct ListenerPort {
   explicit operator bool() const { return tcp || serial; }
 };
 
-/// Of one entry of the new modbus.listen.
+/// Where one entry of the new modbus.listen comes from.
 struct ListenerOrigin {
   std::optional<std::size_t> was;  ///< its place in the list before; nothing: it is new
   bool same = false;               ///< its clients stay

@@ -26,9 +26,9 @@ class Upstream final : public RouteTarget {
   /// reads of units that do not answer hold up no stop.
   static constexpr std::size_t kMostOnWire = 16;
   static constexpr std::size_t kKeptForWrites = 4;
-  /// Of these to one unit, beyond which only short writes go out.
+  /// At most so many of these go to one unit; beyond them only short writes go out.
   static constexpr std::size_t kMostPerUnit = 4;
-  /// Of deadlines that pass one after the other without a sign of the server: then the connection
+  /// Deadlines that pass one after the other without a sign of the server: then the connection
   /// is made anew. Without a sign of one unit: then it has one request at a time until it answers.
   static constexpr int kSilentDeadlines = 3;
   /// A server that closes the connection because of a request does so within this time.

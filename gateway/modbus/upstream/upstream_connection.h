@@ -28,7 +28,7 @@ class UpstreamConnection : public std::enable_shared_from_this<UpstreamConnectio
     /// Everything that has come together; called for each frame, then OnFramesRead.
     virtual void OnFrame(View frame) = 0;
     virtual void OnFramesRead() = 0;
-    /// Of a frame that begins so: see MbapAssembler::Length.
+    /// The length of a frame that begins with `head`: see MbapAssembler::Length.
     virtual std::size_t LengthOf(View head, std::size_t told) const = 0;
     /// Not to be used any more. `reason` goes on where the server's name ends.
     virtual void OnBroken(const std::string& reason) = 0;

@@ -53,7 +53,7 @@ std::string_view MbapAssembler::Defect() const {
   return surplus_ > 0 ? std::string_view() : DefectOf(Held());
 }
 
-/// Of the message that comes next, whose header is here.
+/// The size of the next message, whose header is here.
 std::size_t MbapAssembler::Size() const {
   const std::size_t told = kMbapPrefix + *ByteReader(Held()).U16Be(4);
   if (!length_ || Held().size() <= kMbapHeader) return told;

@@ -33,8 +33,8 @@ class MbapAssembler {
     malformed,  ///< no boundary can be trusted any more: close the connection
   };
 
-  /// Of the message that begins so, header included: the bytes of its PDU, of which its header
-  /// counts `told`. At most so many.
+  /// The length of the message that begins with `head`, header included; its header counts `told`
+  /// bytes. It is at most so long.
   using Length = std::function<std::size_t(View head, std::size_t told)>;
 
   /// `length`: where headers may count too many. Then the next header is looked for among the bytes
@@ -49,7 +49,7 @@ class MbapAssembler {
 
   /// Nothing is here but what may belong to the message before.
   bool empty() const { return begin_ + surplus_ >= end_; }
-  /// Of the frame that comes next, if that much of it is here.
+  /// The transaction of the next frame, if that much of it is here.
   std::optional<std::uint16_t> transaction() const { return ByteReader(Held()).U16Be(0); }
   /// What Take would say.
   State Peek() const;

@@ -18,7 +18,7 @@ bool IsTcp(View heard) {
   assembler.Commit(count);
   View frame;
   if (assembler.Take(frame) != MbapAssembler::State::frame) return false;
-  // Of the functions whose length is known: six bytes of anything else have such a header, too.
+  // Only functions whose length is known: six bytes of anything else have such a header, too.
   ModbusRequest request;
   return ParseRequest(frame, request) == kNoException;
 }

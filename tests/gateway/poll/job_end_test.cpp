@@ -93,8 +93,12 @@ TEST_F(JobEndTest, OfAWrite) {
     WriteEnd end;         // if it is answered
     std::size_t unknown;  // points
     bool polls_first;
+    bool unfit = false;
   };
   const Row kRows[] = {
+      {"no form", 1, 1, false, Outcome::refused, Next::answer, WriteEnd::refused, 0, false, true},
+      {"no form for the second", 2, 2, false, Outcome::refused, Next::answer, WriteEnd::refused, 0,
+       false},
       {"the last point", 2, 2, true, Outcome::ok, Next::confirm, WriteEnd::ok, 1, false},
       {"points remain", 3, 2, true, Outcome::ok, Next::go_on, WriteEnd::ok, 1, false},
       {"refused", 2, 2, true, Outcome::refused, Next::answer, WriteEnd::refused, 1, false},
@@ -114,6 +118,7 @@ TEST_F(JobEndTest, OfAWrite) {
     EXPECT_EQ(effects.write->next, row.follows);
     if (row.follows == Next::answer) {
       EXPECT_EQ(effects.write->result.end, row.end);
+      EXPECT_EQ(effects.write->result.unfit, row.unfit);
     }
     EXPECT_EQ(effects.write->unknown.size(), row.unknown);
     EXPECT_EQ(effects.polls_first, row.polls_first);

@@ -188,5 +188,58 @@ check "rs485: refused, and the log says why" [ "$(log_count "has no RS-485 mode"
 check "and the line is down" [ "$(quality 1)" = $not_connected ]
 stop_baudgate
 
+# What a client asks of a port by RFC 2217: option COM-PORT, then each ARGUMENT as one subnegotiation.
+com_port() {  # OCTAL-ESCAPES…
+  printf '\377\373\054'
+  for words; do printf '\377\372\054'"$words"'\377\360'; done
+}
+
+# Lends LINE to a client that asks for ARGUMENTS, and keeps the client until `kill $client`.
+lend() {  # LINE ARGUMENTS…
+  check "$1 is offered" baudgate release "$1" --tcp 127.0.0.1:4002 --rfc2217 --for 2min
+  shift
+  (com_port "$@"; sleep 60) | nc 127.0.0.1 4002 >/run/answers &
+  client=$!
+}
+answered() { xxd -p /run/answers | tr -d '\n' | grep -q "fffa2c$1fff0"; }
+eventually() {  # CONDITION…
+  for _ in 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20; do
+    "$@" && return
+    sleep 1
+  done
+  return 1
+}
+adapter_has() { case "$(host adapter data)" in *"$1") ;; *) return 1 ;; esac; }
+port_has() { stty -a -F "$1" 2>/dev/null | tr '\n;' '  ' | grep -q -- " $2 "; }  # PORT WORD
+lent() { [ "$(quality 1)" != $good ]; }
+
+chapter "6 The ports over the network (RFC 2217)"
+start_baudgate "9600 7E1"
+check "served" await_quality 1 $good 30
+await_quality 2 $good 30
+lend usb '\001\000\000\113\000' '\002\010' '\003\002' '\004\001' '\005\005' '\005\006' '\005\011'
+check "the adapter got 8 data bits and odd parity" eventually adapter_has "parity O, data bits 8, stop bits 1"
+echo "  adapter: $(host adapter baud)"
+check "stty says 19200" eventually port_has "$tty" "speed 19200 baud"
+check "the bit rate is confirmed" eventually answered 6500004b00
+check "so is the parity" eventually answered 6702
+check "and break on, break off, DTR off" eventually answered 6909
+check "the values are out of service" lent
+check "the other line goes on" [ "$(quality 2)" = $good ]
+kill $client
+pkill nc
+check "the client leaves: the adapter has 7E1 again" eventually adapter_has "parity E, data bits 7, stop bits 1"
+check "and the value is good" await_quality 1 $good 30
+baudgate release usb --end
+lend board '\003\004'
+check "mark parity at the 16550A: stty says cmspar" eventually port_has $board cmspar
+check "and it is confirmed" eventually answered 6704
+kill $client
+pkill nc
+check "the board's port has no parity again" eventually port_has $board -parenb
+check "and its value is good" await_quality 2 $good 30
+print_log
+stop_baudgate
+
 chapter "$failed failed"
 host result "$failed failed"

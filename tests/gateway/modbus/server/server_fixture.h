@@ -29,7 +29,9 @@ class ScriptedSink : public CommandSink {
     if (answer) {
       const WriteEnd end = *answer;
       lock.unlock();
-      command.done({end, end == WriteEnd::ok ? "" : "because"});
+      WriteResult result{end, end == WriteEnd::ok ? "" : "because"};
+      result.unfit = unfit;
+      command.done(result);
       lock.lock();
     }
     commands_.push_back(std::move(command));
@@ -52,6 +54,7 @@ class ScriptedSink : public CommandSink {
   // Set before the clients start.
   bool full = false;
   std::optional<WriteEnd> answer;
+  bool unfit = false;  ///< what is answered
 
  private:
   std::mutex mutex_;

@@ -27,24 +27,28 @@ TEST_F(ServerTest, ConfirmedWritesAreEchoed) {
 struct WriteEnding {
   WriteEnd end;
   const char* answer;
+  bool unfit = false;
 };
 
 class WriteEndings : public ServerTest, public testing::WithParamInterface<WriteEnding> {};
 
 TEST_P(WriteEndings, AreAnsweredAsTheContractSays) {
   sink_.answer = GetParam().end;
+  sink_.unfit = GetParam().unfit;
   StartServer();
   EXPECT_EQ(Ask(Connect(), 1, "06 00 00 00 01"), GetParam().answer);
 }
 
-INSTANTIATE_TEST_SUITE_P(All, WriteEndings,
-                         testing::Values(WriteEnding{WriteEnd::refused, "86 04"},
-                                         WriteEnding{WriteEnd::differs, "86 04"},
-                                         WriteEnding{WriteEnd::denied, "86 04"},
-                                         WriteEnding{WriteEnd::busy, "86 06"},
-                                         WriteEnding{WriteEnd::unknown, "86 0B"},
-                                         WriteEnding{WriteEnd::not_sent, "86 0B"}),
-                         [](const auto& info) { return std::string(Name(info.param.end)); });
+INSTANTIATE_TEST_SUITE_P(
+    All, WriteEndings,
+    testing::Values(WriteEnding{WriteEnd::refused, "86 04"},
+                    WriteEnding{WriteEnd::refused, "86 03", true},
+                    WriteEnding{WriteEnd::differs, "86 04"}, WriteEnding{WriteEnd::denied, "86 04"},
+                    WriteEnding{WriteEnd::busy, "86 06"}, WriteEnding{WriteEnd::unknown, "86 0B"},
+                    WriteEnding{WriteEnd::not_sent, "86 0B"}),
+    [](const auto& info) {
+      return std::string(Name(info.param.end)) + (info.param.unfit ? "_unfit" : "");
+    });
 
 TEST_F(ServerTest, AFullQueueIsBusy) {
   sink_.full = true;
