@@ -24,7 +24,7 @@ inline constexpr std::size_t kWriteEnds = 7;
 
 struct WriteResult {
   WriteEnd end = WriteEnd::ok;
-  std::string reason{};    ///< one sentence; empty when ok
+  std::string reason{};    ///< one sentence; of ok only what remains in doubt
   bool read_back = false;  ///< ok: the device shows what was written
   /// Of several points: how many were confirmed, in their order, before the first that was not.
   std::size_t written = 0;

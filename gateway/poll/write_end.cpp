@@ -42,20 +42,21 @@ Value WrittenValue(const config::Point& point, const PointWrite& write) {
   return ToSample(point, {write.point, write.raw}).value;
 }
 
-bool ShowsAnother(const config::Point& point, const PointWrite& write, const Value& shown) {
-  if (!HasValue(shown)) return false;
+Shown Compare(const config::Point& point, const PointWrite& write, const Value& shown) {
+  if (!HasValue(shown)) return Shown::nothing;
   const Value wanted = WrittenValue(point, write);
   const bool is_float = point.type == config::Type::float32 || point.type == config::Type::float64;
   const bool scaled = point.scale != 1 || point.offset != 0;
-  if (!is_float && !scaled) return ToText(shown) != ToText(wanted);
+  if (!is_float && !scaled)
+    return ToText(shown) == ToText(wanted) ? Shown::written : Shown::another;
   const auto written = Decimal::Of(wanted);
   const auto now = Decimal::Of(shown);
-  if (!written || !now) return true;
-  if (Abs(*now - *written) <= Tolerance(point, *written)) return false;
+  if (!written || !now) return Shown::another;
+  if (Abs(*now - *written) <= Tolerance(point, *written)) return Shown::written;
   const auto before = Decimal::Of(write.before);
   const bool on_its_way =
       before && std::min(*before, *written) < *now && *now < std::max(*before, *written);
-  return !on_its_way;
+  return on_its_way ? Shown::between : Shown::another;
 }
 
 Verdict VerdictOn(const WriteQueue::Confirmed& one, const DeviceRecord& record) {
@@ -71,7 +72,11 @@ Verdict VerdictOn(const WriteQueue::Confirmed& one, const DeviceRecord& record) 
     const bool read = is_read(write.point) && IsGood(shown.reported);
     if (!read) result.read_back = false;
     verdict.lost = verdict.lost || (!read && point.access != config::Access::write);
-    if (!read || !ShowsAnother(point, write, shown.value)) continue;
+    const Shown what = read ? Compare(point, write, shown.value) : Shown::nothing;
+    if (what != Shown::written) result.read_back = false;
+    // It may be on its way, or the device may have limited it: nobody can tell yet.
+    if (what == Shown::between) result.reason = point.name + " shows " + ToText(shown.value);
+    if (what != Shown::another) continue;
     result.end = WriteEnd::differs;
     result.reason = point.name + " shows " + ToText(shown.value) + " after " +
                     ToText(WrittenValue(point, write)) + " was written and confirmed";

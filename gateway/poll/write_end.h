@@ -17,10 +17,14 @@ WriteEnd EndOf(Outcome outcome, bool sent, bool may_have_acted = false);
 /// As users see it.
 Value WrittenValue(const config::Point& point, const PointWrite& write);
 
-/// What a point shows after its write was confirmed is another value than was written. Numbers may
-/// differ by what the device rounds; one that is still on its way, as a slewing output from 4 to 20
-/// that shows 11, is none.
-bool ShowsAnother(const config::Point& point, const PointWrite& write, const Value& shown);
+/// What a point shows after its write was confirmed.
+enum class Shown {
+  nothing,
+  written,  ///< numbers may differ by what the device rounds
+  between,  ///< the old value and the written one: a slewing output from 4 to 20 that shows 11
+  another,
+};
+Shown Compare(const config::Point& point, const PointWrite& write, const Value& shown);
 
 struct Verdict {
   WriteResult result;

@@ -54,8 +54,9 @@ std::string Sentence(const WriteOptions& options, const Json& answer) {
   const std::string reason = answer.value("reason", "");
   if (end == "ok") {
     const bool shown = answer.value("read_back", false);
-    return options.value + " written" +
-           (shown ? ", and read back" : ", confirmed by the device; not read back");
+    if (shown) return options.value + " written, and read back";
+    return options.value + " written, confirmed by the device; " +
+           (reason.empty() ? "not read back" : reason + ": read it again");
   }
   if (end == "unknown") {
     return "sent, and nobody knows what became of it: " + reason + "; read it before you try again";

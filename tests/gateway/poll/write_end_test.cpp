@@ -64,6 +64,16 @@ TEST_F(Verdicts, OnlyAGoodReadingFromAfterwardsDecides) {
   EXPECT_FALSE(Of(0).lost);
 }
 
+/// A slewing output, or a device that limits what it takes: nobody can tell yet.
+TEST_F(Verdicts, AValueBetweenIsNotReadBack) {
+  Show(3.0, 1s);
+  const Verdict verdict = Of(0);
+  EXPECT_EQ(verdict.result.end, WriteEnd::ok);
+  EXPECT_FALSE(verdict.result.read_back);
+  EXPECT_EQ(verdict.result.reason, "both shows 3");
+  EXPECT_FALSE(verdict.lost);
+}
+
 /// A command such as "reset": nothing can be read back, and nothing is missing.
 TEST_F(Verdicts, APointThatIsOnlyWrittenMissesNothing) {
   EXPECT_EQ(Of(1).result.end, WriteEnd::ok);
@@ -77,75 +87,76 @@ struct Case {
   Value before;
   Value written;
   Value shown;
-  bool another;
+  Shown is;
 };
 
 constexpr std::int64_t I(int value) { return value; }
 
-TEST(ShowsAnother, Table) {
+TEST(Shown, Table) {
   const Case cases[] = {
-      {"the same", Type::float32, 0.0, 30.3, 30.3, false},
-      {"as a float32", Type::float32, 0.0, 30.3, static_cast<double>(30.3F), false},
-      {"beyond a thousandth", Type::float32, 40.0, 30.34, 30.3, true},
-      {"within a thousandth", Type::float32, 0.0, 30.32, 30.3, false},
-      {"the old one", Type::float32, 10.0, 30.0, 10.0, true},
-      {"an output on its way up", Type::float32, 4.0, 20.0, 11.0, false},
-      {"and down", Type::float32, 20.0, 4.0, 11.0, false},
-      {"beyond", Type::float32, 4.0, 20.0, 21.0, true},
-      {"the way is not known", Type::float32, Value(), 20.0, 11.0, true},
-      {"zero", Type::float32, 5.0, 0.0, 0.0, false},
-      {"not zero", Type::float32, 0.0, 0.0, 0.1, true},
-      {"a whole number", Type::uint16, I(1), I(2), I(2), false},
-      {"never nearly", Type::uint16, I(1), I(2000), I(1999), true},
-      {"nor on its way", Type::uint16, I(1), I(3), I(2), true},
-      {"a bit", Type::boolean, false, true, true, false},
-      {"a bit that stays", Type::boolean, false, true, false, true},
-      {"a text", Type::string, std::string("a"), std::string("b"), std::string("b"), false},
-      {"another text", Type::string, std::string("a"), std::string("b"), std::string("a"), true},
-      {"nothing is shown", Type::float32, 1.0, 2.0, Value(), false},
+      {"the same", Type::float32, 0.0, 30.3, 30.3, Shown::written},
+      {"as a float32", Type::float32, 0.0, 30.3, static_cast<double>(30.3F), Shown::written},
+      {"beyond a thousandth", Type::float32, 40.0, 30.34, 30.3, Shown::another},
+      {"within a thousandth", Type::float32, 0.0, 30.32, 30.3, Shown::written},
+      {"the old one", Type::float32, 10.0, 30.0, 10.0, Shown::another},
+      {"an output on its way up", Type::float32, 4.0, 20.0, 11.0, Shown::between},
+      {"and down", Type::float32, 20.0, 4.0, 11.0, Shown::between},
+      {"beyond", Type::float32, 4.0, 20.0, 21.0, Shown::another},
+      {"the way is not known", Type::float32, Value(), 20.0, 11.0, Shown::another},
+      {"zero", Type::float32, 5.0, 0.0, 0.0, Shown::written},
+      {"not zero", Type::float32, 0.0, 0.0, 0.1, Shown::another},
+      {"a whole number", Type::uint16, I(1), I(2), I(2), Shown::written},
+      {"never nearly", Type::uint16, I(1), I(2000), I(1999), Shown::another},
+      {"nor on its way", Type::uint16, I(1), I(3), I(2), Shown::another},
+      {"a bit", Type::boolean, false, true, true, Shown::written},
+      {"a bit that stays", Type::boolean, false, true, false, Shown::another},
+      {"a text", Type::string, std::string("a"), std::string("b"), std::string("b"),
+       Shown::written},
+      {"another text", Type::string, std::string("a"), std::string("b"), std::string("a"),
+       Shown::another},
+      {"nothing is shown", Type::float32, 1.0, 2.0, Value(), Shown::nothing},
   };
   for (const Case& one : cases) {
     config::Point point;
     point.type = one.type;
     point.text_length = 8;
-    EXPECT_EQ(ShowsAnother(point, {0, one.written, one.before}, one.shown), one.another)
-        << one.what;
+    EXPECT_EQ(Compare(point, {0, one.written, one.before}, one.shown), one.is) << one.what;
   }
 }
 
-TEST(ShowsAnother, ADeviceRoundsToItsStepAndDecimals) {
+TEST(Shown, ADeviceRoundsToItsStepAndDecimals) {
   config::Point point;
   point.type = Type::float32;
   const PointWrite write{0, 0.123, 5.0};
-  EXPECT_TRUE(ShowsAnother(point, write, 0.12));
+  EXPECT_EQ(Compare(point, write, 0.12), Shown::another);
   point.writing.decimals = 2;
-  EXPECT_FALSE(ShowsAnother(point, write, 0.12));
-  EXPECT_TRUE(ShowsAnother(point, write, 0.11));
+  EXPECT_EQ(Compare(point, write, 0.12), Shown::written);
+  EXPECT_EQ(Compare(point, write, 0.11), Shown::another);
   point.writing.decimals.reset();
   point.writing.step = 0.05;
-  EXPECT_FALSE(ShowsAnother(point, write, 0.1));
+  EXPECT_EQ(Compare(point, write, 0.1), Shown::written);
 }
 
 /// Two decimals of xIn are steps of 4 A where xIn is 400 A.
-TEST(ShowsAnother, DecimalsAreTheDevices) {
+TEST(Shown, DecimalsAreTheDevices) {
   config::Point point;
   point.type = Type::float32;
   point.scale = 400;
   point.writing.decimals = 2;
   const PointWrite write{0, 0.853, 0.5};
-  EXPECT_FALSE(ShowsAnother(point, write, 340.0)) << "0.85";
-  EXPECT_TRUE(ShowsAnother(point, write, 344.0)) << "0.86";
+  EXPECT_EQ(Compare(point, write, 340.0), Shown::written) << "0.85";
+  EXPECT_EQ(Compare(point, write, 344.0), Shown::another) << "0.86";
 }
 
 /// Scale 0.1: 25 is written as 250, and 25 is shown.
-TEST(ShowsAnother, InUnitsOfTheValue) {
+TEST(Shown, InUnitsOfTheValue) {
   config::Point point;
   point.type = Type::int16;
   point.scale = 0.1;
   const PointWrite write{0, I(250), I(3)};
   EXPECT_EQ(WrittenValue(point, write), Value(I(25)));
-  EXPECT_FALSE(ShowsAnother(point, write, I(25)));
-  EXPECT_TRUE(ShowsAnother(point, write, I(3)));
+  EXPECT_EQ(Compare(point, write, I(25)), Shown::written);
+  EXPECT_EQ(Compare(point, write, I(3)), Shown::another);
 }
 
 }  // namespace

@@ -210,7 +210,7 @@ eventually() {  # CONDITION…
   return 1
 }
 adapter_has() { case "$(host adapter data)" in *"$1") ;; *) return 1 ;; esac; }
-port_has() { stty -a -F "$1" 2>/dev/null | tr '\n;' '  ' | grep -q -- " $2 "; }  # PORT WORD
+port_has() { (echo; stty -a -F "$1" 2>/dev/null) | tr '\n;' '  ' | grep -q -- " $2 "; }  # PORT WORD
 lent() { [ "$(quality 1)" != $good ]; }
 
 chapter "6 The ports over the network (RFC 2217)"
