@@ -119,7 +119,7 @@ int AskOnPort(const AskOptions& options, const config::Catalog& catalog, std::os
                catalog);
   if (!line) return Fail(err, kExitUsage, line.error());
   const Protocol& protocol = *catalog.FindProtocol(name);
-  const config::Options& its = line->devices.front().options;
+  const ParsedOptions its = ParseOptions(protocol, line->devices.front().options);
   if (protocol.telegram == nullptr) {
     return Fail(err, kExitUsage, "devices that speak " + name + " are not asked by hand");
   }
