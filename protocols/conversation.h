@@ -62,29 +62,28 @@ struct Task {
     background,  ///< one exchange for what can wait, see Conversation::BackgroundDue
   };
   Kind kind = Kind::poll;
-  std::size_t query = 0;         ///< of a poll: less than Queries().size()
-  std::size_t point = kNoPoint;  ///< of a write: a point that may be written
-  Value value{};                 ///< of a write: raw, scale and offset are already taken out
-  /// Of a write: what goes with it in the same exchange. WritesTogether has said that it can.
+  std::size_t query = 0;         ///< polls only: less than Queries().size()
+  std::size_t point = kNoPoint;  ///< writes only: a point that may be written
+  Value value{};                 ///< writes only: raw, scale and offset are already taken out
+  /// Writes only: further writes in the same exchange. WritesTogether has said that they fit.
   std::vector<PointValue> also{};
 };
 
 struct Request {
   Bytes bytes{};  ///< the whole frame, checksum included
   Expectation expect{};
-  /// Of a probe: the device answers with the same bytes every time, and answers nothing else with
-  /// them: its name or serial number, not a measurement. Other bytes are another device's. The
+  /// Probes only: the device answers with the same bytes every time, and answers nothing else with
+  /// them: its name or serial number, not a measurement. Other bytes come from another device. The
   /// poller uses such replies to find out whether replies still come in the order of the requests.
   bool steady = false;
-  /// Of a probe: its reply can be told from those to all polls of the device, by its length or
-  /// form, but not from one time to the next. Example: three registers, where polls read two. Of
+  /// The reply to this probe differs from the replies to all polls of the device, by its length or
+  /// form, but is not always the same. Example: three registers, where polls read two. Also true of
   /// any request whose reply carries its number, as in Modbus TCP.
   bool distinct = false;
   /// Ends what an earlier request has begun, as "close the password" does. It is sent even if the
   /// client has gone or the time for its task is over.
   bool closes = false;
-  /// Of a write: it only makes the write possible, as a password does. When it fails, nothing has
-  /// been written.
+  /// It only makes a write possible, as a password does. When it fails, nothing has been written.
   bool prepares = false;
   /// It tells the time, or asks for it: Conversation::Stamp is called when it is sent.
   bool stamped = false;
@@ -164,11 +163,11 @@ struct Answer {
   std::string remedy{};
   std::vector<Reading> readings{};
   Then then = Then::done;
-  /// Of a write that was refused: something may have changed all the same, as an analog output that
-  /// has gone to its limit.
+  /// A write was refused, and something may have changed all the same, as an analog output that has
+  /// gone to its limit.
   bool may_have_acted = false;
   Duration wait{};  ///< the device wants to be left alone so long: "busy, ask me in 2 s"
-  /// Of a task of events, or in the background. One that brings some ends the task.
+  /// For tasks of events and tasks in the background. An answer with a batch ends the task.
   std::optional<EventBatch> batch{};
 };
 
@@ -250,8 +249,8 @@ class Conversation {
   /// `request` has failed, and is not repeated any more. The outcome is why: no_reply, partial,
   /// corrupt, unexpected; line_down: the port is gone; busy: the task's time was over before the
   /// request was sent. ask_again: another exchange is needed all the same, to close what is open.
-  /// Of a task that brings a batch also behind OnFrame: whose that was cannot be known, and it is
-  /// not kept.
+  /// Also called behind an OnFrame that gave a batch, if it cannot be known whose reply that was:
+  /// the batch is not kept.
   virtual Then OnFailure(const Task&, const Request&, Outcome, Instant) { return Then::done; }
 
   /// What to send before a failed request is repeated, or in place of one that is not repeatable.
@@ -316,8 +315,8 @@ class Conversation {
   /// readings as in OnFrame, but no task and no memory. What fits no point gets a label.
   virtual Answer Interpret(View request, View frame) = 0;
 
-  /// The least times that the device needs, as it has said itself; nothing = as configured. Of both
-  /// the longer one counts. `character`: the time of one on its line. Asked when trouble() is.
+  /// The least times that the device needs, as it has said itself; nothing = as configured. The
+  /// longer one counts. `character`: the time of one on its line. Asked when trouble() is.
   virtual config::Timing LeastTimes(Duration character) const {
     static_cast<void>(character);
     return {};

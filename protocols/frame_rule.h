@@ -30,13 +30,13 @@ class FrameForms {
 };
 
 /// What may answer one request. A pure function of the request's bytes and the device's options
-/// (Protocol::expect). For no request it describes requests, for whoever listens for them.
+/// (Protocol::expect). For an empty request it describes requests, for whoever listens for them.
 struct Expectation {
   enum class Reply : std::uint8_t {
     none,  ///< a broadcast: the exchange is over once the request is sent
     one,
-    standing,  ///< what the device says unasked, as often as it likes (Conversation::Listens); of a
-               ///< request: the next of these messages answers it
+    standing,  ///< what the device says unasked, as often as it likes (Conversation::Listens); the
+               ///< next of these messages answers a request with this expectation
   } reply = Reply::one;
   std::vector<Shape> shapes{};  ///< empty: every frame that the rule takes for whole
   std::size_t max_bytes = 256;  ///< no frame is longer; no more bytes are ever kept
@@ -67,11 +67,11 @@ struct Cut {
   };
   Kind kind = Kind::need_more;
   std::size_t size = 0;  ///< 1 to all bytes kept; 0 only with need_more
-  /// Of a discard, what the bytes were: corrupt, partial (a frame that broke off), none (noise that
-  /// does no harm, such as 00 when a driver is switched on), or unexpected (a whole frame that
-  /// answers another request).
+  /// What discarded bytes were: corrupt, partial (a frame that broke off), none (noise that does no
+  /// harm, such as 00 when a driver is switched on), or unexpected (a whole frame that answers
+  /// another request).
   Outcome blame = Outcome::none;
-  std::string_view why{};  ///< of a discard, for the log: "checksum". Static text
+  std::string_view why{};  ///< why bytes were discarded, for the log: "checksum". Static text
 
   static constexpr Cut NeedMore() { return {}; }
   static constexpr Cut Frame(std::size_t size) { return {Kind::frame, size, Outcome::none, {}}; }

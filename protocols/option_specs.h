@@ -1,6 +1,7 @@
 // The keys that a protocol adds to devices in the configuration, such as `checksum: true`: one row
 // for each, made by the functions below. The configuration reads and checks them by these rows;
-// protocols/common/settings.h puts them into a struct of the protocol.
+// protocols/common/settings.h puts them into a struct of the protocol, and parsed_options.h carries
+// that struct through the gateway.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -25,6 +25,7 @@
 #include "protocols/conversation.h"
 #include "protocols/frame_rule.h"
 #include "protocols/option_specs.h"
+#include "protocols/parsed_options.h"
 #include "protocols/scanning.h"
 #include "protocols/twin.h"
 
@@ -109,9 +110,9 @@ struct TelegramRule {
   /// The whole frame of what was written: the checksum that the device's options want in the place
   /// of a final "XX", or behind text and bytes that have none, and the end of the line. The error
   /// says what is wrong.
-  Result<Bytes> (*complete)(View written, const config::Options& options) = nullptr;
+  Result<Bytes> (*complete)(View written, const ParsedOptions& options) = nullptr;
   /// No device takes `request`, a whole frame, for anything else than a read. False: nobody knows.
-  bool (*is_read)(View request, const config::Options& options) = nullptr;
+  bool (*is_read)(View request, const ParsedOptions& options) = nullptr;
 };
 
 /// What devices of one line have to share, such as a checksum variant that is learned from the
@@ -168,13 +169,15 @@ struct Protocol {
   Result<std::string> (*canonical_address)(std::string_view address) = nullptr;
   /// Whether `read`, `write`, type, access and table of a point fit together. An error as above.
   Status (*check_point)(const config::Point& point) = nullptr;
-  /// What can be seen of the whole device only: options that contradict each other, a password of
-  /// the wrong length. Null: nothing.
+  /// Whether options and points of the device fit together: options that contradict each other, a
+  /// password of the wrong length. Null: nothing is checked.
   Status (*check_device)(const config::Device& device) = nullptr;
-  /// The same of single points: an address that its description does not have. Of a device without
-  /// an address only what is wrong for each of its type, as that of a profile. Null: nothing.
+  /// The same for single points: an address that its description does not have. A device without an
+  /// address stands for a profile: only what is wrong for every device of the profile is reported.
+  /// Null: nothing is checked.
   std::vector<Doubt> (*faults)(const config::Device& device) = nullptr;
-  /// What the user is warned of. Address and points may be wrong: others tell that. Null: nothing.
+  /// What the user is warned of. Address and points may be wrong: other checks report that. Null:
+  /// nothing is checked.
   std::vector<Doubt> (*doubts)(const config::Device& device) = nullptr;
 
   /// Used where a line's configuration gives no serial settings.
@@ -186,15 +189,18 @@ struct Protocol {
 
   FrameRule request_rule = nullptr;  ///< cuts requests: for twins, and for masters that are heard
   FrameRule reply_rule = nullptr;    ///< cuts replies
-  /// What may answer `request`; of an empty request: what requests look like. Pure.
-  Expectation (*expect)(View request, const config::Options& options) = nullptr;
-  /// What `heard`, bytes that came for `request` and are no reply to it, may be. Nothing: that can
-  /// not be told. Null: never. Pure.
+  /// The options of a device or a line, parsed once for all functions below that get ParsedOptions.
+  /// Every option that the protocol declares is there. Null: none of these functions needs any.
+  ParsedOptions (*parse)(const config::Options& options) = nullptr;
+  /// What may answer `request`; for an empty request: what requests look like. Pure.
+  Expectation (*expect)(View request, const ParsedOptions& options) = nullptr;
+  /// What `heard`, bytes that came for `request` and are no reply to it, may be. Nothing: it cannot
+  /// be told. Null: it can never be told. Pure.
   std::optional<Recognised> (*recognise)(View request, View heard,
-                                         const config::Options& options) = nullptr;
+                                         const ParsedOptions& options) = nullptr;
 
   /// Whether a device with these options speaks unasked (Conversation::Listens). It has its line to
-  /// itself. Null: none does.
+  /// itself. The configuration asks this, before options are parsed. Null: none does.
   bool (*unasked)(const config::Options& options) = nullptr;
   /// The silence of such a device is normal: its values grow old only where `max_age` says so.
   bool never_old = false;
@@ -214,8 +220,10 @@ struct Protocol {
 
   /// Called once for each line, where devices of a line share something; else null.
   std::unique_ptr<Bus> (*make_bus)() = nullptr;
-  /// `device` and `bus` outlive the conversation. `bus` is what make_bus gave; null without it.
+  /// `options` are those of `device`. `device` and `bus` outlive the conversation. `bus` is what
+  /// make_bus gave; null without it.
   std::unique_ptr<Conversation> (*make_conversation)(const config::Device& device,
+                                                     const ParsedOptions& options,
                                                      Bus* bus) = nullptr;
   /// `device` and `values` outlive the twin.
   std::unique_ptr<Twin> (*make_twin)(const config::Device& device, TwinValues& values) = nullptr;
@@ -225,9 +233,19 @@ inline bool SpeaksUnasked(const Protocol& protocol, const config::Options& optio
   return protocol.unasked != nullptr && protocol.unasked(options);
 }
 
-/// What make_conversation wants for the devices of one line.
+inline ParsedOptions ParseOptions(const Protocol& protocol, const config::Options& options) {
+  return protocol.parse == nullptr ? ParsedOptions() : protocol.parse(options);
+}
+
+/// The `bus` of make_conversation for all devices of one line.
 inline std::unique_ptr<Bus> MakeBus(const Protocol& protocol) {
   return protocol.make_bus == nullptr ? nullptr : protocol.make_bus();
+}
+
+/// A conversation of a device whose parsed options nobody else needs.
+inline std::unique_ptr<Conversation> MakeConversation(const Protocol& protocol,
+                                                      const config::Device& device, Bus* bus) {
+  return protocol.make_conversation(device, ParseOptions(protocol, device.options), bus);
 }
 
 }  // namespace baudgate

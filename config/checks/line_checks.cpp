@@ -120,7 +120,7 @@ void CheckLoad(const Line& line, const Catalog& catalog, Problems& problems) {
 
 /// Whether it is probed with something that only this is answered so.
 bool HasProof(const Device& device, const Protocol& protocol, Bus* bus) {
-  const auto conversation = protocol.make_conversation(device, bus);
+  const auto conversation = MakeConversation(protocol, device, bus);
   const auto probe = conversation->Ask({Task::Kind::probe, 0, kNoPoint, {}}, Instant{});
   return !probe || probe->steady || probe->distinct;
 }

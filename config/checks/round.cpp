@@ -19,7 +19,7 @@ Round RoundOf(Group group, const Line& line, const Device& device, const Protoco
               Bus* bus) {
   const SerialSettings serial = device.serial.value_or(line.serial);
   const Timing times = TimesInForce(line, device, protocol);
-  const auto conversation = protocol.make_conversation(device, bus);
+  const auto conversation = MakeConversation(protocol, device, bus);
   const auto queries = conversation->Queries();
   Round round;
   for (std::size_t i = 0; i < queries.size(); ++i) {

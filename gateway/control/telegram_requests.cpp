@@ -65,14 +65,15 @@ Status AskByHand(const config::Config& config, LineControl& control, CommandSink
   }
   const auto written = ParseHex(TextOf(request, "telegram"));
   if (!written || written->empty()) return Error{"'telegram' is bytes in hex: 3E 31 52 46 3A"};
-  const auto bytes = protocol->telegram->complete(*written, to->device->options);
+  const ParsedOptions options = ParseOptions(*protocol, to->device->options);
+  const auto bytes = protocol->telegram->complete(*written, options);
   if (!bytes) return Error{bytes.error()};
   const auto flag = request.find("write");
   const bool confirmed = flag != request.end() && flag->is_boolean() && flag->get<bool>();
   auto telegram = std::make_shared<Telegram>();
   telegram->bytes = *bytes;
-  telegram->reads = protocol->telegram->is_read(*bytes, to->device->options);
-  telegram->shown = MaskedHex(*bytes, protocol->expect(*bytes, to->device->options));
+  telegram->reads = protocol->telegram->is_read(*bytes, options);
+  telegram->shown = MaskedHex(*bytes, protocol->expect(*bytes, options));
   if (Status allowed = Allows(*to, telegram->reads, confirmed); !allowed) {
     sink.OnDenied({.client = writer.name,
                    .device = to->index,

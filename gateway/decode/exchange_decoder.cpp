@@ -19,7 +19,7 @@ struct Cutting {
   std::string reason = "no reply";
 };
 
-Cutting CutReply(const Capture& capture, const Protocol& protocol, const config::Options& options) {
+Cutting CutReply(const Capture& capture, const Protocol& protocol, const ParsedOptions& options) {
   Expectation expect = protocol.expect(capture.request, options);
   Cutting cutting;
   if (expect.reply == Expectation::Reply::none) cutting = {{}, Outcome::ok, {}};
@@ -43,9 +43,9 @@ Answer EndUnknown(const Capture& capture) {
   return answer;
 }
 
-Answer Interpret(const Capture& capture, const Protocol& protocol, const config::Device& device,
+Answer Interpret(const Capture& capture, const Protocol& protocol, const ParsedOptions& options,
                  Conversation& conversation) {
-  const Cutting cutting = CutReply(capture, protocol, device.options);
+  const Cutting cutting = CutReply(capture, protocol, options);
   if (cutting.frame) return conversation.Interpret(capture.request, *cutting.frame);
   if (capture.is_open() && cutting.outcome != Outcome::ok) return EndUnknown(capture);
   Answer answer;
@@ -57,14 +57,14 @@ Answer Interpret(const Capture& capture, const Protocol& protocol, const config:
 /// Nothing can be checked over bytes that are unknown: how the exchange ended is what the trace
 /// says, and values are given only where they need none of them.
 Answer InterpretMasked(const Capture& capture, const Protocol& protocol,
-                       const config::Device& device, Conversation& conversation) {
+                       const ParsedOptions& options, Conversation& conversation) {
   Answer answer;
   answer.outcome = Outcome::none;
   if (capture.reply.empty()) {
     if (capture.is_open()) return EndUnknown(capture);
     answer.outcome = Outcome::no_reply;
   } else if (!capture.reply_masked) {
-    Answer read = Interpret(capture, protocol, device, conversation);
+    Answer read = Interpret(capture, protocol, options, conversation);
     if (ProvesLife(read.outcome)) answer = std::move(read);
   }
   if (capture.told && answer.outcome != *capture.told) {
@@ -78,9 +78,9 @@ Answer InterpretMasked(const Capture& capture, const Protocol& protocol,
 
 /// Times, echoes and the exchanges before decide as well, and the recording may have left bytes
 /// out: how the exchange ended is what the trace says, and values are given where the bytes agree.
-Answer InterpretTold(const Capture& capture, const Protocol& protocol, const config::Device& device,
+Answer InterpretTold(const Capture& capture, const Protocol& protocol, const ParsedOptions& options,
                      Conversation& conversation) {
-  Answer answer = Interpret(capture, protocol, device, conversation);
+  Answer answer = Interpret(capture, protocol, options, conversation);
   if (!capture.told) return answer;
   const bool agreed = answer.outcome == *capture.told;
   if (agreed && capture.why.empty()) return answer;
@@ -119,20 +119,21 @@ ExchangeDecoder::ExchangeDecoder(config::Line line, const Protocol& protocol)
     : line_(std::make_unique<config::Line>(std::move(line))),
       protocol_(&protocol),
       bus_(MakeBus(protocol)),
-      conversation_(protocol.make_conversation(line_->devices.front(), bus_.get())) {}
+      options_(ParseOptions(protocol, line_->devices.front().options)),
+      conversation_(protocol.make_conversation(line_->devices.front(), options_, bus_.get())) {}
 
 DecodedExchange ExchangeDecoder::Decode(const Capture& capture) {
   const config::Device& device = line_->devices.front();
   const bool masked = capture.request_masked || capture.reply_masked;
-  Answer answer = masked ? InterpretMasked(capture, *protocol_, device, *conversation_)
-                         : InterpretTold(capture, *protocol_, device, *conversation_);
+  Answer answer = masked ? InterpretMasked(capture, *protocol_, options_, *conversation_)
+                         : InterpretTold(capture, *protocol_, options_, *conversation_);
   DecodedExchange decoded{answer.outcome, std::move(answer.reason), {}};
   for (const Reading& reading : answer.readings) decoded.values.push_back(ToValue(reading, device));
   return decoded;
 }
 
 std::size_t ExchangeDecoder::FirstFrame(const Capture& capture) const {
-  const auto frame = CutReply(capture, *protocol_, line_->devices.front().options).frame;
+  const auto frame = CutReply(capture, *protocol_, options_).frame;
   if (!frame) return capture.reply.size();
   // Not std::ranges::search: clang 14, which builds the fuzz targets, cannot compile it.
   const auto found =

@@ -50,6 +50,7 @@ class ExchangeDecoder {
   std::unique_ptr<config::Line> line_;  // of the one device, which must not move
   const Protocol* protocol_;
   std::unique_ptr<Bus> bus_;
+  ParsedOptions options_;
   std::unique_ptr<Conversation> conversation_;
 };
 

@@ -16,7 +16,6 @@
 #include <optional>
 #include <span>
 
-#include "config/model/options.h"
 #include "gateway/base/bytes.h"
 #include "gateway/base/finding.h"
 #include "gateway/base/outcome.h"
@@ -34,7 +33,7 @@ struct Arrival {
 /// One exchange, and what came behind it.
 struct Hearing {
   const Protocol* protocol = nullptr;
-  const config::Options* options = nullptr;
+  const ParsedOptions* options = nullptr;
   View request{};
   const Expectation* expect = nullptr;
   Outcome outcome = Outcome::none;  ///< none: nobody has judged it yet

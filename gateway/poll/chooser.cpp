@@ -308,9 +308,9 @@ std::unique_ptr<Job> Chooser::ForRoute(RouteQueue::Batch batch, Instant now) {
   const RoutedRequest& first = batch.front();
   Request request;
   request.bytes = protocol.carrier->wrap(first.slave, first.pdu);
-  request.expect = protocol.expect(request.bytes, line_.options);
-  const bool common = protocol.carrier->is_common(first.pdu);
   Member& slave = roster_.SlaveAt(first.slave);
+  request.expect = protocol.expect(request.bytes, slave.options);
+  const bool common = protocol.carrier->is_common(first.pdu);
   auto job = std::make_unique<Job>(
       slave, Job::Routed{.batch = std::move(batch), .every_slave_answers = common, .reply = {}},
       Task{}, now);

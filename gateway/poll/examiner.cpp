@@ -232,10 +232,8 @@ bool Examiner::IsLateEcho() const {
 }
 
 Hearing Examiner::Heard() const {
-  static const config::Options kNoOptions;  // slaves that only routes reach speak Modbus
-  const Device* const device = member_->device;
   return {.protocol = member_->protocol,
-          .options = device == nullptr ? &kNoOptions : &device->config->options,
+          .options = &member_->options,
           .request = request_.bytes,
           .expect = &request_.expect,
           .outcome = outcome_,

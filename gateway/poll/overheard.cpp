@@ -36,7 +36,7 @@ Finding Overheard::OnDamaged() {
 Finding Overheard::Look() const {
   if (heard_.empty()) return {.symptom = Symptom::damaged};
   const Hearing hearing{.protocol = device_.protocol,
-                        .options = &device_.config->options,
+                        .options = &device_.options,
                         .request = {},
                         .expect = &expect_,
                         .outcome = Outcome::corrupt,

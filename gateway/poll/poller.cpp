@@ -225,7 +225,7 @@ void Poller::GoOn(Now now) {
 
 Speaking Poller::SpeakingAs(std::uint32_t index) const {
   const Device& device = roster_.DeviceAt(index);
-  return {device.protocol, &device.config->options, device.serial, device.times};
+  return {device.protocol, device.options, device.serial, device.times};
 }
 
 bool Poller::IsWriting() const {

@@ -52,13 +52,14 @@ void Roster::AddDevice(const config::Device& config, const Protocol& protocol, B
   device->place = devices_.size();
   device->index = first_device_ + static_cast<std::uint32_t>(device->place);
   device->protocol = &protocol;
+  device->options = ParseOptions(protocol, config.options);
   device->serial = config.serial.value_or(line_.serial);
   device->timing = Resolve(Merge(config.timing, line_.timing), protocol.timing(device->serial));
   device->configured = device->timing;
   device->times = TimesOf(device->timing, device->serial);
   device->retries = config.retries.value_or(line_.retries);
   device->in_use = config.enabled;
-  device->conversation = protocol.make_conversation(config, bus);
+  device->conversation = protocol.make_conversation(config, device->options, bus);
   if (carrier_ == &protocol) {
     // A device that routes reach beside its polls: one member for both.
     if (const auto slave = carrier_->carrier->slave_of(config.address)) {
@@ -82,6 +83,7 @@ Member& Roster::SlaveAt(std::uint8_t address) {
   slave->index = kFirstSlave + address;
   slave->slave = address;
   slave->protocol = carrier_;
+  slave->options = ParseOptions(*carrier_, line_.options);
   slave->serial = line_.serial;
   slave->times = TimesOf(Resolve(line_.timing, carrier_->timing(line_.serial)), line_.serial);
   slave->times.settle = kTurnaround;

@@ -31,6 +31,7 @@ struct Member {
   bool in_use = true;
   int retries = 0;
   const Protocol* protocol = nullptr;
+  ParsedOptions options;  ///< of a device; a slave that only routes reach has the line's
   config::SerialSettings serial;
   config::Timing timing;  ///< of a device: its times, and who decided them
   LineTimes times;

@@ -13,7 +13,7 @@ TelegramExchange::TelegramExchange(const Speaking& as, config::Echo echo, View t
                                    Instant now)
     : echo_(echo), as_(as) {
   request_.bytes.assign(telegram.begin(), telegram.end());
-  request_.expect = as.protocol->expect(telegram, *as.options);
+  request_.expect = as.protocol->expect(telegram, as.options);
   line_.OnOpened(now);
 }
 

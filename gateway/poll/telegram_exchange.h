@@ -16,14 +16,13 @@ namespace baudgate {
 /// In whose name it is sent.
 struct Speaking {
   const Protocol* protocol = nullptr;
-  const config::Options* options = nullptr;
+  ParsedOptions options{};
   config::SerialSettings serial{};
   LineTimes times{};
 };
 
 class TelegramExchange final : private LineClient {
  public:
-  /// `as.options` outlives it.
   TelegramExchange(const Speaking& as, config::Echo echo, View telegram, Instant now);
 
   /// True: the request is to be sent now.

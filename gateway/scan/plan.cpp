@@ -95,7 +95,7 @@ Tongue TongueOf(const Protocol& protocol) {
         options.Set(std::string(mode.key), std::move(*value));
       }
     }
-    tongue.options.push_back(std::move(options));
+    tongue.options.push_back(ParseOptions(protocol, options));
   }
   return tongue;
 }

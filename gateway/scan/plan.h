@@ -12,7 +12,6 @@
 #include <string>
 #include <vector>
 
-#include "config/model/options.h"
 #include "config/model/serial.h"
 #include "gateway/base/result.h"
 #include "gateway/base/time.h"
@@ -23,7 +22,7 @@ namespace baudgate::scan {
 /// A protocol that is looked for.
 struct Tongue {
   const Protocol* protocol = nullptr;
-  std::vector<config::Options> options{};  ///< by mode of its rule
+  std::vector<ParsedOptions> options{};  ///< by mode of its rule
 
   const ScanRule& rule() const { return *protocol->scan; }
 };

@@ -27,7 +27,10 @@ std::optional<std::string> FreeAddress(const Protocol& protocol,
 
 Residents::Residents(const Protocol& protocol, std::vector<config::Device> devices,
                      const TwinWire& wire, const std::optional<EventSchedule>& events)
-    : protocol_(protocol), wire_(wire), twins_(MakeTwins(protocol, std::move(devices), 0)) {
+    : protocol_(protocol),
+      wire_(wire),
+      options_(ParseOptions(protocol, devices.front().options)),
+      twins_(MakeTwins(protocol, std::move(devices), 0)) {
   auto schedule = events;
   if (!schedule && speaks_unasked()) schedule = EventSchedule{.every = kOwnEvents};
   for (const auto& one : twins_) {

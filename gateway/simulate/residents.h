@@ -44,8 +44,8 @@ class Residents {
 
   const Protocol& protocol() const { return protocol_; }
   bool speaks_unasked() const;
-  /// What cuts requests is begun with these.
-  const config::Options& options() const { return twins_.front()->device.options; }
+  /// The rule for requests gets these, the options of the first device.
+  const ParsedOptions& options() const { return options_; }
   const config::SerialSettings& serial() const { return SerialOf(*twins_.front()); }
 
   /// `end`: of the request.
@@ -82,6 +82,7 @@ class Residents {
 
   const Protocol& protocol_;
   const TwinWire wire_;
+  const ParsedOptions options_;
   Twins twins_;
   Twins strangers_;  // who answer in place of the twins, for the fault wrong_address
   std::optional<TwinFaults> faults_;

@@ -7,7 +7,11 @@
 //       Bind<&Settings::width>(option::Integer("width", "7", 0, 32, "…")),
 //       Bind<&Settings::format>(option::Choice("format", "hex", "decimal,hex", "…")));
 //
-// kTable.specs() goes into the Protocol; kTable.Read(device.options) gives the Settings.
+// kTable.specs() goes into the Protocol; kTable.Read(device.options) gives the Settings. The
+// functions of the protocol take the Settings; kWithSettings makes of them what the Protocol has:
+//
+//   .parse = kParseWith<ReadSettings>, .expect = kWithSettings<Expect>
+//
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -22,9 +26,11 @@
 #include <vector>
 
 #include "config/model/options.h"
+#include "gateway/base/bytes.h"
 #include "gateway/base/result.h"
 #include "gateway/base/time.h"
 #include "protocols/option_specs.h"
+#include "protocols/parsed_options.h"
 
 namespace baudgate {
 namespace settings {
@@ -88,7 +94,35 @@ struct Member<T Settings::*> {
   using Type = T;
 };
 
+template <auto kFunction, typename Type = decltype(kFunction)>
+struct Untyped;
+template <auto kFunction, typename Outcome, typename Settings>
+struct Untyped<kFunction, Outcome (*)(View, const Settings&)> {
+  static Outcome Call(View bytes, const ParsedOptions& options) {
+    return kFunction(bytes, options.As<Settings>());
+  }
+};
+template <auto kFunction, typename Outcome, typename Settings>
+struct Untyped<kFunction, Outcome (*)(View, View, const Settings&)> {
+  static Outcome Call(View request, View heard, const ParsedOptions& options) {
+    return kFunction(request, heard, options.As<Settings>());
+  }
+};
+
+template <auto kRead>
+ParsedOptions Parse(const config::Options& options) {
+  return ParsedOptions::Of(kRead(options));
+}
+
 }  // namespace settings
+
+/// A function that reads Settings out of options, as Protocol::parse.
+template <auto kRead>
+inline constexpr auto kParseWith = &settings::Parse<kRead>;
+
+/// A function of bytes and Settings, as a function of bytes and ParsedOptions.
+template <auto kFunction>
+inline constexpr auto kWithSettings = &settings::Untyped<kFunction>::Call;
 
 /// An option and the member that it fills. Numbers, durations and texts fill members of their kind.
 /// An optional number stays empty for 0. A choice fills an enum, its first word

@@ -25,9 +25,10 @@ const Query kWhatIsIt{config::Group::slow, {}};
 
 }  // namespace
 
-DconConversation::DconConversation(const config::Device& device, DconBus& bus)
+DconConversation::DconConversation(const config::Device& device, const Settings& settings,
+                                   DconBus& bus)
     : device_(device),
-      settings_(ReadSettings(device.options)),
+      settings_(settings),
       other_mode_(settings_),
       address_(ParseAddress(device.address).value()),
       group_(bus.Of(settings_.checksum)),
@@ -69,7 +70,7 @@ Request DconConversation::MakeBroadcast(std::string_view text) const {
 Request DconConversation::MakeRequest(std::string_view command) const {
   Request request;
   request.bytes = BuildRequest(command, address_, settings_.checksum);
-  request.expect = Expect(request.bytes, device_.options);
+  request.expect = Expect(request.bytes, settings_);
   return request;
 }
 

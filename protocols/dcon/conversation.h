@@ -26,7 +26,7 @@ namespace baudgate::protocols::dcon {
 class DconConversation : public Conversation {
  public:
   /// Both outlive the conversation.
-  DconConversation(const config::Device& device, DconBus& bus);
+  DconConversation(const config::Device& device, const Settings& settings, DconBus& bus);
 
   std::span<const Query> Queries() const override;
   Result<Request> Ask(const Task& task, Instant now) override;

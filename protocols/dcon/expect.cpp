@@ -38,10 +38,6 @@ std::vector<Shape> Shapes(const Command& command, bool checksum) {
 
 }  // namespace
 
-Expectation Expect(View request, const config::Options& options) {
-  return Expect(request, ReadSettings(options));
-}
-
 Expectation Expect(View request, const Settings& settings) {
   Expectation expect;
   expect.max_bytes = kMaxFrame;

@@ -9,7 +9,6 @@
 namespace baudgate::protocols::dcon {
 
 /// An empty request: what a twin listens for.
-Expectation Expect(View request, const config::Options& options);
 Expectation Expect(View request, const Settings& settings);
 
 }  // namespace baudgate::protocols::dcon

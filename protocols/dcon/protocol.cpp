@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "gateway/base/text.h"
+#include "protocols/common/settings.h"
 #include "protocols/dcon/channel_types.h"
 #include "protocols/dcon/codec.h"
 #include "protocols/dcon/conversation.h"
@@ -129,8 +130,10 @@ constexpr TimingRule kTiming = {.quiet = {.least = 5ms},
 
 std::unique_ptr<Bus> MakeLine() { return std::make_unique<DconBus>(); }
 
-std::unique_ptr<Conversation> MakeConversation(const config::Device& device, Bus* bus) {
-  return std::make_unique<DconConversation>(device, static_cast<DconBus&>(*bus));
+std::unique_ptr<Conversation> MakeConversation(const config::Device& device,
+                                               const ParsedOptions& options, Bus* bus) {
+  return std::make_unique<DconConversation>(device, options.As<Settings>(),
+                                            static_cast<DconBus&>(*bus));
 }
 
 std::unique_ptr<Twin> MakeTwin(const config::Device& device, TwinValues& values) {
@@ -159,8 +162,9 @@ const Protocol& DconProtocol() {
       .timing = kTiming,
       .request_rule = RequestRule,
       .reply_rule = ReplyRule,
-      .expect = Expect,
-      .recognise = Recognise,
+      .parse = kParseWith<ReadSettings>,
+      .expect = kWithSettings<Expect>,
+      .recognise = kWithSettings<Recognise>,
       .weak_check = true,
       .remembers = HasTotals,
       .scan = &kScan,

@@ -66,13 +66,13 @@ std::optional<Recognised> OfLine(std::string_view line, std::string_view asked,
 
 }  // namespace
 
-std::optional<Recognised> Recognise(View request, View heard, const config::Options& options) {
+std::optional<Recognised> Recognise(View request, View heard, const Settings& settings) {
   std::string_view asked = AsText(request);
   if (asked.size() < 4) return std::nullopt;
   asked.remove_suffix(1);
   std::string_view text = AsText(heard);
   for (auto end = text.find('\r'); end != std::string_view::npos; end = text.find('\r')) {
-    if (auto found = OfLine(text.substr(0, end), asked, ReadSettings(options))) {
+    if (auto found = OfLine(text.substr(0, end), asked, settings)) {
       return found;
     }
     text.remove_prefix(end + 1);

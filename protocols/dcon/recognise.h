@@ -5,12 +5,12 @@
 
 #include <optional>
 
-#include "config/model/options.h"
 #include "gateway/base/bytes.h"
+#include "protocols/dcon/settings.h"
 #include "protocols/protocol.h"
 
 namespace baudgate::protocols::dcon {
 
-std::optional<Recognised> Recognise(View request, View heard, const config::Options& options);
+std::optional<Recognised> Recognise(View request, View heard, const Settings& settings);
 
 }  // namespace baudgate::protocols::dcon

@@ -5,6 +5,7 @@
 
 #include "gateway/base/checksum.h"
 #include "gateway/base/text.h"
+#include "protocols/common/settings.h"
 #include "protocols/dcon/codec.h"
 #include "protocols/dcon/identification.h"
 #include "protocols/dcon/settings.h"
@@ -16,7 +17,7 @@ constexpr std::string_view kLeads = "$#%@~^";
 constexpr std::string_view kPlace = "XX";
 
 /// `$01MXX` gives `$01MD2` and CR; so does `$01M` where the module's checksum is on.
-Result<Bytes> CompleteCommand(View written, const config::Options& options) {
+Result<Bytes> CompleteCommand(View written, const Settings& settings) {
   std::string text(Trim(AsText(written)));
   if (text.size() < 3 || kLeads.find(text[0]) == std::string_view::npos) {
     return Error{"a DCON command begins with one of $ # % @ ~ ^ and the address, as in '$01M'"};
@@ -26,7 +27,7 @@ Result<Bytes> CompleteCommand(View written, const config::Options& options) {
   const bool asked_for = text.size() > 4 && text.ends_with(kPlace);
   if (asked_for) text.resize(text.size() - kPlace.size());
   const bool carried = text.size() > 4 && ChecksumFits(text, kChecksum);
-  if (asked_for || (ReadSettings(options).checksum && !carried)) {
+  if (asked_for || (settings.checksum && !carried)) {
     text += HexByte(Sum8(ToBytes(text)));
   }
   if (text.size() >= kMaxFrame) return Error{"a DCON command has at most 267 characters"};
@@ -34,7 +35,7 @@ Result<Bytes> CompleteCommand(View written, const config::Options& options) {
   return ToBytes(text);
 }
 
-bool IsRead(View request, const config::Options&) {
+bool IsRead(View request, const Settings&) {
   const auto proven = [](const std::optional<Command>& command) {
     return command && !command->broadcast &&
            (command->text == kAskName || command->text == kAskType);
@@ -44,6 +45,6 @@ bool IsRead(View request, const config::Options&) {
 
 }  // namespace
 
-const TelegramRule kTelegram = {kLeads, CompleteCommand, IsRead};
+const TelegramRule kTelegram = {kLeads, kWithSettings<CompleteCommand>, kWithSettings<IsRead>};
 
 }  // namespace baudgate::protocols::dcon

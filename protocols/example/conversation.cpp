@@ -25,7 +25,7 @@ Result<Request> ExampleConversation::Ask(const Task& task, Instant) {
                EncodeValue(task.value)};
   }
   Request request{.bytes = EncodeRequest(message)};
-  request.expect = Expect(request.bytes, device_.options);
+  request.expect = Expect(request.bytes);
   request.steady = task.kind == Task::Kind::probe;  // the type of a device never changes
   return request;
 }

@@ -5,7 +5,7 @@
 
 namespace baudgate::protocols::example {
 
-Expectation Expect(View request, const config::Options&) {
+Expectation Expect(View request) {
   Expectation expect{.max_bytes = kMaxFrame};
   if (const auto message = Decode(request)) {
     expect.address = {static_cast<std::uint8_t>(message->device)};

@@ -2,11 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "config/model/options.h"
 #include "protocols/frame_rule.h"
 
 namespace baudgate::protocols::example {
 
-Expectation Expect(View request, const config::Options& options);
+/// An empty request: what a twin listens for.
+Expectation Expect(View request);
 
 }  // namespace baudgate::protocols::example

@@ -31,8 +31,9 @@ const Protocol& ExampleProtocol() {
                  .longest = kMaxFrame},
       .request_rule = RequestRule,
       .reply_rule = ReplyRule,
-      .expect = Expect,
-      .make_conversation = [](const config::Device& device, Bus*) -> std::unique_ptr<Conversation> {
+      .expect = [](View request, const ParsedOptions&) { return Expect(request); },
+      .make_conversation = [](const config::Device& device, const ParsedOptions&,
+                              Bus*) -> std::unique_ptr<Conversation> {
         return std::make_unique<ExampleConversation>(device);
       },
       .make_twin = [](const config::Device& device, TwinValues& values) -> std::unique_ptr<Twin> {

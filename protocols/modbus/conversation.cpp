@@ -75,11 +75,11 @@ Answer Failed(Outcome outcome, std::string reason) {
 }  // namespace
 
 ModbusConversation::ModbusConversation(Framing framing, const config::Device& device,
-                                       Transactions* transactions)
+                                       const Settings& settings, Transactions* transactions)
     : framing_(framing),
       device_(device),
       transactions_(transactions),
-      settings_(ReadSettings(device.options)),
+      settings_(settings),
       slave_(ParseAddress(device.address, framing).value()),
       places_(ReadPlaces(device.points)),
       plan_(MakePlan(device.points, places_, settings_)),

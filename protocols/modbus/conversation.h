@@ -30,7 +30,7 @@ class Transactions : public Bus {
 class ModbusConversation : public Conversation {
  public:
   /// Both outlive the conversation; `transactions`: of tcp.
-  ModbusConversation(Framing framing, const config::Device& device,
+  ModbusConversation(Framing framing, const config::Device& device, const Settings& settings,
                      Transactions* transactions = nullptr);
 
   std::span<const Query> Queries() const override { return plan_.queries(); }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "protocols/common/settings.h"
 #include "protocols/modbus/ascii_frame_rule.h"
 #include "protocols/modbus/codec.h"
 #include "protocols/modbus/conversation.h"
@@ -50,12 +51,12 @@ Status CheckDevice(const config::Device& device) {
 }
 
 template <Framing kFraming>
-Expectation Expect(View request, const config::Options&) {
+Expectation Expect(View request, const ParsedOptions&) {
   return protocols::modbus::Expect(kFraming, request);
 }
 
 template <Framing kFraming>
-std::optional<Recognised> RecogniseAs(View request, View heard, const config::Options&) {
+std::optional<Recognised> RecogniseAs(View request, View heard, const ParsedOptions&) {
   return Recognise(kFraming, request, heard);
 }
 
@@ -81,8 +82,10 @@ TimingRule TcpTimes() {
 std::unique_ptr<Bus> MakeTransactions() { return std::make_unique<Transactions>(); }
 
 template <Framing kFraming>
-std::unique_ptr<Conversation> MakeConversation(const config::Device& device, Bus* bus) {
-  return std::make_unique<ModbusConversation>(kFraming, device, static_cast<Transactions*>(bus));
+std::unique_ptr<Conversation> MakeConversation(const config::Device& device,
+                                               const ParsedOptions& options, Bus* bus) {
+  return std::make_unique<ModbusConversation>(kFraming, device, options.As<Settings>(),
+                                              static_cast<Transactions*>(bus));
 }
 
 template <Framing kFraming>
@@ -126,6 +129,7 @@ Protocol Describe(std::string_view name, std::string_view title,
       .timing = kTcp ? TcpTimes() : Times(MaxFrame(kFraming)),
       .request_rule = RulesOf(kFraming).request,
       .reply_rule = RulesOf(kFraming).reply,
+      .parse = kParseWith<ReadSettings>,
       .expect = Expect<kFraming>,
       .recognise = RecogniseAs<kFraming>,
       .weak_check = kFraming == Framing::ascii,

@@ -12,7 +12,7 @@ namespace {
 constexpr std::string_view kLrcPlace = "XX";
 
 /// `01 03 00 00 00 01` gives the whole frame.
-Result<Bytes> CompleteRtu(View written, const config::Options&) {
+Result<Bytes> CompleteRtu(View written, const ParsedOptions&) {
   if (written.size() < 2 || written.size() > kMaxRtu) {
     return Error{"a Modbus telegram is slave, function and data in hex, as in '01 03 00 00 00 01'"};
   }
@@ -23,7 +23,7 @@ Result<Bytes> CompleteRtu(View written, const config::Options&) {
 }
 
 /// `:010300000001` and `:010300000001XX` give the whole frame.
-Result<Bytes> CompleteAscii(View written, const config::Options&) {
+Result<Bytes> CompleteAscii(View written, const ParsedOptions&) {
   std::string_view text = Trim(AsText(written));
   const Error wrong{"a Modbus ASCII telegram is ':' and hex, as in ':010300000001XX'"};
   if (!text.starts_with(':')) return wrong;
@@ -46,7 +46,7 @@ bool IsReadPdu(View pdu) {
 }
 
 template <Framing kFraming>
-bool IsReadFrame(View request, const config::Options&) {
+bool IsReadFrame(View request, const ParsedOptions&) {
   const auto adu = Unwrap(kFraming, request);
   return adu && adu->slave != 0 && IsReadPdu(adu->pdu);
 }

@@ -41,9 +41,9 @@ std::vector<Query> QueriesOf(const config::Device& device, const std::vector<Ite
   return queries;
 }
 
-Standing StandingOf(const config::Device& device, const Settings& settings) {
+Standing StandingOf(const Settings& settings) {
   return {.rule = MessageRule,
-          .expect = Expect({}, device.options),
+          .expect = Expect({}, settings),
           .idle = settings.idle,
           .whole = settings.whole,
           .marked = settings.form == Form::tag || settings.start};
@@ -55,12 +55,12 @@ bool IsNoTag(const std::string& text, const Settings& settings) {
 
 }  // namespace
 
-ReaderConversation::ReaderConversation(const config::Device& device)
+ReaderConversation::ReaderConversation(const config::Device& device, const Settings& settings)
     : device_(device),
-      settings_(ReadSettings(device.options)),
+      settings_(settings),
       items_(ItemsOf(device)),
       queries_(QueriesOf(device, items_, settings_)),
-      standing_(StandingOf(device, settings_)),
+      standing_(StandingOf(settings_)),
       had_number_(items_.size()) {}
 
 Result<Request> ReaderConversation::Ask(const Task& task, Instant) {
@@ -72,7 +72,7 @@ Result<Request> ReaderConversation::Ask(const Task& task, Instant) {
   const bool information = polls && items_[point].kind == Item::Kind::identity;
   Request request;
   request.bytes = EncodeCommand(information ? Command::information : Command::read);
-  request.expect = Expect(request.bytes, device_.options);
+  request.expect = Expect(request.bytes, settings_);
   request.distinct = true;  // a message says what is, whichever command it answers
   request.stamped = true;
   request.reply = settings_.answer;

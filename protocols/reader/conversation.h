@@ -17,7 +17,7 @@ namespace baudgate::protocols::reader {
 
 class ReaderConversation final : public Conversation {
  public:
-  explicit ReaderConversation(const config::Device& device);
+  ReaderConversation(const config::Device& device, const Settings& settings);
 
   /// None without `commands: ask`.
   std::span<const Query> Queries() const override { return queries_; }

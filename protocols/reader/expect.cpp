@@ -33,8 +33,7 @@ Settings OfShape(const Shape& shape) {
 
 /// A text that is too long is kept a little longer, so that its end is not taken for one of its
 /// own.
-Expectation Expect(View request, const config::Options& options) {
-  const Settings settings = ReadSettings(options);
+Expectation Expect(View request, const Settings& settings) {
   if (IsInformation(request)) {
     return {.shapes = {{.tag = kInformation}}, .max_bytes = kMostInformation};
   }

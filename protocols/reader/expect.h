@@ -19,6 +19,6 @@ inline constexpr int kTagsAndAnswers = -1;
 /// The answer to Command::information.
 inline constexpr int kInformation = -2;
 
-Expectation Expect(View request, const config::Options& options);
+Expectation Expect(View request, const Settings& settings);
 
 }  // namespace baudgate::protocols::reader

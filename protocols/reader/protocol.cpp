@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/reader/protocol.h"
 
+#include "protocols/common/settings.h"
 #include "protocols/reader/codec.h"
 #include "protocols/reader/conversation.h"
 #include "protocols/reader/expect.h"
@@ -38,12 +39,14 @@ const Protocol& ReaderProtocol() {
                  .longest = 128},
       .request_rule = RequestRule,
       .reply_rule = MessageRule,
-      .expect = Expect,
-      .recognise = Recognise,
+      .parse = kParseWith<ReadSettings>,
+      .expect = kWithSettings<Expect>,
+      .recognise = kWithSettings<Recognise>,
       .unasked = [](const config::Options&) { return true; },
       .never_old = true,
-      .make_conversation = [](const config::Device& device, Bus*) -> std::unique_ptr<Conversation> {
-        return std::make_unique<ReaderConversation>(device);
+      .make_conversation = [](const config::Device& device, const ParsedOptions& options,
+                              Bus*) -> std::unique_ptr<Conversation> {
+        return std::make_unique<ReaderConversation>(device, options.As<Settings>());
       },
       .make_twin = [](const config::Device& device, TwinValues& values) -> std::unique_ptr<Twin> {
         return std::make_unique<ReaderTwin>(device, values);

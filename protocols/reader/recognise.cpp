@@ -103,11 +103,10 @@ std::optional<Recognised> OtherText(View heard, const Settings& settings) {
 
 }  // namespace
 
-std::optional<Recognised> Recognise(View, View heard, const config::Options& options) {
+std::optional<Recognised> Recognise(View, View heard, const Settings& settings) {
   const bool text = std::ranges::all_of(heard, [](std::uint8_t byte) { return byte < 0x7F; });
   if (!text || heard.empty()) return std::nullopt;
-  const Settings settings = ReadSettings(options);
-  return settings.form == Form::tag ? OtherTag(heard, Expect({}, options))
+  return settings.form == Form::tag ? OtherTag(heard, Expect({}, settings))
                                     : OtherText(heard, settings);
 }
 

@@ -5,13 +5,13 @@
 
 #include <optional>
 
-#include "config/model/options.h"
 #include "gateway/base/bytes.h"
 #include "protocols/protocol.h"
+#include "protocols/reader/settings.h"
 
 namespace baudgate::protocols::reader {
 
 /// `request` is empty where nothing was asked.
-std::optional<Recognised> Recognise(View request, View heard, const config::Options& options);
+std::optional<Recognised> Recognise(View request, View heard, const Settings& settings);
 
 }  // namespace baudgate::protocols::reader

@@ -34,9 +34,10 @@ config::Timing StretchedTimes(int multiplier, Duration character) {
 
 }  // namespace
 
-MeterConversation::MeterConversation(const config::Device& device, MeterBus& bus)
+MeterConversation::MeterConversation(const config::Device& device, const Settings& settings,
+                                     MeterBus& bus)
     : device_(device),
-      settings_(ReadSettings(device.options)),
+      settings_(settings),
       fields_(device.points),
       identification_(device, settings_),
       plan_(fields_.MakePlan(false)),
@@ -101,7 +102,7 @@ std::optional<Bytes> MeterConversation::Trial(std::size_t query) const {
 Request MeterConversation::Make(View pdu) const {
   Request request;
   request.bytes = MakeFrame(address_, pdu, settings_.checksum);
-  request.expect = Expect(request.bytes, device_.options);
+  request.expect = Expect(request.bytes, settings_);
   return request;
 }
 

@@ -25,7 +25,7 @@ namespace baudgate::protocols::set4tm {
 class MeterConversation : public Conversation {
  public:
   /// Both outlive the conversation.
-  MeterConversation(const config::Device& device, MeterBus& bus);
+  MeterConversation(const config::Device& device, const Settings& settings, MeterBus& bus);
 
   std::span<const Query> Queries() const override { return plan_.queries(); }
   bool HasEvents() const override { return journals_.has_events(); }

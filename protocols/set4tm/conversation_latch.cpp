@@ -26,7 +26,7 @@ bool MeterConversation::LatchIsDue(const Task& task, Instant now) const {
 Request MeterConversation::MakeLatch() const {
   Request request;
   request.bytes = MakeFrame(Bytes{kBroadcast}, LatchPdu(), settings_.checksum);
-  request.expect = Expect(request.bytes, device_.options);
+  request.expect = Expect(request.bytes, settings_);
   request.stamped = true;
   return request;
 }

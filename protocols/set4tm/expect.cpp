@@ -16,8 +16,8 @@ void Allow(Expectation& expect, std::size_t tail, std::size_t least, std::size_t
 
 }  // namespace
 
-Expectation Expect(View request, const config::Options& options) {
-  const Checksum checksum = ReadSettings(options).checksum;
+Expectation Expect(View request, const Settings& settings) {
+  const Checksum checksum = settings.checksum;
   const std::size_t tail = SizeOf(checksum);
   Expectation expect;
   expect.checksum = static_cast<int>(checksum);

@@ -2,12 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "config/model/options.h"
 #include "protocols/frame_rule.h"
+#include "protocols/set4tm/settings.h"
 
 namespace baudgate::protocols::set4tm {
 
 /// An empty request: what a twin listens for.
-Expectation Expect(View request, const config::Options& options);
+Expectation Expect(View request, const Settings& settings);
 
 }  // namespace baudgate::protocols::set4tm

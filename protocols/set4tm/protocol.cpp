@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "protocols/common/clock_care.h"
+#include "protocols/common/settings.h"
 #include "protocols/set4tm/codec.h"
 #include "protocols/set4tm/conversation.h"
 #include "protocols/set4tm/expect.h"
@@ -163,8 +164,10 @@ constexpr TimingRule kTiming = {.quiet = {.least = 4ms, .characters = 7},
 
 std::unique_ptr<Bus> MakeLine() { return std::make_unique<MeterBus>(); }
 
-std::unique_ptr<Conversation> MakeConversation(const config::Device& device, Bus* bus) {
-  return std::make_unique<MeterConversation>(device, dynamic_cast<MeterBus&>(*bus));
+std::unique_ptr<Conversation> MakeConversation(const config::Device& device,
+                                               const ParsedOptions& options, Bus* bus) {
+  return std::make_unique<MeterConversation>(device, options.As<Settings>(),
+                                             dynamic_cast<MeterBus&>(*bus));
 }
 
 std::unique_ptr<Twin> MakeTwin(const config::Device& device, TwinValues& values) {
@@ -194,8 +197,9 @@ const Protocol& Set4tmProtocol() {
       .timing = kTiming,
       .request_rule = RequestRule,
       .reply_rule = ReplyRule,
-      .expect = Expect,
-      .recognise = Recognise,
+      .parse = kParseWith<ReadSettings>,
+      .expect = kWithSettings<Expect>,
+      .recognise = kWithSettings<Recognise>,
       .remembers = [](const config::Device&) { return true; },
       .scan = &kScan,
       .telegram = &kTelegram,

@@ -38,8 +38,8 @@ std::optional<Recognised> FindRequest(View request, View heard, Checksum checksu
 
 }  // namespace
 
-std::optional<Recognised> Recognise(View request, View heard, const config::Options& options) {
-  const Checksum checksum = ReadSettings(options).checksum;
+std::optional<Recognised> Recognise(View request, View heard, const Settings& settings) {
+  const Checksum checksum = settings.checksum;
   const auto asked = SplitFrame(request, checksum);
   if (!asked) return std::nullopt;
   const bool any = asked->address.size() == 1 && asked->address[0] == kCommonAddress;

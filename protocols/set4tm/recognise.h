@@ -4,12 +4,12 @@
 
 #include <optional>
 
-#include "config/model/options.h"
 #include "gateway/base/bytes.h"
 #include "protocols/protocol.h"
+#include "protocols/set4tm/settings.h"
 
 namespace baudgate::protocols::set4tm {
 
-std::optional<Recognised> Recognise(View request, View heard, const config::Options& options);
+std::optional<Recognised> Recognise(View request, View heard, const Settings& settings);
 
 }  // namespace baudgate::protocols::set4tm

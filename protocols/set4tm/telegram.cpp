@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/set4tm/telegram.h"
 
+#include "protocols/common/settings.h"
 #include "protocols/set4tm/codec.h"
 #include "protocols/set4tm/settings.h"
 
@@ -8,9 +9,9 @@ namespace baudgate::protocols::set4tm {
 namespace {
 
 /// `C8 08 00` gives the whole frame.
-Result<Bytes> CompleteFrame(View written, const config::Options& options) {
+Result<Bytes> CompleteFrame(View written, const Settings& settings) {
   Bytes frame(written.begin(), written.end());
-  const Checksum checksum = ReadSettings(options).checksum;
+  const Checksum checksum = settings.checksum;
   if (frame.size() < 2 || frame.size() > kMaxData) {
     return Error{"a SET-4TM telegram is an address and a request in hex, as in 'C8 08 00'"};
   }
@@ -36,8 +37,8 @@ bool IsReadCode(std::uint8_t code) {
   }
 }
 
-bool IsRead(View request, const config::Options& options) {
-  const auto parts = SplitFrame(request, ReadSettings(options).checksum);
+bool IsRead(View request, const Settings& settings) {
+  const auto parts = SplitFrame(request, settings.checksum);
   if (!parts || parts->address[0] == kBroadcast || !IsReadCode(parts->body[0])) return false;
   const auto length = LengthOfRequest(parts->body);
   return length && length->known && parts->body.size() >= length->min &&
@@ -46,6 +47,6 @@ bool IsRead(View request, const config::Options& options) {
 
 }  // namespace
 
-const TelegramRule kTelegram = {"", CompleteFrame, IsRead};
+const TelegramRule kTelegram = {"", kWithSettings<CompleteFrame>, kWithSettings<IsRead>};
 
 }  // namespace baudgate::protocols::set4tm

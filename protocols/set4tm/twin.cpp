@@ -44,19 +44,17 @@ Bytes Live(View pdu) {
   return live;
 }
 
-std::optional<std::uint8_t> TypeOf(const config::Device& device) {
-  const Settings settings = ReadSettings(device.options);
+std::optional<std::uint8_t> TypeOf(const Settings& settings) {
   return settings.types.empty() ? std::nullopt : std::optional(settings.types.front());
 }
 
-TwinJournals JournalsOf(const config::Device& device) {
-  const Settings settings = ReadSettings(device.options);
+TwinJournals JournalsOf(const Settings& settings) {
   return {settings.time_zone.value_or(CivilZone()),
           static_cast<std::size_t>(settings.journal_records)};
 }
 
-bool HasFloats(const config::Device& device) {
-  const auto code = TypeOf(device);
+bool HasFloats(const Settings& settings) {
+  const auto code = TypeOf(settings);
   const MeterType* type = code ? FindType(*code) : nullptr;
   return type == nullptr || type->floats != Knows::no;
 }
@@ -64,43 +62,40 @@ bool HasFloats(const config::Device& device) {
 }  // namespace
 
 MeterTwin::MeterTwin(const config::Device& device, TwinValues& values)
-    : device_(device),
+    : address_(ParseAddress(device.address).value()),
+      settings_(ReadSettings(device.options)),
       points_(
           device, values,
-          [floats = HasFloats(device)](const config::Point& point) {
+          [floats = HasFloats(settings_)](const config::Point& point) {
             auto field = ParseField(point.read);
             if (field && !floats) *field = AsInteger(*field).value_or(*field);
             return field;
           },
           [](const config::Point&) { return Result<Field>(Error{"a meter is not written to"}); }),
-      journals_(JournalsOf(device)) {
+      journals_(JournalsOf(settings_)) {
   for (const auto& point : points_.all()) {
     if (!point.read || point.read->decoder != Decoder::float_le) continue;
     if (const auto parameter = ParameterAt(Live(point.read->pdu), point.read->offset)) {
       float_points_.emplace(*parameter, point.index);
     }
   }
-  const Settings settings = ReadSettings(device.options);
-  serial_ = settings.serial_number.value_or(0);
-  const Bytes address = ParseAddress(device.address).value();
-  const auto number = ByteReader(address).U32Be(1);
+  serial_ = settings_.serial_number.value_or(0);
+  const auto number = ByteReader(address_).U32Be(1);
   if (number && serial_ == 0) serial_ = *number;
   // A meter that is configured by its extended address has a short one as well.
-  short_address_ = number ? static_cast<std::uint8_t>(1 + *number % 239) : address[0];
+  short_address_ = number ? static_cast<std::uint8_t>(1 + *number % 239) : address_[0];
   if (serial_ == 0) serial_ = kDefaultSerial;
-  password_ = settings.password;
-  checksum_ = settings.checksum;
-  type_ = TypeOf(device);
+  type_ = TypeOf(settings_);
   const MeterType* type = type_ ? FindType(*type_) : nullptr;
-  knows_floats_ = HasFloats(device);
+  knows_floats_ = HasFloats(settings_);
   knows_masks_ =
-      settings.snapshot != Snapshot::off && (type == nullptr || type->masked_floats != Knows::no);
+      settings_.snapshot != Snapshot::off && (type == nullptr || type->masked_floats != Knows::no);
 }
 
 bool MeterTwin::Hears(View address) const {
   if (address.size() == 1) return address[0] == short_address_ || address[0] == kCommonAddress;
   return std::ranges::equal(address, ExtendedAddress(serial_)) ||
-         std::ranges::equal(address, ParseAddress(device_.address).value());
+         std::ranges::equal(address, address_);
 }
 
 void MeterTwin::ReplyAs(std::string_view address) { reply_as_ = ParseAddress(address).value(); }
@@ -110,7 +105,7 @@ bool MeterTwin::Raise(const DeviceEvent& event, Now now) {
 }
 
 Bytes MeterTwin::Answer(View request, Instant now) {
-  const auto parts = SplitFrame(request, checksum_);
+  const auto parts = SplitFrame(request, settings_.checksum);
   if (!parts) return {};
   if (parts->address[0] == kBroadcast && IsLatch(parts->body)) Latch(now);
   if (!Hears(parts->address)) return {};
@@ -120,7 +115,8 @@ Bytes MeterTwin::Answer(View request, Instant now) {
   if (common && parts->body[0] == kWrite) return {};
   const Bytes own = {short_address_};
   const View asked = parts->address.size() > 1 ? parts->address : View(own);
-  return MakeFrame(reply_as_.empty() ? asked : View(reply_as_), Serve(parts->body, now), checksum_);
+  return MakeFrame(reply_as_.empty() ? asked : View(reply_as_), Serve(parts->body, now),
+                   settings_.checksum);
 }
 
 Bytes MeterTwin::Serve(View pdu, Instant now) {
@@ -129,7 +125,7 @@ Bytes MeterTwin::Serve(View pdu, Instant now) {
     case kLinkTest:
       return {kOk};
     case kOpenChannel:
-      if (!std::ranges::equal(pdu.subspan(1), password_)) return {kLevelTooLow};
+      if (!std::ranges::equal(pdu.subspan(1), settings_.password)) return {kLevelTooLow};
       last_correct_ = now;
       return {kOk};
     case kCloseChannel:
@@ -159,7 +155,7 @@ std::uint8_t MeterTwin::Write(View pdu, Instant now) {
   if (pdu[1] != kCorrectClock) return kLevelTooLow;
   const std::chrono::seconds by(static_cast<std::int16_t>(ByteReader(pdu).U16Be(2).value_or(0)));
   if (std::abs(by.count()) > kMostSeconds) return kNotAllowed;
-  const CivilZone zone = ReadSettings(device_.options).time_zone.value_or(CivilZone());
+  const CivilZone zone = settings_.time_zone.value_or(CivilZone());
   const auto shown = zone.ToCivil(ClockAt(now).value_or(CivilZone::Utc()));
   if (std::chrono::floor<std::chrono::hours>(shown) !=
       std::chrono::floor<std::chrono::hours>(shown + by)) {
@@ -187,10 +183,9 @@ void MeterTwin::SetClock(Now now) {
   constexpr std::chrono::days kPast(7);
   clock_ = now;
   latched_at_ = now.instant;
-  const Settings settings = ReadSettings(device_.options);
-  const CivilZone zone = settings.time_zone.value_or(CivilZone());
-  const auto bytes = static_cast<std::size_t>(settings.load_records) * kLoadRecord;
-  std::vector<unsigned> profiles = settings.load_profiles;
+  const CivilZone zone = settings_.time_zone.value_or(CivilZone());
+  const auto bytes = static_cast<std::size_t>(settings_.load_records) * kLoadRecord;
+  std::vector<unsigned> profiles = settings_.load_profiles;
   if (profiles.empty()) profiles.push_back(1);
   for (const unsigned profile : profiles) {
     constexpr unsigned kMinutes = 30;
@@ -215,7 +210,7 @@ std::optional<Bytes> MeterTwin::OfClock(View pdu, Instant now) const {
   const bool of_latch = std::ranges::equal(pdu, AskLatchTime());
   const auto shown = ClockAt(of_latch ? latched_at_ : now);
   if (!shown) return std::nullopt;
-  const CivilZone zone = ReadSettings(device_.options).time_zone.value_or(CivilZone());
+  const CivilZone zone = settings_.time_zone.value_or(CivilZone());
   if (of_latch) return BytesOf(zone.ToCivil(*shown));
   if (AsksClock(pdu)) {
     Bytes data = BytesOf(zone.ToCivil(*shown));
@@ -269,7 +264,7 @@ bool MeterTwin::Fill(View pdu, Instant now, Bytes& data) const {
   if (pdu[0] != kRead || pdu[1] == 0x0D || (pdu[1] >= 0x11 && pdu[1] != kVariant)) {
     scale = ScaleNow(now);
   }
-  scale.zone = ReadSettings(device_.options).time_zone;
+  scale.zone = settings_.time_zone;
   for (const auto& point : points_.all()) {
     if (!point.read || !std::ranges::equal(point.read->pdu, pdu)) continue;
     found = true;
@@ -334,7 +329,7 @@ std::optional<Bytes> MeterTwin::Data(View pdu, Instant now) const {
     data[2] = static_cast<std::uint8_t>(unsigned{*type_} << 4U | (data[2] & 0x0FU));
   }
   if (const auto shown = ClockAt(now); shown && !own && !found) {
-    const CivilZone zone = ReadSettings(device_.options).time_zone.value_or(CivilZone());
+    const CivilZone zone = settings_.time_zone.value_or(CivilZone());
     if (auto registers = TwinRegisters(pdu, zone.ToCivil(*shown))) return registers;
   }
   return own || found || journals_.Has(pdu) ? std::optional(std::move(data)) : std::nullopt;

@@ -12,6 +12,7 @@
 #include "protocols/common/twin_points.h"
 #include "protocols/set4tm/codec.h"
 #include "protocols/set4tm/points.h"
+#include "protocols/set4tm/settings.h"
 #include "protocols/set4tm/twin_journals.h"
 #include "protocols/set4tm/twin_load.h"
 #include "protocols/twin.h"
@@ -20,7 +21,7 @@ namespace baudgate::protocols::set4tm {
 
 class MeterTwin : public Twin {
  public:
-  /// `device` and `values` outlive the twin.
+  /// `values` outlives the twin.
   MeterTwin(const config::Device& device, TwinValues& values);
 
   Bytes Answer(View request, Instant now) override;
@@ -50,14 +51,13 @@ class MeterTwin : public Twin {
   bool Fill(View pdu, Instant now, Bytes& data) const;
   Scale ScaleNow(Instant now) const;
 
-  const config::Device& device_;
+  const Bytes address_;  // as configured
+  const Settings settings_;
   TwinPoints<Field> points_;
   std::map<std::uint8_t, std::size_t> float_points_;  // index by RWRI parameter
   std::uint8_t short_address_;
   Bytes reply_as_;  ///< empty: the address by which it was asked, the short one for 0
   std::uint32_t serial_ = 0;
-  Bytes password_;
-  Checksum checksum_ = Checksum::crc;
   std::optional<std::uint8_t> type_;  ///< nothing: as its points say, else 8
   bool knows_floats_ = true;
   bool knows_masks_ = true;

@@ -32,12 +32,12 @@ constexpr int kOtherError = 9;
 
 class SpaConversation final : public Conversation {
  public:
-  SpaConversation(const config::Device& device, SpaBus& bus)
+  SpaConversation(const config::Device& device, const Settings& settings, SpaBus& bus)
       : device_(device),
         checksum_(bus.checksum),
         clock_(bus.clock),
         points_(ReadablePoints(device.points)),
-        settings_(ReadSettings(device.options)),
+        settings_(settings),
         writes_(settings_.password),
         events_(device.events, device.recheck != config::Recheck::off),
         slave_(ParseSlave(device.address).value()),
@@ -282,7 +282,7 @@ class SpaConversation final : public Conversation {
   Request Seal(const Command& command) const {
     Request request;
     request.bytes = Encode(command, settings_.send_wildcard);
-    request.expect = Expect(request.bytes, device_.options);
+    request.expect = Expect(request.bytes, settings_);
     request.expect.checksum &= ~kCoversAny | checksum_.accepted() | PinnedReading();
     return request;
   }
@@ -396,8 +396,9 @@ void ContinuationChecksum::Forget() {
   doubts_ = 0;
 }
 
-std::unique_ptr<Conversation> MakeConversation(const config::Device& device, SpaBus& bus) {
-  return std::make_unique<SpaConversation>(device, bus);
+std::unique_ptr<Conversation> MakeConversation(const config::Device& device,
+                                               const Settings& settings, SpaBus& bus) {
+  return std::make_unique<SpaConversation>(device, settings, bus);
 }
 
 }  // namespace baudgate::protocols::spabus

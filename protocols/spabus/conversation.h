@@ -9,6 +9,7 @@
 #include "protocols/protocol.h"
 #include "protocols/spabus/clock_messages.h"
 #include "protocols/spabus/reply.h"
+#include "protocols/spabus/settings.h"
 
 namespace baudgate::protocols::spabus {
 
@@ -38,6 +39,7 @@ struct SpaBus final : Bus {
 };
 
 /// `device` and `bus` outlive the conversation.
-std::unique_ptr<Conversation> MakeConversation(const config::Device& device, SpaBus& bus);
+std::unique_ptr<Conversation> MakeConversation(const config::Device& device,
+                                               const Settings& settings, SpaBus& bus);
 
 }  // namespace baudgate::protocols::spabus

@@ -24,9 +24,9 @@ std::size_t LongestReply(const Command& command) {
 
 }  // namespace
 
-Expectation Expect(View request, const config::Options& options) {
+Expectation Expect(View request, const Settings& settings) {
   Expectation expect;
-  expect.checksum = ChecksumBits(ReadSettings(options));
+  expect.checksum = ChecksumBits(settings);
   if (request.empty()) {
     expect.max_bytes = kMaxLine + 1;
     return expect;

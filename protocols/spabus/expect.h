@@ -3,12 +3,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "config/model/options.h"
 #include "protocols/frame_rule.h"
+#include "protocols/spabus/settings.h"
 
 namespace baudgate::protocols::spabus {
 
 /// An empty request: what a twin listens for.
-Expectation Expect(View request, const config::Options& options);
+Expectation Expect(View request, const Settings& settings);
 
 }  // namespace baudgate::protocols::spabus

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "protocols/common/settings.h"
 #include "protocols/spabus/codec.h"
 #include "protocols/spabus/conversation.h"
 #include "protocols/spabus/expect.h"
@@ -37,8 +38,9 @@ constexpr TimingRule kTiming = {
 
 std::unique_ptr<Bus> MakeLine() { return std::make_unique<SpaBus>(); }
 
-std::unique_ptr<Conversation> MakeDevice(const config::Device& device, Bus* bus) {
-  return MakeConversation(device, static_cast<SpaBus&>(*bus));
+std::unique_ptr<Conversation> MakeDevice(const config::Device& device, const ParsedOptions& options,
+                                         Bus* bus) {
+  return MakeConversation(device, options.As<Settings>(), static_cast<SpaBus&>(*bus));
 }
 
 std::unique_ptr<Twin> MakeTwin(const config::Device& device, TwinValues& values) {
@@ -66,8 +68,9 @@ const Protocol& SpabusProtocol() {
       .timing = kTiming,
       .request_rule = RequestRule,
       .reply_rule = ReplyRule,
-      .expect = Expect,
-      .recognise = Recognise,
+      .parse = kParseWith<ReadSettings>,
+      .expect = kWithSettings<Expect>,
+      .recognise = kWithSettings<Recognise>,
       .weak_check = true,
       .scan = &kScan,
       .telegram = &kTelegram,

@@ -43,7 +43,7 @@ std::optional<Recognised> OtherOption(View message, const Settings& settings) {
 
 }  // namespace
 
-std::optional<Recognised> Recognise(View request, View heard, const config::Options& options) {
+std::optional<Recognised> Recognise(View request, View heard, const Settings& settings) {
   const auto asked = ParseRequest(request).slave;
   while (!heard.empty()) {
     const auto begin = std::ranges::find_if(heard, [](auto c) { return c == '<' || c == '>'; });
@@ -62,7 +62,7 @@ std::optional<Recognised> Recognise(View request, View heard, const config::Opti
     const auto reply = ParseReply(message);
     const std::string name = asked ? std::to_string(*asked) : std::string();
     if (asked && AsText(message).substr(1).starts_with(name)) {
-      if (auto other = OtherOption(message, ReadSettings(options))) return other;
+      if (auto other = OtherOption(message, settings)) return other;
     }
     if (!reply || !asked || reply->slave == *asked || MatchingReadings(message, false) == 0)
       continue;

@@ -30,8 +30,8 @@ constexpr Address kModuleStatus{0, 'C', std::nullopt};
 constexpr Address kOwnClock{0, 'T', std::nullopt};
 
 /// The one reading of the continued checksum that this device uses.
-int OwnReading(const config::Options& options) {
-  const int bits = ChecksumBits(ReadSettings(options));
+int OwnReading(const Settings& settings) {
+  const int bits = ChecksumBits(settings);
   const int chosen = bits & kCoversAny;
   return (chosen == kCoversAny ? kCoversAll : chosen) | (bits & kLineFeedCovered);
 }
@@ -72,10 +72,12 @@ SpaTwin::SpaTwin(const config::Device& device, TwinValues& values)
           device, values, [](const config::Point& point) { return ParseAddress(point.read); },
           [](const config::Point& point) { return WriteAddress(point); }),
       slave_(ParseSlave(device.address).value()),
-      reply_as_(slave_),
-      reading_(OwnReading(device.options)),
-      write_items_(ReadSettings(device.options).write_items),
-      password_(ReadSettings(device.options).password) {}
+      reply_as_(slave_) {
+  const Settings settings = ReadSettings(device.options);
+  reading_ = OwnReading(settings);
+  write_items_ = settings.write_items;
+  password_ = settings.password;
+}
 
 void SpaTwin::ReplyAs(std::string_view address) { reply_as_ = ParseSlave(address).value(); }
 

@@ -16,9 +16,10 @@ constexpr Duration kUsualIdle = 500ms;  // behind which what came unasked is bro
 constexpr Duration kLongestMessage = 5s;
 constexpr int kRefusals = 3;  // a damaged answer may look like one
 
-std::shared_ptr<const Description> DescriptionFor(const config::Device& device) {
-  auto description = DescriptionOf(device.options);
-  return description ? description : std::make_shared<const Description>("");
+/// A device without a description is asked nothing.
+Settings WithDescription(Settings settings) {
+  if (!settings.description) settings.description = std::make_shared<const Description>("");
+  return settings;
 }
 
 std::vector<std::optional<ReadPlace>> PlacesOf(const config::Device& device,
@@ -33,11 +34,12 @@ std::vector<std::optional<ReadPlace>> PlacesOf(const config::Device& device,
   return places;
 }
 
-std::optional<Standing> StandingOf(const config::Device& device, const Description& description) {
+std::optional<Standing> StandingOf(const Settings& settings) {
+  const Description& description = *settings.description;
   if (!description.listens()) return std::nullopt;
   Standing standing;
   standing.rule = CutTelegram;
-  standing.expect = ExpectUnasked(device.options);
+  standing.expect = ExpectUnasked(settings);
   standing.whole = kLongestMessage;
   standing.marked = true;
   for (const Telegram& telegram : description.telegrams) {
@@ -53,21 +55,22 @@ std::optional<Standing> StandingOf(const config::Device& device, const Descripti
 
 }  // namespace
 
-TelegramConversation::TelegramConversation(const config::Device& device)
+TelegramConversation::TelegramConversation(const config::Device& device, const Settings& settings)
     : device_(device),
-      description_(DescriptionFor(device)),
-      bound_(BoundOf(device.options, device.address)),
-      reads_(PlacesOf(device, *description_)),
+      settings_(WithDescription(settings)),
+      bound_(BoundOf(settings_, device.address)),
+      reads_(PlacesOf(device, *settings_.description)),
       plan_({.may_join = {}, .refused = WhenRefused::ask_rarely, .refusals = kRefusals}),
-      standing_(StandingOf(device, *description_)),
-      identity_(IdentityTelegram(*description_)),
-      own_probe_(OwnProbe(*description_, reads_, bound_)),
+      standing_(StandingOf(settings_)),
+      identity_(IdentityTelegram(*settings_.description)),
+      own_probe_(OwnProbe(*settings_.description, reads_, bound_)),
       probes_(!own_probe_ ? ProbeChoice::Own::none
               : identity_ ? ProbeChoice::Own::identification
                           : ProbeChoice::Own::read),
-      exchanges_(*description_) {
+      exchanges_(*settings_.description) {
   for (std::size_t i = 0; i < reads_.size(); ++i) {
-    if (!reads_[i] || TelegramOf(*description_->Find(reads_[i]->call.telegram)).listen) continue;
+    if (!reads_[i] || TelegramOf(*settings_.description->Find(reads_[i]->call.telegram)).listen)
+      continue;
     plan_.Add(device.points[i].group, i, reads_[i]->call);
   }
   plan_.Make();
@@ -94,7 +97,7 @@ Status TelegramConversation::Begin(const Task& task) {
     call = plan_.block(task.query).key;
   }
   for (const auto& [name, text] : call.parameters) filled_.insert_or_assign(name, text);
-  const auto telegram = description_->Find(call.telegram);
+  const auto telegram = settings_.description->Find(call.telegram);
   if (!telegram || !TelegramOf(*telegram).send) {
     return Error{"'" + call.telegram + "' is no telegram that is sent"};
   }
@@ -137,7 +140,7 @@ Result<Request> TelegramConversation::AskProbe() {
   if (count == 0) return Error{"nothing can be read of it: no telegram says 'reads: yes'"};
   const Call& call = plan_.block(read.value_or(0)).key;
   for (const auto& [name, text] : call.parameters) filled_.insert_or_assign(name, text);
-  exchanges_.Begin(*description_->Find(call.telegram));
+  exchanges_.Begin(*settings_.description->Find(call.telegram));
   return AskStep();
 }
 
@@ -152,7 +155,7 @@ Result<Request> TelegramConversation::AskStep() {
     return Error{bytes.error()};
   }
   request.bytes = std::move(*bytes);
-  request.expect = Expect(request.bytes, device_.options);
+  request.expect = Expect(request.bytes, settings_);
   if (step.part == Part::meant) {
     request.steady = own_ && identifies_;
     request.distinct = own_ && !identifies_;
@@ -294,7 +297,7 @@ void TelegramConversation::OnReconnect() {
 
 config::Timing TelegramConversation::LeastTimes(Duration) const {
   config::Timing times;
-  for (const Telegram& telegram : description_->telegrams) {
+  for (const Telegram& telegram : settings_.description->telegrams) {
     if (telegram.idle > times.gap.value_or(Duration::zero())) times.gap = telegram.idle;
   }
   return times;

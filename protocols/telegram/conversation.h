@@ -17,7 +17,7 @@ namespace baudgate::protocols::telegram {
 
 class TelegramConversation final : public Conversation {
  public:
-  explicit TelegramConversation(const config::Device& device);
+  TelegramConversation(const config::Device& device, const Settings& settings);
 
   std::span<const Query> Queries() const override { return plan_.queries(); }
   Result<Request> Ask(const Task& task, Instant now) override;
@@ -36,7 +36,9 @@ class TelegramConversation final : public Conversation {
   config::Timing LeastTimes(Duration character) const override;
 
  private:
-  const Telegram& TelegramOf(std::size_t number) const { return description_->telegrams[number]; }
+  const Telegram& TelegramOf(std::size_t number) const {
+    return settings_.description->telegrams[number];
+  }
   Result<Request> AskProbe();
   Result<Request> AskStep();
   Status Begin(const Task& task);
@@ -49,9 +51,9 @@ class TelegramConversation final : public Conversation {
                    Answer& answer) const;
 
   const config::Device& device_;
-  const std::shared_ptr<const Description> description_;  // never null
-  const Bound bound_;                                     // for every telegram
-  const std::vector<std::optional<ReadPlace>> reads_;     // by point
+  const Settings settings_;                            // its description is never null
+  const Bound bound_;                                  // for every telegram
+  const std::vector<std::optional<ReadPlace>> reads_;  // by point
   QueryPlan<Call> plan_;
   const std::optional<Standing> standing_;
   const std::optional<std::size_t> identity_;  // the telegram that tells the device's name

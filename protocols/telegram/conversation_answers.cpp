@@ -30,13 +30,13 @@ void TelegramConversation::AddReadings(std::size_t telegram, const Bound& sent, 
 }
 
 Outcome TelegramConversation::Check(View request, View frame) const {
-  const auto sent = description_->Recognise(request);
+  const auto sent = settings_.description->Recognise(request);
   if (!sent) return Outcome::corrupt;
   return DecodeReply(TelegramOf(sent->telegram), frame, sent->values).outcome;
 }
 
 Answer TelegramConversation::Interpret(View request, View frame) {
-  const auto sent = description_->Recognise(request);
+  const auto sent = settings_.description->Recognise(request);
   if (!sent) {
     return {Outcome::corrupt,
             "request '" + Printable(request) + "' is no telegram of the description"};
@@ -59,7 +59,7 @@ Answer TelegramConversation::Interpret(View request, View frame) {
 
 Answer TelegramConversation::OnUnasked(View message, Now) {
   Answer why{Outcome::corrupt, "'" + Printable(message) + "' is no telegram of the description"};
-  for (std::size_t i = 0; i < description_->telegrams.size(); ++i) {
+  for (std::size_t i = 0; i < settings_.description->telegrams.size(); ++i) {
     if (!TelegramOf(i).listen) continue;
     Answer answer = AnswerOf(i, bound_, message);
     if (answer.outcome != Outcome::unexpected) return answer;

@@ -47,14 +47,21 @@ Value AddressValue(std::string_view address) {
   return number && *number >= 0 ? Value(*number) : Value(std::string(address));
 }
 
-Bound BoundOf(const config::Options& options, std::string_view address) {
-  Bound bound;
+Settings ReadSettings(const config::Options& options) {
+  Settings settings{.description = DescriptionOf(options), .parameters = {}};
   for (const auto& [name, text] : options.Pairs(std::string(kParametersOption))) {
-    bound.emplace(name, text);
+    settings.parameters.emplace(name, text);
   }
-  bound.insert_or_assign(std::string(kPassword), options.Text(std::string(kPassword)));
-  if (!address.empty() && address != kNoAddress)
+  settings.parameters.insert_or_assign(std::string(kPassword),
+                                       options.Text(std::string(kPassword)));
+  return settings;
+}
+
+Bound BoundOf(const Settings& settings, std::string_view address) {
+  Bound bound = settings.parameters;
+  if (!address.empty() && address != kNoAddress) {
     bound.insert_or_assign(std::string(kAddress), AddressValue(address));
+  }
   return bound;
 }
 

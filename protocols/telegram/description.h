@@ -77,8 +77,15 @@ class Description final : public config::Description {
 /// Null: the device has none, or it could not be read.
 std::shared_ptr<const Description> DescriptionOf(const config::Options& options);
 
+/// The options of a device.
+struct Settings {
+  std::shared_ptr<const Description> description{};  ///< null: as DescriptionOf
+  Bound parameters{};                                ///< the password is one of them
+};
+Settings ReadSettings(const config::Options& options);
+
 /// What every telegram of the device may be filled with: address, password, parameters.
-Bound BoundOf(const config::Options& options, std::string_view address);
+Bound BoundOf(const Settings& settings, std::string_view address);
 /// A number where it is one.
 Value AddressValue(std::string_view address);
 

@@ -45,10 +45,10 @@ Bytes AddressIn(const Telegram& telegram, const Bound& known) {
 
 }  // namespace
 
-Expectation Expect(View request, const config::Options& options) {
+Expectation Expect(View request, const Settings& settings) {
   Expectation expect;
   auto awaited = std::make_shared<Awaited>();
-  awaited->description = DescriptionOf(options);
+  awaited->description = settings.description;
   if (!awaited->description) return expect;
   const Description& description = *awaited->description;
   expect.max_bytes = description.most;
@@ -80,14 +80,14 @@ Expectation Expect(View request, const config::Options& options) {
   return expect;
 }
 
-Expectation ExpectUnasked(const config::Options& options) {
+Expectation ExpectUnasked(const Settings& settings) {
   Expectation expect;
   expect.reply = Expectation::Reply::standing;
   auto awaited = std::make_shared<Awaited>();
-  awaited->description = DescriptionOf(options);
+  awaited->description = settings.description;
   if (!awaited->description) return expect;
   expect.max_bytes = awaited->description->most;
-  awaited->known = BoundOf(options, {});
+  awaited->known = BoundOf(settings, {});
   for (const Telegram& telegram : awaited->description->telegrams) {
     if (!telegram.listen) continue;
     for (const Form& form : telegram.receive) {

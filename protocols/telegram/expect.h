@@ -4,7 +4,6 @@
 
 #include <memory>
 
-#include "config/model/options.h"
 #include "protocols/frame_rule.h"
 #include "protocols/telegram/description.h"
 
@@ -18,9 +17,9 @@ struct Awaited final : FrameForms {
   Bound known;
 };
 
-/// Of an empty request: what is sent to the device.
-Expectation Expect(View request, const config::Options& options);
+/// An empty request: what is sent to the device.
+Expectation Expect(View request, const Settings& settings);
 /// What it sends unasked.
-Expectation ExpectUnasked(const config::Options& options);
+Expectation ExpectUnasked(const Settings& settings);
 
 }  // namespace baudgate::protocols::telegram

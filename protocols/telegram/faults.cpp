@@ -21,7 +21,7 @@ class FaultFinder {
   FaultFinder(const config::Device& device, const Description& description)
       : device_(device),
         description_(description),
-        bound_(BoundOf(device.options, device.address)) {}
+        bound_(BoundOf(ReadSettings(device.options), device.address)) {}
 
   std::vector<Doubt> Run() {
     for (std::size_t i = 0; i < device_.points.size(); ++i) {

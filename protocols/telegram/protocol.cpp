@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/telegram/protocol.h"
 
+#include "protocols/common/settings.h"
 #include "protocols/telegram/by_hand.h"
 #include "protocols/telegram/compile.h"
 #include "protocols/telegram/conversation.h"
@@ -35,7 +36,8 @@ const Protocol& TelegramProtocol() {
                  .longest = 256},
       .request_rule = CutTelegram,
       .reply_rule = CutTelegram,
-      .expect = Expect,
+      .parse = kParseWith<ReadSettings>,
+      .expect = kWithSettings<Expect>,
       .unasked =
           [](const config::Options& options) {
             const auto description = DescriptionOf(options);
@@ -43,8 +45,9 @@ const Protocol& TelegramProtocol() {
           },
       .weak_check = true,
       .telegram = &kByHand,
-      .make_conversation = [](const config::Device& device, Bus*) -> std::unique_ptr<Conversation> {
-        return std::make_unique<TelegramConversation>(device);
+      .make_conversation = [](const config::Device& device, const ParsedOptions& options,
+                              Bus*) -> std::unique_ptr<Conversation> {
+        return std::make_unique<TelegramConversation>(device, options.As<Settings>());
       },
       .make_twin = [](const config::Device& device, TwinValues& values) -> std::unique_ptr<Twin> {
         return std::make_unique<TelegramTwin>(device, values);

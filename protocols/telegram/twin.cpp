@@ -51,7 +51,7 @@ TelegramTwin::TelegramTwin(const config::Device& device, TwinValues& values)
     : device_(device),
       values_(values),
       description_(DescriptionOf(device.options)),
-      bound_(BoundOf(device.options, device.address)) {
+      bound_(BoundOf(ReadSettings(device.options), device.address)) {
   for (const config::Point& point : device.points) {
     auto read =
         point.access != config::Access::write ? ParseRead(point) : Result<ReadPlace>(Error{});

@@ -92,7 +92,7 @@ Protocol MakeFakeProtocol(std::string_view name) {
   protocol.serial.baud = 19200;
   protocol.serial.parity = config::Parity::even;
   protocol.timing = kTimes;
-  protocol.make_conversation = [](const config::Device& device,
+  protocol.make_conversation = [](const config::Device& device, const ParsedOptions&,
                                   Bus*) -> std::unique_ptr<Conversation> {
     return std::make_unique<FakeConversation>(device);
   };

@@ -42,7 +42,7 @@ void CheckDevice(const config::Device& device) {
     Require(protocol->check_point(point).ok(), "the protocol takes its points");
   }
   const auto bus = MakeBus(*protocol);
-  const auto conversation = protocol->make_conversation(device, bus.get());
+  const auto conversation = MakeConversation(*protocol, device, bus.get());
   for (std::size_t query = 0; query < conversation->Queries().size(); ++query) {
     Task task;
     task.query = query;

@@ -59,7 +59,7 @@ class Session {
         world_(device, input.U8()),
         twin_(UnderTest().make_twin(device, world_)),
         bus_(MakeBus(UnderTest())),
-        conversation_(UnderTest().make_conversation(device, bus_.get())) {}
+        conversation_(MakeConversation(UnderTest(), device, bus_.get())) {}
 
   void Run() {
     CheckQueries();
@@ -153,7 +153,8 @@ class Session {
   Now NowBoth() const { return {now_, WallTime(now_.time_since_epoch())}; }
 
   static bool IsWhole(View request, const config::Options& options) {
-    const Cut cut = UnderTest().request_rule(request, UnderTest().expect({}, options), true);
+    const Cut cut = UnderTest().request_rule(
+        request, UnderTest().expect({}, ParseOptions(UnderTest(), options)), true);
     return cut.kind == Cut::Kind::frame && cut.size == request.size();
   }
 

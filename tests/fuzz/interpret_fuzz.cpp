@@ -14,7 +14,8 @@ namespace {
 void Interpret(Conversation& conversation, const config::Device& device, View request,
                const Stream& reply) {
   Assembler assembler;
-  assembler.Begin(UnderTest().reply_rule, UnderTest().expect(request, device.options));
+  assembler.Begin(UnderTest().reply_rule,
+                  UnderTest().expect(request, ParseOptions(UnderTest(), device.options)));
   assembler.Feed(reply.bytes);
   for (const bool idle : {false, true}) {
     while (const auto frame = assembler.Next(idle)) {
@@ -37,7 +38,7 @@ void FuzzInterpret(View bytes) {
     request.pop_back();  // requests end in CR
   }
   const auto bus = MakeBus(UnderTest());
-  const auto conversation = UnderTest().make_conversation(device, bus.get());
+  const auto conversation = MakeConversation(UnderTest(), device, bus.get());
   Interpret(*conversation, device, request, TakeStream(UnderTest(), input));
 }
 

@@ -77,7 +77,7 @@ Delivery Deliver(FrameRule rule, View stream, const std::vector<std::size_t>& cu
 template <bool kReplies>
 void FuzzRule(View bytes) {
   Input input(bytes);
-  const config::Options& options = CachedOptions(input.U8());
+  const ParsedOptions& options = CachedOptions(input.U8());
   const View request = kReplies ? input.TakeCounted() : View();
   const Expectation expect = UnderTest().expect(request, options);
   Require(expect.max_bytes > 0 && expect.max_bytes <= 8192, "max_bytes bounds every buffer");

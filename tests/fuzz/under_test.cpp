@@ -64,11 +64,13 @@ config::Options OptionsOf(const Protocol& protocol, std::uint8_t variant) {
   return options;
 }
 
-const config::Options& CachedOptions(std::uint8_t variant) {
-  static std::map<std::pair<const Protocol*, std::uint8_t>, config::Options> made;
+const ParsedOptions& CachedOptions(std::uint8_t variant) {
+  static std::map<std::pair<const Protocol*, std::uint8_t>, ParsedOptions> made;
   const auto found = made.find({&UnderTest(), variant});
   if (found != made.end()) return found->second;
-  return made.emplace(std::pair(&UnderTest(), variant), OptionsOf(UnderTest(), variant))
+  return made
+      .emplace(std::pair(&UnderTest(), variant),
+               ParseOptions(UnderTest(), OptionsOf(UnderTest(), variant)))
       .first->second;
 }
 

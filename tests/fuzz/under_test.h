@@ -29,6 +29,6 @@ class RegisteredFor {
 config::Options OptionsOf(const Protocol& protocol, std::uint8_t variant);
 
 /// Kept for ever, made on first use.
-const config::Options& CachedOptions(std::uint8_t variant);
+const ParsedOptions& CachedOptions(std::uint8_t variant);
 
 }  // namespace baudgate::fuzz

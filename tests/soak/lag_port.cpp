@@ -25,7 +25,7 @@ LagPort::LagPort(asio::io_context& io, const Protocol& protocol, const config::O
       timer_(io),
       on_request_(std::move(on_request)) {
   descriptor_.non_blocking(true);  // nobody need be reading
-  assembler_.Begin(protocol.request_rule, protocol.expect({}, options));
+  assembler_.Begin(protocol.request_rule, protocol.expect({}, ParseOptions(protocol, options)));
   Read();
 }
 

@@ -22,7 +22,7 @@ namespace baudgate {
 class WeakChecksums {
  public:
   WeakChecksums(const Setup& setup, const config::Options& options)
-      : setup_(setup), options_(options) {}
+      : setup_(setup), options_(ParseOptions(*setup.protocol, options)) {}
 
   void OnDelivery(View request, View reply, View delivered);
   /// Whether such a frame can have been read by an exchange that ended at `read_at`.
@@ -31,7 +31,7 @@ class WeakChecksums {
 
  private:
   const Setup& setup_;
-  const config::Options& options_;
+  const ParsedOptions options_;
   mutable std::mutex mutex_;
   std::vector<Instant> deliveries_;
 };

@@ -72,7 +72,8 @@ Bytes CutFrame(FrameRule rule, Expectation expect, View bytes) {
 
 Bytes AskTwin(const Protocol& protocol, Twin& twin, const config::Options& options, View request,
               Instant now) {
-  const Bytes frame = CutFrame(protocol.request_rule, protocol.expect({}, options), request);
+  const Bytes frame = CutFrame(protocol.request_rule,
+                               protocol.expect({}, ParseOptions(protocol, options)), request);
   return frame.empty() ? Bytes() : twin.Answer(frame, now);
 }
 
@@ -80,7 +81,7 @@ Talk::Talk(const Protocol& protocol, config::Device device)
     : protocol_(&protocol),
       device_(std::make_unique<const config::Device>(std::move(device))),
       bus_(MakeBus(protocol)),
-      conversation_(protocol.make_conversation(*device_, bus_.get())) {}
+      conversation_(MakeConversation(protocol, *device_, bus_.get())) {}
 
 Result<Request> Talk::Ask(const Task& task) {
   auto request = conversation_->Ask(task, now);

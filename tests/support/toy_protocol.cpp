@@ -49,7 +49,7 @@ Cut ToyReplyRule(View held, const Expectation&, bool) {
   return Cut::Frame(size);
 }
 
-Expectation ToyExpect(View request, const config::Options&) {
+Expectation ToyExpect(View request, const ParsedOptions&) {
   Expectation expect;
   expect.max_bytes = 64;
   if (request.empty()) return expect;
@@ -186,7 +186,7 @@ class ToyConversation final : public Conversation {
   Request Make(const std::string& text) const {
     Request request;
     request.bytes = ToBytes(text.substr(0, 1) + device_.address + text.substr(1) + "\r");
-    request.expect = ToyExpect(request.bytes, device_.options);
+    request.expect = ToyExpect(request.bytes, {});
     request.prepares = text[0] == 'O';
     return request;
   }
@@ -323,7 +323,8 @@ const Protocol& ToyProtocol() {
     p.request_rule = ToyRequestRule;
     p.reply_rule = ToyReplyRule;
     p.expect = ToyExpect;
-    p.make_conversation = [](const config::Device& device, Bus*) -> std::unique_ptr<Conversation> {
+    p.make_conversation = [](const config::Device& device, const ParsedOptions&,
+                             Bus*) -> std::unique_ptr<Conversation> {
       return std::make_unique<ToyConversation>(device);
     };
     p.make_twin = [](const config::Device& device, TwinValues& values) -> std::unique_ptr<Twin> {

@@ -77,7 +77,7 @@ class Player {
 
   void Play() {
     const auto bus = MakeBus(protocol_);
-    const auto conversation = protocol_.make_conversation(script_.device, bus.get());
+    const auto conversation = MakeConversation(protocol_, script_.device, bus.get());
     if (script_.device.events) conversation->OnEventsKept({});
     std::size_t query = 0;
     while (next_ < script_.steps.size() && !::testing::Test::HasFailure()) {

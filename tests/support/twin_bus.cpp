@@ -103,7 +103,8 @@ TwinBus::Answer TwinBus::Ask(View request, const config::SerialSettings& serial,
     const FromWire heard = FromWireBits(sent, one->serial);
     if (heard.damaged > 0 && one->judges_parity) continue;
     Assembler assembler;
-    assembler.Begin(one->protocol->request_rule, one->protocol->expect({}, one->device->options));
+    assembler.Begin(one->protocol->request_rule,
+                    one->protocol->expect({}, ParseOptions(*one->protocol, one->device->options)));
     // A twin that does not judge parity hears the characters themselves.
     assembler.Feed(one->judges_parity ? View(heard.bytes) : request);
     auto frame = assembler.Next(false);

@@ -128,7 +128,7 @@ int AskOnPort(const AskOptions& options, const config::Catalog& catalog, std::os
                catalog);
   if (!line) return Fail(err, kExitUsage, line.error());
   const Protocol& protocol = *catalog.FindProtocol(name);
-  const config::Options& its = line->devices.front().options;
+  const ParsedOptions its = ParseOptions(protocol, line->devices.front().options);
   const auto bytes = WrittenOf(options.telegram);
   if (!bytes) return Fail(err, kExitUsage, bytes.error());
   const auto telegram = protocol.telegram->complete(*bytes, its);

@@ -17,19 +17,19 @@ using ::testing::HasSubstr;
 
 /// '?' reads; the second byte is a password; CR ends a telegram.
 const TelegramRule kRule = {"?!",
-                            [](View written, const config::Options&) -> Result<Bytes> {
+                            [](View written, const ParsedOptions&) -> Result<Bytes> {
                               Bytes frame(written.begin(), written.end());
                               if (frame.size() > 4)
                                 return Error{"a telegram has four bytes at most"};
                               frame.push_back(0x0D);
                               return frame;
                             },
-                            [](View request, const config::Options&) { return request[0] == '?'; }};
+                            [](View request, const ParsedOptions&) { return request[0] == '?'; }};
 
 const Protocol& HandProtocol() {
   static const Protocol kProtocol = {.name = "spabus",
                                      .expect =
-                                         [](View, const config::Options&) {
+                                         [](View, const ParsedOptions&) {
                                            Expectation expect;
                                            expect.secrets = {{1, 1}};
                                            return expect;

@@ -52,7 +52,8 @@ class Talker final : public Conversation {
 const Protocol& TalkerProtocol() {
   static const Protocol protocol = [] {
     Protocol p = ToyProtocol();
-    p.make_conversation = [](const config::Device&, Bus*) -> std::unique_ptr<Conversation> {
+    p.make_conversation = [](const config::Device&, const ParsedOptions&,
+                             Bus*) -> std::unique_ptr<Conversation> {
       return std::make_unique<Talker>();
     };
     return p;

@@ -19,13 +19,13 @@ Bytes Written(const std::string& text) {
   return hex ? *hex : ToBytes(text);
 }
 
-config::Options OptionsWith(const Protocol& protocol, const std::string& key,
-                            const std::string& text) {
+ParsedOptions OptionsWith(const Protocol& protocol, const std::string& key,
+                          const std::string& text) {
   config::Options options = config::DefaultOptions(protocol);
   for (const OptionSpec& spec : protocol.options) {
     if (spec.name == key) options.Set(key, *config::ParseOption(spec, text));
   }
-  return options;
+  return ParseOptions(protocol, options);
 }
 
 struct Row {
@@ -69,7 +69,7 @@ constexpr Row kRows[] = {
 TEST(Telegram, IsCompletedAndJudged) {
   for (const Row& row : kRows) {
     const Protocol& protocol = *FindProtocol(row.protocol);
-    const config::Options options = config::DefaultOptions(protocol);
+    const ParsedOptions options = ParseOptions(protocol, config::DefaultOptions(protocol));
     const auto sent = protocol.telegram->complete(Written(row.written), options);
     ASSERT_TRUE(sent) << row.written << ": " << sent.error();
     EXPECT_EQ(ToHex(*sent), ToHex(Written(row.sent))) << row.protocol << " " << row.written;
@@ -95,7 +95,7 @@ TEST(Telegram, WritesAndSessionsAreNoReads) {
       {"set4tm", "C8 08 00 00 00 00 00 00"}};
   for (const auto& [name, written] : kWrites) {
     const Protocol& protocol = *FindProtocol(name);
-    const config::Options options = config::DefaultOptions(protocol);
+    const ParsedOptions options = ParseOptions(protocol, config::DefaultOptions(protocol));
     const auto sent = protocol.telegram->complete(Written(written), options);
     ASSERT_TRUE(sent) << written;
     EXPECT_FALSE(protocol.telegram->is_read(*sent, options)) << name << " " << written;
@@ -128,8 +128,8 @@ TEST(Telegram, WhatIsNoneIsToldInASentence) {
                                       {"modbus_rtu", "01"},
                                       {"set4tm", "C8"}}) {
     const Protocol& protocol = *FindProtocol(name);
-    const auto sent =
-        protocol.telegram->complete(Written(written), config::DefaultOptions(protocol));
+    const auto sent = protocol.telegram->complete(
+        Written(written), ParseOptions(protocol, config::DefaultOptions(protocol)));
     ASSERT_FALSE(sent) << name << " " << written;
     EXPECT_NE(sent.error().find(", as in '"), std::string::npos) << sent.error();
   }

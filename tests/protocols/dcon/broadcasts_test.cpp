@@ -49,7 +49,7 @@ class DconLine : public ::testing::Test {
     auto& values = *values_.emplace_back(std::make_unique<FixedValues>());
     values.fallback = 0.0;
     twins_.push_back(DconProtocol().make_twin(kept, values));
-    conversations_.push_back(DconProtocol().make_conversation(kept, bus_.get()));
+    conversations_.push_back(MakeConversation(DconProtocol(), kept, bus_.get()));
   }
 
   void AddSampled(const std::string& address, bool checksum = false) {

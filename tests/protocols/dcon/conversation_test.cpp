@@ -203,9 +203,9 @@ TEST(DconInterpret, AnUnexpectedChecksumMakesNoNumberWithoutPointsEither) {
 }
 
 TEST(DconExpect, SaysWhatMayBeRepeatedAndWhoAnswers) {
-  const config::Options options = MakeOptions({{"checksum", true}});
+  const Settings settings = ReadSettings(MakeOptions({{"checksum", true}}));
   const auto expect = [&](std::string_view command) {
-    return Expect(BuildRequest(command, 1, true), options);
+    return Expect(BuildRequest(command, 1, true), settings);
   };
   EXPECT_TRUE(expect("#").repeatable);
   EXPECT_TRUE(expect("#1301").repeatable);
@@ -216,10 +216,10 @@ TEST(DconExpect, SaysWhatMayBeRepeatedAndWhoAnswers) {
   EXPECT_TRUE(expect("#").address.empty());
   EXPECT_EQ(expect("#").checksum, kChecksum);
   EXPECT_EQ(expect("#0").checksum, kChecksumEither);
-  EXPECT_EQ(Expect(ToBytes("~**D2\r"), options).reply, Expectation::Reply::none);
-  EXPECT_EQ(Expect({}, options).checksum, kChecksum);
-  EXPECT_EQ(Expect({}, MakeOptions()).checksum, kNoChecksum);
-  EXPECT_FALSE(Expect(ToBytes("nonsense"), options).repeatable);
+  EXPECT_EQ(Expect(ToBytes("~**D2\r"), settings).reply, Expectation::Reply::none);
+  EXPECT_EQ(Expect({}, settings).checksum, kChecksum);
+  EXPECT_EQ(Expect({}, ReadSettings(MakeOptions())).checksum, kNoChecksum);
+  EXPECT_FALSE(Expect(ToBytes("nonsense"), settings).repeatable);
   EXPECT_EQ(expect("#").max_bytes, kMaxFrame);
   EXPECT_FALSE(expect("#").shapes.empty());
 }

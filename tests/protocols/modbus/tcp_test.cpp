@@ -176,8 +176,8 @@ TEST(ModbusTcpConversation, NoTwoDevicesOfAConnectionUseOneNumber) {
   const config::Device b = MakeServer(TwoBlocks(), "1");
   const Protocol& protocol = ModbusTcpProtocol();
   const auto bus = MakeBus(protocol);
-  const auto one = protocol.make_conversation(a, bus.get());
-  const auto other = protocol.make_conversation(b, bus.get());
+  const auto one = MakeConversation(protocol, a, bus.get());
+  const auto other = MakeConversation(protocol, b, bus.get());
   const auto asked = one->Ask(Poll(0), {});
   const auto also = other->Ask(Poll(0), {});
   ASSERT_TRUE(asked && also);

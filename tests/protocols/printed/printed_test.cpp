@@ -51,7 +51,7 @@ std::string Shown(const Reading& reading) {
 
 Answer Decode(const Protocol& protocol, Conversation& conversation, const Bytes& request,
               const Bytes& reply, const config::Options& options) {
-  Expectation expect = protocol.expect(request, options);
+  Expectation expect = protocol.expect(request, ParseOptions(protocol, options));
   if (expect.reply == Expectation::Reply::none) return {};
   const Bytes frame = CutFrame(protocol.reply_rule, std::move(expect), reply);
   if (!frame.empty()) return conversation.Interpret(request, frame);
@@ -77,7 +77,7 @@ TEST_P(Printed, IsUnderstood) {
       device.options.Set(name, *value);
     }
     const auto bus = MakeBus(*protocol);
-    const auto conversation = protocol->make_conversation(device, bus.get());
+    const auto conversation = MakeConversation(*protocol, device, bus.get());
     for (const PrintedExchange& exchange : part.exchanges) {
       ++exchanges;
       const Bytes request = OnWire(*protocol, exchange.request, device.options);

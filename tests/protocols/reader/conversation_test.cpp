@@ -18,7 +18,8 @@ class ReaderConversationTest : public ::testing::Test {
  protected:
   void Make(config::Device device) {
     device_ = std::move(device);
-    reader_ = std::make_unique<ReaderConversation>(device_);
+    reader_ = std::make_unique<ReaderConversation>(
+        device_, protocols::reader::ReadSettings(device_.options));
   }
   Answer Hear(const std::string& digits, Duration at) {
     return reader_->OnUnasked(TagFrame(digits), {Instant(at), kEpoch + at});

@@ -26,7 +26,7 @@ LawSubject Subject(const std::string& name, const config::Options& options,
   LawSubject subject;
   subject.name = name;
   subject.rule = reader::MessageRule;
-  subject.expect = reader::Expect({}, options);
+  subject.expect = reader::Expect({}, reader::ReadSettings(options));
   for (const std::string& frame : frames) subject.frames.push_back(ToBytes(frame));
   subject.garbage = [noise](std::mt19937& random) {
     Bytes bytes(random() % 40);
@@ -49,7 +49,8 @@ std::vector<LawSubject> Subjects() {
               "\r\n->0123456789AFxMOD\x80");
   LawSubject information = Subject(
       "Information", asked, {"\r\nMOD-RFID125-BOX\r\n>", "i\r\nMOD\r\nVer 1.3\r\n>"}, "abc 123");
-  information.expect = reader::Expect(reader::EncodeCommand(reader::Command::information), asked);
+  information.expect = reader::Expect(reader::EncodeCommand(reader::Command::information),
+                                      reader::ReadSettings(asked));
   information.found_behind_garbage = false;  // it would be the beginning of the text
   LawSubject marked = Subject("StartAndEnd", TextOptions("0x02", "0x03", 0),
                               {"\x02"
@@ -76,7 +77,7 @@ GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(ChecksumLaws);
 std::vector<std::string> CutBy(const config::Options& options, std::string_view stream,
                                Outcome* blame = nullptr) {
   Assembler assembler;
-  assembler.Begin(reader::MessageRule, reader::Expect({}, options));
+  assembler.Begin(reader::MessageRule, reader::Expect({}, reader::ReadSettings(options)));
   assembler.Feed(ToBytes(stream));
   std::vector<std::string> frames;
   while (auto frame = assembler.Next(false)) frames.emplace_back(AsText(*frame));
@@ -157,7 +158,7 @@ TEST(ReaderFrames, AnyStreamGivesTheSameHoweverItIsCut) {
     Outcome blame = Outcome::none;
     const Frames whole = CutBy(options, stream, &blame);
     Assembler assembler;
-    assembler.Begin(reader::MessageRule, reader::Expect({}, options));
+    assembler.Begin(reader::MessageRule, reader::Expect({}, reader::ReadSettings(options)));
     Frames cut;
     const auto take = [&](bool idle) {
       while (auto frame = assembler.Next(idle)) cut.emplace_back(AsText(*frame));
@@ -176,10 +177,11 @@ TEST(ReaderFrames, AnyStreamGivesTheSameHoweverItIsCut) {
 
 TEST(ReaderFrames, InformationEndsAtItsPromptOrWithSilenceBehindALine) {
   const auto cut = [](const std::string& text, bool idle) {
-    return reader::MessageRule(ToBytes(text),
-                               reader::Expect(reader::EncodeCommand(reader::Command::information),
-                                              config::DefaultOptions(ReaderProtocol())),
-                               idle);
+    return reader::MessageRule(
+        ToBytes(text),
+        reader::Expect(reader::EncodeCommand(reader::Command::information),
+                       reader::ReadSettings(config::DefaultOptions(ReaderProtocol()))),
+        idle);
   };
   const std::string whole = "\r\nMOD-RFID125-BOX\r\n>";
   EXPECT_EQ(cut(whole + "\r\n-", false).size, whole.size());

@@ -33,7 +33,7 @@ TEST(ReaderRecognise, SaysWhatIsOtherwiseThanConfigured) {
   for (const auto& row : rows) {
     const config::Device device =
         Reader({{"form", row.form}, {"start", row.start}, {"end", row.end}});
-    const auto found = Recognise({}, ToBytes(row.heard), device.options);
+    const auto found = Recognise({}, ToBytes(row.heard), ReadSettings(device.options));
     EXPECT_EQ(found ? found->cause : std::string(), row.cause) << row.heard;
     EXPECT_TRUE(!found || !found->remedy.empty());
   }

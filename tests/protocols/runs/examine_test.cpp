@@ -31,8 +31,9 @@ Bytes FromHex(const std::string& hex) { return ParseHex(hex).value(); }
 Finding Look(const Row& row) {
   const Setup& setup = row.line == "ModbusTcp" ? TcpLine() : RealLine(row.line);
   const config::Device device = LineOf(setup).devices[0];
+  const ParsedOptions options = ParseOptions(*setup.protocol, device.options);
   const Bytes request = FromHex(row.request);
-  const Expectation expect = setup.protocol->expect(request, device.options);
+  const Expectation expect = setup.protocol->expect(request, options);
   Bytes heard;
   std::vector<Arrival> arrivals;
   for (const Came& came : row.came) {
@@ -40,7 +41,7 @@ Finding Look(const Row& row) {
     Append(heard, FromHex(came.hex));
   }
   return Examine({.protocol = setup.protocol,
-                  .options = &device.options,
+                  .options = &options,
                   .request = request,
                   .expect = &expect,
                   .outcome = row.outcome,
@@ -251,8 +252,8 @@ TEST(Examine, ProtocolsRecogniseWhatIsNearlyTheirs) {
   for (const Words& row : rows) {
     const auto& setup = RealLine(row.line);
     const config::Device device = LineOf(setup).devices[0];
-    const auto found =
-        setup.protocol->recognise(ToBytes(row.request), ToBytes(row.heard), device.options);
+    const auto found = setup.protocol->recognise(ToBytes(row.request), ToBytes(row.heard),
+                                                 ParseOptions(*setup.protocol, device.options));
     EXPECT_EQ(found ? found->cause : std::string(), row.cause) << row.heard;
     EXPECT_TRUE(!found || !found->remedy.empty()) << row.heard;
   }
@@ -261,13 +262,14 @@ TEST(Examine, ProtocolsRecogniseWhatIsNearlyTheirs) {
 TEST(Examine, WhatComesBehindAPasswordIsNotQuoted) {
   const auto& setup = RealLine("Spa9600");
   const config::Device device = LineOf(setup).devices[0];
+  const ParsedOptions options = ParseOptions(*setup.protocol, device.options);
   const Bytes request = ToBytes(">1WV160:234:44\r");
-  const Expectation expect = setup.protocol->expect(request, device.options);
+  const Expectation expect = setup.protocol->expect(request, options);
   ASSERT_FALSE(expect.secrets.empty());
   const Bytes heard = ToBytes("password is wrong: 234\r\n");
   const Arrival arrivals[] = {{0, 20ms}};
   const Finding finding = Examine({.protocol = setup.protocol,
-                                   .options = &device.options,
+                                   .options = &options,
                                    .request = request,
                                    .expect = &expect,
                                    .outcome = Outcome::corrupt,
@@ -283,8 +285,8 @@ TEST(Examine, AChecksumThatIsNotConfigured) {
   const auto& setup = RealLine("Dcon9600");
   config::Device device = LineOf(setup).devices[0];
   device.options.Set("checksum", false);
-  const auto found =
-      setup.protocol->recognise(ToBytes("$01M\r"), ToBytes("!01MV110B7\r"), device.options);
+  const auto found = setup.protocol->recognise(ToBytes("$01M\r"), ToBytes("!01MV110B7\r"),
+                                               ParseOptions(*setup.protocol, device.options));
   ASSERT_TRUE(found);
   EXPECT_EQ(
       found->cause + ": " + found->remedy,

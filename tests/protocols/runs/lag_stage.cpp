@@ -165,7 +165,9 @@ bool LagStage::IsBeyondDetection(std::uint32_t device) {
   for (const Bytes& request : server_.requests()) {
     for (std::size_t at = 0; at < stream.size(); ++at) {
       Assembler assembler;
-      assembler.Begin(protocol.reply_rule, protocol.expect(request, line_.devices[device].options));
+      assembler.Begin(
+          protocol.reply_rule,
+          protocol.expect(request, ParseOptions(protocol, line_.devices[device].options)));
       assembler.Feed(View(stream).subspan(at));
       auto frame = assembler.Next(false);
       if (!frame) frame = assembler.Next(true);

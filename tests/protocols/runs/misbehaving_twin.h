@@ -156,7 +156,11 @@ class MisbehavingTwin : public ::testing::TestWithParam<Setup> {
   }
 
   bool CarriesAddress(View request) {
-    return !GetParam().protocol->expect(request, rig_.device(kTroubled).options).address.empty();
+    return !GetParam()
+                .protocol
+                ->expect(request,
+                         ParseOptions(*GetParam().protocol, rig_.device(kTroubled).options))
+                .address.empty();
   }
 
   void LookAt(View request, View reply) {

@@ -172,7 +172,7 @@ const Setup& RealLine(const std::string& name) {
 HeardReply Hear(const Protocol& protocol, const config::Options& options, View request,
                 View bytes) {
   Assembler assembler;
-  assembler.Begin(protocol.reply_rule, protocol.expect(request, options));
+  assembler.Begin(protocol.reply_rule, protocol.expect(request, ParseOptions(protocol, options)));
   assembler.Feed(bytes);
   HeardReply heard;
   heard.frame = assembler.Next(false);

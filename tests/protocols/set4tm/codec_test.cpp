@@ -82,10 +82,10 @@ TEST(Set4tmFrames, WorkedExamplesAreBuiltAndCutAsPrinted) {
   for (const Vector& vector : kVectors) {
     const Bytes request = MakeFrame(*ParseAddress(vector.address), Hex(vector.pdu));
     EXPECT_EQ(ToHex(request), vector.request);
-    EXPECT_EQ(CutFrame(Set4tmProtocol().request_rule, Expect({}, DefaultOptions()), request),
+    EXPECT_EQ(CutFrame(Set4tmProtocol().request_rule, Expect({}, DefaultSettings()), request),
               request);
     if (*vector.reply == '\0') continue;
-    EXPECT_EQ(ToHex(CutFrame(Set4tmProtocol().reply_rule, Expect(request, DefaultOptions()),
+    EXPECT_EQ(ToHex(CutFrame(Set4tmProtocol().reply_rule, Expect(request, DefaultSettings()),
                              Hex(vector.reply))),
               vector.reply);
   }
@@ -133,16 +133,16 @@ TEST(Set4tmLengths, WhatIsNotDocumentedHasNone) {
 }
 
 TEST(Set4tmExpect, HidesThePasswordAndKnowsWhatMayBeRepeated) {
-  const Expectation open = Expect(Hex("C8 01 30 30 30 30 30 30 03 D2"), DefaultOptions());
+  const Expectation open = Expect(Hex("C8 01 30 30 30 30 30 30 03 D2"), DefaultSettings());
   ASSERT_EQ(open.secrets.size(), 1U);
   EXPECT_EQ(open.secrets[0], (std::pair<std::size_t, std::size_t>{2, 8}));
   EXPECT_TRUE(open.repeatable);
   const Bytes extended = MakeFrame(ExtendedAddress(9020001), Hex("01 30 30 30 30 30 30"));
-  EXPECT_EQ(Expect(extended, DefaultOptions()).secrets[0].first, 6U);
-  EXPECT_FALSE(Expect(Hex("05 03 0B 00 0A 19 81"), DefaultOptions()).repeatable);
-  EXPECT_TRUE(Expect(Hex("05 08 00 66 01"), DefaultOptions()).repeatable);
+  EXPECT_EQ(Expect(extended, DefaultSettings()).secrets[0].first, 6U);
+  EXPECT_FALSE(Expect(Hex("05 03 0B 00 0A 19 81"), DefaultSettings()).repeatable);
+  EXPECT_TRUE(Expect(Hex("05 08 00 66 01"), DefaultSettings()).repeatable);
   const Bytes broadcast = MakeFrame(Hex("FE"), Hex("03 08 55 AA 33 CC"));
-  EXPECT_EQ(Expect(broadcast, DefaultOptions()).reply, Expectation::Reply::none);
+  EXPECT_EQ(Expect(broadcast, DefaultSettings()).reply, Expectation::Reply::none);
 }
 
 TEST(Set4tmProtocolTest, DescriptorIsComplete) {

@@ -35,7 +35,7 @@ TEST(Set4tmAddressing, RepliesOfOtherMetersAreUnexpected) {
     config::Device device = MakeDevice(address, {MakePoint("08 05 u8@1")});
     device.options.Set("serial_number", serial);
     MeterBus bus;
-    MeterConversation conversation(device, bus);
+    MeterConversation conversation(device, ReadSettings(device.options), bus);
     const Bytes request = MakeFrame(*ParseAddress(address), Hex("08 05"));
     return conversation.Interpret(request, MakeFrame(replier, Hex("00 07"))).outcome;
   };
@@ -53,7 +53,7 @@ TEST(Set4tmAddressing, RepliesOfOtherMetersAreUnexpected) {
 TEST(Set4tmCheck, AFrameBeforeAZeroMayAnswerWhoAwaitsOneByteMore) {
   const config::Device device = MakeDevice("200", {MakePoint("08 05 u8@1")});
   MeterBus bus;
-  const MeterConversation conversation(device, bus);
+  const MeterConversation conversation(device, ReadSettings(device.options), bus);
   const Bytes two = Hex("C8 03 09 30 C8");
   const auto check = [&](const char* pdu) {
     return conversation.Check(MakeFrame(Bytes{0xC8}, Hex(pdu)), two);
@@ -84,7 +84,7 @@ TEST(Set4tmAddressing, ASwappedMeterServesNoValues) {
 TEST(Set4tmFrames, WrongDataLengthIsUnexpected) {
   config::Device device = MakeDevice("5", {MakePoint("08 05 u8@1")});
   MeterBus bus;
-  MeterConversation conversation(device, bus);
+  MeterConversation conversation(device, ReadSettings(device.options), bus);
   const Bytes request = MakeFrame(Hex("05"), Hex("08 05"));
   const Answer answer = conversation.Interpret(request, MakeFrame(Hex("05"), Hex("00 07 00")));
   EXPECT_EQ(answer.outcome, Outcome::unexpected);

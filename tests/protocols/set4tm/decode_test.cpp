@@ -20,7 +20,7 @@ using config::Type;
 TEST(Set4tmDecode, ValuesWithoutAPointCarryALabel) {
   config::Device device = MakeDevice("5", {});
   MeterBus bus;
-  MeterConversation conversation(device, bus);
+  MeterConversation conversation(device, ReadSettings(device.options), bus);
   const Answer answer =
       conversation.Interpret(Hex("05 05 00 02 91 28"), Hex("05 00 00 27 11 00 00 00 00 00 00 13 89 "
                                                            "00 00 00 65 67 40"));
@@ -46,7 +46,7 @@ TEST(Set4tmDecode, RandomRepliesGiveFiniteValuesOrNone) {
   }
   config::Device device = MakeDevice("5", points);
   MeterBus bus;
-  MeterConversation conversation(device, bus);
+  MeterConversation conversation(device, ReadSettings(device.options), bus);
   for (int round = 0; round < 20'000; ++round) {
     const Bytes pdu = ParseField(points[random() % points.size()].read)->pdu;
     Bytes body(random() % 8 == 0 ? random() % 20 + 1 : *LengthOfData(pdu));

@@ -39,7 +39,7 @@ TEST(Set4tmEnergy, WithoutTheVariantOnlyTheRawCountIsServed) {
 TEST(Set4tmDecode, LearnsConstantsFromTheCapture) {
   config::Device device = MakeDevice("5", {MakePoint("05 00 02 energy@0")});
   MeterBus bus;
-  MeterConversation conversation(device, bus);
+  MeterConversation conversation(device, ReadSettings(device.options), bus);
   const Bytes request = Hex("05 05 00 02 91 28");
   const Bytes reply = Hex("05 00 00 27 11 00 00 00 00 00 00 13 89 00 00 00 65 67 40");
   EXPECT_FALSE(HasValue(conversation.Interpret(request, reply).readings.at(0).value));

@@ -37,14 +37,14 @@ TEST(Set4tmKs, AnyOneBitTurnedIsFound) {
 }
 
 TEST(Set4tmKs, HidesThePasswordAndItsChecksum) {
-  const Expectation expect =
-      Expect(MakeFrame(Hex("05"), Hex("01 30 30 30 30 30 31"), Checksum::ks), WithKs());
+  const Expectation expect = Expect(MakeFrame(Hex("05"), Hex("01 30 30 30 30 30 31"), Checksum::ks),
+                                    ReadSettings(WithKs()));
   ASSERT_EQ(expect.secrets.size(), 1U);
   EXPECT_EQ(expect.secrets[0], (std::pair<std::size_t, std::size_t>{2, 7}));
 }
 
 TEST(Set4tmKs, AStatusIsThreeBytesAndWaitsForSilence) {
-  const Expectation expect = Expect(Hex("05 08 00 F2"), WithKs());
+  const Expectation expect = Expect(Hex("05 08 00 F2"), ReadSettings(WithKs()));
   const Bytes status = Hex("05 05 FF");
   EXPECT_EQ(ReplyRule(status, expect, false).kind, Cut::Kind::need_more);
   EXPECT_EQ(ReplyRule(status, expect, true).size, 3U);

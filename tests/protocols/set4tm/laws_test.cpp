@@ -36,7 +36,7 @@ LawSubject Replies(std::string name, std::string_view request, std::vector<Bytes
   LawSubject subject;
   subject.name = std::move(name);
   subject.rule = protocols::set4tm::ReplyRule;
-  subject.expect = protocols::set4tm::Expect(Hex(request), protocols::set4tm::DefaultOptions());
+  subject.expect = protocols::set4tm::Expect(Hex(request), protocols::set4tm::DefaultSettings());
   subject.frames = std::move(frames);
   subject.garbage = ForeignReplies;
   return subject;
@@ -47,7 +47,7 @@ std::vector<LawSubject> Subjects() {
   LawSubject requests;
   requests.name = "Requests";
   requests.rule = protocols::set4tm::RequestRule;
-  requests.expect = protocols::set4tm::Expect({}, protocols::set4tm::DefaultOptions());
+  requests.expect = protocols::set4tm::Expect({}, protocols::set4tm::DefaultSettings());
   requests.frames = {Hex("01 00 00 20"),
                      Hex("C8 01 30 30 30 30 30 30 03 D2"),
                      Hex("C8 08 1B 00 11 77 BB"),
@@ -81,7 +81,7 @@ std::vector<LawSubject> Subjects() {
   LawSubject old;
   old.name = "Ks";
   old.rule = protocols::set4tm::ReplyRule;
-  old.expect = protocols::set4tm::Expect(Hex("05 08 00 F2"), ks);
+  old.expect = protocols::set4tm::Expect(Hex("05 08 00 F2"), protocols::set4tm::ReadSettings(ks));
   old.frames = {Hex("05 00 89 A2 61 06 09 02 BD"), Hex("05 05 FF")};
   old.garbage = ForeignReplies;
   old.found_behind_garbage = false;
@@ -97,7 +97,7 @@ INSTANTIATE_TEST_SUITE_P(Set4tm, GarbageLaws, ValuesIn(FoundBehindGarbage(Subjec
 
 Expectation AwaitFloat() {
   return protocols::set4tm::Expect(Hex("C8 08 1B 00 11 77 BB"),
-                                   protocols::set4tm::DefaultOptions());
+                                   protocols::set4tm::DefaultSettings());
 }
 
 TEST(Set4tmReplyRule, StatusInPlaceOfDataWaitsForSilence) {
@@ -110,7 +110,7 @@ TEST(Set4tmReplyRule, StatusInPlaceOfDataWaitsForSilence) {
 
 TEST(Set4tmReplyRule, StatusToAWriteIsWholeAtOnce) {
   const Expectation expect = protocols::set4tm::Expect(Hex("05 01 30 30 30 30 30 30 CE 1B"),
-                                                       protocols::set4tm::DefaultOptions());
+                                                       protocols::set4tm::DefaultSettings());
   EXPECT_EQ(protocols::set4tm::ReplyRule(Hex("05 00 02 E0"), expect, false).size, 4U);
 }
 
@@ -149,7 +149,7 @@ TEST(Set4tmReplyRule, DamageIsCorruptAndACutReplyIsPartial) {
 
 TEST(Set4tmRequestRule, UnlistedCodesAreWholeBeforeSilence) {
   const Bytes request = protocols::set4tm::MakeFrame(Bytes{5}, Hex("08 7F 01"));
-  const Expectation expect = protocols::set4tm::Expect({}, protocols::set4tm::DefaultOptions());
+  const Expectation expect = protocols::set4tm::Expect({}, protocols::set4tm::DefaultSettings());
   EXPECT_EQ(protocols::set4tm::RequestRule(request, expect, false).kind, Cut::Kind::need_more);
   EXPECT_EQ(protocols::set4tm::RequestRule(request, expect, true).size, request.size());
 }

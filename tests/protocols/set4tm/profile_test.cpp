@@ -87,9 +87,9 @@ TEST(Set4tmProfileLayout, FastBlockIsContiguousAndTakesFewRequests) {
   const auto fast = [](const MeterConversation& conversation) {
     return std::ranges::count(conversation.Queries(), config::Group::fast, &Query::group);
   };
-  EXPECT_EQ(fast(MeterConversation(device, bus)), 8);
+  EXPECT_EQ(fast(MeterConversation(device, ReadSettings(device.options), bus)), 8);
   device.options.Set("snapshot", std::string("true"));
-  EXPECT_EQ(fast(MeterConversation(device, bus)), 2);
+  EXPECT_EQ(fast(MeterConversation(device, ReadSettings(device.options), bus)), 2);
 }
 
 }  // namespace

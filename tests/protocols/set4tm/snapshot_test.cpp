@@ -59,7 +59,7 @@ TEST(Set4tmSnapshotRead, NeverAsksForMoreThan23Values) {
   }
   device.options.Set("snapshot", std::string("true"));
   MeterBus bus;
-  const MeterConversation conversation(device, bus);
+  const MeterConversation conversation(device, ReadSettings(device.options), bus);
   ASSERT_EQ(conversation.Queries().size(), 2U);
   EXPECT_EQ(conversation.Queries()[0].points.size(), 23U);
   EXPECT_EQ(conversation.Queries()[1].points.size(), 1U);

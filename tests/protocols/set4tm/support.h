@@ -24,6 +24,7 @@ inline constexpr std::uint32_t kMeter = 9020001;
 inline Bytes Hex(std::string_view text) { return *ParseHex(text); }
 
 inline config::Options DefaultOptions() { return OptionsOf(Set4tmProtocol()); }
+inline Settings DefaultSettings() { return ReadSettings(DefaultOptions()); }
 
 inline config::Point MakePoint(const std::string& read, config::Group group = config::Group::fast,
                                config::Type type = config::Type::float64) {

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/set4tm/twin.h"
 
+#include <memory>
+
 #include "protocols/set4tm/codec.h"
 #include "tests/protocols/set4tm/support.h"
 
@@ -30,7 +32,7 @@ class Set4tmTwin : public ::testing::Test {
   }
 
   std::string Ask(std::string_view address, std::string_view pdu) {
-    return ToHex(twin_.Answer(MakeFrame(Hex(address), Hex(pdu)), now_));
+    return ToHex(twin_->Answer(MakeFrame(Hex(address), Hex(pdu)), now_));
   }
   std::string Frame(std::string_view address, std::string_view body) {
     return ToHex(MakeFrame(Hex(address), Hex(body)));
@@ -39,14 +41,14 @@ class Set4tmTwin : public ::testing::Test {
 
   config::Device device_;
   FixedValues values_;
-  MeterTwin twin_{device_, values_};
+  std::unique_ptr<MeterTwin> twin_ = std::make_unique<MeterTwin>(device_, values_);
   Instant now_{std::chrono::hours(1)};
 };
 
 TEST_F(Set4tmTwin, IsSilentToDamageAndToOthers) {
   Bytes damaged = Hex("05 08 00 66 01");
   damaged[1] ^= 1;
-  EXPECT_TRUE(twin_.Answer(damaged, now_).empty());
+  EXPECT_TRUE(twin_->Answer(damaged, now_).empty());
   EXPECT_EQ(Ask("06", "00"), "");
   EXPECT_EQ(Ask("FE", "03 08 55 AA 33 CC"), "");
   EXPECT_EQ(Ask("FC 00 89 A2 62", "00"), "");
@@ -58,21 +60,22 @@ TEST_F(Set4tmTwin, IsSilentToDamageAndToOthers) {
 TEST_F(Set4tmTwin, IsNotCorrectedAcrossAnHourOfItsOwnZone) {
   // 10:00:04 UTC is 15:45:04 there.
   device_.options.Set("time_zone", std::string("+05:45"));
+  twin_ = std::make_unique<MeterTwin>(device_, values_);
   const auto day = std::chrono::sys_days(std::chrono::year(2026) / 1 / 27);
-  twin_.SetClock({now_, WallTime(day) + 10h + 4s});
+  twin_->SetClock({now_, WallTime(day) + 10h + 4s});
   Open();
   EXPECT_EQ(Ask("05", "03 0B FF C4"), Frame("05", "00")) << "a minute back, over an hour of UTC";
   EXPECT_EQ(Ask("05", "03 0B FF C4"), Frame("05", "04")) << "once a day";
-  twin_.SetClock({now_, WallTime(day) + 24h + 10h + 15min + 4s + 60s});
+  twin_->SetClock({now_, WallTime(day) + 24h + 10h + 15min + 4s + 60s});
   EXPECT_EQ(Ask("05", "03 0B FF C4"), Frame("05", "01")) << "over one of its own";
 }
 
 TEST_F(Set4tmTwin, RepliesUnderAnotherAddressWhenToldSo) {
-  twin_.ReplyAs("6");
+  twin_->ReplyAs("6");
   EXPECT_EQ(Ask("05", "00"), Frame("06", "00"));
   EXPECT_EQ(Ask("FC 00 89 A2 61", "00"), Frame("06", "00"));
   EXPECT_EQ(Ask("06", "00"), "") << "it is still called 5";
-  twin_.ReplyAs("sn:1");
+  twin_->ReplyAs("sn:1");
   EXPECT_EQ(Ask("05", "00"), Frame("FC 00 00 00 01", "00"));
 }
 

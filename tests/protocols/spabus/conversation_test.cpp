@@ -287,7 +287,7 @@ TEST(SpaConversation, AHugeRangeInACaptureCostsNothing) {
 }
 
 Expectation Expected(const std::string& request) {
-  return Expect(ToBytes(request), OptionsOf(SpabusProtocol()));
+  return Expect(ToBytes(request), ReadSettings(OptionsOf(SpabusProtocol())));
 }
 
 TEST(SpaExpectation, FollowsFromTheRequest) {

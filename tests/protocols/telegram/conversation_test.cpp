@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 
+#include "protocols/telegram/description.h"
+#include "protocols/telegram/expect.h"
 #include "tests/protocols/telegram/support.h"
 
 namespace baudgate::protocols::telegram {
@@ -160,7 +162,7 @@ TEST(TelegramWrites, AreSentOnceAndHaveNoRoomForOtherBytes) {
 
 TEST(TelegramSecrets, ThePasswordIsMaskedWhereverItStands) {
   const config::Device device = Meter();
-  const Expectation expect = TelegramProtocol().expect(ToBytes(kLogin), device.options);
+  const Expectation expect = Expect(ToBytes(kLogin), ReadSettings(device.options));
   ASSERT_EQ(expect.secrets.size(), 1U);
   EXPECT_EQ(kLogin.substr(expect.secrets[0].first, expect.secrets[0].second), "S3CRET  ");
   config::Device wrong = Described(kMeter, {{"password", std::string("TOOLONGAPASSWORD")}});

@@ -88,10 +88,11 @@ void AddSubjects(const std::string& name, const config::Device& device,
     if (telegram.receive.empty()) continue;
     std::string what = telegram.name;
     std::erase(what, '_');
-    add("To" + what, Expect(telegram.example.send, device.options), {telegram.example.receive});
+    add("To" + what, Expect(telegram.example.send, ReadSettings(device.options)),
+        {telegram.example.receive});
   }
-  if (!sent.empty()) add("Requests", Expect({}, device.options), sent);
-  if (!unasked.empty()) add("Unasked", ExpectUnasked(device.options), unasked);
+  if (!sent.empty()) add("Requests", Expect({}, ReadSettings(device.options)), sent);
+  if (!unasked.empty()) add("Unasked", ExpectUnasked(ReadSettings(device.options)), unasked);
 }
 
 std::vector<LawSubject> Subjects() {

@@ -48,13 +48,14 @@ inline config::Device ShippedDevice(const Protocol& protocol, const std::string&
 inline Answer AnswerTo(const Protocol& protocol, const config::Device& device, View request,
                        View stream) {
   Assembler assembler;
-  assembler.Begin(protocol.reply_rule, protocol.expect(request, device.options));
+  assembler.Begin(protocol.reply_rule,
+                  protocol.expect(request, ParseOptions(protocol, device.options)));
   assembler.Feed(stream);
   auto frame = assembler.Next(false);
   if (!frame) frame = assembler.Next(true);
   if (!frame) return {assembler.blame()};
   const auto bus = MakeBus(protocol);
-  return protocol.make_conversation(device, bus.get())->Interpret(request, *frame);
+  return MakeConversation(protocol, device, bus.get())->Interpret(request, *frame);
 }
 
 /// "weight 100 good; unit g good" of the points that were read.
