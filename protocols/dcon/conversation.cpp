@@ -1,18 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/dcon/conversation.h"
 
-#include <algorithm>
-#include <array>
 #include <utility>
 
-#include "gateway/base/text.h"
-#include "protocols/dcon/expect.h"
+#include "protocols/dcon/codec.h"
 
 namespace baudgate::protocols::dcon {
 namespace {
-
-/// In one task; beside them come two broadcasts and, of a counter, three reads.
-constexpr int kMostQuestions = kMostSteps - 5;
 
 /// How often a count is read once more in one poll.
 constexpr int MostCounts(Totals::Again why) {
@@ -29,93 +23,63 @@ DconConversation::DconConversation(const config::Device& device, const Settings&
                                    DconBus& bus)
     : device_(device),
       settings_(settings),
-      other_mode_(settings_),
-      address_(ParseAddress(device.address).value()),
+      enabled_(settings.enabled),
       group_(bus.Of(settings_.checksum)),
-      plan_({.may_join = {}, .refusals = 3}),
+      places_(device, settings_),
+      plan_(MakePlan(device, places_)),
       identification_(device, settings_),
-      sampling_(group_, device.poll) {
-  other_mode_.checksum = !settings_.checksum;
-  PlanReads();
-  probing_.emplace(settings_, reads_, plan_, ExpectedChannels("#"));
-  totals_.emplace(settings_, reads_);
-}
-
-void DconConversation::PlanReads() {
-  for (std::size_t i = 0; i < device_.points.size(); ++i) {
-    const config::Point& point = device_.points[i];
-    // check_point has told the user of what cannot be parsed.
-    const auto write = ParseWrite(point.write);
-    const bool written = point.access != config::Access::read && write;
-    writes_.push_back(written ? std::optional(*write) : std::nullopt);
-    reads_.emplace_back();
-    const auto read = ParseRead(point.read);
-    if (point.access != config::Access::write && read) {
-      reads_.back() = *read;
-      plan_.Add(point.group, i, {read->command, read->form});
-    }
-    outputs_.push_back(GroupOf(reads_.back(), writes_.back(), settings_));
-  }
-  plan_.Make();
-}
-
-Request DconConversation::MakeBroadcast(std::string_view text) const {
-  Request request;
-  request.bytes = BuildBroadcast(text, settings_.checksum);
-  request.expect = Expect(request.bytes, settings_);
-  request.prepares = true;
-  return request;
-}
-
-Request DconConversation::MakeRequest(std::string_view command) const {
-  Request request;
-  request.bytes = BuildRequest(command, address_, settings_.checksum);
-  request.expect = Expect(request.bytes, settings_);
-  return request;
-}
-
-Request DconConversation::MakeQuestion(const Identification::Question& question) const {
-  const Settings& settings = question.other_mode ? other_mode_ : settings_;
-  Request request;
-  request.bytes = BuildRequest(question.command, address_, settings.checksum);
-  request.expect = Expect(request.bytes, settings);
-  // A module that does not know it is silent: the next question comes sooner.
-  request.expect.repeatable = false;
-  return request;
-}
-
-bool DconConversation::IsInOtherMode(View request) const {
-  return settings_.identify &&
-         std::ranges::any_of(std::array{kAskName, kAskType}, [&](const char* command) {
-           return std::ranges::equal(MakeQuestion({command, true}).bytes, request);
-         });
-}
+      requests_(ParseAddress(device.address).value(), settings_),
+      questions_(identification_),
+      probing_(settings_, places_.reads, plan_, places_.ChannelsOf("#", settings_)),
+      totals_(settings_, places_.reads),
+      reader_(settings_, requests_, places_, identification_, !totals_.empty()),
+      writes_(device, places_),
+      sampling_(group_, device.poll) {}
 
 std::span<const Query> DconConversation::Queries() const {
   if (identification_.trouble()) return {&kWhatIsIt, 1};
   return plan_.queries();
 }
 
-/// What the task wants to send once it is known which module answers.
 std::string DconConversation::CommandOf(const Task& task) const {
   if (task.kind == Task::Kind::write) return device_.points[task.point].write;
   if (identification_.trouble()) return kAskType;
   return plan_.block(task.query).key.command;
 }
 
+Outcome DconConversation::Check(View request, View frame) const {
+  const auto exchanged = reader_.Read(request, frame);
+  return exchanged ? exchanged->reply.outcome : Outcome::corrupt;
+}
+
+// ---------------------------------------------------------------- what is asked
+
 Result<Request> DconConversation::Ask(const Task& task, Instant now) {
-  question_.reset();
-  if (IsHostDue(now)) return MakeBroadcast(kHostIsThere);
+  questions_.SetAsked(std::nullopt);
+  if (IsHostDue(now)) return requests_.Broadcast(kHostIsThere);
   if (task.kind == Task::Kind::probe) return AskProbe();
-  if (task.kind == Task::Kind::poll && anew_) return AskAnew();
+  if (task.kind == Task::Kind::poll && questions_.anew()) {
+    // It has answered that before: silence is repeated, and then fails the task as any other.
+    Request request = AskQuestion(*questions_.anew());
+    request.expect.repeatable = true;
+    return request;
+  }
   const std::string command = CommandOf(task);
-  question_ = identification_.Next(command);
-  if (question_) return MakeQuestion(*question_);
-  questions_ = 0;
+  if (const auto question = questions_.Before(command)) return requests_.Question(*question);
   if (!identification_.Allows(command)) {
     return Error{trouble() ? trouble().text : "the module has not said in which mode it is"};
   }
-  return task.kind == Task::Kind::write ? AskWrite(task, now) : AskRead(command, now);
+  if (task.kind != Task::Kind::write) return AskRead(command, now);
+  const auto step = writes_.Next(task, now);
+  if (!step) return Error{step.error()};
+  Request request = requests_.Own(step->command);
+  request.prepares = step->prepares;
+  return request;
+}
+
+Request DconConversation::AskQuestion(const Identification::Question& question) {
+  questions_.SetAsked(question);
+  return requests_.Question(question);
 }
 
 bool DconConversation::IsHostDue(Instant now) const {
@@ -126,76 +90,96 @@ bool DconConversation::IsHostDue(Instant now) const {
 /// No module waits for the host because another one is silent.
 std::optional<Request> DconConversation::Instead(const Request& request, Outcome, Instant now) {
   if (!request.expect.repeatable || !IsHostDue(now)) return std::nullopt;
-  return MakeBroadcast(kHostIsThere);
+  return requests_.Broadcast(kHostIsThere);
 }
 
-/// It has answered that before, so that silence is repeated, and then fails the task as any other.
-Request DconConversation::AskAnew() {
-  question_ = anew_;
-  Request request = MakeQuestion(*question_);
-  request.expect.repeatable = true;
-  return request;
-}
-
-Result<Request> DconConversation::AskRead(const std::string& command, Instant now) {
-  certain_.reset();
-  if (totals_->WantsRestart(command) && identification_.Allows(kAskRestart)) {
-    question_ = Identification::Question{kAskRestart, false};
-    return MakeQuestion(*question_);
+Request DconConversation::AskRead(const std::string& command, Instant now) {
+  writes_.OnOther();
+  if (totals_.WantsRestart(command) && identification_.Allows(kAskRestart)) {
+    return AskQuestion({kAskRestart, false});
   }
   if (command == kAskSample) {
-    if (sampling_.WantsNew(now)) return MakeBroadcast(kTakeSample);
+    if (sampling_.WantsNew(now)) return requests_.Broadcast(kTakeSample);
     sampling_.OnAsked();
   }
-  return MakeRequest(command);
+  return requests_.Own(command);
 }
 
 Request DconConversation::AskProbe() {
-  certain_.reset();
-  if (probing_->IsInOtherMode()) {
-    question_ = Identification::Question{kAskName, true};
-    return MakeQuestion(*question_);
-  }
-  const std::string command = probing_->Command(identification_);
-  Request request = MakeRequest(command);
+  writes_.OnOther();
+  if (probing_.IsInOtherMode()) return AskQuestion({kAskName, true});
+  const std::string command = probing_.Command(identification_);
+  Request request = requests_.Own(command);
   request.steady = command == kAskName;
-  request.distinct = probing_->IsOwn(command);
+  request.distinct = probing_.IsOwn(command);
   return request;
 }
 
-/// The first query that sends the command; queries().size(): none does.
-std::size_t DconConversation::QueryOf(std::string_view command) const {
-  std::size_t query = 0;
-  while (query < plan_.queries().size() && plan_.block(query).key.command != command) ++query;
-  return query;
+Then DconConversation::OnSent(const Task&, const Request& request, Instant now) {
+  if (request.bytes == requests_.Broadcast(kHostIsThere).bytes) {
+    group_.told_at = now;
+  } else {
+    sampling_.OnSampled(now);
+  }
+  return Then::ask_again;
 }
+
+// ---------------------------------------------------------------- what comes
 
 Answer DconConversation::OnFrame(const Task& task, const Request& request, View frame,
                                  Instant now) {
-  const auto exchanged = Decode(request.bytes, frame);
+  const auto exchanged = reader_.Read(request.bytes, frame);
   if (!exchanged) return Interpret(request.bytes, frame);
   const bool was_in_trouble = static_cast<bool>(trouble());
   // A probe is repeated without being asked for anew.
-  if (!question_ && IsInOtherMode(request.bytes)) question_ = {kAskName, true};
-  Answer answer =
-      question_ ? OnIdentified(task, *exchanged, now) : OnAnswered(task, *exchanged, now);
+  if (!questions_.asked() && requests_.IsInOtherMode(request.bytes)) {
+    questions_.SetAsked(Identification::Question{kAskName, true});
+  }
+  Answer answer = questions_.asked()               ? TakeQuestion(task, *exchanged, now)
+                  : task.kind == Task::Kind::write ? TakeWritten(task, *exchanged, now)
+                                                   : TakeRead(task, *exchanged, now);
   if (was_in_trouble != static_cast<bool>(trouble())) answer.then = Then::replan;
   return answer;
 }
 
-Answer DconConversation::OnAnswered(const Task& task, const Exchanged& exchanged, Instant now) {
-  if (task.kind == Task::Kind::write) return OnWritten(task, exchanged, now);
-  Answer answer = ReadingsOf(exchanged);
+/// The task goes on, unless the module is another one.
+Answer DconConversation::TakeQuestion(const Task& task, const Exchanged& exchanged, Instant now) {
+  Learn(*questions_.TakeAsked(), exchanged.reply);
+  probing_.OnPolled();
+  Answer answer;
+  if (questions_.anew()) {
+    answer.then = questions_.AfterRead(CommandOf(task), now);
+  } else if (task.kind != Task::Kind::probe) {
+    answer.then = questions_.AfterQuestion(CommandOf(task));
+  }
+  return answer;
+}
+
+Answer DconConversation::TakeWritten(const Task& task, const Exchanged& exchanged, Instant now) {
+  Answer answer = writes_.Take(task, exchanged, reader_.ReadingsOf(exchanged), now);
   const std::string& command = exchanged.command.text;
-  if (command == kAskSample && task.kind == Task::Kind::poll) TakeSample(exchanged, answer);
-  if (task.kind == Task::Kind::probe) totals_->Leave(answer);
+  const bool clears = places_.IsSetting(command) && command.size() == 3 &&
+                      (command.starts_with("$6") || command.starts_with("$C"));
+  if (answer.outcome == Outcome::ok && clears) totals_.OnCleared("#" + command.substr(2));
+  return answer;
+}
+
+Answer DconConversation::TakeRead(const Task& task, const Exchanged& exchanged, Instant now) {
+  const bool polled = task.kind == Task::Kind::poll;
+  const std::string& command = exchanged.command.text;
+  Answer answer = reader_.ReadingsOf(exchanged);
+  if (command == kAskSample && polled) TakeSample(exchanged, answer);
+  if (task.kind == Task::Kind::probe) totals_.Leave(answer);
   const auto again =
-      answer.outcome == Outcome::ok ? totals_->Take(command, answer, now) : Totals::Again::no;
-  answer = AfterRead(task, exchanged, std::move(answer));
-  const bool counts_again = task.kind == Task::Kind::poll && counted_again_ < MostCounts(again);
+      answer.outcome == Outcome::ok ? totals_.Take(command, answer, now) : Totals::Again::no;
+  if (ProvesLife(answer.outcome)) {
+    LearnModule(task, exchanged, answer);
+    LearnPlan(exchanged, answer);
+  }
+  const bool counts_again = polled && counted_again_ < MostCounts(again);
   counted_again_ = counts_again ? counted_again_ + 1 : 0;
-  if (answer.then != Then::done || task.kind != Task::Kind::poll) return answer;
-  answer.then = counts_again ? Then::ask_again : AfterPoll(command, now);
+  if (answer.then != Then::done || !polled) return answer;
+  answer.then = counts_again ? Then::ask_again : questions_.AfterRead(command, now);
   return answer;
 }
 
@@ -208,67 +192,34 @@ void DconConversation::TakeSample(const Exchanged& exchanged, Answer& answer) {
   }
 }
 
-Then DconConversation::OnSent(const Task&, const Request& request, Instant now) {
-  if (request.bytes == MakeBroadcast(kHostIsThere).bytes) {
-    group_.told_at = now;
-  } else {
-    sampling_.OnSampled(now);
-  }
-  return Then::ask_again;
-}
-
-std::string DconConversation::WhatIsLearned() const {
-  if (!sampling_.IsOvertaken()) return {};
-  return "its samples ($4) are overtaken by those of other modules: modules that are read together "
-         "need the same poll";
-}
-
-/// A question was answered; the task goes on, unless the module is another one.
-Answer DconConversation::OnIdentified(const Task& task, const Exchanged& exchanged, Instant now) {
-  Learn(*std::exchange(question_, std::nullopt), exchanged.reply);
-  probing_->OnPolled();
-  Answer answer;
-  answer.then = anew_ ? AfterPoll(CommandOf(task), now) : AfterQuestion(task);
-  return answer;
-}
-
-/// What is due is asked anew behind the read and not before it: the replies to these questions say
-/// whose they are, and of a task only the first request waits for the proof that its reply needs.
-Then DconConversation::AfterPoll(const std::string& command, Instant now) {
-  anew_.reset();
-  if (questions_ < kMostQuestions) anew_ = identification_.NextAnew(command, now);
-  questions_ = anew_ ? questions_ + 1 : 0;
-  return anew_ ? Then::ask_again : Then::done;
-}
-
-Then DconConversation::AfterQuestion(const Task& task) {
-  if (task.kind == Task::Kind::probe) return Then::done;
-  const std::string command = CommandOf(task);
-  const bool goes_on = !identification_.is_done() || identification_.Allows(command);
-  // A task has few exchanges: the next poll goes on with the questions, at once.
-  const bool enough = ++questions_ >= kMostQuestions && goes_on && identification_.Next(command);
-  if (goes_on && !enough) return Then::ask_again;
-  questions_ = 0;
-  return enough ? Then::replan : Then::done;
-}
-
-/// What the answer to a poll or probe changes in the session.
-Answer DconConversation::AfterRead(const Task& task, const Exchanged& exchanged, Answer answer) {
-  const Command& command = exchanged.command;
-  if (!ProvesLife(answer.outcome)) return answer;
+void DconConversation::LearnModule(const Task& task, const Exchanged& exchanged,
+                                   const Answer& answer) {
+  const std::string& command = exchanged.command.text;
   identification_.OnPolled();
   if (exchanged.reply.more_enabled) identification_.AskMaskAgain();
   if (task.kind == Task::Kind::probe) {
-    probing_->OnAnswered(command.text);
+    probing_.OnAnswered(command);
   } else {
-    probing_->OnPolled();
+    probing_.OnPolled();
   }
-  const bool digital = exchanged.reply.form == Form::bits || exchanged.reply.form == Form::status;
-  const auto* word = answer.outcome == Outcome::ok && digital
-                         ? std::get_if<std::uint64_t>(&exchanged.reply.fields.front().value)
-                         : nullptr;
-  if (word != nullptr) words_[command.text] = *word;
-  const std::size_t query = QueryOf(command.text);
+  const Form form = exchanged.reply.form;
+  if (answer.outcome == Outcome::ok && (form == Form::bits || form == Form::status)) {
+    const auto* word = std::get_if<std::uint64_t>(&exchanged.reply.fields.front().value);
+    if (word != nullptr) writes_.OnWord(command, *word);
+  }
+  // What was polled may be what else would be asked: type and channel mask.
+  const bool mask = command == kAskMask && form == Form::hex;
+  if (settings_.identify && (command == kAskType || mask)) {
+    Learn({mask ? kAskMask : kAskType, false}, exchanged.reply);
+  }
+}
+
+void DconConversation::LearnPlan(const Exchanged& exchanged, Answer& answer) {
+  std::size_t query = 0;  // the first that sends the command; behind the last: none does
+  while (query < plan_.queries().size() &&
+         plan_.block(query).key.command != exchanged.command.text) {
+    ++query;
+  }
   PlanChange change = PlanChange::nothing;
   if (answer.outcome == Outcome::ok) change = plan_.OnAnswered(query);
   if (answer.outcome == Outcome::unsupported) {
@@ -280,12 +231,6 @@ Answer DconConversation::AfterRead(const Task& task, const Exchanged& exchanged,
     answer.readings.push_back({point, {}, {Quality::bad_configuration, Reason::not_fitted}, {}});
   }
   if (change != PlanChange::nothing) answer.then = Then::replan;
-  // What was polled may be what else would be asked: type and channel mask.
-  const bool mask = command.text == kAskMask && exchanged.reply.form == Form::hex;
-  if (settings_.identify && (command.text == kAskType || mask)) {
-    Learn({mask ? kAskMask : kAskType, false}, exchanged.reply);
-  }
-  return answer;
 }
 
 void DconConversation::Learn(const Identification::Question& question, const DecodedReply& reply) {
@@ -293,58 +238,70 @@ void DconConversation::Learn(const Identification::Question& question, const Dec
     const auto* flag = reply.outcome == Outcome::ok && !reply.fields.empty()
                            ? std::get_if<std::uint64_t>(&reply.fields.front().value)
                            : nullptr;
-    return totals_->OnRestart(flag != nullptr ? std::optional(*flag != 0) : std::nullopt);
+    return totals_.OnRestart(flag != nullptr ? std::optional(*flag != 0) : std::nullopt);
   }
   identification_.OnAnswer(question, reply);
-  settings_.enabled = identification_.mask().value_or(ReadSettings(device_.options).enabled);
+  settings_.enabled = identification_.mask().value_or(enabled_);
 }
+
+// ---------------------------------------------------------------- what does not come
 
 Then DconConversation::OnFailure(const Task& task, const Request& request, Outcome outcome,
                                  Instant) {
   const bool silent = outcome == Outcome::no_reply;
-  const bool read = std::exchange(anew_, std::nullopt).has_value();
-  if (const auto question = std::exchange(question_, std::nullopt)) {
-    if (!silent) questions_ = 0;
-    if (task.kind == Task::Kind::probe) probing_->OnFailed(false, silent);
-    // Damage is no silence: the same question is due again.
-    const bool strange = outcome == Outcome::unexpected;
-    if (task.kind == Task::Kind::probe || !(silent || strange)) return Then::done;
-    if (question->command == kAskRestart) {
-      totals_->OnNothing();
-    } else {
-      identification_.OnNothing(*question, strange);
-    }
-    return read ? Then::done : AfterQuestion(task);
+  const bool behind_read = questions_.ForgetAnew();
+  if (const auto question = questions_.TakeAsked()) {
+    return OnQuestionFailed(task, *question, outcome, behind_read);
   }
   counted_again_ = 0;
-  certain_.reset();
-  const bool several = task.kind == Task::Kind::write && !task.also.empty() && !request.prepares;
-  if (several && silent) alone_ = true;
+  writes_.OnOther();
+  if (task.kind == Task::Kind::write) writes_.OnFailure(task, request.prepares, silent);
   if (task.kind == Task::Kind::poll && silent) {
     identification_.OnLost();
-    totals_->OnLost();
+    totals_.OnLost();
   }
   if (outcome == Outcome::unexpected) identification_.AskMaskAgain();
   if (task.kind == Task::Kind::probe) {
-    return probing_->OnFailed(request.distinct, silent) ? Then::ask_again : Then::done;
+    return probing_.OnFailed(request.distinct, silent) ? Then::ask_again : Then::done;
   }
   if (task.kind != Task::Kind::poll || !silent) return Then::done;
   return plan_.OnSilent(task.query) == PlanChange::nothing ? Then::done : Then::replan;
 }
 
+/// Damage is no silence: the same question is due again.
+Then DconConversation::OnQuestionFailed(const Task& task, const Identification::Question& question,
+                                        Outcome outcome, bool behind_read) {
+  const bool silent = outcome == Outcome::no_reply;
+  const bool strange = outcome == Outcome::unexpected;
+  if (!silent) questions_.ForgetCount();
+  if (task.kind == Task::Kind::probe) {
+    probing_.OnFailed(false, silent);
+    return Then::done;
+  }
+  if (!silent && !strange) return Then::done;
+  if (question.command == kAskRestart) {
+    totals_.OnNothing();
+  } else {
+    identification_.OnNothing(question, strange);
+  }
+  return behind_read ? Then::done : questions_.AfterQuestion(CommandOf(task));
+}
+
 void DconConversation::OnReconnect() {
-  question_.reset();
-  anew_.reset();
-  questions_ = 0;
   counted_again_ = 0;
-  certain_.reset();
-  words_.clear();
-  alone_ = false;
+  questions_.OnReconnect();
+  writes_.OnReconnect();
   sampling_.OnReconnect();
   identification_.OnReconnect();
-  totals_->OnReconnect();
-  probing_->OnReconnect();
+  totals_.OnReconnect();
+  probing_.OnReconnect();
   plan_.OnReconnect();
+}
+
+std::string DconConversation::WhatIsLearned() const {
+  if (!sampling_.IsOvertaken()) return {};
+  return "its samples ($4) are overtaken by those of other modules: modules that are read together "
+         "need the same poll";
 }
 
 }  // namespace baudgate::protocols::dcon

@@ -9,6 +9,7 @@
 #include "gateway/base/text.h"
 #include "protocols/set4tm/civil_bcd.h"
 #include "protocols/set4tm/codec.h"
+#include "protocols/set4tm/conversation_steps.h"
 
 namespace baudgate::protocols::set4tm {
 namespace {
@@ -71,13 +72,12 @@ BillingSession::BillingSession(const Settings& settings)
   for (const BillingPeriod kind : settings.billing) periods_.push_back({.kind = kind});
 }
 
-std::optional<Instant> BillingSession::due() const {
+std::optional<Instant> BillingSession::NextDue() const {
   const bool all = std::ranges::all_of(periods_, [](const Period& one) { return one.refused; });
-  return recalled_ && !all ? std::optional(due_) : std::nullopt;
+  return all ? std::nullopt : std::optional(due_);
 }
 
-void BillingSession::OnKept(std::string_view said) {
-  recalled_ = true;
+void BillingSession::Recall(std::string_view said) {
   for (const std::string_view part : Split(said, ';')) {
     for (Period& period : periods_) {
       const std::string name = std::string(NameOf(period.kind)) + ' ';
@@ -102,7 +102,7 @@ std::string BillingSession::Said(BillingPeriod kind, Day day) const {
 
 /// The oldest that the meter may have and that is not kept.
 std::optional<BillingSession::Day> BillingSession::NextOf(const Period& period) const {
-  if (period.refused || period.rests_until > latest_) return std::nullopt;
+  if (period.refused || period.rests_until > latest()) return std::nullopt;
   const bool by_day = period.kind == BillingPeriod::day;
   const auto behind = [by_day](Day day) {
     if (by_day) return day + days(1);
@@ -139,25 +139,22 @@ Bytes BillingSession::RegisterRequest() const {
   return {kEnergyExtended, array, which, tariff, kAllEnergies, 0x00};
 }
 
-Bytes BillingSession::Next(Instant /*now*/) {
-  const bool reads = today_ && pass_ && pass_->step < 2 * tariffs();
-  return reads ? RegisterRequest() : kAskClock;
-}
+Bytes BillingSession::NextPdu() { return reads_registers() ? RegisterRequest() : kAskClock; }
 
 // ---------------------------------------------------------------- what comes
 
-Answer BillingSession::OnData(View data, const Scale& scale, Instant now) {
-  due_ = latest_ = now;
-  if (today_ && pass_ && pass_->step < 2 * tariffs()) {
+Answer BillingSession::TakeData(View data, const Scale& scale) {
+  due_ = latest();
+  if (reads_registers()) {
     OnRegister(data);
     return {};
   }
   const auto civil = data.size() > kCivilSize ? CivilOf(data.first(kCivilSize)) : std::nullopt;
   if (!civil) {
-    OnFailure(now);
+    OnFailure(latest());
     return {};
   }
-  return OnDay(std::chrono::floor<days>(*civil), scale, now);
+  return OnDay(std::chrono::floor<days>(*civil), scale);
 }
 
 void BillingSession::OnRegister(View data) {
@@ -168,26 +165,26 @@ void BillingSession::OnRegister(View data) {
   ++pass_->step;
 }
 
-Answer BillingSession::OnDay(Day day, const Scale& scale, Instant now) {
+Answer BillingSession::OnDay(Day day, const Scale& scale) {
   const bool same = today_ == day;
   today_ = day;
-  if (pass_ && same && !pass_->differs) return Tell(scale, now);
-  if (pass_ && pass_->differs) due_ = now + kRest;
+  if (pass_ && same && !pass_->differs) return Finish(scale);
+  if (pass_ && pass_->differs) due_ = latest() + kRest;
   if (!Choose()) {
     today_.reset();
-    due_ = now + kLook;
+    due_ = latest() + kLook;
   }
   return {};
 }
 
-Answer BillingSession::Tell(const Scale& scale, Instant now) {
+Answer BillingSession::Finish(const Scale& scale) {
   const Pass pass = *std::exchange(pass_, std::nullopt);
   Period& period = periods_[pass.period];
   const auto factor = FactorOf(Measure::energy, scale);
   const bool blank = IsBlank(pass.registers[0]);
   if (!factor || blank) {
     if (!factor || pass.begin == *today_) {
-      period.rests_until = now + kLook;
+      period.rests_until = latest() + kLook;
     } else {
       period.empty = pass.begin;
     }
@@ -217,10 +214,9 @@ Answer BillingSession::Tell(const Scale& scale, Instant now) {
   return answer;
 }
 
-/// Of a tariff that the meter does not have; of calendar days, which not all know; of all.
-Answer BillingSession::OnRefused(Answer answer, Instant now) {
-  due_ = latest_ = now;
-  answer.readings.clear();
+/// The meter does not have this tariff, or does not know calendar days, or has no readings at all.
+Answer BillingSession::Refused(Answer answer) {
+  due_ = latest();
   if (!today_ || !pass_) {
     for (Period& period : periods_) period.refused = true;
     return answer;
@@ -254,18 +250,17 @@ void BillingSession::OnReconnect() {
 }
 
 std::string BillingSession::Shown() const {
-  std::string text;
+  std::vector<std::string> shown;
   for (const Period& period : periods_) {
-    if (!period.refused && !period.kept) continue;
-    text += text.empty() ? "" : ", ";
     if (period.refused) {
-      text += fmt::format("no billing readings of each {}: it refuses them", NameOf(period.kind));
-    } else {
-      text += fmt::format("billing readings of each {} to {}", NameOf(period.kind),
-                          DayText(*period.kept));
+      shown.push_back(
+          fmt::format("no billing readings of each {}: it refuses them", NameOf(period.kind)));
+    } else if (period.kept) {
+      shown.push_back(fmt::format("billing readings of each {} to {}", NameOf(period.kind),
+                                  DayText(*period.kept)));
     }
   }
-  return text;
+  return Listed(shown);
 }
 
 }  // namespace baudgate::protocols::set4tm

@@ -24,17 +24,10 @@ namespace baudgate::protocols::set4tm {
 class BillingSession final : public BackgroundJob {
  public:
   static constexpr Duration kLook = std::chrono::minutes(10);
-  static constexpr Duration kRest = std::chrono::seconds(30);
 
   explicit BillingSession(const Settings& settings);
 
   bool wanted() const override { return !periods_.empty(); }
-  std::optional<Instant> due() const override;
-  void OnKept(std::string_view said) override;
-  void OnMeter(std::uint32_t /*serial*/) override {}
-  Bytes Next(Instant now) override;
-  Answer OnData(View data, const Scale& scale, Instant now) override;
-  Answer OnRefused(Answer answer, Instant now) override;
   void OnFailure(Instant now) override;
   void OnReconnect() override;
   std::string Shown() const override;
@@ -59,6 +52,11 @@ class BillingSession final : public BackgroundJob {
     bool differs = false;
   };
 
+  std::optional<Instant> NextDue() const override;
+  void Recall(std::string_view said) override;
+  Bytes NextPdu() override;
+  Answer TakeData(View data, const Scale& scale) override;
+  Answer Refused(Answer answer) override;
   std::optional<Day> NextOf(const Period& period) const;
   bool Choose();
   std::size_t tariffs() const { return tariffs_ + 1; }
@@ -66,19 +64,20 @@ class BillingSession final : public BackgroundJob {
     return step < tariffs() ? step : 2 * tariffs() - 1 - step;
   }
   Bytes RegisterRequest() const;
-  Answer OnDay(Day day, const Scale& scale, Instant now);
+  /// The reading under way asks for registers, not for the day.
+  bool reads_registers() const { return today_ && pass_ && pass_->step < 2 * tariffs(); }
+  Answer OnDay(Day day, const Scale& scale);
   void OnRegister(View data);
-  Answer Tell(const Scale& scale, Instant now);
+  /// The reading under way is whole.
+  Answer Finish(const Scale& scale);
   std::string Said(BillingPeriod kind, Day day) const;
 
   const CivilZone zone_;
   const std::size_t tariffs_;
   std::vector<Period> periods_;
-  bool recalled_ = false;
   std::optional<Day> today_;  // by the meter, in this look
   std::optional<Pass> pass_;
   Instant due_{};
-  Instant latest_{};  // exchange
 };
 
 }  // namespace baudgate::protocols::set4tm

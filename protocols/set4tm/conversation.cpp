@@ -1,22 +1,16 @@
-// The session of a SET-4TM meter: channel, serial number, constants, then the queries of its
-// points.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/set4tm/conversation.h"
 
 #include <algorithm>
 
-#include "gateway/base/text.h"
-#include "protocols/set4tm/clock_drift.h"
 #include "protocols/set4tm/codec.h"
 #include "protocols/set4tm/conversation_steps.h"
 #include "protocols/set4tm/expect.h"
 #include "protocols/set4tm/snapshot.h"
+#include "protocols/set4tm/status.h"
 
 namespace baudgate::protocols::set4tm {
 namespace {
-
-/// The channel lives 20 s; with less than a quarter left it is opened anew (reference, 14.5).
-constexpr Duration kChannelTrust = 15s;
 
 const Bytes kLinkOnly = {kLinkTest};
 
@@ -32,72 +26,108 @@ config::Timing StretchedTimes(int multiplier, Duration character) {
   return timing;
 }
 
+Answer EndedBy(Reply& reply, Then then) {
+  reply.answer.then = then;
+  return std::move(reply.answer);
+}
+
 }  // namespace
+
+/// What follows from a reply, by the kind of its request. Statuses that mean the same for every
+/// request (channel closed, repeat, busy) are taken before (TakeStatus).
+struct MeterConversation::Row {
+  Kind kind;
+  Answer (*data)(MeterConversation& its, Step& step);
+  Answer (*refused)(MeterConversation& its, Step& step);  ///< status 01 or 03
+};
+
+const MeterConversation::Row MeterConversation::kRows[] = {
+    // > 05 08 00     < 05 00 89 A2 61 …: verified before the table     < 05 01: it does not tell
+    {Kind::serial, [](auto& its, Step& step) { return its.TakePrelude(step); },
+     [](auto& its, Step& step) {
+       if (!its.IsOwn(step) || its.session_.needs_number()) {
+         return its.session_.TakeNoSerial(std::move(step.reply.answer));
+       }
+       its.session_.AcceptUnnamed();
+       return its.ReadRefused(step);
+     }},
+    // > 05 08 12     < 05 10 40 10 …: learned before the table         < 05 01: options may give it
+    {Kind::question, [](auto& its, Step& step) { return its.TakePrelude(step); },
+     [](auto& its, Step& step) {
+       its.identification_.OnRefused(step.reply.pdu);
+       return its.IsOwn(step) ? its.ReadRefused(step) : AskAgain();
+     }},
+    // > 05 08 14 50  < 05 00 00 12 …: compared before the table        < 05 01: it never tells
+    {Kind::latch_time, [](auto& its, Step& step) { return its.TakePrelude(step); },
+     [](auto& its, Step& step) {
+       its.latched_.OnRefused();
+       if (step.task.kind == Task::Kind::background) return std::move(step.reply.answer);
+       return its.IsOwn(step) ? its.ReadRefused(step) : AskAgain();
+     }},
+    // > 05 04 01 00  < 05 31 30 15 …: events                           < 05 01: no such record
+    {Kind::record,
+     [](auto& its, Step& step) {
+       its.session_.OnTaskEnd();  // a task reads several records: each may open the channel anew
+       return its.archive_.TakeRecord(step.reply.data, step.now);
+     },
+     [](auto& its, Step& step) {
+       its.session_.OnTaskEnd();
+       return its.archive_.TakeNoRecord(std::move(step.reply.answer), step.now);
+     }},
+    // > 05 06 03 06 58 18  < 05 14 14 08 …: records                    < 05 01: no such profile
+    {Kind::background,
+     [](auto& its, Step& step) { return its.archive_.TakeInBackground(step.reply.data, step.now); },
+     [](auto& its, Step& step) {
+       return its.archive_.TakeRefusal(std::move(step.reply.answer), step.now);
+     }},
+    // > 05 08 23 01 00 …   < 05 01 …: by mask from now on              < 05 01: by 08 1B
+    {Kind::trial, [](auto& its, Step& step) { return its.TakeRead(step); },
+     [](auto& its, Step&) {
+       its.reads_.EndTrial();
+       return AskAgain();
+     }},
+    // > 05 08 1B 00 11     < 05 00 00 5C 43: readings                  < 05 01: not these points
+    {Kind::read, [](auto& its, Step& step) { return its.TakeRead(step); },
+     [](auto& its, Step& step) { return its.ReadRefused(step); }},
+    // > 05 03 0B 00 0A     (answered by a status)                      < 05 01: not corrected
+    {Kind::write, [](auto&, Step&) { return AskAgain(); },
+     [](auto&, Step& step) { return std::move(step.reply.answer); }},
+    // > 05 00              (answered by a status)                      < 05 01: it is there
+    {Kind::link, [](auto&, Step& step) { return std::move(step.reply.answer); },
+     [](auto&, Step& step) { return std::move(step.reply.answer); }},
+};
 
 MeterConversation::MeterConversation(const config::Device& device, const Settings& settings,
                                      MeterBus& bus)
     : device_(device),
       settings_(settings),
-      fields_(device.points),
-      identification_(device, settings_),
-      plan_(fields_.MakePlan(false)),
-      line_latch_(bus.latch),
-      journals_(device.events, static_cast<std::size_t>(settings_.journal_records)),
-      loads_(settings_),
-      billing_(settings_),
       address_(ParseAddress(device.address).value()),
-      memory_(settings_.password) {
+      identification_(device, settings_),
+      reads_(device, settings_, identification_),
+      reader_(settings_, reads_.fields(), identification_),
+      latched_(settings_.latch, bus.latch),
+      archive_(device.events, settings_, identification_),
+      session_(settings_) {
   OnReconnect();
 }
 
 void MeterConversation::OnReconnect() {
   identification_.OnReconnect();
-  journals_.OnReconnect();
   drift_.Forget();
-  latch_.Forget();
-  for (BackgroundJob* one : jobs_) one->OnReconnect();
-  integers_ = false;
-  fields_.UseIntegers(false);
-  open_ = verified_ = accepted_ = false;
-  reopened_ = repeated_ = 0;
-  UseMasks(settings_.snapshot == Snapshot::on);
-  tries_masks_ = MasksMayHelp();
+  latched_.OnReconnect();
+  archive_.OnReconnect();
+  session_.OnReconnect();
+  reads_.OnReconnect();
 }
 
-/// Only where they save requests.
-bool MeterConversation::MasksMayHelp() const {
-  if (masked_ || settings_.snapshot != Snapshot::automatic) return false;
-  return fields_.MakePlan(true).queries().size() < plan_.queries().size();
+bool MeterConversation::ForgetRefusals() {
+  identification_.ForgetRefusals();
+  archive_.ForgetRefusals();
+  latched_.ForgetRefusals();
+  return reads_.ForgetRefusals();
 }
 
-void MeterConversation::UseMasks(bool masked) {
-  masked_ = masked;
-  tries_masks_ = false;
-  plan_ = fields_.MakePlan(masked);
-}
-
-bool MeterConversation::ChooseIntegers() {
-  const bool integers = identification_.floats() == Knows::no && !identification_.trouble();
-  if (integers == integers_ || !(integers_ || fields_.HasFloats())) return false;
-  integers_ = integers;
-  fields_.UseIntegers(integers);
-  UseMasks(!integers && settings_.snapshot == Snapshot::on);
-  tries_masks_ = !integers && MasksMayHelp();
-  return true;
-}
-
-std::optional<Bytes> MeterConversation::Trial(std::size_t query) const {
-  if (!tries_masks_ || identification_.masked_floats() == Knows::no) return std::nullopt;
-  if (!IsFloatRead(fields_.PduOf(plan_, query))) return std::nullopt;
-  const std::size_t point = plan_.queries()[query].points.front();
-  const PduPlan masked = fields_.MakePlan(true);
-  for (std::size_t i = 0; i < masked.queries().size(); ++i) {
-    if (std::ranges::count(masked.queries()[i].points, point) == 0) continue;
-    Bytes pdu = fields_.PduOf(masked, i);
-    return IsMasked(pdu) ? std::optional(std::move(pdu)) : std::nullopt;
-  }
-  return std::nullopt;
-}
+// ---------------------------------------------------------------- what is asked
 
 Request MeterConversation::Make(View pdu) const {
   Request request;
@@ -106,62 +136,89 @@ Request MeterConversation::Make(View pdu) const {
   return request;
 }
 
+Request MeterConversation::MakeLatch() const {
+  Request request;
+  request.bytes = MakeFrame(Bytes{kBroadcast}, LatchPdu(), settings_.checksum);
+  request.expect = Expect(request.bytes, settings_);
+  request.stamped = true;
+  return request;
+}
+
+Request MeterConversation::As(Kind kind, Request request) {
+  asked_ = kind;
+  return request;
+}
+
 Result<Request> MeterConversation::Ask(const Task& task, Instant now) {
   const bool writes = task.kind == Task::Kind::write;
   const auto correction =
       writes ? CorrectionOf(task, now) : Result<Bytes>(Error{"nothing is to be written"});
   if (writes && !correction) return Error{correction.error()};
-  if (LatchIsDue(task, now)) return MakeLatch();
-  // Opening proves presence too: a link test (00) equals its own echo.
-  if (task.kind == Task::Kind::probe || !open_ || now - last_good_ > kChannelTrust) {
-    // Presence is proven without the password as well, if worse: its reply equals its echo.
-    if (!memory_.MayTry(now)) return Make(kLinkOnly);
-    Bytes open = {kOpenChannel};
-    Append(open, settings_.password);
-    Request request = Make(open);
-    request.distinct = true;  // answered by a status; "00" answers nothing else
-    // A meter that answers too late must not get a wrong password three times.
-    request.expect.repeatable = accepted_;
-    request.prepares = writes;
-    return request;
+  const bool may_latch = !writes && task.kind != Task::Kind::probe;
+  if (may_latch && latched_.IsDue(now)) return As(Kind::latch, MakeLatch());
+  if (auto request = AskForSession(task, now)) return std::move(*request);
+  return writes ? As(Kind::write, Make(*correction)) : AskOwn(task, now);
+}
+
+std::optional<Request> MeterConversation::AskForSession(const Task& task, Instant now) {
+  const bool probes = task.kind == Task::Kind::probe;
+  const bool writes = task.kind == Task::Kind::write;
+  Request request;
+  switch (session_.NeedBefore(probes, archive_.wants_serial(), now)) {
+    case MeterSession::Need::nothing:
+      return std::nullopt;
+    case MeterSession::Need::link:
+      return As(Kind::link, Make(kLinkOnly));
+    case MeterSession::Need::open:
+      request = Make(session_.OpenPdu());
+      request.distinct = true;  // answered by a status; "00" answers nothing else
+      // A meter that answers too late must not get a wrong password three times.
+      request.expect.repeatable = session_.accepted();
+      request.prepares = writes;
+      return As(Kind::open, std::move(request));
+    case MeterSession::Need::serial:
+      request = Make(kAskSerial);
+      request.prepares = writes;
+      return As(Kind::serial, std::move(request));
   }
-  const bool wants_serial =
-      settings_.serial_number || memory_.is_kept() || journals_.has_events() || loads_.wanted();
-  if (!verified_ && wants_serial) {
-    Request request = Make(kAskSerial);
-    request.prepares = writes;
-    return request;
-  }
-  if (writes) return Make(*correction);
+  return std::nullopt;
+}
+
+Request MeterConversation::AskOwn(const Task& task, Instant now) {
   if (task.kind == Task::Kind::events) {
-    if (const auto question = identification_.Question({})) return Make(*question);
-    return Make(journals_.Next(now));
+    if (const auto question = identification_.Question({})) {
+      return As(Kind::question, Make(*question));
+    }
+    return As(Kind::record, Make(archive_.NextRecord(now)));
   }
   if (AsksLatchTime(task, now)) {
     Request request = Make(AskLatchTime());
     request.stamped = true;
-    return request;
+    return As(Kind::latch_time, std::move(request));
   }
-  if (task.kind == Task::Kind::background) return Make(NextInBackground(now));
-  const auto trial = Trial(task.query);
-  Bytes pdu = trial ? *trial : fields_.PduOf(plan_, task.query);
-  if (const auto question = identification_.Question(fields_.Matches(pdu))) return Make(*question);
-  // The meter repeats the id: a late reply to the masked read before this one is found out.
-  if (IsMasked(pdu)) pdu[2] = ++mask_id_;
+  if (task.kind != Task::Kind::background) return AskRead(task.query);
+  if (const auto question = archive_.Question()) return As(Kind::question, Make(*question));
+  return As(Kind::background, Make(archive_.NextInBackground(now)));
+}
+
+Request MeterConversation::AskRead(std::size_t query) {
+  auto [pdu, tries_masks] = reads_.ReadOf(query);
+  if (const auto question = identification_.Question(reads_.fields().Matches(pdu))) {
+    return As(Kind::question, Make(*question));
+  }
+  reads_.Number(pdu);
   Request request = Make(pdu);
   request.stamped = AsksClock(pdu);
   if (request.stamped) drift_.OnAsked();
-  if (trial) request.expect.repeatable = false;
-  return request;
+  if (tries_masks) request.expect.repeatable = false;
+  return As(tries_masks ? Kind::trial : Kind::read, std::move(request));
 }
 
-void MeterConversation::Stamp(Request& request, Now arrives, Duration character) {
-  const auto asked = SplitFrame(request.bytes, settings_.checksum);
-  if (AsksClock(asked->body)) {
-    drift_.OnSent(arrives, character);
-  } else {
-    line_latch_.OnClock(arrives);
-  }
+/// In the background where no job is due: another meter's task may have sent the broadcast.
+bool MeterConversation::AsksLatchTime(const Task& task, Instant now) const {
+  if (!latched_.tells()) return false;
+  if (task.kind == Task::Kind::background) return latched_.WantsTime() || !archive_.IsDue(now);
+  return latched_.WantsTime() && reads_.ReadsLatched(task.query);
 }
 
 Result<Bytes> MeterConversation::CorrectionOf(const Task& task, Instant now) const {
@@ -171,125 +228,183 @@ Result<Bytes> MeterConversation::CorrectionOf(const Task& task, Instant now) con
   return ClockCorrection(task.value, drift_, now);
 }
 
-void MeterConversation::AddDrift(Reply& reply, std::size_t bytes, Instant now) {
-  const Decoded drift = drift_.Of(reply.data, bytes, identification_.scale(), now);
-  for (Reading& reading : reply.answer.readings) {
+std::optional<Instant> MeterConversation::BackgroundDue() const {
+  const auto job = archive_.due();
+  const auto latch = latched_.DueAt();
+  return job && latch ? std::min(*job, *latch) : job ? job : latch;
+}
+
+void MeterConversation::Stamp(Request& request, Now arrives, Duration character) {
+  const auto asked = SplitFrame(request.bytes, settings_.checksum);
+  if (AsksClock(asked->body)) {
+    drift_.OnSent(arrives, character);
+  } else {
+    latched_.OnClock(arrives);
+  }
+}
+
+Then MeterConversation::OnSent(const Task& /*task*/, const Request& /*request*/, Instant /*now*/) {
+  latched_.OnSent();
+  return Then::ask_again;
+}
+
+// ---------------------------------------------------------------- what comes
+
+Answer MeterConversation::OnFrame(const Task& task, const Request& request, View frame,
+                                  Instant now) {
+  Step step{task, reader_.Read(request.bytes, frame), frame.size(), now};
+  const bool fits = !step.reply.pdu.empty();
+  Answer answer = !fits               ? std::move(step.reply.answer)
+                  : step.reply.status ? TakeStatus(step)
+                                      : TakeData(step);
+  if (answer.then != Then::ask_again) session_.OnTaskEnd();
+  return answer;
+}
+
+Answer MeterConversation::TakeData(Step& step) {
+  Reply& reply = step.reply;
+  session_.OnGood(step.now);
+  identification_.Learn(reply.pdu, reply.data);
+  if (Is(reply.pdu, kAskSerial)) {
+    const auto serial = ByteReader(reply.data).U32Be(0).value_or(0);
+    if (!session_.TakeSerial(serial)) return session_.OtherMeter();
+    archive_.OnMeter(serial);
+  }
+  latched_.Take(reply, reads_);
+  return RowOf(asked_).data(*this, step);
+}
+
+Answer MeterConversation::TakeStatus(Step& step) {
+  Answer& answer = step.reply.answer;
+  const auto code = CodeOf(*step.reply.status);
+  if (asked_ == Kind::open) {
+    const bool probes = step.task.kind == Task::Kind::probe;
+    return session_.TakeOpened(code, std::move(answer), probes, step.now);
+  }
+  // What is asked for once more was not done.
+  if (asked_ == Kind::write && code != kChannelClosed && code != kRepeat) drift_.Forget();
+  if (asked_ == Kind::link && step.task.kind != Task::Kind::probe) {
+    return session_.TakePasswordRefused(std::move(answer), step.now);
+  }
+  if (code == kChannelClosed) return session_.TakeClosed(std::move(answer));
+  if (code == kRepeat) return session_.TakeRepeat(std::move(answer));
+  const bool refused = code == kNotAllowed || code == kLevelTooLow;
+  if (refused || asked_ == Kind::trial) {
+    session_.OnGood(step.now);
+    return RowOf(asked_).refused(*this, step);
+  }
+  if (asked_ == Kind::serial && answer.outcome == Outcome::refused) {
+    return session_.TakeNoSerial(std::move(answer));
+  }
+  if (step.task.kind == Task::Kind::background) archive_.OnFailure(step.now);
+  return std::move(answer);
+}
+
+const MeterConversation::Row& MeterConversation::RowOf(Kind kind) {
+  return *std::ranges::find(kRows, kind, &Row::kind);
+}
+
+bool MeterConversation::IsOwn(const Step& step) const {
+  return step.task.kind == Task::Kind::poll && reads_.Reads(step.reply.pdu, step.task.query);
+}
+
+/// Data that something else needs first; a poll may read the same.
+Answer MeterConversation::TakePrelude(Step& step) {
+  switch (step.task.kind) {
+    case Task::Kind::poll:
+      return TakeRead(step);
+    case Task::Kind::write:
+      return AskAgain();
+    case Task::Kind::probe:
+      return std::move(step.reply.answer);
+    case Task::Kind::background:
+      if (asked_ == Kind::latch_time) return std::move(step.reply.answer);
+      break;
+    case Task::Kind::events:
+      break;
+  }
+  if (identification_.trouble()) return OtherType();
+  if (!reads_.ChooseIntegers()) return AskAgain();
+  Answer answer;
+  answer.then = Then::restart;
+  return answer;
+}
+
+/// Data of a poll, or of a request before it.
+Answer MeterConversation::TakeRead(Step& step) {
+  Reply& reply = step.reply;
+  if (AsksClock(reply.pdu)) AddDrift(step);
+  if (reads_.ChooseIntegers()) return EndedBy(reply, Then::restart);
+  if (asked_ == Kind::trial) return reads_.TakeTrial(std::move(reply.answer));
+  if (IsOwn(step)) {
+    // Readings of days and months are others now.
+    if (identification_.TakeNewDay()) reply.answer.then = Then::restart;
+    return std::move(reply.answer);
+  }
+  if (identification_.trouble()) return OtherType();
+  if (reply.answer.then == Then::restart) return std::move(reply.answer);
+  return EndedBy(reply, Then::ask_again);
+}
+
+/// The meter refuses a poll's own request.
+Answer MeterConversation::ReadRefused(Step& step) {
+  Reply& reply = step.reply;
+  identification_.OnRefused(reply.pdu);
+  if (Is(reply.pdu, AskLatchTime())) latched_.OnRefused();
+  if (IsMasked(reply.pdu)) {
+    reads_.OnMasksRefused();
+    reply.answer.readings.clear();
+    return EndedBy(reply, Then::replan);
+  }
+  if (IsFloatRead(reply.pdu) && identification_.WantType()) return AskAgain();
+  reads_.OnRefused(step.task.query);
+  return EndedBy(reply, Then::replan);
+}
+
+void MeterConversation::AddDrift(Step& step) {
+  const Decoded drift = drift_.Of(step.reply.data, step.bytes, identification_.scale(), step.now);
+  for (Reading& reading : step.reply.answer.readings) {
     const bool its =
-        reading.point != kNoPoint && fields_.DecoderOf(reading.point) == Decoder::drift;
+        reading.point != kNoPoint && reads_.fields().DecoderOf(reading.point) == Decoder::drift;
     if (!its) continue;
     reading.value = drift.value;
     reading.quality = drift.quality;
   }
 }
 
-Answer MeterConversation::End(Answer answer) {
-  reopened_ = repeated_ = 0;
+/// Nothing of it is good: it is asked for its type alone, until that is right.
+Answer MeterConversation::OtherType() const {
+  Answer answer;
+  answer.outcome = Outcome::refused;
+  answer.wait = 1min;
+  answer.reason = identification_.trouble().text;
   return answer;
-}
-
-Answer MeterConversation::OnFrame(const Task& task, const Request& request, View frame,
-                                  Instant now) {
-  Reply reply = Decode(request.bytes, frame);
-  if (reply.pdu.empty()) return End(std::move(reply.answer));
-  if (reply.status) return AfterStatus(task, std::move(reply), now);
-  last_good_ = now;
-  identification_.Learn(reply.pdu, reply.data);
-  if (Is(reply.pdu, kAskSerial) && !Verify(ByteReader(reply.data).U32Be(0).value_or(0))) {
-    return End(Swapped());
-  }
-  if (ReadsLatched(reply.pdu)) TakeLatched(reply);
-  if (task.kind == Task::Kind::events) return AfterJournal(std::move(reply), now);
-  if (task.kind == Task::Kind::background) return AfterBackground(std::move(reply), now);
-  if (task.kind == Task::Kind::write) return AskAgain();
-  if (task.kind != Task::Kind::poll) return End(std::move(reply.answer));
-  if (AsksClock(reply.pdu)) AddDrift(reply, frame.size(), now);
-  if (ChooseIntegers()) {
-    reply.answer.then = Then::restart;
-    return End(std::move(reply.answer));
-  }
-  if (tries_masks_ && IsMasked(reply.pdu)) return AfterTrial(std::move(reply.answer));
-  const Bytes wanted = fields_.PduOf(plan_, task.query);
-  if (Is(reply.pdu, wanted) || (IsMasked(reply.pdu) && IsMasked(wanted))) {
-    // Readings of days and months are others now.
-    if (identification_.TakeNewDay()) reply.answer.then = Then::restart;
-    return End(std::move(reply.answer));
-  }
-  if (identification_.trouble()) return End(OtherType());
-  if (reply.answer.then == Then::restart) return End(std::move(reply.answer));
-  reply.answer.then = Then::ask_again;
-  return std::move(reply.answer);
-}
-
-/// Steps of the session before it are the poll's as well.
-Answer MeterConversation::AfterJournal(Reply reply, Instant now) {
-  if (!IsJournal(reply.pdu)) {
-    if (identification_.trouble()) return End(OtherType());
-    Answer answer = AskAgain();
-    if (!ChooseIntegers()) return answer;
-    answer.then = Then::restart;
-    return End(std::move(answer));
-  }
-  const JournalReader reader{settings_.time_zone, identification_.KnowsStatusWord()};
-  return End(kept_.With(KeptTexts::kJournals, journals_.OnRecord(reply.data, reader, now)));
-}
-
-/// What it does not give so, it may give by 08 1B.
-Answer MeterConversation::AfterTrial(Answer answer) {
-  const bool whole = std::ranges::all_of(
-      answer.readings, [](const Reading& reading) { return IsGood(reading.quality); });
-  tries_masks_ = false;
-  if (!whole) return AskAgain();
-  UseMasks(true);
-  answer.then = Then::restart;
-  return End(std::move(answer));
-}
-
-/// Whoever answers is asked who it is, and gets the password.
-void MeterConversation::OnEnabled() {
-  memory_.OnEnabled();
-  verified_ = false;
-}
-
-void MeterConversation::Recall(std::string_view memory, Now now) {
-  memory_.Recall(memory, now);
-  if (memory_.given_up()) trouble_ = {Reason::password_refused, RefusedText()};
 }
 
 Then MeterConversation::OnFailure(const Task& task, const Request& request, Outcome outcome,
                                   Instant now) {
   const auto asked = SplitFrame(request.bytes, settings_.checksum);
-  const bool opening = asked && asked->body[0] == kOpenChannel;
-  if (opening) open_ = false;
-  // It has refused before, and has answered something now: that counts, or each query would try.
-  if (opening && outcome == Outcome::unexpected && trouble_.reason == Reason::password_refused) {
-    memory_.OnRefused(now);
-  }
-  if (task.kind == Task::Kind::events && asked && IsJournal(asked->body)) {
-    journals_.OnFailure(outcome, now);
-  }
   const bool was_sent = outcome != Outcome::line_down && outcome != Outcome::busy;
-  const bool of_latch = asked && Is(asked->body, AskLatchTime());
-  if (was_sent) latch_.Doubt();
-  if (of_latch && was_sent) latch_.OnFailure(line_latch_.number());
-  if (task.kind == Task::Kind::background && !of_latch) job().OnFailure(now);
-  verified_ = false;
-  reopened_ = repeated_ = 0;
-  if (was_sent && asked && task.kind == Task::Kind::poll && tries_masks_ && IsMasked(asked->body)) {
+  if (asked_ == Kind::record) archive_.OnNoRecord(outcome, now);
+  if (asked && was_sent) latched_.OnFailure(asked->body);
+  if (task.kind == Task::Kind::background && asked_ != Kind::latch_time) archive_.OnFailure(now);
+  session_.OnFailure(asked_ == Kind::open, outcome, now);
+  if (was_sent && asked_ == Kind::trial) {
     // Some are silent to what they do not know. It is asked as others are, and by that is there.
-    tries_masks_ = false;
+    reads_.EndTrial();
     return Then::ask_again;
   }
   identification_.OnLost();
   return Then::done;
 }
 
-bool MeterConversation::ForgetRefusals() {
-  tries_masks_ = MasksMayHelp();
-  identification_.ForgetRefusals();
-  journals_.ForgetRefusals();
-  latch_.ForgetRefusals();
-  return plan_.ForgetRefusals();
+Answer MeterConversation::Interpret(View request, View frame) {
+  Reply reply = reader_.Read(request, frame);
+  if (!reply.data.empty()) identification_.Learn(reply.pdu, reply.data);
+  return std::move(reply.answer);
 }
+
+// ---------------------------------------------------------------- what is learned
 
 config::Timing MeterConversation::LeastTimes(Duration character) const {
   const auto multiplier = static_cast<int>(identification_.multiplier());
@@ -298,23 +413,9 @@ config::Timing MeterConversation::LeastTimes(Duration character) const {
 }
 
 std::string MeterConversation::WhatIsLearned() const {
-  std::string text;
-  const auto say = [&text](const std::string& what) { text += (text.empty() ? "" : ", ") + what; };
-  if (masked_) say("floats together (08 23)");
-  if (integers_) say("integers in place of floats, which its type does not have");
-  if (device_.events && journals_.has_refused()) say("no journals: it refuses them");
-  for (const BackgroundJob* one : jobs_) {
-    const std::string shown = one->Shown();
-    if (!shown.empty()) say(shown);
-  }
-  if (latch_.refused()) say("does not tell when it latched: its latched values are not served");
-  if (latch_.Missed(line_latch_.number())) {
-    say("has not heard the latest latch: its latched values are not served");
-  }
-  if (identification_.multiplier() > 1) {
-    say("times by its multiplier " + std::to_string(identification_.multiplier()));
-  }
-  return text;
+  const unsigned multiplier = identification_.multiplier();
+  return Listed({reads_.Learned(), archive_.Learned(), latched_.Learned(),
+                 multiplier > 1 ? "times by its multiplier " + std::to_string(multiplier) : ""});
 }
 
 }  // namespace baudgate::protocols::set4tm

@@ -1,36 +1,29 @@
-// What a SET-4TM meter is asked and what its replies mean: session, constants, readings.
-// Requests go to the line, frames come from it; driven by the poller.
+// What a SET-4TM meter is asked and what its replies mean. Each request has its kind; a table says
+// what follows from the replies to each kind (conversation.cpp).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
-#include <memory>
-#include <optional>
-#include <vector>
-
 #include "protocols/protocol.h"
-#include "protocols/set4tm/billing_session.h"
+#include "protocols/set4tm/archive.h"
 #include "protocols/set4tm/clock_drift.h"
 #include "protocols/set4tm/identification.h"
-#include "protocols/set4tm/journal_session.h"
-#include "protocols/set4tm/kept_texts.h"
-#include "protocols/set4tm/latch.h"
-#include "protocols/set4tm/load_session.h"
-#include "protocols/set4tm/meter_memory.h"
-#include "protocols/set4tm/plan.h"
+#include "protocols/set4tm/latched_reads.h"
+#include "protocols/set4tm/point_reads.h"
+#include "protocols/set4tm/reply.h"
+#include "protocols/set4tm/session.h"
 #include "protocols/set4tm/settings.h"
 
 namespace baudgate::protocols::set4tm {
 
 class MeterConversation : public Conversation {
  public:
-  /// Both outlive the conversation.
+  /// `device` and `bus` outlive the conversation.
   MeterConversation(const config::Device& device, const Settings& settings, MeterBus& bus);
 
-  std::span<const Query> Queries() const override { return plan_.queries(); }
-  bool HasEvents() const override { return journals_.has_events(); }
+  std::span<const Query> Queries() const override { return reads_.Queries(); }
+  bool HasEvents() const override { return archive_.has_events(); }
   std::optional<Instant> BackgroundDue() const override;
-  void OnEventsKept(std::string_view said) override;
+  void OnEventsKept(std::string_view said) override { archive_.OnKept(said); }
   Result<Request> Ask(const Task& task, Instant now) override;
   Answer OnFrame(const Task& task, const Request& request, View frame, Instant now) override;
   Then OnSent(const Task& task, const Request& request, Instant now) override;
@@ -38,102 +31,75 @@ class MeterConversation : public Conversation {
   void OnHostClock(bool right) override { drift_.OnHostClock(right); }
   Then OnFailure(const Task& task, const Request& request, Outcome outcome, Instant now) override;
   void OnReconnect() override;
-  void OnEnabled() override;
-  const std::string& Memory() const override { return memory_.text(); }
-  void Recall(std::string_view memory, Now now) override;
+  void OnEnabled() override { session_.OnEnabled(); }
+  const std::string& Memory() const override { return session_.memory(); }
+  void Recall(std::string_view memory, Now now) override { session_.Recall(memory, now); }
   const DeviceTrouble& trouble() const override {
-    return trouble_ ? trouble_ : identification_.trouble();
+    return session_.trouble() ? session_.trouble() : identification_.trouble();
   }
   bool ForgetRefusals() override;
   config::Timing LeastTimes(Duration character) const override;
   std::string WhatIsLearned() const override;
-  Outcome Check(View request, View frame) const override;
+  Outcome Check(View request, View frame) const override { return reader_.Check(request, frame); }
   Answer Interpret(View request, View frame) override;
 
  private:
-  /// A reply after the checks that need no session.
-  struct Reply {
-    Answer answer;
-    View pdu;                            ///< of the request; empty when nothing fits
-    std::optional<std::uint8_t> status;  ///< a one-byte reply
-    View data;                           ///< any other
+  /// What a request is for.
+  enum class Kind : std::uint8_t {
+    latch,       ///< the broadcast: nobody answers
+    link,        ///< link test
+    open,        ///< open the channel
+    serial,      ///< who is it?
+    question,    ///< type or ratios, before what they decide
+    latch_time,  ///< has it heard the broadcast?
+    record,      ///< of a journal
+    background,  ///< of a load profile or a billing reading
+    trial,       ///< a masked read, to learn whether the meter knows it
+    read,        ///< a query of points
+    write,       ///< a correction of the clock
   };
-
-  Reply Decode(View request, View frame) const;
-  bool Accepts(View asked, View answering) const;
-  void ReadStatus(Reply& reply) const;
-  void ReadData(Reply& reply) const;
+  /// A reply under way through the table.
+  struct Step {
+    const Task& task;
+    Reply reply;
+    std::size_t bytes = 0;  ///< of the whole frame
+    Instant now{};
+  };
+  struct Row;
+  static const Row kRows[];
+  static const Row& RowOf(Kind kind);
 
   Request Make(View pdu) const;
-  /// The request of a write.
-  Result<Bytes> CorrectionOf(const Task& task, Instant now) const;
-  void AddDrift(Reply& reply, std::size_t bytes, Instant now);
-  bool LatchIsDue(const Task& task, Instant now) const;
   Request MakeLatch() const;
-  /// The time of its latch is asked before what the task asks.
+  Result<Bytes> CorrectionOf(const Task& task, Instant now) const;
+  /// What the session needs first; nothing: the task's own request may be sent.
+  std::optional<Request> AskForSession(const Task& task, Instant now);
+  Request AskOwn(const Task& task, Instant now);
+  Request AskRead(std::size_t query);
   bool AsksLatchTime(const Task& task, Instant now) const;
-  /// What the reply says of the latch, and that of what it brings.
-  void TakeLatched(Reply& reply);
-  void DropLatched(Answer& answer) const;
-  void UseMasks(bool masked);
-  /// As the type of the meter says. True: the queries are others now.
-  bool ChooseIntegers();
-  /// The masked read to try in place of the query, once.
-  std::optional<Bytes> Trial(std::size_t query) const;
-  bool MasksMayHelp() const;
-  Answer AfterTrial(Answer answer);
-  Answer OtherType();
-  /// The step behind a status: reopen, repeat, forget the request, or nothing.
-  Answer AfterStatus(const Task& task, Reply reply, Instant now);
-  Answer AfterJournal(Reply reply, Instant now);
-  Bytes NextInBackground(Instant now);
-  Answer AfterBackground(Reply reply, Instant now);
-  BackgroundJob& job() const { return *jobs_[job_]; }
-  Answer AfterOpen(const Task& task, Reply reply, Instant now);
-  Answer AfterClosed(Answer answer);
-  bool Verify(std::uint32_t serial);
-  Answer Swapped() const;
-  Answer AfterNoSerial(Answer answer);
-  std::string RefusedText() const;
-  Answer PasswordRefused(Answer answer, Instant now);
-  Answer End(Answer answer);
+  Request As(Kind kind, Request request);
+  /// The reply answers the poll's own query.
+  bool IsOwn(const Step& step) const;
+
+  Answer TakeStatus(Step& step);
+  Answer TakeData(Step& step);
+  Answer TakePrelude(Step& step);
+  Answer TakeRead(Step& step);
+  Answer ReadRefused(Step& step);
+  void AddDrift(Step& step);
+  Answer OtherType() const;
 
   const config::Device& device_;
   const Settings settings_;
-  PointFields fields_;
+  const Bytes address_;
   Identification identification_;
-  PduPlan plan_;
+  PointReads reads_;
+  ReplyReader reader_;
   ClockDrift drift_;
-  LineLatch& line_latch_;
-  MeterLatch latch_;
-  JournalSession journals_;
-  LoadSession loads_;
-  BillingSession billing_;
-  const std::array<BackgroundJob*, 2> jobs_ = {&loads_, &billing_};
-  KeptTexts kept_;
-  Bytes address_;
-
-  // The session: gone with OnReconnect.
-  bool masked_ = false;       ///< floats are read by 08 23
-  bool integers_ = false;     ///< integers are read in place of floats
-  bool tries_masks_ = false;  ///< whether it knows that is not known yet
-  bool open_ = false;
-  bool verified_ = false;
-  bool accepted_ = false;  ///< the password
-  Instant last_good_{};
-  std::uint8_t mask_id_ = 0;
-
-  // Kept over OnReconnect.
-  MeterMemory memory_;
-  DeviceTrouble trouble_;
-
-  // The task in the background that came last.
-  std::size_t job_ = 0;
-  Bytes asked_in_background_;
-
-  // The task under way.
-  int reopened_ = 0;
-  int repeated_ = 0;
+  LatchedReads latched_;
+  MeterArchive archive_;
+  MeterSession session_;
+  Kind asked_ = Kind::open;  // the latest request
 };
 
 }  // namespace baudgate::protocols::set4tm

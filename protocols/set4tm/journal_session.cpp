@@ -51,18 +51,18 @@ std::optional<std::size_t> Newest(const Records& records) {
   return std::nullopt;
 }
 
-/// What of `records` is not in `told` is told by `tell`, with what it was then; in their order.
-/// Says how many of `told` are still there.
-template <typename Tell>
-std::size_t Compare(const Records& records, Records told, const Tell& tell) {
-  std::erase_if(told, [](const Bytes& record) { return IsEmpty(record); });
+/// Calls `report` for each of `records` that is not in `kept`, in their order, with the kept record
+/// that has become this one, or with nothing. Gives how many of `kept` are still there.
+template <typename Report>
+std::size_t Compare(const Records& records, Records kept, const Report& report) {
+  std::erase_if(kept, [](const Bytes& record) { return IsEmpty(record); });
   std::size_t found = 0;
-  const auto take = [&told, &found](const auto& is) -> std::optional<Bytes> {
-    const auto one = std::ranges::find_if(told, is);
-    if (one == told.end()) return std::nullopt;
+  const auto take = [&kept, &found](const auto& is) -> std::optional<Bytes> {
+    const auto one = std::ranges::find_if(kept, is);
+    if (one == kept.end()) return std::nullopt;
     ++found;
     Bytes record = std::move(*one);
-    told.erase(one);
+    kept.erase(one);
     return record;
   };
   Records fresh;
@@ -73,7 +73,7 @@ std::size_t Compare(const Records& records, Records told, const Tell& tell) {
   }
   for (const Bytes& record : fresh) {
     const auto before = take([&](const Bytes& other) { return HasEnded(other, record); });
-    tell(record, before.value_or(Bytes()));
+    report(record, before.value_or(Bytes()));
   }
   return found;
 }
@@ -95,47 +95,37 @@ bool JournalSession::has_refused() const {
   return std::ranges::all_of(states_, [](const State& state) { return state.refused; });
 }
 
-// ---------------------------------------------------------------- what was told
+// ---------------------------------------------------------------- what is kept
 
-/// "9020001 01:31301501….-;07:-.-", each record in hex. The meter, 0: it does not say its number.
 std::string JournalSession::Said(const State& instead, const Records& records) const {
-  std::string text = std::to_string(meter_.value_or(0)) + ' ';
+  KeptParts kept{.meter = meter_.serial()};
   for (const State& state : states_) {
     const bool is_this = &state == &instead;
-    if (!is_this && !state.told) continue;
-    if (text.back() != ' ') text += ';';
-    text += HexByte(state.journal->number) + ':' + Written(is_this ? records : *state.told);
+    if (!is_this && !state.kept) continue;
+    kept.parts.push_back(
+        {HexByte(state.journal->number), Written(is_this ? records : *state.kept)});
   }
-  return text;
+  return kept.Text();
 }
 
 void JournalSession::OnKept(std::string_view said) {
   recalled_ = true;
-  for (State& state : states_) state.told.reset();
-  told_meter_.reset();
-  const auto head = said.find(' ');
-  if (head == std::string_view::npos) return;
-  const auto meter = ParseInteger<std::uint32_t>(said.substr(0, head));
-  if (!meter) return;
-  if (*meter != 0) told_meter_ = *meter;
-  if (told_meter_ && meter_ && *meter_ != *told_meter_) return;
-  for (const std::string_view part : Split(said.substr(head + 1), ';')) {
-    const auto number =
-        ParseInteger<unsigned>(part.substr(0, std::min<std::size_t>(2, part.size())), 16);
-    if (!number || part.size() < 4 || part[2] != ':') continue;
+  for (State& state : states_) state.kept.reset();
+  meter_.Forget();
+  const auto kept = KeptParts::Parse(said);
+  if (!kept || meter_.OnKept(kept->meter)) return;
+  for (const KeptParts::Part& part : kept->parts) {
     for (State& state : states_) {
-      if (state.journal->number == *number) state.told = ReadRecords(part.substr(3));
+      if (part.name == HexByte(state.journal->number)) state.kept = ReadRecords(part.text);
     }
   }
 }
 
 void JournalSession::OnMeter(std::uint32_t serial) {
-  if (meter_ && *meter_ != serial) pass_.reset();
-  meter_ = serial;
-  if (!told_meter_ || *told_meter_ == serial) return;
-  told_meter_.reset();
+  if (meter_.serial() != 0 && meter_.serial() != serial) pass_.reset();
+  if (!meter_.OnMeter(serial)) return;
   for (State& state : states_) {
-    state.told.reset();
+    state.kept.reset();
     state.due = true;
   }
 }
@@ -146,17 +136,17 @@ bool JournalSession::MayAsk(const State& state, Instant now) const {
   return !state.refused && state.rests_until <= now;
 }
 
-/// Of those that are to be read whole one that was never told, else the one that was read longest
+/// The journal that is read whole next: one that was never read, else the one that was read longest
 /// ago.
 bool JournalSession::Begin(Instant now) {
   std::optional<std::size_t> first;
   const auto rank = [this](std::size_t i) {
-    return std::pair(states_[i].told.has_value(), states_[i].read_at);
+    return std::pair(states_[i].kept.has_value(), states_[i].read_at);
   };
   for (std::size_t i = 0; i < states_.size(); ++i) {
     State& state = states_[i];
-    if (state.told && now - state.read_at >= kWholeEvery) state.due = true;
-    if (!MayAsk(state, now) || (state.told && !state.due)) continue;
+    if (state.kept && now - state.read_at >= kWholeEvery) state.due = true;
+    if (!MayAsk(state, now) || (state.kept && !state.due)) continue;
     if (!first || rank(i) < rank(*first)) first = i;
   }
   if (first) pass_ = Pass{.state = *first};
@@ -169,7 +159,7 @@ bool JournalSession::LookAt(bool urgent, Instant now) {
   for (std::size_t i = 0; i < states_.size(); ++i) {
     turn = (turn + 1) % states_.size();
     const State& state = states_[turn];
-    if (state.journal->urgent != urgent || !state.told || !MayAsk(state, now)) continue;
+    if (state.journal->urgent != urgent || !state.kept || !MayAsk(state, now)) continue;
     asked_ = turn;
     return true;
   }
@@ -202,7 +192,7 @@ void JournalSession::Choose(Instant now) {
 /// Where a new record shows: at the newest, which moves on in a full journal, or behind it.
 std::size_t JournalSession::PlaceToLook(State& state) const {
   const std::size_t last = state.records - 1;
-  const auto newest = state.told ? Newest(*state.told) : std::nullopt;
+  const auto newest = state.kept ? Newest(*state.kept) : std::nullopt;
   if (newest && *newest >= last) return last;
   state.beyond = !state.beyond;
   if (!newest) return state.beyond ? 0 : last;
@@ -235,7 +225,7 @@ Answer JournalSession::End(Answer answer) {
   return answer;
 }
 
-Answer JournalSession::OnRecord(View record, const JournalReader& reader, Instant now) {
+Answer JournalSession::Take(View record, const JournalReader& reader, Instant now) {
   State& state = states_[asked_];
   state.failures = 0;
   if (looks_) return OnLook(state, record);
@@ -248,8 +238,8 @@ Answer JournalSession::OnRecord(View record, const JournalReader& reader, Instan
 
 Answer JournalSession::OnLook(State& state, View record) {
   const Bytes nothing;
-  const bool known = state.told && place_ < state.told->size();
-  const View before = known ? View((*state.told)[place_]) : View(nothing);
+  const bool known = state.kept && place_ < state.kept->size();
+  const View before = known ? View((*state.kept)[place_]) : View(nothing);
   const bool same = IsEmpty(record) ? IsEmpty(before) : std::ranges::equal(record, before);
   if (same) return End();
   state.due = true;
@@ -267,9 +257,9 @@ Answer JournalSession::OnWhole(State& state, Records records, const JournalReade
   const auto equal = [&same](const std::optional<Records>& other, const Records& these) {
     return other && std::ranges::equal(*other, these, same);
   };
-  if (equal(state.told, records) || equal(pass.before, records)) {
+  if (equal(state.kept, records) || equal(pass.before, records)) {
     pass_.reset();
-    return Tell(state, std::move(records), reader, now);
+    return Report(state, std::move(records), reader, now);
   }
   pass.before = std::move(records);
   pass.backwards = !pass.backwards;
@@ -279,18 +269,19 @@ Answer JournalSession::OnWhole(State& state, Records records, const JournalReade
   return End();
 }
 
-/// Events are told when they are kept, and not before: until then the journal stays due.
-Answer JournalSession::Tell(State& state, Records records, const JournalReader& reader,
-                            Instant now) {
+/// Its events count as reported when they are kept, and not before: until then the journal stays
+/// due.
+Answer JournalSession::Report(State& state, Records records, const JournalReader& reader,
+                              Instant now) {
   EventBatch batch;
-  const Records told = state.told.value_or(Records());
-  const std::size_t left = Compare(records, told, [&](const Bytes& record, const Bytes& before) {
+  const Records kept = state.kept.value_or(Records());
+  const std::size_t left = Compare(records, kept, [&](const Bytes& record, const Bytes& before) {
     for (DeviceEvent& event : reader.EventsOf(*state.journal, record, before)) {
       batch.events.push_back(std::move(event));
     }
   });
   const bool full = std::ranges::none_of(records, [](const Bytes& one) { return IsEmpty(one); });
-  if (full && left == 0 && Newest(told)) {
+  if (full && left == 0 && Newest(kept)) {
     batch.events.insert(batch.events.begin(),
                         {0,
                          GapCode(*state.journal),
@@ -302,7 +293,7 @@ Answer JournalSession::Tell(State& state, Records records, const JournalReader& 
   state.read_at = now;
   if (batch.events.empty()) {
     state.due = false;
-    state.told = std::move(records);
+    state.kept = std::move(records);
     return End();
   }
   batch.said = Said(state, records);
@@ -313,15 +304,15 @@ Answer JournalSession::Tell(State& state, Records records, const JournalReader& 
 }
 
 /// A journal may have fewer records than were expected.
-Answer JournalSession::OnRefused(Answer answer, Instant now) {
+Answer JournalSession::TakeRefusal(Answer answer, Instant now) {
   State& state = states_[asked_];
-  const bool known = state.told && place_ < state.told->size() && !IsEmpty((*state.told)[place_]);
+  const bool known = state.kept && place_ < state.kept->size() && !IsEmpty((*state.kept)[place_]);
   answer.readings.clear();
   looks_ = false;
   pass_.reset();
   if (place_ == 0) {
-    // A meter has the journals that it has told.
-    if (state.told) {
+    // A journal that was read before is still there.
+    if (state.kept) {
       OnFailure(answer.outcome, now);
       return End(std::move(answer));
     }
@@ -331,7 +322,6 @@ Answer JournalSession::OnRefused(Answer answer, Instant now) {
   }
   state.due = true;
   if (known) {
-    // It was there.
     OnFailure(answer.outcome, now);
     return End(std::move(answer));
   }

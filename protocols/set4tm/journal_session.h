@@ -1,6 +1,10 @@
-// How the journals of a meter are read, so that each record is told once. Reading takes nothing
-// away: the meter keeps its last records, and what was told already is known from what the store of
-// events holds (Conversation::OnEventsKept). PDUs go to the conversation, records come from it.
+// The job that reads the journals of a meter, so that each record is reported once. Reading takes
+// nothing away: the meter keeps its last records. What was reported already is known from what the
+// store of events holds (Conversation::OnEventsKept). What is kept of each journal is its records:
+//
+//   9020001 01:31301501….-;07:-.-
+//
+// How they are read:
 //
 //   a journal that is not known, or after a reconnect, and once an hour     all its records
 //   in between, one after the other, urgent ones every other time           its newest record;
@@ -8,7 +12,7 @@
 //   all records         from the oldest to the newest, then back: replies carry no number, and one
 //                       that is late, or a record that came meanwhile, makes the two differ; then
 //                       once more
-//   what both say alike, and is not among what was told                     events
+//   what both say alike, and is not among what is kept                      events
 //
 // Records are told apart by their bytes alone, those that are equal by how many there are: neither
 // a clock that was set nor another order of the records matters.
@@ -23,6 +27,7 @@
 
 #include "protocols/conversation.h"
 #include "protocols/set4tm/journal.h"
+#include "protocols/set4tm/kept_parts.h"
 
 namespace baudgate::protocols::set4tm {
 
@@ -37,7 +42,7 @@ class JournalSession {
   /// `wanted`: the configuration asks for events. `records`: of each journal.
   JournalSession(bool wanted, std::size_t records);
 
-  /// It is known what was told, and the meter has not refused all journals.
+  /// It is known what is kept, and the meter has not refused all journals.
   bool has_events() const;
   /// All of them.
   bool has_refused() const;
@@ -49,9 +54,9 @@ class JournalSession {
   /// has_events(): the PDU to be sent next.
   Bytes Next(Instant now);
   /// It answers the PDU of Next.
-  Answer OnRecord(View record, const JournalReader& reader, Instant now);
+  Answer Take(View record, const JournalReader& reader, Instant now);
   /// The meter does not give this record: `answer` says why.
-  Answer OnRefused(Answer answer, Instant now);
+  Answer TakeRefusal(Answer answer, Instant now);
   void OnFailure(Outcome outcome, Instant now);
   void OnReconnect();
   void ForgetRefusals();
@@ -61,7 +66,7 @@ class JournalSession {
 
   struct State {
     const Journal* journal = nullptr;
-    std::optional<Records> told;  // nothing: the journal was never read
+    std::optional<Records> kept;  // nothing: the journal was never read
     std::size_t records = 0;      // it has so many
     bool refused = false;
     bool due = true;  // to be read whole
@@ -87,7 +92,7 @@ class JournalSession {
   std::size_t PlaceToLook(State& state) const;
   Answer OnLook(State& state, View record);
   Answer OnWhole(State& state, Records records, const JournalReader& reader, Instant now);
-  Answer Tell(State& state, Records records, const JournalReader& reader, Instant now);
+  Answer Report(State& state, Records records, const JournalReader& reader, Instant now);
   Answer GoOn();
   Answer End(Answer answer = {});
   std::string Said(const State& instead, const Records& records) const;
@@ -95,8 +100,7 @@ class JournalSession {
   const bool wanted_;
   const std::size_t records_;
   bool recalled_ = false;
-  std::optional<std::uint32_t> meter_;       // that answers
-  std::optional<std::uint32_t> told_meter_;  // whose records were told
+  KeptMeter meter_;
   std::vector<State> states_;
   std::optional<Pass> pass_;
   std::size_t asked_ = 0;  // whose record was asked for

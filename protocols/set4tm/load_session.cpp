@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/set4tm/load_session.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <utility>
 
 #include "gateway/base/text.h"
 #include "protocols/set4tm/codec.h"
+#include "protocols/set4tm/conversation_steps.h"
 
 namespace baudgate::protocols::set4tm {
 namespace {
@@ -39,57 +38,48 @@ LoadSession::LoadSession(const Settings& settings) {
   }
 }
 
-std::optional<Instant> LoadSession::due() const {
+std::optional<Instant> LoadSession::NextDue() const {
   std::optional<Instant> soonest;
   for (const State& state : states_) {
     if (state.refused || (soonest && *soonest <= state.due)) continue;
     soonest = state.due;
   }
-  return recalled_ ? soonest : std::nullopt;
+  return soonest;
 }
 
 // ---------------------------------------------------------------- what is kept
 
 std::string LoadSession::Said(const State& instead, const LoadPlace& place) const {
-  std::string text = std::to_string(meter_.value_or(0)) + ' ';
+  KeptParts kept{.meter = meter_.serial()};
   for (const State& state : states_) {
     const bool is_this = &state == &instead;
-    if (!is_this && (told_meter_ || state.kept.empty())) continue;
-    if (text.back() != ' ') text += ';';
-    text += fmt::format("{}:{}", state.reader.profile(), is_this ? place.Text() : state.kept);
+    if (!is_this && (meter_.is_open() || state.kept.empty())) continue;
+    kept.parts.push_back(
+        {std::to_string(state.reader.profile()), is_this ? place.Text() : state.kept});
   }
-  return text;
+  return kept.Text();
 }
 
 void LoadSession::Keep(State& state, std::string_view place, bool another) {
   if (!another && place == state.kept) return;
   state.kept = another ? std::string() : std::string(place);
   state.reader.OnKept(LoadPlace::Parse(place), another);
-  state.due = state.reader.GoOn(manner()) ? latest_ : latest_ + kLook;
+  state.due = state.reader.GoOn(manner()) ? latest() : latest() + kLook;
 }
 
-void LoadSession::OnKept(std::string_view said) {
-  recalled_ = true;
-  const auto head = said.find(' ');
-  const auto meter = head == std::string_view::npos
-                         ? std::nullopt
-                         : ParseInteger<std::uint32_t>(said.substr(0, head));
-  if (!meter) return;
-  told_meter_.reset();
-  const bool another = meter_ && *meter != 0 && *meter != *meter_;
-  if (!meter_ && *meter != 0) told_meter_ = *meter;
-  for (const std::string_view part : Split(said.substr(head + 1), ';')) {
+void LoadSession::Recall(std::string_view said) {
+  const auto kept = KeptParts::Parse(said);
+  if (!kept) return;
+  const bool another = meter_.OnKept(kept->meter);
+  for (const KeptParts::Part& part : kept->parts) {
     for (State& state : states_) {
-      const std::string name = std::to_string(state.reader.profile()) + ':';
-      if (part.starts_with(name)) Keep(state, part.substr(name.size()), another);
+      if (part.name == std::to_string(state.reader.profile())) Keep(state, part.text, another);
     }
   }
 }
 
 void LoadSession::OnMeter(std::uint32_t serial) {
-  meter_ = serial;
-  const auto told = std::exchange(told_meter_, std::nullopt);
-  if (!told || *told == serial) return;
+  if (!meter_.OnMeter(serial)) return;
   for (State& state : states_) {
     if (!state.kept.empty()) Keep(state, std::string(state.kept), true);
   }
@@ -102,8 +92,7 @@ void LoadSession::OnType(std::optional<std::uint8_t> type) {
 
 // ---------------------------------------------------------------- what is asked, and comes
 
-Bytes LoadSession::Next(Instant now) {
-  latest_ = now;
+Bytes LoadSession::NextPdu() {
   const auto first = std::ranges::min_element(
       states_, {}, [](const State& state) { return std::pair(state.refused, state.due); });
   asked_ = static_cast<std::size_t>(first - states_.begin());
@@ -119,10 +108,9 @@ Bytes LoadSession::Next(Instant now) {
   return pdu;
 }
 
-Answer LoadSession::OnData(View data, const Scale& scale, Instant now) {
+Answer LoadSession::TakeData(View data, const Scale& scale) {
   State& state = states_[asked_];
   LoadReader& reader = state.reader;
-  latest_ = now;
   Answer answer;
   bool more = true;
   switch (reader.step()) {
@@ -146,21 +134,20 @@ Answer LoadSession::OnData(View data, const Scale& scale, Instant now) {
       break;
     }
   }
-  state.due = more ? now : now + kLook;
+  state.due = more ? latest() : latest() + kLook;
   return answer;
 }
 
-/// Of profile memory by 0C: 06 does the same. Otherwise this meter has no such profile.
-Answer LoadSession::OnRefused(Answer answer, Instant now) {
+/// If reading memory by 0C is refused, 06 does the same. Otherwise this meter has no such profile.
+Answer LoadSession::Refused(Answer answer) {
   State& state = states_[asked_];
-  latest_ = state.due = now;
+  state.due = latest();
   if (state.reader.step() == LoadReader::Step::memory && tagged_) {
     tagged_ = false;
     for (State& one : states_) one.reader.BreakOff();
     return {};
   }
   state.refused = true;
-  answer.readings.clear();
   return answer;
 }
 
@@ -175,27 +162,26 @@ void LoadSession::OnReconnect() {
   for (State& state : states_) {
     state.reader.OnReconnect();
     state.refused = false;
-    state.due = latest_;
+    state.due = latest();
   }
 }
 
 std::string LoadSession::Shown() const {
-  std::string text;
   if (blind_) return "no load profile: set meter_constant, voltage_ratio and current_ratio";
+  std::vector<std::string> shown;
   for (const State& state : states_) {
     const auto end = state.reader.end();
     const std::string name = NameOfLoad(state.reader.profile());
     if (state.refused) {
-      text += (text.empty() ? "" : ", ") + ("no " + name + ": it refuses it");
-    } else if (end) {
-      text += (text.empty() ? "" : ", ") + name + " read to " + FormatWallTime(WallTime(*end));
+      shown.push_back("no " + name + ": it refuses it");
+      continue;
     }
-    if (!state.refused && state.reader.waits()) {
-      text += (text.empty() ? "" : ", ") + name +
-              ": the meter has not written the header of its current hour yet";
+    if (end) shown.push_back(name + " read to " + FormatWallTime(WallTime(*end)));
+    if (state.reader.waits()) {
+      shown.push_back(name + ": the meter has not written the header of its current hour yet");
     }
   }
-  return text;
+  return Listed(shown);
 }
 
 }  // namespace baudgate::protocols::set4tm

@@ -76,7 +76,7 @@ class BillingDesk {
     if (deaf && deaf(pdu)) {
       Answer refusal;
       refusal.outcome = Outcome::unsupported;
-      session_->OnRefused(refusal, now_);
+      session_->TakeRefusal(refusal, now_);
       return;
     }
     Bytes data;
@@ -96,7 +96,7 @@ class BillingDesk {
     Scale scale;
     scale.meter_constant = 0.5;
     scale.voltage_ratio = scale.current_ratio = 1;
-    const Answer answer = session_->OnData(data, scale, now_);
+    const Answer answer = session_->Take(data, scale, now_);
     if (answer.batch) Take(*answer.batch);
   }
 

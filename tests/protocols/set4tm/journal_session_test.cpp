@@ -55,14 +55,14 @@ class JournalDesk {
       if (deaf.count(pdu[0] == kJournal ? pdu[1] >> 4U : pdu[1]) > 0) {
         Answer refusal;
         refusal.outcome = Outcome::unsupported;
-        if (session_->OnRefused(refusal, now_).then == Then::ask_again) continue;
+        if (session_->TakeRefusal(refusal, now_).then == Then::ask_again) continue;
         return;
       }
       Bytes reply = twin.Record(pdu).value_or(Bytes(*LengthOfData(pdu)));
       const Bytes whole = reply;
       if (late && late() && last_reply_.size() == reply.size()) reply = last_reply_;
       last_reply_ = whole;
-      const Answer answer = session_->OnRecord(reply, reader_, now_);
+      const Answer answer = session_->Take(reply, reader_, now_);
       if (answer.batch) return Take(*answer.batch);
       if (answer.then != Then::ask_again) return;
     }

@@ -222,6 +222,8 @@ TEST(LoadLine, EachRecordIsKeptOnceOverKillsAndADiskThatFails) {
   station.line.RunFor(2h);
   for (std::uint32_t device = 0; device < 2; ++device) {
     ExpectAll(station.told[device], begin, station.utc() - 36min);
+    EXPECT_NE(station.said[device].find("|" + std::to_string(kMeter) + " 1:"), std::string::npos)
+        << "whose records are kept: " << station.said[device];
   }
 }
 

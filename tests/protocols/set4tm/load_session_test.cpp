@@ -82,10 +82,10 @@ class LoadDesk {
     if (deaf && pdu[0] == kMemoryTagged) {
       Answer refusal;
       refusal.outcome = Outcome::unsupported;
-      EXPECT_EQ(session_->OnRefused(refusal, now_).outcome, Outcome::ok);
+      EXPECT_EQ(session_->TakeRefusal(refusal, now_).outcome, Outcome::ok);
       return;
     }
-    const Answer answer = session_->OnData(Reply(pdu), Unit(), now_);
+    const Answer answer = session_->Take(Reply(pdu), Unit(), now_);
     if (answer.batch) Take(*answer.batch);
   }
 

@@ -1,12 +1,13 @@
-// What replies mean for the points: the part of DconConversation (conversation.h) that remembers
-// nothing.
 // SPDX-License-Identifier: Apache-2.0
+#include "protocols/dcon/reply_reader.h"
+
 #include <algorithm>
 
 #include "gateway/base/decimal.h"
 #include "gateway/base/text.h"
-#include "protocols/dcon/conversation.h"
+#include "protocols/dcon/channel_types.h"
 #include "protocols/dcon/printed.h"
+#include "protocols/dcon/totals.h"
 
 namespace baudgate::protocols::dcon {
 namespace {
@@ -18,63 +19,40 @@ std::string Label(const Command& request, const DecodedReply& reply, const Field
 
 }  // namespace
 
-std::size_t DconConversation::ExpectedChannels(std::string_view command) const {
-  if (settings_.channels != 0) return settings_.channels;
-  std::size_t count = 0;
-  for (const auto& read : reads_) {
-    if (read && read->command == command && read->select == ReadAddress::Select::index) {
-      count = std::max<std::size_t>(count, read->index + 1);
-    }
-  }
-  return count;
-}
-
-std::optional<Form> DconConversation::PlannedForm(std::string_view command) const {
+std::optional<Form> ReplyReader::PlannedForm(std::string_view command) const {
   if (settings_.channel_types && InputOfQuestion(command)) return Form::text;
-  if (totals_ && !totals_->empty() && command == kAskRestart) return Form::hex;
-  for (const auto& read : reads_) {
-    if (read && read->command == command) return read->form;
-  }
-  return std::nullopt;
+  if (counts_ && command == kAskRestart) return Form::hex;
+  return places_.FormOf(command);
 }
 
-std::optional<DconConversation::Exchanged> DconConversation::Decode(View request,
-                                                                    View frame) const {
-  const Settings& settings = IsInOtherMode(request) ? other_mode_ : settings_;
+std::optional<Exchanged> ReplyReader::Read(View request, View frame) const {
+  const Settings& settings = requests_.SettingsFor(request);
   const auto command = ParseRequest(request, settings.checksum);
   if (!command) return std::nullopt;
-  if (IsSetting(command->text)) {
+  if (places_.IsSetting(command->text)) {
     return Exchanged{*command, DecodeConfirmation(*command, frame, settings)};
   }
-  const std::size_t channels = ExpectedChannels(command->text);
+  const std::size_t channels = places_.ChannelsOf(command->text, settings_);
   return Exchanged{*command,
                    DecodeReply(*command, PlannedForm(command->text), channels, frame, settings)};
 }
 
-/// A point is written with it, and is no output.
-bool DconConversation::IsSetting(std::string_view command) const {
-  return std::ranges::any_of(writes_, [command](const auto& write) {
-    return write && write->setting && ParseWritten(*write, command);
-  });
-}
-
-/// Of every point that the command reads.
-Answer DconConversation::ReadingsOf(const Exchanged& exchanged) const {
+Answer ReplyReader::ReadingsOf(const Exchanged& exchanged) const {
   const DecodedReply& reply = exchanged.reply;
   Answer answer;
   answer.outcome = reply.outcome;
   answer.reason = reply.reason;
   answer.remedy = reply.remedy;
-  for (std::size_t i = 0; i < reads_.size(); ++i) {
-    if (!reads_[i] || reads_[i]->command != exchanged.command.text) continue;
+  for (std::size_t i = 0; i < places_.reads.size(); ++i) {
+    if (!places_.reads[i] || places_.reads[i]->command != exchanged.command.text) continue;
     // Two decoders for one command: that of the first point holds, the other cannot be right.
-    const bool wrong_form = reply.outcome == Outcome::ok && reads_[i]->form != reply.form;
+    const bool wrong_form = reply.outcome == Outcome::ok && places_.reads[i]->form != reply.form;
     if (reply.outcome == Outcome::unsupported) {
       answer.readings.push_back({i, {}, {Quality::bad_configuration, Reason::not_fitted}, {}});
     } else if (wrong_form) {
       answer.readings.push_back({i, {}, Quality::bad_configuration, {}});
     } else if (reply.outcome == Outcome::ok) {
-      Field field = Select(reply, *reads_[i]);
+      Field field = Select(reply, *places_.reads[i]);
       if (auto* number = std::get_if<double>(&field.value)) {
         const auto factor = identification_.FactorOf(i);
         if (factor) *number = (Decimal(*number) * *factor).ToDouble();
@@ -87,28 +65,25 @@ Answer DconConversation::ReadingsOf(const Exchanged& exchanged) const {
 }
 
 /// What the reply holds and no point reads.
-void DconConversation::AddLabels(const Exchanged& exchanged, Answer& answer) const {
+void ReplyReader::AddLabels(const Exchanged& exchanged, Answer& answer) const {
   const DecodedReply& reply = exchanged.reply;
   if (reply.outcome != Outcome::ok) return;
   for (const Field& field : reply.fields) {
-    const bool used = std::ranges::any_of(reads_, [&](const std::optional<ReadAddress>& read) {
-      const bool asked =
-          read && read->command == exchanged.command.text && read->form == reply.form;
-      return asked && (read->select != ReadAddress::Select::index || read->index == field.channel);
-    });
+    const bool used =
+        std::ranges::any_of(places_.reads, [&](const std::optional<ReadAddress>& read) {
+          const bool asked =
+              read && read->command == exchanged.command.text && read->form == reply.form;
+          return asked &&
+                 (read->select != ReadAddress::Select::index || read->index == field.channel);
+        });
     if (used) continue;
     answer.readings.push_back(
         {kNoPoint, field.value, field.quality, Label(exchanged.command, reply, field)});
   }
 }
 
-Outcome DconConversation::Check(View request, View frame) const {
-  const auto exchanged = Decode(request, frame);
-  return exchanged ? exchanged->reply.outcome : Outcome::corrupt;
-}
-
-Answer DconConversation::Interpret(View request, View frame) {
-  const auto exchanged = Decode(request, frame);
+Answer ReplyReader::Interpret(View request, View frame, bool polled) const {
+  const auto exchanged = Read(request, frame);
   if (!exchanged) {
     Answer answer;
     answer.outcome = Outcome::corrupt;
@@ -126,7 +101,7 @@ Answer DconConversation::Interpret(View request, View frame) {
   if (!says_nothing || PlannedForm(command.text)) return answer;
   // A device that is polled has options that say how its writes are confirmed.
   const bool output = command.text.front() == '#' || command.text.front() == '@';
-  if (output && !device_.points.empty()) return answer;
+  if (output && polled) return answer;
   return ReadPrinted(command, frame, settings_).value_or(std::move(answer));
 }
 

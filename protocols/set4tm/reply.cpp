@@ -1,10 +1,10 @@
-// What a frame from a meter means for the request that it answers, whatever the session.
 // SPDX-License-Identifier: Apache-2.0
+#include "protocols/set4tm/reply.h"
+
 #include <algorithm>
 
 #include "gateway/base/text.h"
 #include "protocols/set4tm/codec.h"
-#include "protocols/set4tm/conversation.h"
 #include "protocols/set4tm/printed.h"
 #include "protocols/set4tm/snapshot.h"
 #include "protocols/set4tm/status.h"
@@ -12,7 +12,7 @@
 
 namespace baudgate::protocols::set4tm {
 
-bool MeterConversation::Accepts(View asked, View answering) const {
+bool ReplyReader::Accepts(View asked, View answering) const {
   if (std::ranges::equal(asked, answering)) return true;
   if (asked.size() != 1) return false;
   if (answering.size() == 1) return asked[0] == kCommonAddress;
@@ -20,7 +20,7 @@ bool MeterConversation::Accepts(View asked, View answering) const {
          std::ranges::equal(answering, ExtendedAddress(*settings_.serial_number));
 }
 
-MeterConversation::Reply MeterConversation::Decode(View request, View frame) const {
+Reply ReplyReader::Read(View request, View frame) const {
   Reply reply;
   const auto unexpected = [&reply](std::string why) {
     reply.answer.outcome = Outcome::unexpected;
@@ -70,7 +70,7 @@ MeterConversation::Reply MeterConversation::Decode(View request, View frame) con
   return reply;
 }
 
-void MeterConversation::ReadStatus(Reply& reply) const {
+void ReplyReader::ReadStatus(Reply& reply) const {
   const bool awaited = AnsweredByStatus(reply.pdu);
   StatusMeaning meaning = Explain(*reply.status, reply.pdu[0] == kOpenChannel);
   reply.answer.wait = meaning.wait;
@@ -91,7 +91,7 @@ void MeterConversation::ReadStatus(Reply& reply) const {
   reply.answer.readings.push_back({kNoPoint, {}, *meaning.quality, ToHex(reply.pdu)});
 }
 
-void MeterConversation::ReadData(Reply& reply) const {
+void ReplyReader::ReadData(Reply& reply) const {
   const Scale known = identification_.scale();
   const auto matches = fields_.Matches(reply.pdu);
   for (const Match& match : matches) {
@@ -108,18 +108,12 @@ void MeterConversation::ReadData(Reply& reply) const {
 /// CRC-16 has no final XOR: before a zero, C8 03 09 30 C8 (two bytes of data) is a good frame of
 /// three as well, C8 03 09 30 C8 00. Whether one follows is not known here, so it may answer
 /// either.
-Outcome MeterConversation::Check(View request, View frame) const {
-  const Outcome outcome = Decode(request, frame).answer.outcome;
+Outcome ReplyReader::Check(View request, View frame) const {
+  const Outcome outcome = Read(request, frame).answer.outcome;
   if (outcome != Outcome::unexpected) return outcome;
   Bytes longer(frame.begin(), frame.end());
   longer.push_back(0);
-  return Decode(request, longer).answer.outcome;
-}
-
-Answer MeterConversation::Interpret(View request, View frame) {
-  Reply reply = Decode(request, frame);
-  if (!reply.data.empty()) identification_.Learn(reply.pdu, reply.data);
-  return std::move(reply.answer);
+  return Read(request, longer).answer.outcome;
 }
 
 }  // namespace baudgate::protocols::set4tm

@@ -1,0 +1,77 @@
+// What a meter keeps itself: journals, which are events, and load profiles and billing readings,
+// which are read in the background. Joins the three jobs, and what is kept of each in one text
+// (kept_texts.h).
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "protocols/conversation.h"
+#include "protocols/set4tm/billing_session.h"
+#include "protocols/set4tm/identification.h"
+#include "protocols/set4tm/journal_session.h"
+#include "protocols/set4tm/kept_texts.h"
+#include "protocols/set4tm/load_session.h"
+#include "protocols/set4tm/settings.h"
+
+namespace baudgate::protocols::set4tm {
+
+class MeterArchive {
+ public:
+  /// `events`: the configuration asks for them. The others outlive it.
+  MeterArchive(bool events, const Settings& settings, Identification& identification);
+
+  bool has_events() const { return journals_.has_events(); }
+  /// What is kept says of which meter it is.
+  bool wants_serial() const { return has_events() || loads_.wanted(); }
+  /// From when on a task in the background is wanted; nothing: it is not.
+  std::optional<Instant> due() const;
+  bool IsDue(Instant now) const;
+  /// See Conversation::OnEventsKept.
+  void OnKept(std::string_view said);
+  /// The serial number of the meter that answers.
+  void OnMeter(std::uint32_t serial);
+  void OnReconnect();
+  void ForgetRefusals() { journals_.ForgetRefusals(); }
+
+  // Tasks of events: the next PDU, its data, its refusal, no answer to it.
+
+  Bytes NextRecord(Instant now) { return journals_.Next(now); }
+  Answer TakeRecord(View data, Instant now);
+  Answer TakeNoRecord(Answer answer, Instant now);
+  void OnNoRecord(Outcome outcome, Instant now) { journals_.OnFailure(outcome, now); }
+
+  // Tasks in the background.
+
+  /// What has to be asked before NextInBackground; nothing: it may be sent.
+  std::optional<Bytes> Question();
+  Bytes NextInBackground(Instant now);
+  Answer TakeInBackground(View data, Instant now);
+  Answer TakeRefusal(Answer answer, Instant now) {
+    return job().TakeRefusal(std::move(answer), now);
+  }
+  /// The task did not bring what it was for.
+  void OnFailure(Instant now) { job().OnFailure(now); }
+
+  /// For the status; empty: nothing was learned.
+  std::string Learned() const;
+
+ private:
+  BackgroundJob& job() const { return *jobs_[job_]; }
+
+  const bool events_;
+  const Settings& settings_;
+  Identification& identification_;
+  KeptTexts kept_;
+  JournalSession journals_;
+  LoadSession loads_;
+  BillingSession billing_;
+  const std::array<BackgroundJob*, 2> jobs_ = {&loads_, &billing_};
+  std::size_t job_ = 0;  // of the latest task in the background
+};
+
+}  // namespace baudgate::protocols::set4tm

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/set4tm/session.h"
+
+#include <algorithm>
+
+#include "protocols/set4tm/codec.h"
+#include "protocols/set4tm/conversation_steps.h"
+#include "protocols/set4tm/status.h"
+
+namespace baudgate::protocols::set4tm {
+namespace {
+
+/// The channel lives 20 s; with less than a quarter left it is opened anew (reference, 14.5).
+constexpr Duration kChannelTrust = 15s;
+/// In one task.
+constexpr int kReopens = 1;
+constexpr int kRepeats = 1;
+constexpr Duration kWrongMeter = 1min;
+
+}  // namespace
+
+MeterSession::MeterSession(const Settings& settings)
+    : settings_(settings), memory_(settings.password) {}
+
+MeterSession::Need MeterSession::NeedBefore(bool probe, bool wants_serial, Instant now) const {
+  if (probe || !open_ || now - last_good_ > kChannelTrust) {
+    return memory_.MayTry(now) ? Need::open : Need::link;
+  }
+  const bool serial = settings_.serial_number || memory_.is_kept() || wants_serial;
+  return serial && !verified_ ? Need::serial : Need::nothing;
+}
+
+Bytes MeterSession::OpenPdu() const {
+  Bytes pdu = {kOpenChannel};
+  Append(pdu, settings_.password);
+  return pdu;
+}
+
+void MeterSession::OnFailure(bool opens, Outcome outcome, Instant now) {
+  if (opens) open_ = false;
+  // It has refused before, and has answered something now: that counts, or each query would try.
+  if (opens && outcome == Outcome::unexpected && trouble_.reason == Reason::password_refused) {
+    memory_.OnRefused(now);
+  }
+  verified_ = false;
+  OnTaskEnd();
+}
+
+void MeterSession::OnReconnect() {
+  open_ = verified_ = accepted_ = false;
+  OnTaskEnd();
+}
+
+void MeterSession::OnEnabled() {
+  memory_.OnEnabled();
+  verified_ = false;
+}
+
+void MeterSession::Recall(std::string_view memory, Now now) {
+  memory_.Recall(memory, now);
+  if (memory_.given_up()) trouble_ = {Reason::password_refused, RefusedText()};
+}
+
+Answer MeterSession::TakeOpened(std::uint8_t code, Answer answer, bool probe, Instant now) {
+  open_ = code == kOk;
+  if (!open_) {
+    return code == kLevelTooLow ? TakePasswordRefused(std::move(answer), now) : std::move(answer);
+  }
+  accepted_ = true;
+  memory_.OnAccepted();
+  if (trouble_.reason == Reason::password_refused) trouble_ = {};
+  last_good_ = now;
+  verified_ = false;  // another meter may have taken the address
+  if (!probe) answer.then = Then::ask_again;
+  return answer;
+}
+
+/// The right one is the meter that is configured, else the first that has answered since a person
+/// enabled it.
+bool MeterSession::TakeSerial(std::uint32_t serial) {
+  const auto expected = settings_.serial_number ? settings_.serial_number : memory_.serial();
+  if (!expected) memory_.OnSerial(serial);
+  verified_ = serial == expected.value_or(serial);
+  if (verified_) {
+    if (trouble_.reason == Reason::swapped) trouble_ = {};
+    return true;
+  }
+  trouble_ = {Reason::swapped,
+              "meter " + std::to_string(serial) + " answers in place of " +
+                  std::to_string(*expected) +
+                  (settings_.serial_number
+                       ? "; correct `serial_number` or the address"
+                       : "; if it was replaced on purpose, 'baudgate enable' takes it")};
+  return false;
+}
+
+Answer MeterSession::OtherMeter() const {
+  Answer answer;
+  answer.outcome = Outcome::refused;
+  answer.wait = kWrongMeter;
+  answer.reason = trouble_.text;
+  return answer;
+}
+
+/// If a serial number is configured, the values may be another meter's. Otherwise they are taken.
+Answer MeterSession::TakeNoSerial(Answer answer) {
+  if (!settings_.serial_number) {
+    verified_ = true;
+    return AskAgain();
+  }
+  answer.outcome = Outcome::refused;
+  answer.readings.clear();
+  answer.wait = std::max<Duration>(answer.wait, kWrongMeter);
+  return answer;
+}
+
+std::string MeterSession::RefusedText() const {
+  return std::string("the meter refuses the password; set `password`; ") +
+         (memory_.given_up() ? "it is not tried again before 'baudgate enable'"
+                             : "tried again in 1 h");
+}
+
+Answer MeterSession::TakePasswordRefused(Answer answer, Instant now) {
+  if (memory_.MayTry(now)) memory_.OnRefused(now);
+  answer.wait = memory_.Wait(now);
+  answer.outcome = Outcome::refused;
+  answer.reason = RefusedText();
+  trouble_ = {Reason::password_refused, answer.reason};
+  return answer;
+}
+
+Answer MeterSession::TakeClosed(Answer answer) {
+  open_ = false;
+  if (reopened_ >= kReopens) return answer;
+  ++reopened_;
+  return AskAgain();
+}
+
+Answer MeterSession::TakeRepeat(Answer answer) {
+  if (repeated_ >= kRepeats) return answer;
+  ++repeated_;
+  return AskAgain();
+}
+
+}  // namespace baudgate::protocols::set4tm

@@ -1,0 +1,87 @@
+// The session of one meter: it is open once the meter has taken the password, and verified once the
+// meter has told the right serial number. The conversation asks what the session needs before the
+// request that a task is about:
+//
+//   > 05 01 30 30 30 30 30 30   open          < 05 00    open      < 05 03    password refused
+//   > 05 08 00                  who is it?    < its serial number: verified, or another meter
+//   any request                               < 05 05    the channel was closed: opened once more
+//
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "protocols/conversation.h"
+#include "protocols/set4tm/meter_memory.h"
+#include "protocols/set4tm/settings.h"
+
+namespace baudgate::protocols::set4tm {
+
+class MeterSession {
+ public:
+  /// `settings` outlive it.
+  explicit MeterSession(const Settings& settings);
+
+  enum class Need : std::uint8_t {
+    nothing,  ///< the task's own request may be sent
+    link,     ///< the password must not be tried: the link test proves presence
+    open,
+    serial,
+  };
+  /// Opening proves presence as well: a link test (00) equals its own echo, so a `probe` opens.
+  /// `wants_serial`: others need the serial number, though none is configured or remembered.
+  Need NeedBefore(bool probe, bool wants_serial, Instant now) const;
+  Bytes OpenPdu() const;
+  /// The meter has taken the password since the last reconnect.
+  bool accepted() const { return accepted_; }
+
+  /// Data have come: the channel lives on.
+  void OnGood(Instant now) { last_good_ = now; }
+  /// A task has ended.
+  void OnTaskEnd() { reopened_ = repeated_ = 0; }
+  /// A request was not answered; `opens`: it should have opened the channel.
+  void OnFailure(bool opens, Outcome outcome, Instant now);
+  void OnReconnect();
+  /// Whoever answers is asked who it is, and gets the password.
+  void OnEnabled();
+  void Recall(std::string_view memory, Now now);
+  const std::string& memory() const { return memory_.text(); }
+  /// The password is refused, or another meter answers.
+  const DeviceTrouble& trouble() const { return trouble_; }
+
+  // Each of these takes a reply that matters to the session, and says how the task goes on.
+
+  /// The status `code` answers OpenPdu.
+  Answer TakeOpened(std::uint8_t code, Answer answer, bool probe, Instant now);
+  /// False: it is another meter's.
+  bool TakeSerial(std::uint32_t serial);
+  /// The answer to whatever another meter was asked.
+  Answer OtherMeter() const;
+  /// The meter does not tell its serial number.
+  Answer TakeNoSerial(Answer answer);
+  /// The same, where the request was also a poll's own: no other request follows.
+  void AcceptUnnamed() { verified_ = true; }
+  bool needs_number() const { return settings_.serial_number.has_value(); }
+  Answer TakePasswordRefused(Answer answer, Instant now);
+  Answer TakeClosed(Answer answer);
+  /// Status 06: the meter wants the request once more.
+  Answer TakeRepeat(Answer answer);
+
+ private:
+  std::string RefusedText() const;
+
+  const Settings& settings_;
+  bool open_ = false;
+  bool verified_ = false;
+  bool accepted_ = false;
+  Instant last_good_{};
+  int reopened_ = 0;  // in the task under way
+  int repeated_ = 0;
+  // Kept over reconnects.
+  MeterMemory memory_;
+  DeviceTrouble trouble_;
+};
+
+}  // namespace baudgate::protocols::set4tm
