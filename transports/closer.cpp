@@ -6,10 +6,8 @@
 
 #include <deque>
 #include <memory>
-#include <system_error>
-#include <thread>
 
-#include "gateway/base/guarded.h"
+#include "gateway/base/worker.h"
 
 namespace baudgate {
 namespace {
@@ -44,13 +42,9 @@ void CloseElsewhere(int fd) {
   const MutexLock lock(queue->mutex);
   queue->waiting.push_back(fd);
   if (queue->threads >= kMostClosers) return;
-  try {
-    std::thread([shared = queue] { Work(shared); }).detach();
+  if (StartDetached("close port", [shared = queue] { Work(shared); })) {
     ++queue->threads;
-  } catch (const std::system_error&) {
-    // No thread to be had: whichever runs takes it along; with none, closing here is all that is
-    // left.
-    if (queue->threads > 0) return;
+  } else if (queue->threads == 0) {  // otherwise a thread that runs closes it
     queue->waiting.pop_back();
     close(fd);
   }

@@ -12,11 +12,9 @@
 #include <cstring>
 #include <deque>
 #include <map>
-#include <system_error>
-#include <thread>
 #include <utility>
 
-#include "gateway/base/guarded.h"
+#include "gateway/base/worker.h"
 
 namespace baudgate {
 namespace {
@@ -85,11 +83,8 @@ void HostNames::State::Begin(const std::shared_ptr<State>& state) {
       ++at;
       continue;
     }
-    try {
-      std::thread([state, name = *at] { Run(state, name); }).detach();
-    } catch (const std::system_error&) {
-      return;  // no thread to be had: the next question or answer tries again
-    }
+    // Without a thread the next question or answer tries again.
+    if (!StartDetached("host names", [state, name = *at] { Run(state, name); })) return;
     ++state->threads;
     if (host.given_up) ++state->hanging;
     host.running = true;

@@ -12,12 +12,11 @@ constexpr Duration kDropOldEvery = kDay;
 }  // namespace
 
 AuditFile::AuditFile(std::filesystem::path path, std::string vfs,
-                     const std::array<Room, kKinds>& rooms, std::shared_ptr<FileTurn> turn)
-    : rooms_(rooms), connection_(std::move(path), std::move(vfs), std::move(turn)) {}
+                     const std::array<Room, kKinds>& rooms, std::shared_ptr<EventsWriter> writer)
+    : rooms_(rooms), connection_(std::move(path), std::move(vfs), std::move(writer)) {}
 
 std::optional<AuditFile::Opened> AuditFile::Open() {
   if (table_) return std::nullopt;
-  const FileTurn::Hold turn(connection_.turn());
   Opened opened = connection_.Open();
   if (!opened.ok) return opened;
   table_.emplace(connection_.database(), rooms_);
@@ -30,7 +29,6 @@ std::optional<AuditFile::Opened> AuditFile::Open() {
 }
 
 Status AuditFile::Write(std::vector<Draft>& drafts) {
-  const FileTurn::Hold turn(connection_.turn());
   Status status = connection_.CheckThere();
   if (status && !table_->Write(drafts)) status = connection_.Failed();
   if (!connection_.is_open()) table_.reset();
@@ -38,7 +36,6 @@ Status AuditFile::Write(std::vector<Draft>& drafts) {
 }
 
 void AuditFile::Tidy(Now now) {
-  const FileTurn::Hold turn(connection_.turn());
   if (!table_->MakeRoom()) return;
   if (!drop_old_at_) drop_old_at_ = now.instant + kDropOldEvery;
   if (now.instant < *drop_old_at_) return;

@@ -20,7 +20,7 @@ class AuditFile {
   /// As EventsConnection.
   explicit AuditFile(std::filesystem::path path, std::string vfs = {},
                      const std::array<Room, kKinds>& rooms = kRooms,
-                     std::shared_ptr<FileTurn> turn = {});
+                     std::shared_ptr<EventsWriter> writer = {});
 
   using Opened = EventsConnection::Opened;
   /// Nothing where it is open and fit for use.

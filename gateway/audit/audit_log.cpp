@@ -2,14 +2,16 @@
 #include "gateway/audit/audit_log.h"
 
 #include <fmt/format.h>
-#include <pthread.h>
 
 #include <utility>
 
 namespace baudgate::audit {
 
 AuditLog::AuditLog(Options options)
-    : options_(std::move(options)), file_(options_.file, options_.vfs, kRooms, options_.turn) {
+    : options_(std::move(options)),
+      writer_(options_.writer ? options_.writer : std::make_shared<EventsWriter>()),
+      file_(options_.file, options_.vfs, kRooms, writer_),
+      worker_(writer_->thread, [this](bool last) { return Round(last); }) {
   {
     const MutexLock lock(mutex_);
     state_.require = options_.require;
@@ -17,16 +19,11 @@ AuditLog::AuditLog(Options options)
     state_.since = options_.clocks().wall;
     if (options_.file.empty()) Show(Disk::failing, options_.why_no_file);
   }
-  thread_ = std::thread([this] { Run(); });
+  worker_.Start();
 }
 
 AuditLog::~AuditLog() {
-  {
-    const MutexLock lock(mutex_);
-    stop_ = true;
-  }
-  due_.notify_one();
-  thread_.join();
+  worker_.Stop();
   const MutexLock lock(mutex_);
   if (book_.unwritten() == 0) return;
   options_.warn(fmt::format("audit: the gateway ends, and {} records of writes are lost: {}",
@@ -39,7 +36,7 @@ std::optional<Ticket> AuditLog::Begin(WriteRecord record) {
     const MutexLock lock(mutex_);
     ticket = book_.Begin(std::move(record));
   }
-  due_.notify_one();
+  worker_.Wake();
   return ticket;
 }
 
@@ -48,7 +45,7 @@ void AuditLog::End(Ticket ticket, const Ending& ending) {
     const MutexLock lock(mutex_);
     book_.End(ticket, ending);
   }
-  due_.notify_one();
+  worker_.Wake();
 }
 
 void AuditLog::Note(WriteRecord record, Instant asked) {
@@ -60,7 +57,7 @@ void AuditLog::Note(WriteRecord record, Instant asked) {
     repeats_.Add(std::move(record), now);
     due = book_.due();
   }
-  if (due) due_.notify_one();  // repeats wait for the next tick
+  if (due) worker_.Wake();  // repeats wait for the next tick
 }
 
 WriteLog::Kept AuditLog::WaitFor(Ticket ticket, Instant until) {
@@ -101,29 +98,25 @@ Result<Page> AuditLog::Read(const PageQuery& query) const {
 
 // ---------------------------------------------------------------- the writing thread
 
-void AuditLog::Run() {
-  pthread_setname_np(pthread_self(), "audit");
-  while (Sleep()) WriteDue();
+Instant AuditLog::Round(bool last) {
+  {
+    const MutexLock lock(mutex_);
+    const Instant now = options_.clocks().instant;
+    if (!last && !IsTime(now)) return look_at_;
+    repeats_.Tick(now);
+    if (last) repeats_.Close();
+  }
   WriteDue();
+  const MutexLock lock(mutex_);
+  const bool idle = state_.disk != Disk::failing && repeats_.empty();
+  look_at_ = idle ? kWhenWoken : options_.clocks().instant + kTick;
+  return look_at_;
 }
 
-bool AuditLog::Sleep() {
-  MutexLock lock(mutex_);
-  const Instant tick = options_.clocks().instant + kTick;
-  // A disk that fails is left in peace until then; an idle gateway has nothing to look at.
-  while (!stop_) {
-    const bool rests = state_.disk == Disk::failing;
-    if (book_.due() && !rests) break;
-    if (state_.disk == Disk::opening) break;
-    if (!rests && repeats_.empty()) {
-      lock.Wait(due_);
-    } else if (!lock.WaitUntil(due_, tick)) {
-      break;
-    }
-  }
-  repeats_.Tick(options_.clocks().instant);
-  if (stop_) repeats_.Close();
-  return !stop_;
+/// A disk that fails is left in peace until the next look.
+bool AuditLog::IsTime(Instant now) const {
+  if (state_.disk == Disk::opening || now >= look_at_) return true;
+  return book_.due() && state_.disk != Disk::failing;
 }
 
 void AuditLog::WriteDue() {

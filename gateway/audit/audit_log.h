@@ -1,18 +1,18 @@
-// The audit while the gateway runs: records come from any thread, one thread of its own writes them
-// to the file, and all that come while the disk is busy share the next commit. While the disk fails
-// they wait in memory, as many as audit_book.h holds, and it is tried again every second.
+// The audit while the gateway runs: records come from any thread, the thread of events.db writes
+// them to the file, and all that come while the disk is busy share the next commit. While the disk
+// fails they wait in memory, as many as audit_book.h holds, and it is tried again every second.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <condition_variable>
 #include <functional>
-#include <thread>
 
 #include "gateway/audit/audit_file.h"
 #include "gateway/audit/audit_source.h"
 #include "gateway/audit/repeats.h"
 #include "gateway/audit/write_log.h"
 #include "gateway/base/guarded.h"
+#include "gateway/base/worker.h"
 
 namespace baudgate::audit {
 
@@ -24,8 +24,9 @@ class AuditLog final : public WriteLog, public AuditSource {
     std::filesystem::path file;  ///< empty: there is no place for it
     std::string why_no_file{};
     bool require = false;
-    std::string vfs{};                 ///< as in Database
-    std::shared_ptr<FileTurn> turn{};  ///< as in EventsConnection
+    std::string vfs{};  ///< as in Database
+    /// Shared with the events. Null: the audit has a thread of its own.
+    std::shared_ptr<EventsWriter> writer{};
     std::function<Now()> clocks;
     /// One line when the disk begins to fail, and one when it is well again; from any thread.
     std::function<void(const std::string&)> warn;
@@ -48,26 +49,25 @@ class AuditLog final : public WriteLog, public AuditSource {
   Result<Page> Read(const PageQuery& query) const override;
 
  private:
-  void Run();
-  /// Until there is something to be written, or it is time to look.
-  bool Sleep();
+  Instant Round(bool last);
+  bool IsTime(Instant now) const BAUDGATE_REQUIRES(mutex_);
   void WriteDue();
   void OnWritten(const Status& status, const std::vector<Draft>& drafts);
   void Show(Disk disk, const std::string& trouble) BAUDGATE_REQUIRES(mutex_);
   std::string Consequence() const;
 
   const Options options_;
+  const std::shared_ptr<EventsWriter> writer_;
   AuditFile file_;         // of the writing thread
   bool was_open_ = false;  // likewise
   mutable Mutex mutex_;
-  std::condition_variable due_;
   std::condition_variable changed_;
   AuditBook book_ BAUDGATE_GUARDED_BY(mutex_);
   Repeats repeats_ BAUDGATE_GUARDED_BY(mutex_){book_};
   AuditState state_ BAUDGATE_GUARDED_BY(mutex_);
-  std::string told_ BAUDGATE_GUARDED_BY(mutex_);  // the trouble that the log has; empty: none
-  bool stop_ BAUDGATE_GUARDED_BY(mutex_) = false;
-  std::thread thread_;
+  std::string told_ BAUDGATE_GUARDED_BY(mutex_);   // the trouble that the log has; empty: none
+  Instant look_at_ BAUDGATE_GUARDED_BY(mutex_){};  // a round is due then, whatever has come
+  Worker worker_;
 };
 
 }  // namespace baudgate::audit

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/audit/audited_writes.h"
 
-#include <pthread.h>
-
 #include <utility>
 #include <vector>
 
@@ -22,7 +20,12 @@ AuditedWrites::AuditedWrites(const PointStore& store, CommandSink& inner, WriteL
       inner_(inner),
       log_(log),
       require_(audit == config::Audit::require),
-      clocks_(std::move(clocks)) {}
+      clocks_(std::move(clocks)),
+      worker_("audit wait", [this](bool) {
+        while (HandOn()) {
+        }
+        return kWhenWoken;
+      }) {}
 
 bool AuditedWrites::Submit(WriteCommand command) {
   const bool telegram = command.telegram && !command.telegram->reads;
@@ -31,7 +34,7 @@ bool AuditedWrites::Submit(WriteCommand command) {
   // Held until it waits: records and commands have one order, whoever submits at the same time.
   const MutexLock lock(mutex_);
   if (stop_) return false;
-  if (waiting_.size() >= kLimit) {
+  if (waiting_.full()) {
     NoteBusy(command, now);
     return false;
   }
@@ -54,8 +57,8 @@ bool AuditedWrites::Submit(WriteCommand command) {
         }
       });
   waiting.command = std::move(command);
-  waiting_.push_back(std::move(waiting));
-  wake_.notify_one();
+  waiting_.Put(std::move(waiting));
+  worker_.Wake();
   return true;
 }
 
@@ -119,45 +122,23 @@ void AuditedWrites::OnDenied(const DeniedWrite& denied) {
   inner_.OnDenied(denied);
 }
 
-void AuditedWrites::Start() {
-  thread_ = std::thread([this] { Run(); });
-}
-
 void AuditedWrites::Stop() {
   {
     const MutexLock lock(mutex_);
     stop_ = true;
   }
-  wake_.notify_one();
-  if (thread_.joinable()) thread_.join();
-}
-
-void AuditedWrites::Run() {
-  pthread_setname_np(pthread_self(), "audit wait");
-  while (true) {
-    {
-      MutexLock lock(mutex_);
-      while (!stop_ && waiting_.empty()) lock.Wait(wake_);
-      if (waiting_.empty()) return;
-    }
-    HandOn();
-  }
+  worker_.Stop();
 }
 
 bool AuditedWrites::HandOn() {
-  Waiting next;
-  {
-    const MutexLock lock(mutex_);
-    if (waiting_.empty()) return false;
-    next = std::move(waiting_.front());
-    waiting_.pop_front();
-  }
-  const bool kept = next.kept && log_.WaitFor(next.last, next.until) == WriteLog::Kept::yes;
+  auto next = waiting_.Take();
+  if (!next) return false;
+  const bool kept = next->kept && log_.WaitFor(next->last, next->until) == WriteLog::Kept::yes;
   if (!kept && require_) {
-    const std::string why = next.kept ? log_.Trouble() : "too many records wait already";
-    next.command.End({.end = WriteEnd::denied, .reason = "its record cannot be kept: " + why});
-  } else if (!inner_.Submit(next.command)) {
-    next.command.End({.end = WriteEnd::busy, .reason = "too many writes wait for the line"});
+    const std::string why = next->kept ? log_.Trouble() : "too many records wait already";
+    next->command.End({.end = WriteEnd::denied, .reason = "its record cannot be kept: " + why});
+  } else if (!inner_.Submit(next->command)) {
+    next->command.End({.end = WriteEnd::busy, .reason = "too many writes wait for the line"});
   }
   return true;
 }

@@ -7,16 +7,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <condition_variable>
-#include <deque>
 #include <functional>
 #include <optional>
-#include <thread>
 #include <vector>
 
 #include "config/model/config.h"
 #include "gateway/audit/write_log.h"
 #include "gateway/base/guarded.h"
+#include "gateway/base/worker.h"
 #include "gateway/requests/commands.h"
 #include "gateway/store/point_store.h"
 
@@ -40,7 +38,7 @@ class AuditedWrites final : public CommandSink {
   void OnDenied(const DeniedWrite& denied) override;
 
   /// Begins to hand commands on, on a thread of its own.
-  void Start();
+  void Start() { worker_.Start(); }
   /// Hands on, or denies, what still waits. Nobody submits any more.
   void Stop();
 
@@ -60,7 +58,6 @@ class AuditedWrites final : public CommandSink {
   /// Without a point: of a telegram.
   WriteRecord Named(Kind kind, std::uint32_t device, std::optional<std::uint32_t> point) const;
   void NoteBusy(const WriteCommand& command, Now now);
-  void Run();
 
   const PointStore& store_;
   CommandSink& inner_;
@@ -68,10 +65,9 @@ class AuditedWrites final : public CommandSink {
   const bool require_;
   const std::function<Now()> clocks_;
   Mutex mutex_;
-  std::condition_variable wake_;
-  std::deque<Waiting> waiting_ BAUDGATE_GUARDED_BY(mutex_);
   bool stop_ BAUDGATE_GUARDED_BY(mutex_) = false;
-  std::thread thread_;
+  WorkQueue<Waiting> waiting_{kLimit};
+  Worker worker_;
 };
 
 }  // namespace baudgate::audit

@@ -6,15 +6,11 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
-#include <condition_variable>
-#include <csignal>
 #include <cstdlib>
 #include <ctime>
 #include <memory>
 #include <mutex>
-#include <stop_token>
 #include <system_error>
-#include <thread>
 #include <vector>
 
 #include "gateway/base/guarded.h"
@@ -22,6 +18,7 @@
 #include "gateway/base/log_folder.h"
 #include "gateway/base/log_outlet.h"
 #include "gateway/base/time.h"
+#include "gateway/base/worker.h"
 
 namespace baudgate::log {
 namespace {
@@ -96,30 +93,18 @@ void PrintRepeats(Repeats (Folder::*take)(Instant)) {
 class Teller {
  public:
   Teller() {
-    // Signals are for the thread that waits for them.
-    sigset_t all;
-    sigset_t before;
-    sigfillset(&all);
-    pthread_sigmask(SIG_BLOCK, &all, &before);
     try {
-      thread_ = std::jthread([this](const std::stop_token& stop) { Run(stop); });
+      worker_.Start();
     } catch (const std::system_error&) {
       // No thread is left for it: repeats are told with the next text.
     }
-    pthread_sigmask(SIG_SETMASK, &before, nullptr);
   }
 
  private:
-  void Run(const std::stop_token& stop) {
-    std::unique_lock lock(mutex_);
-    while (!wake_.wait_for(lock, stop, kLookEvery, [&stop] { return stop.stop_requested(); })) {
-      PrintRepeats(&Folder::Due);
-    }
-  }
-
-  std::mutex mutex_;  // guards nothing: a wait needs one
-  std::condition_variable_any wake_;
-  std::jthread thread_;
+  Worker worker_{"log repeats", [](bool last) {
+                   if (!last) PrintRepeats(&Folder::Due);
+                   return ReadClocks().instant + kLookEvery;
+                 }};
 };
 
 std::string Whole(const About& about, const std::string& text) {

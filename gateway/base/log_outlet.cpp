@@ -6,11 +6,10 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <csignal>
+#include <condition_variable>
 #include <deque>
 #include <string_view>
 #include <system_error>
-#include <thread>
 #include <utility>
 
 namespace baudgate::log {
@@ -21,14 +20,12 @@ struct Outlet::Queue {
   const int descriptor;
   const std::size_t most_bytes;
   Mutex mutex;
-  std::condition_variable changed;
+  std::condition_variable written;
   std::deque<std::string> lines BAUDGATE_GUARDED_BY(mutex);
   std::size_t bytes BAUDGATE_GUARDED_BY(mutex) = 0;
   std::uint64_t dropped BAUDGATE_GUARDED_BY(mutex) = 0;
   std::uint64_t told BAUDGATE_GUARDED_BY(mutex) = 0;  // of `dropped`
   bool writing BAUDGATE_GUARDED_BY(mutex) = false;
-  bool stopping BAUDGATE_GUARDED_BY(mutex) = false;
-  bool threaded BAUDGATE_GUARDED_BY(mutex) = false;
 };
 
 namespace {
@@ -56,48 +53,42 @@ std::string DroppedText(std::uint64_t lines) {
 }  // namespace
 
 Outlet::Outlet(int descriptor, std::size_t most_bytes)
-    : queue_(std::make_shared<Queue>(descriptor, most_bytes)) {
-  // Signals are for the thread that waits for them.
-  sigset_t all;
-  sigset_t before;
-  sigfillset(&all);
-  pthread_sigmask(SIG_BLOCK, &all, &before);
+    : queue_(std::make_shared<Queue>(descriptor, most_bytes)),
+      worker_("log", [queue = queue_](bool) {
+        WriteQueued(*queue);
+        return kWhenWoken;
+      }) {
   try {
-    std::thread([queue = queue_] { Run(queue); }).detach();
-    const MutexLock lock(queue_->mutex);
-    queue_->threaded = true;
+    worker_.Start();
   } catch (const std::system_error&) {
-    // No thread is left: whoever logs writes.
+    has_thread_ = false;
   }
-  pthread_sigmask(SIG_SETMASK, &before, nullptr);
 }
 
-Outlet::~Outlet() {
-  const MutexLock lock(queue_->mutex);
-  queue_->stopping = true;
-  queue_->changed.notify_all();
-}
+Outlet::~Outlet() { worker_.Leave(); }
 
 void Outlet::Put(std::string line) {
-  const MutexLock lock(queue_->mutex);
-  if (!queue_->threaded) {
-    queue_->dropped += WriteAll(queue_->descriptor, line) ? 0 : 1;
-    return;
+  {
+    const MutexLock lock(queue_->mutex);
+    if (!has_thread_) {
+      queue_->dropped += WriteAll(queue_->descriptor, line) ? 0 : 1;
+      return;
+    }
+    if (queue_->bytes + line.size() > queue_->most_bytes) {
+      ++queue_->dropped;
+      return;
+    }
+    queue_->bytes += line.size();
+    queue_->lines.push_back(std::move(line));
   }
-  if (queue_->bytes + line.size() > queue_->most_bytes) {
-    ++queue_->dropped;
-    return;
-  }
-  queue_->bytes += line.size();
-  queue_->lines.push_back(std::move(line));
-  queue_->changed.notify_all();
+  worker_.Wake();
 }
 
 bool Outlet::Flush(Duration patience) {
   const auto until = std::chrono::steady_clock::now() + patience;
   MutexLock lock(queue_->mutex);
   while (queue_->writing || !queue_->lines.empty()) {
-    if (!lock.WaitUntil(queue_->changed, until)) return false;
+    if (!lock.WaitUntil(queue_->written, until)) return false;
   }
   return true;
 }
@@ -107,36 +98,35 @@ std::uint64_t Outlet::dropped() const {
   return queue_->dropped;
 }
 
-void Outlet::Run(const std::shared_ptr<Queue>& queue) {
+void Outlet::WriteQueued(Queue& queue) {
   for (;;) {
     std::string text;
     {
-      MutexLock lock(queue->mutex);
-      while (queue->lines.empty() && !queue->stopping) lock.Wait(queue->changed);
-      if (queue->lines.empty()) return;
-      text = std::move(queue->lines.front());
-      queue->lines.pop_front();
-      queue->bytes -= text.size();
-      queue->writing = true;
+      const MutexLock lock(queue.mutex);
+      if (queue.lines.empty()) return;
+      text = std::move(queue.lines.front());
+      queue.lines.pop_front();
+      queue.bytes -= text.size();
+      queue.writing = true;
     }
-    const bool written = WriteAll(queue->descriptor, text);
+    const bool written = WriteAll(queue.descriptor, text);
     std::string note;
     {
-      const MutexLock lock(queue->mutex);
-      if (!written) ++queue->dropped;
+      const MutexLock lock(queue.mutex);
+      if (!written) ++queue.dropped;
       // Lines were dropped behind all that are queued now.
-      if (queue->lines.empty() && queue->dropped > queue->told) {
-        note = DroppedText(queue->dropped - queue->told);
-        queue->told = queue->dropped;
+      if (queue.lines.empty() && queue.dropped > queue.told) {
+        note = DroppedText(queue.dropped - queue.told);
+        queue.told = queue.dropped;
       }
-      if (note.empty()) queue->writing = false;
+      if (note.empty()) queue.writing = false;
     }
     if (!note.empty()) {
-      WriteAll(queue->descriptor, note);
-      const MutexLock lock(queue->mutex);
-      queue->writing = false;
+      WriteAll(queue.descriptor, note);
+      const MutexLock lock(queue.mutex);
+      queue.writing = false;
     }
-    queue->changed.notify_all();
+    queue.written.notify_all();
   }
 }
 

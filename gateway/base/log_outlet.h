@@ -7,7 +7,7 @@
 #include <memory>
 #include <string>
 
-#include "gateway/base/guarded.h"
+#include "gateway/base/worker.h"
 
 namespace baudgate::log {
 
@@ -31,9 +31,11 @@ class Outlet {
 
  private:
   struct Queue;
-  static void Run(const std::shared_ptr<Queue>& queue);
+  static void WriteQueued(Queue& queue);
 
   const std::shared_ptr<Queue> queue_;  // shared with the thread, which may outlive the outlet
+  Worker worker_;
+  bool has_thread_ = true;  // false: none is left, and whoever logs writes
 };
 
 }  // namespace baudgate::log

@@ -53,7 +53,7 @@ events::EventLog::Options OptionsOf(const config::Config& config, const EventsPl
   options.file = place.file;
   options.why_no_file = place.why_no_file;
   options.in_memory = place.in_memory;
-  options.turn = place.turn;
+  options.writer = place.writer;
   options.sources = SourcesOf(config);
   options.clocks = ReadClocks;
   options.feed = std::move(feed);

@@ -6,7 +6,7 @@
 #include <memory>
 #include <string>
 
-#include "gateway/state/file_turn.h"
+#include "gateway/state/events_writer.h"
 
 namespace baudgate {
 
@@ -14,7 +14,7 @@ struct EventsPlace {
   std::filesystem::path file;  ///< empty: there is no place for it
   std::string why_no_file{};
   bool in_memory = false;  ///< nothing but alarms of the gateway's own, until it ends
-  std::shared_ptr<FileTurn> turn = std::make_shared<FileTurn>();
+  std::shared_ptr<EventsWriter> writer = std::make_shared<EventsWriter>();
 };
 
 }  // namespace baudgate

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/daemon/host_clock.h"
 
-#include <pthread.h>
 #include <sys/timex.h>
 
 #include <cerrno>
@@ -27,38 +26,17 @@ std::optional<bool> AskKernel() {
 }  // namespace
 
 HostClock::HostClock(std::function<void(bool)> tell)
-    : tell_(std::move(tell)), thread_([this] { Run(); }) {}
-
-HostClock::~HostClock() {
-  RequestStop();
-  thread_.join();
+    : tell_(std::move(tell)), worker_("clock", [this](bool last) {
+        return last ? kWhenWoken : ReadClocks().instant + Look();
+      }) {
+  worker_.Start();
 }
 
-void HostClock::RequestStop() {
-  {
-    const MutexLock lock(mutex_);
-    stop_ = true;
-  }
-  ends_.notify_one();
-}
-
-void HostClock::Run() {
-  pthread_setname_np(pthread_self(), "clock");
-  bool told = false;
-  for (bool goes_on = true; goes_on;) {
-    const auto kernel = AskKernel();
-    const bool right = kernel ? *kernel : AskTimeService().value_or(false);
-    if (std::exchange(told, right) != right) tell_(right);
-    goes_on = Sleep(kernel ? kInterval : kServiceInterval);
-  }
-}
-
-bool HostClock::Sleep(Duration time) {
-  MutexLock lock(mutex_);
-  const Instant end = ReadClocks().instant + time;
-  while (!stop_ && lock.WaitUntil(ends_, end)) {
-  }
-  return !stop_;
+Duration HostClock::Look() {
+  const auto kernel = AskKernel();
+  const bool right = kernel ? *kernel : AskTimeService().value_or(false);
+  if (std::exchange(told_, right) != right) tell_(right);
+  return kernel ? kInterval : kServiceInterval;
 }
 
 }  // namespace baudgate

@@ -4,11 +4,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <condition_variable>
 #include <functional>
-#include <thread>
 
-#include "gateway/base/guarded.h"
+#include "gateway/base/worker.h"
 
 namespace baudgate {
 
@@ -16,23 +14,16 @@ class HostClock {
  public:
   /// `tell` hears on the own thread of the first time that it is right, and of every change.
   explicit HostClock(std::function<void(bool right)> tell);
-  /// Ends as soon as no answer is under way.
-  void RequestStop();
-  /// The same, and waits for it.
-  ~HostClock();
-  HostClock(const HostClock&) = delete;
-  HostClock& operator=(const HostClock&) = delete;
+  /// Ends as soon as no answer is under way; the destructor waits for that.
+  void RequestStop() { worker_.RequestStop(); }
 
  private:
-  void Run();
-  /// False: it ends.
-  bool Sleep(Duration time);
+  /// Returns until when the answer holds.
+  Duration Look();
 
   const std::function<void(bool)> tell_;
-  Mutex mutex_;
-  std::condition_variable ends_;
-  bool stop_ BAUDGATE_GUARDED_BY(mutex_) = false;
-  std::thread thread_;
+  bool told_ = false;
+  Worker worker_;
 };
 
 }  // namespace baudgate

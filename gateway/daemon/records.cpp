@@ -85,7 +85,7 @@ Status Records::PlaceEvents(const config::Config& config, EventsPlace& place) {
   place.why_no_file = "there is no state folder for it: " + why_no_state_;
   if (!folder) return {};
   place.file = folder->path() / kEventsFile;
-  place.turn->ready = ReadyOf(folder);
+  place.writer->ready = ReadyOf(folder);
   return {};
 }
 

@@ -13,7 +13,7 @@ audit::AuditLog::Options OptionsOf(const config::Config& config, const EventsPla
   audit::AuditLog::Options options;
   options.file = place.file;
   options.why_no_file = place.why_no_file;
-  options.turn = place.turn;
+  options.writer = place.writer;
   options.require = config.audit == config::Audit::require;
   options.clocks = ReadClocks;
   options.warn = [](const std::string& text) { log::Warn("{}", text); };

@@ -2,6 +2,7 @@
 #include "gateway/dds/publisher.h"
 
 #include <algorithm>
+#include <thread>
 #include <utility>
 
 #include "gateway/base/time.h"
@@ -46,18 +47,13 @@ Result<std::unique_ptr<DdsPublisher>> DdsPublisher::Create(const config::Config&
   if (const Status status = CheckNames(config); !status) return Error{status.error()};
   std::unique_ptr<DdsPublisher> publisher(
       new DdsPublisher(config, store, std::move(log), std::move(writer), std::move(events)));
-  publisher->writer_->OnSession([raw = publisher.get()] {
-    {
-      const MutexLock lock(raw->stop_mutex_);
-      raw->session_changed_ = true;
-    }
-    raw->stop_changed_.notify_all();
+  DdsPublisher* const raw = publisher.get();
+  raw->writer_->OnSession([raw] {
+    raw->worker_.Wake();
     raw->feed_->Wake();
   });
-  if (publisher->events_) {
-    publisher->events_->OnNew([raw = publisher.get()] { raw->feed_->Wake(); });
-  }
-  publisher->thread_ = std::thread([raw = publisher.get()] { raw->Run(); });
+  if (raw->events_) raw->events_->OnNew([raw] { raw->feed_->Wake(); });
+  raw->worker_.Start();
   return publisher;
 }
 
@@ -67,7 +63,9 @@ DdsPublisher::DdsPublisher(const config::Config& config, PointStore& store, Log 
     : writer_(std::move(writer)),
       events_(std::move(events)),
       feed_(store.Subscribe()),
-      sender_(config, store, *writer_, std::move(log), ReadClocks(), events_.get()) {}
+      sender_(config, store, *writer_, std::move(log), ReadClocks(), events_.get()),
+      wakes_(kWakeInterval, kWakeBurst),
+      worker_("dds publish", [this](bool last) { return last ? End() : Publish(); }) {}
 
 DdsPublisher::~DdsPublisher() {
   Stop();
@@ -81,69 +79,44 @@ void DdsPublisher::Renumber() {
 }
 
 void DdsPublisher::Stop() {
-  {
-    const MutexLock lock(stop_mutex_);
-    stop_ = true;
-  }
-  stop_changed_.notify_all();
+  worker_.RequestStop();
   feed_->Wake();
-  if (thread_.joinable()) thread_.join();
+  worker_.Stop();
 }
 
-void DdsPublisher::Run() {
-  Pacer wakes(kWakeInterval, kWakeBurst);
-  Changes changes;
-  Instant next_sending{};
-  std::uint64_t session = 0;  // whom the sender sends to
-  while (!stopping()) {
-    const std::uint64_t current = AwaitSession();
-    if (current == 0) break;
-    if (std::exchange(session, current) != current) {
-      sender_.StartAnew(ReadClocks().instant);
-      next_sending = {};
-    }
-    if (renumbered_.exchange(false)) {
-      sender_.Renumber(ReadClocks().instant);
-      next_sending = {};
-    }
-    const bool takes_changes = sender_.idle();
-    if (takes_changes) {
-      feed_->Drain(next_sending, changes);
-      sender_.Add(changes);
-    } else {
-      WaitUntil(next_sending);
-    }
-    const Instant now = ReadClocks().instant;
-    next_sending = sender_.Send(now);
-    if (takes_changes && !wakes.Take(now)) WaitUntil(now + kWakeInterval);
+Instant DdsPublisher::Publish() {
+  const std::uint64_t session = writer_->session();
+  if (session == 0) return kWhenWoken;
+  Renew(session);
+  if (ReadClocks().instant < rests_until_) return rests_until_;
+  const bool takes_changes = sender_.idle();
+  if (takes_changes) {
+    feed_->Drain(next_sending_, changes_);  // waits for them
+    sender_.Add(changes_);
   }
-  if (writer_->session() != session) return;  // nobody is there who has anything
+  const Instant now = ReadClocks().instant;
+  next_sending_ = sender_.Send(now);
+  if (takes_changes && !wakes_.Take(now)) rests_until_ = now + kWakeInterval;
+  if (!sender_.idle()) rests_until_ = std::max(rests_until_, next_sending_);
+  return rests_until_;
+}
+
+/// Another session, or other devices: the sender begins anew, and at once.
+void DdsPublisher::Renew(std::uint64_t session) {
+  const Instant now = ReadClocks().instant;
+  const bool other_session = std::exchange(session_, session) != session;
+  const bool other_devices = renumbered_.exchange(false);
+  if (other_session) sender_.StartAnew(now);
+  if (other_devices) sender_.Renumber(now);
+  if (other_session || other_devices) next_sending_ = rests_until_ = {};
+}
+
+Instant DdsPublisher::End() {
+  if (writer_->session() != session_) return kWhenWoken;  // nobody is there who has anything
   while (const auto next = sender_.End(ReadClocks().instant)) std::this_thread::sleep_until(*next);
   const bool heard = writer_->subscribers() > 0;
   if (writer_->WaitAcknowledged(kAcknowledgeTime) && heard) sender_.Confirm();
-}
-
-/// Waits until somebody takes samples; 0: Stop was called.
-std::uint64_t DdsPublisher::AwaitSession() {
-  MutexLock lock(stop_mutex_);
-  for (;;) {
-    session_changed_ = false;
-    const std::uint64_t session = writer_->session();
-    if (stop_) return 0;
-    if (session != 0) return session;
-    while (!stop_ && !session_changed_) lock.Wait(stop_changed_);
-  }
-}
-
-void DdsPublisher::WaitUntil(Instant when) {
-  MutexLock lock(stop_mutex_);
-  while (!stop_ && !session_changed_ && lock.WaitUntil(stop_changed_, when)) {
-  }
-}
-
-bool DdsPublisher::stopping() const {
-  const MutexLock lock(stop_mutex_);
-  return stop_;
+  return kWhenWoken;
 }
 
 }  // namespace baudgate::dds

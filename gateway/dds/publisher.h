@@ -4,13 +4,11 @@
 #pragma once
 
 #include <atomic>
-#include <condition_variable>
 #include <memory>
-#include <thread>
 
 #include "config/model/config.h"
-#include "gateway/base/guarded.h"
 #include "gateway/base/result.h"
+#include "gateway/base/worker.h"
 #include "gateway/dds/sample_sender.h"
 #include "gateway/dds/sample_writer.h"
 #include "gateway/store/change_feed.h"
@@ -47,22 +45,22 @@ class DdsPublisher {
   DdsPublisher(const config::Config& config, PointStore& store, Log log,
                std::shared_ptr<SampleWriter> writer, std::shared_ptr<EventSupply> events);
 
-  void Run();
-  std::uint64_t AwaitSession();
-  void WaitUntil(Instant when);
-  bool stopping() const;
+  Instant Publish();
+  void Renew(std::uint64_t session);
+  Instant End();
 
   std::shared_ptr<SampleWriter> writer_;
   std::shared_ptr<EventSupply> events_;  // null: there are none
   std::shared_ptr<ChangeFeed> feed_;
   SampleSender sender_;
-
-  mutable Mutex stop_mutex_;
-  std::condition_variable stop_changed_;
-  bool stop_ BAUDGATE_GUARDED_BY(stop_mutex_) = false;
-  bool session_changed_ BAUDGATE_GUARDED_BY(stop_mutex_) = false;
   std::atomic<bool> renumbered_ = false;
-  std::thread thread_;
+  // Of the thread.
+  Pacer wakes_;
+  Changes changes_;
+  std::uint64_t session_ = 0;  // whom the sender sends to
+  Instant next_sending_{};
+  Instant rests_until_{};
+  Worker worker_;
 };
 
 }  // namespace baudgate::dds

@@ -6,12 +6,11 @@
 namespace baudgate::events {
 
 EventFile::EventFile(std::filesystem::path path, const SourceNames& names, std::string vfs,
-                     std::shared_ptr<FileTurn> turn)
-    : names_(names), connection_(std::move(path), std::move(vfs), std::move(turn)) {}
+                     std::shared_ptr<EventsWriter> writer)
+    : names_(names), connection_(std::move(path), std::move(vfs), std::move(writer)) {}
 
 std::optional<EventFile::Opened> EventFile::Open() {
   if (table_) return std::nullopt;
-  const FileTurn::Hold turn(connection_.turn());
   Opened opened{connection_.Open(), {}};
   if (!opened.ok) return opened;
   table_.emplace(connection_.database(), names_);
@@ -29,7 +28,6 @@ std::optional<EventFile::Opened> EventFile::Open() {
 
 Status EventFile::Write(const std::vector<Batch>& batches, const Cursors* cursors,
                         const std::vector<KeptRecord>& records) {
-  const FileTurn::Hold turn(connection_.turn());
   Status status = connection_.CheckThere();
   const bool due = !batches.empty() || cursors != nullptr || !records.empty();
   if (status && due && !table_->Write(batches, cursors, records)) status = connection_.Failed();
@@ -38,7 +36,6 @@ Status EventFile::Write(const std::vector<Batch>& batches, const Cursors* cursor
 }
 
 Result<std::vector<FedEvent>> EventFile::ReadBehind(std::int64_t after) {
-  const FileTurn::Hold turn(connection_.turn());
   auto events = table_->ReadBehind(after);
   if (!events) events = connection_.Failed();
   if (!connection_.is_open()) table_.reset();
@@ -46,7 +43,6 @@ Result<std::vector<FedEvent>> EventFile::ReadBehind(std::int64_t after) {
 }
 
 Status EventFile::WriteAlarms(const std::vector<Alarm>& alarms) {
-  const FileTurn::Hold turn(connection_.turn());
   Status status;
   if (table_->WriteAlarms(alarms)) {
     lacks_alarms_ = false;

@@ -18,7 +18,7 @@ class EventFile {
  public:
   /// As EventsConnection; `names` outlives it.
   EventFile(std::filesystem::path path, const SourceNames& names, std::string vfs = {},
-            std::shared_ptr<FileTurn> turn = {});
+            std::shared_ptr<EventsWriter> writer = {});
 
   struct Opened : EventsConnection::Opened {
     EventTable::Contents contents{};

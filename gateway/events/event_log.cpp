@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/events/event_log.h"
 
-#include <pthread.h>
-
 #include <algorithm>
 #include <utility>
 
@@ -10,17 +8,19 @@ namespace baudgate::events {
 
 EventLog::EventLog(Options options)
     : options_(std::move(options)),
-      queue_(options_),
+      writer_(options_.writer ? options_.writer : std::make_shared<EventsWriter>()),
+      queue_(options_, [this] { worker_.Wake(); }),
       sources_(options_.sources),
-      file_(options_.file, sources_, options_.vfs, options_.turn) {
+      file_(options_.file, sources_, options_.vfs, writer_),
+      worker_(writer_->thread, [this](bool last) { return Round(last); }) {
   if (options_.feed) options_.feed->ServeWith([this](bool now) { queue_.Look(now); });
-  thread_ = std::thread([this] { Run(); });
+  worker_.Start();
 }
 
 EventLog::~EventLog() {
   if (options_.feed) options_.feed->ServeWith({});
-  queue_.Stop();
-  thread_.join();
+  queue_.TellEndOnce();
+  worker_.Stop();
   for (const std::string& line : queue_.LeftBehind()) options_.warn(line);
 }
 
@@ -47,12 +47,12 @@ Result<PastPage> EventLog::ReadPast(const PastQuery& query) const {
 }
 
 /// The end of a trouble is told as well, in a commit behind the one that has ended it.
-void EventLog::Run() {
-  pthread_setname_np(pthread_self(), "events");
-  while (queue_.Await()) WriteDue();
+Instant EventLog::Round(bool last) {
+  if (!last && !queue_.Begin()) return queue_.NextRound();
   do {
     WriteDue();
-  } while (queue_.goes_on());
+  } while (last && queue_.goes_on());
+  return queue_.NextRound();
 }
 
 void EventLog::WriteDue() {
@@ -113,14 +113,15 @@ Status EventLog::Open() {
   return {};
 }
 
+/// One page a round: the audit does not wait for all of it.
 void EventLog::ReadBacklog() {
-  if (!options_.feed) return;
-  while (const auto after = options_.feed->wanted()) {
-    auto events = options_.in_memory ? Result<std::vector<FedEvent>>(std::vector<FedEvent>())
-                                     : file_.ReadBehind(*after);
-    if (!events) return queue_.Look(false);
-    options_.feed->Supply(*after, std::move(*events));
-  }
+  const auto after = options_.feed ? options_.feed->wanted() : std::nullopt;
+  if (!after) return;
+  auto events = options_.in_memory ? Result<std::vector<FedEvent>>(std::vector<FedEvent>())
+                                   : file_.ReadBehind(*after);
+  if (!events) return queue_.Look(false);
+  options_.feed->Supply(*after, std::move(*events));
+  if (options_.feed->wanted()) queue_.Look(true);
 }
 
 void EventLog::TellOwed(const std::vector<Batch>& batches) const {

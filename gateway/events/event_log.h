@@ -1,5 +1,5 @@
-// The events while the gateway runs: batches come from the lines, one thread of its own writes them
-// to the file, and all that come while the disk is busy share the next commit: the first of an idle
+// The events while the gateway runs: batches come from the lines, the thread of events.db writes
+// them, and all that come while the disk is busy share the next commit: the first of an idle
 // queue is written at once. While the disk fails they wait in memory, and it is tried again every
 // second; their devices are not asked for more, and keep what they have. Without a file (in_memory)
 // what would be written is over at once.
@@ -7,8 +7,8 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "gateway/events/event_file.h"
@@ -60,7 +60,7 @@ class EventLog final : public EventSource {
   Result<PastPage> ReadPast(const PastQuery& query) const override;
 
  private:
-  void Run();
+  Instant Round(bool last);
   void WriteDue();
   Status Open();
   Status Write(EventQueue::Round& round);
@@ -70,10 +70,11 @@ class EventLog final : public EventSource {
   void ReadBacklog();
 
   const Options options_;
+  const std::shared_ptr<EventsWriter> writer_;
   EventQueue queue_;
   SourceNames sources_;  // of the writing thread
   EventFile file_;       // likewise
-  std::thread thread_;
+  Worker worker_;
 };
 
 }  // namespace baudgate::events

@@ -11,7 +11,8 @@
 
 namespace baudgate::events {
 
-EventQueue::EventQueue(const LogOptions& options) : options_(options), sources_(options.sources) {
+EventQueue::EventQueue(const LogOptions& options, std::function<void()> wake)
+    : options_(options), wake_(std::move(wake)), sources_(options.sources) {
   const MutexLock lock(mutex_);
   watches_ = options_.watches;
   state_.file = options_.file.string();
@@ -25,7 +26,7 @@ void EventQueue::Add(Batch batch) {
     const MutexLock lock(mutex_);
     book_.Add(std::move(batch));
   }
-  due_.notify_one();
+  wake_();
 }
 
 void EventQueue::Tell(EventRecord record) {
@@ -34,7 +35,7 @@ void EventQueue::Tell(EventRecord record) {
     const MutexLock lock(mutex_);
     book_.Tell(std::move(record), now);
   }
-  due_.notify_one();
+  wake_();
 }
 
 /// While the disk fails as many wait as events of the gateway's own.
@@ -43,7 +44,7 @@ void EventQueue::Keep(KeptRecord record) {
     const MutexLock lock(mutex_);
     if (records_.size() < EventBook::kMostOwn) records_.push_back(std::move(record));
   }
-  due_.notify_one();
+  wake_();
 }
 
 void EventQueue::Started(const std::string& version) {
@@ -53,7 +54,7 @@ void EventQueue::Started(const std::string& version) {
     start_ = {version, options_.clocks().wall};
     tells_end_ = true;
   }
-  due_.notify_one();
+  wake_();
 }
 
 void EventQueue::TellEnd() {
@@ -65,7 +66,7 @@ void EventQueue::End(Duration most) {
   const Instant until = options_.clocks().instant + most;
   MutexLock lock(mutex_);
   TellEnd();
-  due_.notify_one();
+  wake_();
   while (!IsIdle() && state_.disk != Disk::failing && lock.WaitUntil(done_, until)) {
   }
 }
@@ -81,7 +82,7 @@ std::size_t EventQueue::Acknowledge(const AckQuery& query, AckDesk::Done done) {
       acks_.Wait({now.alarms, now.at, std::exchange(done, nullptr)});
     }
   }
-  due_.notify_one();
+  wake_();
   if (done) done(now);
   return now.alarms;
 }
@@ -104,7 +105,7 @@ void EventQueue::Renumber(SourceNames sources, Watched watches) {
   watches_ = std::move(watches);
   ends_alarms_ = true;
   book_.TellLeftOut(at, true);
-  due_.notify_one();
+  wake_();
   std::map<Source, Source> moved;
   for (std::size_t now = 0; now < sources.size(); ++now) {
     if (sources[now].second.empty()) continue;
@@ -156,28 +157,23 @@ std::vector<Alarm> EventQueue::AlarmsNow() const {
 
 // ---------------------------------------------------------------- the writing thread
 
-bool EventQueue::Await() {
-  MutexLock lock(mutex_);
-  const Instant tick = options_.clocks().instant + kTick;
-  // A disk that fails is left in peace until then.
-  while (!stop_) {
-    const bool rests = state_.disk == Disk::failing;
-    if (!rests && !IsIdle()) break;
-    const auto until = rests ? tick : WakesAt();
-    if (!until) {
-      lock.Wait(due_);
-    } else if (!lock.WaitUntil(due_, *until)) {
-      break;
-    }
-  }
+bool EventQueue::Begin() {
+  const MutexLock lock(mutex_);
+  if (NextRoundAt() > options_.clocks().instant) return false;
   look_at_.reset();
-  return !stop_;
+  return true;
 }
 
-std::optional<Instant> EventQueue::WakesAt() const {
-  const auto left_out = book_.LeftOutAt();
-  if (!left_out || !look_at_) return left_out ? left_out : look_at_;
-  return std::min(*left_out, *look_at_);
+Instant EventQueue::NextRound() const {
+  const MutexLock lock(mutex_);
+  return NextRoundAt();
+}
+
+/// A disk that fails is left in peace until the next tick.
+Instant EventQueue::NextRoundAt() const {
+  if (state_.disk == Disk::failing) return rests_until_;
+  if (!IsIdle()) return {};
+  return std::min(book_.LeftOutAt().value_or(kWhenWoken), look_at_.value_or(kWhenWoken));
 }
 
 void EventQueue::Look(bool now) {
@@ -186,7 +182,7 @@ void EventQueue::Look(bool now) {
     const Instant at = now ? Instant() : options_.clocks().instant + kTick;
     look_at_ = look_at_ ? std::min(*look_at_, at) : at;
   }
-  due_.notify_one();
+  wake_();
 }
 
 bool EventQueue::IsIdle() const {
@@ -199,13 +195,9 @@ bool EventQueue::goes_on() const {
   return state_.disk == Disk::fine && !IsIdle();
 }
 
-void EventQueue::Stop() {
-  {
-    const MutexLock lock(mutex_);
-    TellEnd();
-    stop_ = true;
-  }
-  due_.notify_one();
+void EventQueue::TellEndOnce() {
+  const MutexLock lock(mutex_);
+  TellEnd();
 }
 
 bool EventQueue::OnOpened(const EventTable::Contents& contents) {
@@ -269,6 +261,7 @@ std::vector<Source> EventQueue::Done(Round& round, const Status& status, std::in
     }
     if (oldest > 0) state_.oldest = oldest;  // known as well while the disk is full
     if (!status && round.acks.empty()) round.acks = acks_.Take();
+    if (!status) rests_until_ = options_.clocks().instant + kTick;
     Show(status ? Disk::fine : Disk::failing, status ? std::string() : status.error());
   }
   done_.notify_all();

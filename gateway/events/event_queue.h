@@ -1,8 +1,8 @@
-// Between those to whom something happens and the one thread that writes it down: the book under a
-// lock, who waits for it, and how the disk does. From any thread; the second half is of the thread
-// that writes (gateway/events/event_log.h).
+// Queue between event producers and the writer thread: the book under a lock, who waits for it, and
+// how the disk does. From any thread; the second half is of the thread that writes
+// (gateway/events/event_log.h).
 //
-//   Add, Tell, Acknowledge, …        Await → Take → (to the disk) → Done
+//   Add, Tell, Acknowledge, …        Begin → Take → (to the disk) → Done
 //
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -26,8 +26,8 @@ class EventQueue {
  public:
   static constexpr Duration kTick = 1s;
 
-  /// `options` outlive it.
-  explicit EventQueue(const LogOptions& options);
+  /// `options` outlive it. `wake`: there is something to be written, or it is time to look.
+  EventQueue(const LogOptions& options, std::function<void()> wake);
 
   void Add(Batch batch);
   void Tell(EventRecord record);
@@ -42,7 +42,7 @@ class EventQueue {
     return opened_;
   }
   void Renumber(SourceNames sources, Watched watches);
-  /// Await returns: `now`, or within a tick.
+  /// A round is due: `now`, or within a tick.
   void Look(bool now);
 
   std::string said(Source source) const;
@@ -50,9 +50,12 @@ class EventQueue {
   /// While the disk fails as they will be there.
   std::vector<Alarm> Alarms() const;
 
-  /// Until there is something to be written, or it is time to look; false: Stop was called.
-  bool Await();
-  void Stop();
+  /// False: no round is due yet.
+  bool Begin();
+  /// When the next round is due, unless something comes before.
+  Instant NextRound() const;
+  /// The gateway's own end, if nobody has told it yet.
+  void TellEndOnce();
   /// Whether it is the first time.
   bool OnOpened(const EventTable::Contents& contents);
 
@@ -85,7 +88,7 @@ class EventQueue {
   };
   void Show(Disk disk, const std::string& trouble) BAUDGATE_REQUIRES(mutex_);
   bool IsIdle() const BAUDGATE_REQUIRES(mutex_);
-  std::optional<Instant> WakesAt() const BAUDGATE_REQUIRES(mutex_);
+  Instant NextRoundAt() const BAUDGATE_REQUIRES(mutex_);
   void TellEnd() BAUDGATE_REQUIRES(mutex_);
   void FollowConfiguration() BAUDGATE_REQUIRES(mutex_);
   std::vector<Alarm> AlarmsNow() const BAUDGATE_REQUIRES(mutex_);
@@ -96,8 +99,8 @@ class EventQueue {
   }
 
   const LogOptions& options_;
+  const std::function<void()> wake_;
   mutable Mutex mutex_;
-  std::condition_variable due_;
   std::condition_variable done_;
   EventBook book_ BAUDGATE_GUARDED_BY(mutex_);
   SourceNames sources_ BAUDGATE_GUARDED_BY(mutex_);                    // of the book
@@ -113,7 +116,7 @@ class EventQueue {
   std::optional<Start> start_ BAUDGATE_GUARDED_BY(mutex_);  // to be told
   bool tells_end_ BAUDGATE_GUARDED_BY(mutex_) = false;
   std::optional<Instant> look_at_ BAUDGATE_GUARDED_BY(mutex_);
-  bool stop_ BAUDGATE_GUARDED_BY(mutex_) = false;
+  Instant rests_until_ BAUDGATE_GUARDED_BY(mutex_){};  // a disk that fails
 };
 
 }  // namespace baudgate::events

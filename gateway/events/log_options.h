@@ -10,7 +10,7 @@
 
 #include "gateway/events/event_feed.h"
 #include "gateway/events/event_table.h"
-#include "gateway/state/file_turn.h"
+#include "gateway/state/events_writer.h"
 
 namespace baudgate::events {
 
@@ -23,8 +23,9 @@ struct LogOptions {
   std::string why_no_file{};
   /// What happens is known until the program ends, and there is no file.
   bool in_memory = false;
-  std::string vfs{};                 ///< as in Database
-  std::shared_ptr<FileTurn> turn{};  ///< as in EventsConnection
+  std::string vfs{};  ///< as in Database
+  /// Shared with the audit. Null: the events have a thread of their own.
+  std::shared_ptr<EventsWriter> writer{};
   SourceNames sources;
   std::function<Now()> clocks;
   std::shared_ptr<EventFeed> feed{};  ///< hears of what is on the disk; null: nobody does

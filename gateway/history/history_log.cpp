@@ -2,7 +2,6 @@
 #include "gateway/history/history_log.h"
 
 #include <fmt/format.h>
-#include <pthread.h>
 
 #include <algorithm>
 #include <utility>
@@ -43,7 +42,14 @@ HistoryLog::HistoryLog(Options options)
       feed_(options_.store->Subscribe()),
       recorder_(options_.config->history, *options_.store, options_.clocks()),
       files_(options_.folder, NamesOf(*options_.config), LimitsOf(options_.config->history),
-             options_.vfs) {
+             options_.vfs),
+      writing_("history files",
+               [this](bool last) {
+                 WriteOnce(last);
+                 if (last) WriteOnce(last);  // what came while an earlier rest was written
+                 return options_.clocks().instant + kCommit;
+               }),
+      recording_("history", [this](bool last) { return Record(last); }) {
   {
     const MutexLock lock(mutex_);
     state_.folder = options_.folder.string();
@@ -52,24 +58,15 @@ HistoryLog::HistoryLog(Options options)
     state_.since = options_.clocks().wall;
     if (options_.folder.empty()) Show(Disk::failing, options_.why_no_folder);
   }
-  recording_ = std::thread([this] { Record(); });
-  writing_ = std::thread([this] { WriteOn(); });
+  recording_.Start();
+  writing_.Start();
 }
 
 HistoryLog::~HistoryLog() {
-  {
-    const MutexLock lock(mutex_);
-    stop_recording_ = true;
-  }
-  changed_.notify_all();
+  recording_.RequestStop();
   feed_->Wake();
-  recording_.join();
-  {
-    const MutexLock lock(mutex_);
-    stop_writing_ = true;
-  }
-  changed_.notify_all();
-  writing_.join();
+  recording_.Stop();
+  writing_.Stop();
   options_.store->Unsubscribe(feed_);
   const MutexLock lock(mutex_);
   if (state_.trouble.empty() || state_.waiting == 0) return;
@@ -114,38 +111,32 @@ Result<TrendPage> HistoryLog::ReadTrends(const TrendQuery& query) const {
 
 // ---------------------------------------------------------------- the recording thread
 
-void HistoryLog::Record() {
-  pthread_setname_np(pthread_self(), "history");
-  Changes changes;
-  Batch batch;
-  Now now = options_.clocks();
-  Instant tick = now.instant;
-  std::size_t room = most_samples_;
+/// Waits in the feed for what changes, until the next tick.
+Instant HistoryLog::Record(bool last) {
+  feed_->Drain(last ? Instant() : tick_, changes_);
+  std::size_t room = 0;
   bool anew = false;
-  for (bool stop = false; !stop;) {
-    feed_->Drain(tick, changes);
-    now = options_.clocks();
-    recorder_.Take(changes, now, room, batch);
-    if (anew) recorder_.BeginAnew(now, room, batch);
-    if (now.instant >= tick) {
-      recorder_.Tick(now, room, batch);
-      tick = now.instant + kCommit;
-    }
-    MutexLock lock(mutex_);
-    stop = stop_recording_;
-    if (stop) recorder_.End(now, batch);
-    HandOver(std::move(batch));
-    batch = {};
-    const bool opening = state_.disk == Disk::opening;  // which takes as long as reading the file
-    if (!opening && writing_since_ && now.instant - *writing_since_ > kPatience) {
-      Show(Disk::stalled, "the disk does not answer in time");
-    }
-    const Instant next = now.instant + kLook;
-    while (!stop && !stop_recording_ && lock.WaitUntil(changed_, next)) {
-    }
+  {
+    const MutexLock lock(mutex_);
     room = Room();
     anew = std::exchange(begin_anew_, false);
   }
+  const Now now = options_.clocks();
+  Batch batch;
+  recorder_.Take(changes_, now, room, batch);
+  if (anew) recorder_.BeginAnew(now, room, batch);
+  if (now.instant >= tick_) {
+    recorder_.Tick(now, room, batch);
+    tick_ = now.instant + kCommit;
+  }
+  if (last) recorder_.End(now, batch);
+  const MutexLock lock(mutex_);
+  HandOver(std::move(batch));
+  const bool opening = state_.disk == Disk::opening;  // which takes as long as reading the file
+  if (!opening && writing_since_ && now.instant - *writing_since_ > kPatience) {
+    Show(Disk::stalled, "the disk does not answer in time");
+  }
+  return now.instant + kLook;
 }
 
 void HistoryLog::HandOver(Batch&& batch) {
@@ -163,21 +154,6 @@ std::size_t HistoryLog::Room() const {
 }
 
 // ---------------------------------------------------------------- the writing thread
-
-void HistoryLog::WriteOn() {
-  pthread_setname_np(pthread_self(), "history files");
-  for (bool stop = false; !stop;) {
-    {
-      MutexLock lock(mutex_);
-      const Instant next = options_.clocks().instant + kCommit;
-      while (!stop_writing_ && lock.WaitUntil(changed_, next)) {
-      }
-      stop = stop_writing_;
-    }
-    WriteOnce(stop);
-  }
-  WriteOnce(true);  // what came while an earlier rest was written
-}
 
 /// What waits in the files goes first; the queue is left alone until then, and fills up.
 void HistoryLog::WriteOnce(bool last) {

@@ -5,15 +5,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <condition_variable>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "gateway/base/guarded.h"
+#include "gateway/base/worker.h"
 #include "gateway/history/history_source.h"
 #include "gateway/history/value_store.h"
 
@@ -50,10 +49,9 @@ class HistoryLog final : public HistorySource {
   Result<TrendPage> ReadTrends(const TrendQuery& query) const override;
 
  private:
-  void Record();
+  Instant Record(bool last);
   void HandOver(Batch&& batch) BAUDGATE_REQUIRES(mutex_);
   std::size_t Room() const BAUDGATE_REQUIRES(mutex_);
-  void WriteOn();
   void WriteOnce(bool last);
   void Show(Disk disk, const std::string& trouble) BAUDGATE_REQUIRES(mutex_);
   void TellUnread(const std::vector<std::string>& unread) const;
@@ -62,19 +60,20 @@ class HistoryLog final : public HistorySource {
   const std::size_t most_samples_;
   const std::size_t most_trends_;
   const std::shared_ptr<ChangeFeed> feed_;
-  Recorder recorder_;  // of the recording thread
-  ValueStore files_;   // of the writing thread
+  // Of the recording thread.
+  Recorder recorder_;
+  Changes changes_;
+  Instant tick_{};
+  // Of the writing thread.
+  ValueStore files_;
   mutable Mutex mutex_;
-  std::condition_variable changed_;
   Batch queue_ BAUDGATE_GUARDED_BY(mutex_);
   HistoryState state_ BAUDGATE_GUARDED_BY(mutex_);
   mutable std::vector<std::string> unread_ BAUDGATE_GUARDED_BY(mutex_);
   bool begin_anew_ BAUDGATE_GUARDED_BY(mutex_) = false;  // values are lost that were kept
   std::optional<Instant> writing_since_ BAUDGATE_GUARDED_BY(mutex_);
-  bool stop_recording_ BAUDGATE_GUARDED_BY(mutex_) = false;
-  bool stop_writing_ BAUDGATE_GUARDED_BY(mutex_) = false;
-  std::thread recording_;
-  std::thread writing_;
+  Worker writing_;
+  Worker recording_;
 };
 
 }  // namespace baudgate::history

@@ -2,7 +2,6 @@
 #include "gateway/state/device_memory.h"
 
 #include <fmt/format.h>
-#include <pthread.h>
 
 #include <algorithm>
 #include <cstring>
@@ -30,25 +29,22 @@ std::string WordOf(const Json& map, const char* key) {
 
 DeviceMemory::DeviceMemory(fs::path file, const config::Config& config,
                            std::function<void(const std::string&)> warn)
-    : file_(std::move(file)), warn_(std::move(warn)), keys_(KeysOf(config)) {
-  Read();
-  thread_ = std::thread([this] { Run(); });
+    : file_(std::move(file)),
+      warn_(std::move(warn)),
+      keys_(KeysOf(config)),
+      memories_(Read()),
+      worker_("state", [this](bool last) {
+        WriteChanges(last);
+        return kWhenWoken;
+      }) {
+  worker_.Start();
 }
 
-DeviceMemory::~DeviceMemory() {
-  {
-    const MutexLock lock(mutex_);
-    stop_ = true;
-  }
-  wake_.notify_one();
-  thread_.join();
-}
-
-void DeviceMemory::Read() {
+std::vector<std::string> DeviceMemory::Read() {
   const MutexLock lock(mutex_);
-  memories_.resize(keys_.size());
+  std::vector<std::string> memories(keys_.size());
   std::error_code error;
-  if (!fs::exists(file_, error)) return;
+  if (!fs::exists(file_, error)) return memories;
   const Json root = Json::parse(ReadWhole(file_).value_or(std::string()), nullptr, false);
   const auto devices = root.is_object() ? root.find("devices") : root.end();
   if (!root.is_object() || devices == root.end() || !devices->is_array()) {
@@ -57,7 +53,7 @@ void DeviceMemory::Read() {
         fmt::format("state: {} cannot be read and was renamed to {}.bad: what was remembered of "
                     "devices is lost",
                     file_.string(), file_.filename().string()));
-    return;
+    return memories;
   }
   for (const Json& one : *devices) {
     if (!one.is_object()) continue;
@@ -66,9 +62,10 @@ void DeviceMemory::Read() {
     const Key key{WordOf(one, "line"), WordOf(one, "device"), WordOf(one, "protocol"),
                   WordOf(one, "address"), WordOf(one, "profile")};
     for (std::size_t i = 0; i < keys_.size(); ++i) {
-      if (keys_[i] == key) memories_[i] = memory;
+      if (keys_[i] == key) memories[i] = memory;
     }
   }
+  return memories;
 }
 
 std::vector<DeviceMemory::Key> DeviceMemory::KeysOf(const config::Config& config) {
@@ -108,7 +105,7 @@ void DeviceMemory::Set(std::uint32_t device, std::string memory) {
     changed_ = true;
     kept_ = Kept::waits;
   }
-  wake_.notify_one();
+  worker_.Wake();
 }
 
 DeviceMemory::Kept DeviceMemory::kept() const {
@@ -121,27 +118,21 @@ void DeviceMemory::AwaitWritten() {
   while (kept_ == Kept::waits) lock.Wait(written_);
 }
 
-void DeviceMemory::Run() {
-  pthread_setname_np(pthread_self(), "state");
-  while (true) {
-    std::string text;
-    bool last = false;
-    {
-      MutexLock lock(mutex_);
-      while (!stop_ && !changed_) lock.Wait(wake_);
-      last = stop_;
-      if (!changed_ && !failing_) return;
-      changed_ = false;
-      text = Text();
-    }
-    Write(text);
-    {
-      const MutexLock lock(mutex_);
-      if (!changed_) kept_ = failing_ ? Kept::no : Kept::yes;
-    }
-    written_.notify_all();
-    if (last) return;
+/// What has failed is written once more at the end.
+void DeviceMemory::WriteChanges(bool last) {
+  std::string text;
+  {
+    const MutexLock lock(mutex_);
+    if (!changed_ && !(last && failing_)) return;
+    changed_ = false;
+    text = Text();
   }
+  Write(text);
+  {
+    const MutexLock lock(mutex_);
+    if (!changed_) kept_ = failing_ ? Kept::no : Kept::yes;
+  }
+  written_.notify_all();
 }
 
 std::string DeviceMemory::Text() const {

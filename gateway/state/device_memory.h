@@ -13,22 +13,20 @@
 #include <filesystem>
 #include <functional>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "config/model/config.h"
 #include "gateway/base/guarded.h"
+#include "gateway/base/worker.h"
 
 namespace baudgate {
 
 class DeviceMemory {
  public:
   /// Reads `file`, which need not be there. `warn` gets one line: when it cannot be read, and when
-  /// writing begins to fail; the latter from the writing thread.
+  /// writing begins to fail; the latter from the writing thread. Its end writes what has changed.
   DeviceMemory(std::filesystem::path file, const config::Config& config,
                std::function<void(const std::string&)> warn);
-  /// Writes what has changed, then ends.
-  ~DeviceMemory();
 
   /// Devices are numbered through all lines, in the order of the file. Empty: nothing is known.
   std::string Of(std::uint32_t device) const;
@@ -48,8 +46,8 @@ class DeviceMemory {
   void AwaitWritten();
 
  private:
-  void Read();
-  void Run();
+  std::vector<std::string> Read();
+  void WriteChanges(bool last);
   std::string Text() const BAUDGATE_REQUIRES(mutex_);
   void Write(const std::string& text);
 
@@ -69,14 +67,12 @@ class DeviceMemory {
 
   bool failing_ = false;  // of the writing thread
   mutable Mutex mutex_;
-  std::condition_variable wake_;
   std::condition_variable written_;
   std::vector<Key> keys_ BAUDGATE_GUARDED_BY(mutex_);              // by device
   std::vector<std::string> memories_ BAUDGATE_GUARDED_BY(mutex_);  // as keys_
   bool changed_ BAUDGATE_GUARDED_BY(mutex_) = false;
   Kept kept_ BAUDGATE_GUARDED_BY(mutex_) = Kept::yes;
-  bool stop_ BAUDGATE_GUARDED_BY(mutex_) = false;
-  std::thread thread_;
+  Worker worker_;
 };
 
 }  // namespace baudgate

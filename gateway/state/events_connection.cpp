@@ -6,30 +6,30 @@
 namespace baudgate {
 
 EventsConnection::EventsConnection(std::filesystem::path path, std::string vfs,
-                                   std::shared_ptr<FileTurn> turn)
+                                   std::shared_ptr<EventsWriter> writer)
     : path_(std::move(path)),
       vfs_(std::move(vfs)),
-      turn_(turn ? std::move(turn) : std::make_shared<FileTurn>()) {}
+      writer_(writer ? std::move(writer) : std::make_shared<EventsWriter>()) {}
 
 /// A connection is kept over errors of the disk: what a failed commit has left in the log is
 /// written over by the next one. Another connection might take it for done, and it would be
 /// doubled.
 EventsConnection::Opened EventsConnection::Open() {
-  if (turn_->ready) {
-    if (Status status = turn_->ready(); !status) return {.error = status.error()};
+  if (writer_->ready) {
+    if (Status status = writer_->ready(); !status) return {.error = status.error()};
   }
   // Another connection may have put it aside meanwhile: what is there now is a new one.
   const bool was_damaged = std::exchange(damaged_, false);
-  const bool again = was_damaged && file_ == turn_->file;
+  const bool again = was_damaged && times_put_aside_ == writer_->times_put_aside;
   OpenedEvents events = OpenEvents(path_, vfs_, again);
   Opened opened{false, std::move(events.error), std::move(events.put_aside), std::move(events.lost),
                 false};
   const bool aside = again || !opened.put_aside.empty();
-  if (aside && events.database) ++turn_->file;
+  if (aside && events.database) ++writer_->times_put_aside;
   opened.new_file = was_damaged || std::exchange(gone_, false) || aside;
   damaged_ = again && !events.database;
   if (!events.database) return opened;
-  file_ = turn_->file;
+  times_put_aside_ = writer_->times_put_aside;
   database_ = std::move(events.database);
   open_ = OpenFile(path_, vfs_);
   opened.ok = true;

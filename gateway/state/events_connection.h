@@ -11,16 +11,17 @@
 #include <string>
 
 #include "gateway/state/events_file.h"
-#include "gateway/state/file_turn.h"
+#include "gateway/state/events_writer.h"
 #include "gateway/state/open_file.h"
 
 namespace baudgate {
 
 class EventsConnection {
  public:
-  /// `vfs`: as in Database. `turn`: of all connections to this file; null: there is no other.
+  /// `vfs`: as in Database. `writer`: all connections to this file share it; null: there is no
+  /// other connection.
   explicit EventsConnection(std::filesystem::path path, std::string vfs = {},
-                            std::shared_ptr<FileTurn> turn = {});
+                            std::shared_ptr<EventsWriter> writer = {});
 
   struct Opened {
     bool ok = false;
@@ -29,27 +30,26 @@ class EventsConnection {
     std::optional<std::string> lost{};
     bool new_file = false;  ///< rows that were written before are not in it
   };
-  /// Not open. With the turn.
+  /// Not open.
   Opened Open();
   /// The last statement has failed: what to say of it. A damaged file is closed; whoever opens it
-  /// next puts it aside. With the turn.
+  /// next puts it aside.
   Error Failed();
-  /// The file that is open has been removed or replaced: closed, and an error. With the turn.
+  /// The file that is open has been removed or replaced: closed, and an error.
   Status CheckThere();
   void Close() { database_.reset(); }
 
   bool is_open() const { return database_ != nullptr; }
   Database& database() { return *database_; }
-  FileTurn& turn() { return *turn_; }
   const std::filesystem::path& path() const { return path_; }
 
  private:
   const std::filesystem::path path_;
   const std::string vfs_;
-  const std::shared_ptr<FileTurn> turn_;
+  const std::shared_ptr<EventsWriter> writer_;
   std::unique_ptr<Database> database_;
-  std::uint64_t file_ = 0;  ///< FileTurn::file of the one that was opened last
-  bool damaged_ = false;    ///< that one
+  std::uint64_t times_put_aside_ = 0;  ///< when this connection was opened last
+  bool damaged_ = false;               ///< the file that was open then
   OpenFile open_;
   bool gone_ = false;  ///< the last one that was open
 };

@@ -11,9 +11,9 @@
 #include <cstring>
 #include <future>
 #include <system_error>
-#include <thread>
 #include <utility>
 
+#include "gateway/base/worker.h"
 #include "gateway/state/versions.h"
 
 namespace baudgate {
@@ -146,11 +146,9 @@ std::optional<StateFolder::Failure> StateFolder::OpenWithin(
     const std::shared_ptr<StateFolder>& folder, Duration patience) {
   auto opening = std::make_shared<std::promise<std::optional<Failure>>>();
   auto opened = opening->get_future();
-  try {
-    std::thread([folder, opening] { opening->set_value(folder->Open()); }).detach();
-  } catch (const std::system_error&) {
-    return folder->Open();  // no thread is left for it
-  }
+  const Status begun =
+      StartDetached("state folder", [folder, opening] { opening->set_value(folder->Open()); });
+  if (!begun) return folder->Open();
   if (opened.wait_for(patience) == std::future_status::ready) return opened.get();
   return Failure{false, folder->path().string() + ": its disk does not answer"};
 }

@@ -2,7 +2,6 @@
 #include "gateway/trace/recordings.h"
 
 #include <fmt/format.h>
-#include <pthread.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -84,38 +83,15 @@ Recordings::Recordings(fs::path folder, std::string version,
     : folder_(std::move(folder)),
       version_(std::move(version)),
       warn_(std::move(warn)),
-      thread_([this] { Run(); }) {}
-
-Recordings::~Recordings() {
-  {
-    const MutexLock lock(mutex_);
-    stop_ = true;
-  }
-  wake_.notify_one();
-  thread_.join();
+      worker_("recordings", [this](bool) {
+        while (const auto recording = waiting_.Take()) Write(*recording);
+        return kWhenWoken;
+      }) {
+  worker_.Start();
 }
 
 void Recordings::Save(Recording recording) {
-  {
-    const MutexLock lock(mutex_);
-    if (waiting_.size() >= kMostWaiting) return;
-    waiting_.push_back(std::move(recording));
-  }
-  wake_.notify_one();
-}
-
-void Recordings::Run() {
-  pthread_setname_np(pthread_self(), "recordings");
-  while (const auto recording = Next()) Write(*recording);
-}
-
-std::optional<Recording> Recordings::Next() {
-  MutexLock lock(mutex_);
-  while (!stop_ && waiting_.empty()) lock.Wait(wake_);
-  if (waiting_.empty()) return std::nullopt;
-  Recording recording = std::move(waiting_.front());
-  waiting_.pop_front();
-  return recording;
+  if (waiting_.Put(std::move(recording))) worker_.Wake();
 }
 
 void Recordings::Write(const Recording& recording) {

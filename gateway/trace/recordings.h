@@ -3,16 +3,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <condition_variable>
-#include <deque>
 #include <filesystem>
 #include <functional>
-#include <optional>
 #include <string>
-#include <thread>
 
 #include "config/model/config.h"
-#include "gateway/base/guarded.h"
+#include "gateway/base/worker.h"
 #include "gateway/trace/line_recorder.h"
 
 namespace baudgate {
@@ -27,18 +23,14 @@ class Recordings {
   static std::filesystem::path FolderOf(const config::Config& config);
 
   /// `warn` gets one line when writing begins to fail; from the writing thread.
+  /// Its end waits until all that waits is written.
   Recordings(std::filesystem::path folder, std::string version,
              std::function<void(const std::string&)> warn);
-  /// Writes what waits, then ends.
-  ~Recordings();
 
   /// From any thread; returns at once.
   void Save(Recording recording);
 
  private:
-  void Run();
-  /// Waits for the next one; nothing: all is written and the end has come.
-  std::optional<Recording> Next();
   void Write(const Recording& recording);
   void DropOldest(const std::string& line) const;
 
@@ -46,11 +38,8 @@ class Recordings {
   const std::string version_;
   const std::function<void(const std::string&)> warn_;
   bool failing_ = false;  // of the writing thread
-  Mutex mutex_;
-  std::condition_variable wake_;
-  std::deque<Recording> waiting_ BAUDGATE_GUARDED_BY(mutex_);
-  bool stop_ BAUDGATE_GUARDED_BY(mutex_) = false;
-  std::thread thread_;
+  WorkQueue<Recording> waiting_{kMostWaiting};
+  Worker worker_;
 };
 
 }  // namespace baudgate

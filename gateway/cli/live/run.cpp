@@ -8,21 +8,19 @@
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
-#include <condition_variable>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <optional>
 #include <sstream>
 #include <system_error>
-#include <thread>
 
 #include "config/loader.h"
 #include "config/masked_config.h"
 #include "gateway/base/exit_code.h"
-#include "gateway/base/guarded.h"
 #include "gateway/base/log.h"
 #include "gateway/base/version.h"
+#include "gateway/base/worker.h"
 #include "gateway/cli/offline/check.h"
 #include "gateway/daemon/daemon.h"
 #include "gateway/reload/kept_configs.h"
@@ -133,36 +131,20 @@ Choice Choose(const std::string& file, const config::Catalog& catalog, std::ostr
 class StopGuard {
  public:
   StopGuard()
-      : thread_([this] {
-          MutexLock lock(mutex_);
-          const auto until = std::chrono::steady_clock::now() + kStopWithin;
-          while (!stopped_) {
-            if (!lock.WaitUntil(changed_, until)) break;
-          }
-          if (stopped_) return;
+      : worker_("stop guard", [until = ReadClocks().instant + kStopWithin](bool stopped) {
+          if (stopped || ReadClocks().instant < until) return until;
           log::Fail(
               "the stop takes longer than {} s: a file, a disk or a driver does not answer; "
               "the gateway ends without it",
               kStopWithin / 1s);
           log::Flush();
           std::_Exit(kExitCanNot);
-        }) {}
-  ~StopGuard() {
-    {
-      const MutexLock lock(mutex_);
-      stopped_ = true;
-    }
-    changed_.notify_one();
-    thread_.join();
+        }) {
+    worker_.Start();
   }
-  StopGuard(const StopGuard&) = delete;
-  StopGuard& operator=(const StopGuard&) = delete;
 
  private:
-  Mutex mutex_;
-  std::condition_variable changed_;
-  bool stopped_ BAUDGATE_GUARDED_BY(mutex_) = false;
-  std::thread thread_;
+  Worker worker_;
 };
 
 /// Before any thread starts, so that all of them inherit it and only this one takes them.

@@ -6,7 +6,6 @@
 #include <fastrtps/types/DynamicDataFactory.h>
 #include <fastrtps/types/DynamicPubSubType.h>
 
-#include <condition_variable>
 #include <deque>
 #include <exception>
 #include <fastdds/dds/domain/DomainParticipant.hpp>
@@ -21,10 +20,9 @@
 #include <map>
 #include <optional>
 #include <set>
-#include <thread>
 #include <utility>
 
-#include "gateway/base/guarded.h"
+#include "gateway/base/worker.h"
 #include "gateway/dds/fast/any_fields.h"
 #include "gateway/dds/fast/participant.h"
 
@@ -119,18 +117,11 @@ struct AnySubscriber::Impl final : fast::DomainParticipantListener {
     participant = *made;
     subscriber = participant->create_subscriber(fast::SUBSCRIBER_QOS_DEFAULT);
     if (subscriber == nullptr) return Error{"dds: no subscriber could be made"};
-    thread = std::thread([this] {
-      while (const auto topic = WaitForTopic()) Open(*topic);
-    });
+    worker.Start();
     return {};
   }
   ~Impl() override {
-    {
-      const MutexLock lock(mutex);
-      stop = true;
-    }
-    changed.notify_all();
-    if (thread.joinable()) thread.join();
+    worker.Stop();
     if (participant != nullptr) DeleteParticipant(participant);
   }
 
@@ -143,7 +134,7 @@ struct AnySubscriber::Impl final : fast::DomainParticipantListener {
     offers[info.info.topicName().c_str()] = {info.info.typeName().c_str(),
                                              info.info.m_qos.m_reliability.kind,
                                              info.info.m_qos.m_durability.kind};
-    changed.notify_all();
+    worker.Wake();
   }
   void on_type_discovery(fast::DomainParticipant*, const eprosima::fastrtps::rtps::SampleIdentity&,
                          const eprosima::fastrtps::string_255& topic, const types::TypeIdentifier*,
@@ -151,7 +142,7 @@ struct AnySubscriber::Impl final : fast::DomainParticipantListener {
     const MutexLock lock(mutex);
     if (type == nullptr || found.size() >= kMostTopics * 2) return;
     found.emplace(topic.c_str(), std::move(type));
-    changed.notify_all();
+    worker.Wake();
   }
 
   struct Topic {
@@ -159,15 +150,18 @@ struct AnySubscriber::Impl final : fast::DomainParticipantListener {
     Offer offer;
     types::DynamicType_ptr type;
   };
-  /// The next whose writer and type are both known, and that is not read yet; nothing at the end.
-  std::optional<Topic> WaitForTopic() {
-    MutexLock lock(mutex);
-    while (!stop) {
-      for (const auto& [name, type] : found) {
-        if (!offers.contains(name) || !opened.insert(name).second) continue;
-        return Topic{name, offers[name], type};
-      }
-      lock.Wait(changed);
+  Instant OpenNext() {
+    const auto topic = NextTopic();
+    if (!topic) return kWhenWoken;
+    Open(*topic);
+    return {};  // at once
+  }
+  /// The next whose writer and type are both known, and that is not read yet.
+  std::optional<Topic> NextTopic() {
+    const MutexLock lock(mutex);
+    for (const auto& [name, type] : found) {
+      if (!offers.contains(name) || !opened.insert(name).second) continue;
+      return Topic{name, offers[name], type};
     }
     return std::nullopt;
   }
@@ -201,12 +195,10 @@ struct AnySubscriber::Impl final : fast::DomainParticipantListener {
   std::deque<AnyReader> readers;  // of the thread alone
 
   Mutex mutex;
-  std::condition_variable changed;
-  bool stop BAUDGATE_GUARDED_BY(mutex) = false;
   std::map<std::string, Offer> offers BAUDGATE_GUARDED_BY(mutex);
   std::map<std::string, types::DynamicType_ptr> found BAUDGATE_GUARDED_BY(mutex);
   std::set<std::string> opened BAUDGATE_GUARDED_BY(mutex);
-  std::thread thread;
+  Worker worker{"dds topics", [this](bool last) { return last ? kWhenWoken : OpenNext(); }};
 };
 
 AnySubscriber::AnySubscriber(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}

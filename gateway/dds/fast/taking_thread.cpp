@@ -2,47 +2,30 @@
 #include "gateway/dds/fast/taking_thread.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace baudgate::dds {
 
 Duration RestAfter(Duration round) { return std::clamp<Duration>(9 * round, 0ns, 50ms); }
 
-TakingThread::TakingThread(std::function<Duration()> round) : round_(std::move(round)) {
-  thread_ = std::thread([this] {
-    while (WaitForWork()) Rest(RestAfter(round_()));
-  });
+TakingThread::TakingThread(std::function<Duration()> round)
+    : round_(std::move(round)),
+      worker_("dds take", [this](bool last) { return last ? kWhenWoken : Take(); }) {
+  worker_.Start();
 }
 
-void TakingThread::Stop() {
-  {
-    const MutexLock lock(mutex_);
-    stop_ = true;
-  }
-  changed_.notify_one();
-  if (thread_.joinable()) thread_.join();
-}
-
+/// Who wakes it while it rests is served after the rest.
 void TakingThread::Wake() {
-  {
-    const MutexLock lock(mutex_);
-    if (work_) return;
-    work_ = true;
-  }
-  changed_.notify_one();
+  if (!work_.exchange(true)) worker_.Wake();
 }
 
-bool TakingThread::WaitForWork() {
-  MutexLock lock(mutex_);
-  while (!work_ && !stop_) lock.Wait(changed_);
+Instant TakingThread::Take() {
+  if (!work_) return kWhenWoken;
+  if (ReadClocks().instant < rests_until_) return rests_until_;
   work_ = false;
-  return !stop_;
-}
-
-void TakingThread::Rest(Duration time) {
-  const Instant end = std::chrono::steady_clock::now() + time;
-  MutexLock lock(mutex_);
-  while (!stop_ && lock.WaitUntil(changed_, end)) {
-  }
+  const Duration busy = round_();
+  rests_until_ = ReadClocks().instant + RestAfter(busy);
+  return kWhenWoken;
 }
 
 }  // namespace baudgate::dds

@@ -3,12 +3,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <condition_variable>
+#include <atomic>
 #include <functional>
-#include <thread>
 
-#include "gateway/base/guarded.h"
-#include "gateway/base/time.h"
+#include "gateway/base/worker.h"
 
 namespace baudgate::dds {
 
@@ -20,24 +18,18 @@ class TakingThread {
  public:
   /// `round` takes what is there; it returns how long the library was busy with it.
   explicit TakingThread(std::function<Duration()> round);
-  ~TakingThread() { Stop(); }
-  TakingThread(const TakingThread&) = delete;
-  TakingThread& operator=(const TakingThread&) = delete;
 
-  void Stop();  ///< `round` does not run after it
+  void Stop() { worker_.Stop(); }  ///< `round` does not run after it
   /// There is something to take. From any thread, never waits for a round.
   void Wake();
 
  private:
-  bool WaitForWork();
-  void Rest(Duration time);
+  Instant Take();
 
   const std::function<Duration()> round_;
-  Mutex mutex_;
-  std::condition_variable changed_;
-  bool work_ BAUDGATE_GUARDED_BY(mutex_) = false;
-  bool stop_ BAUDGATE_GUARDED_BY(mutex_) = false;
-  std::thread thread_;
+  std::atomic<bool> work_ = false;
+  Instant rests_until_{};
+  Worker worker_;
 };
 
 }  // namespace baudgate::dds

@@ -2,7 +2,6 @@
 #include "gateway/dds/link/process_link.h"
 
 #include <poll.h>
-#include <pthread.h>
 #include <pwd.h>
 #include <sys/eventfd.h>
 #include <unistd.h>
@@ -39,7 +38,7 @@ Result<std::unique_ptr<ProcessLink>> ProcessLink::Create(ProcessLinkOptions opti
     if (!listener) return Error{"dds: " + listener.error()};
     link->listener_ = std::move(*listener);
   }
-  link->thread_ = std::thread([raw = link.get()] { raw->Run(); });
+  link->worker_.Start();
   return link;
 }
 
@@ -47,7 +46,8 @@ ProcessLink::ProcessLink(ProcessLinkOptions options, Log log)
     : options_(std::move(options)),
       log_(std::move(log)),
       keeper_(options_.socket.empty()),
-      wake_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {}
+      wake_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)),
+      worker_("dds link", [this](bool last) { return Round(last); }) {}
 
 ProcessLink::~ProcessLink() {
   Stop();
@@ -55,13 +55,10 @@ ProcessLink::~ProcessLink() {
 }
 
 void ProcessLink::Stop() {
-  {
-    const MutexLock lock(mutex_);
-    stop_ = true;
-  }
+  worker_.RequestStop();
   const std::uint64_t one = 1;
   [[maybe_unused]] const auto written = ::write(wake_.get(), &one, sizeof one);
-  if (thread_.joinable()) thread_.join();
+  worker_.Stop();
 }
 
 LinkState ProcessLink::state() const {
@@ -69,22 +66,19 @@ LinkState ProcessLink::state() const {
   return shown_;
 }
 
-void ProcessLink::Run() {
-  pthread_setname_np(pthread_self(), "dds link");
-  for (;;) {
-    {
-      const MutexLock lock(mutex_);
-      if (stop_) break;
-    }
+Instant ProcessLink::Round(bool last) {
+  if (!last) {
     const LinkState before = keeper_.state();
     Act(Clock());
     Publish(before);
     Wait();
+    return {};  // at once
   }
   writer_->Detach();
   socket_.Close();
   if (child_) child_->Reap(kReapTime);
   child_.reset();
+  return kWhenWoken;
 }
 
 void ProcessLink::Act(Instant now) {

@@ -9,10 +9,10 @@
 #include <optional>
 #include <set>
 #include <string>
-#include <thread>
 
 #include "gateway/base/guarded.h"
 #include "gateway/base/log.h"
+#include "gateway/base/worker.h"
 #include "gateway/dds/link/bounded_lines.h"
 #include "gateway/dds/link/child_process.h"
 #include "gateway/dds/link/link_keeper.h"
@@ -52,7 +52,7 @@ class ProcessLink {
  private:
   ProcessLink(ProcessLinkOptions options, Log log);
 
-  void Run();
+  Instant Round(bool last);
   void Act(Instant now);
   void Start(Instant now);
   void Welcome(Instant now);
@@ -61,6 +61,7 @@ class ProcessLink {
   Status Understand(View packet, Instant now);
   void PassOutput(Instant now);
   void End(std::string reason, Instant now);
+  /// For packets, output, a peer, the time of the keeper, or Stop.
   void Wait();
   void Publish(const LinkState& before);
   void Tell(log::Level level, const std::string& line) const {
@@ -81,8 +82,7 @@ class ProcessLink {
 
   mutable Mutex mutex_;
   LinkState shown_ BAUDGATE_GUARDED_BY(mutex_);
-  bool stop_ BAUDGATE_GUARDED_BY(mutex_) = false;
-  std::thread thread_;
+  Worker worker_;
 };
 
 }  // namespace baudgate::dds

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/dds/writes/dds_writes.h"
 
-#include <pthread.h>
-
-#include <condition_variable>
 #include <utility>
 #include <vector>
 
@@ -25,27 +22,28 @@ struct DdsWrites::Mail {
   };
 
   void Wake() {
-    {
-      const MutexLock lock(mutex);
-      woken = true;
-    }
-    changed.notify_one();
+    const MutexLock lock(mutex);
+    if (worker != nullptr) worker->Wake();
   }
   /// Those of one client, and so all, are bounded by the desk's book.
   void Add(WriteDesk::Ticket ticket, const WriteResult& result) {
-    {
-      const MutexLock lock(mutex);
-      woken = true;
-      ended.push_back({std::move(ticket), result});
-    }
-    changed.notify_one();
+    const MutexLock lock(mutex);
+    if (worker == nullptr) return;
+    ended.push_back({std::move(ticket), result});
+    worker->Wake();
+  }
+  void SetWorker(Worker* its) {
+    const MutexLock lock(mutex);
+    worker = its;
+  }
+  std::vector<End> TakeEnded() {
+    const MutexLock lock(mutex);
+    return std::exchange(ended, {});
   }
 
   RequestIntake requests{[this] { Wake(); }};
   Mutex mutex;
-  std::condition_variable changed;
-  bool woken BAUDGATE_GUARDED_BY(mutex) = false;
-  bool stop BAUDGATE_GUARDED_BY(mutex) = false;
+  Worker* worker BAUDGATE_GUARDED_BY(mutex) = nullptr;  // null: it has stopped
   std::vector<End> ended BAUDGATE_GUARDED_BY(mutex);
   Mutex looking;  // held while a request is looked at
   bool taking BAUDGATE_GUARDED_BY(looking) = true;
@@ -59,8 +57,10 @@ DdsWrites::DdsWrites(const config::Config& config, const PointStore& store, Comm
           config, store, sink, [this](ReplySample reply) { replies_.push_back(std::move(reply)); },
           [mail = mail_](WriteDesk::Ticket ticket, const WriteResult& result) {
             mail->Add(std::move(ticket), result);
-          }) {
-  thread_ = std::thread([this] { Run(); });
+          }),
+      worker_("dds writes", [this](bool) { return Answer(); }) {
+  mail_->SetWorker(&worker_);
+  worker_.Start();
   writer_->OnRequest([mail = mail_](WriteArrival arrival) {
     mail->requests.Offer(std::move(arrival), ReadClocks().instant);
   });
@@ -78,43 +78,22 @@ void DdsWrites::StopTaking() {
 }
 
 void DdsWrites::Stop() {
-  {
-    const MutexLock lock(mail_->mutex);
-    mail_->stop = true;
-  }
-  mail_->Wake();
-  if (thread_.joinable()) thread_.join();
+  worker_.Stop();
+  mail_->SetWorker(nullptr);
 }
 
 std::uint64_t DdsWrites::dropped() const { return mail_->requests.dropped(); }
 
-void DdsWrites::Run() {
-  pthread_setname_np(pthread_self(), "dds writes");
-  for (;;) {
-    std::vector<Mail::End> ended;
-    bool stop = false;
-    {
-      MutexLock lock(mail_->mutex);
-      const Instant again = ReadClocks().instant + kReplyPause;
-      while (!mail_->woken) {
-        if (replies_.empty()) {
-          lock.Wait(mail_->changed);
-        } else if (!lock.WaitUntil(mail_->changed, again)) {
-          break;
-        }
-      }
-      mail_->woken = false;
-      ended.swap(mail_->ended);
-      stop = mail_->stop;
-    }
-    for (const Mail::End& one : ended) desk_.End(one.ticket, one.result, ReadClocks().instant);
-    while (const auto arrival = mail_->requests.Take()) {
-      const MutexLock lock(mail_->looking);
-      if (mail_->taking) desk_.Take(*arrival, ReadClocks());
-    }
-    SendReplies();
-    if (stop) return;
+Instant DdsWrites::Answer() {
+  for (const Mail::End& one : mail_->TakeEnded()) {
+    desk_.End(one.ticket, one.result, ReadClocks().instant);
   }
+  while (const auto arrival = mail_->requests.Take()) {
+    const MutexLock lock(mail_->looking);
+    if (mail_->taking) desk_.Take(*arrival, ReadClocks());
+  }
+  SendReplies();
+  return replies_.empty() ? kWhenWoken : ReadClocks().instant + kReplyPause;
 }
 
 void DdsWrites::SendReplies() {

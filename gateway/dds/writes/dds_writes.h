@@ -3,9 +3,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <deque>
 #include <memory>
-#include <thread>
 
+#include "gateway/base/worker.h"
 #include "gateway/dds/sample_writer.h"
 #include "gateway/dds/writes/write_desk.h"
 
@@ -31,14 +32,14 @@ class DdsWrites {
  private:
   struct Mail;
 
-  void Run();
+  Instant Answer();
   void SendReplies();
 
   const std::shared_ptr<SampleWriter> writer_;
   const std::shared_ptr<Mail> mail_;  // the lines have it, too
   std::deque<ReplySample> replies_;   // of the thread
   WriteDesk desk_;
-  std::thread thread_;
+  Worker worker_;
 };
 
 }  // namespace baudgate::dds

@@ -7,6 +7,7 @@
 
 #include <future>
 
+#include "gateway/audit/audit_log.h"
 #include "tests/gateway/audit/faulty_disk.h"
 #include "tests/gateway/audit/fixture.h"
 
@@ -20,12 +21,13 @@ using ::testing::HasSubstr;
 class EventLogTest : public audit::FolderTest {
  protected:
   std::unique_ptr<EventLog> Start(const std::filesystem::path& path, const std::string& vfs = {},
-                                  std::shared_ptr<FileTurn> turn = {}, bool tells_own = false) {
+                                  std::shared_ptr<EventsWriter> writer = {},
+                                  bool tells_own = false) {
     EventLog::Options options;
     options.tells_own = tells_own;
     options.file = path;
     options.vfs = vfs;
-    options.turn = std::move(turn);
+    options.writer = std::move(writer);
     options.why_no_file = "there is no place for it";
     options.sources = {{"bay-1", "feeder-1"}, {"bay-1", "feeder-2"}};
     options.clocks = ReadClocks;
@@ -438,17 +440,20 @@ TEST_F(EventLogTest, TellsThatTheDiskHasFailed) {
 }
 
 /// Both write without a pause: neither is ever told that the file is busy.
-TEST_F(EventLogTest, SharesTheFileWithTheAudit) {
-  const auto turn = std::make_shared<FileTurn>();
-  const auto log = Start(file(), {}, turn);
-  audit::AuditFile writes(file(), {}, audit::kRooms, turn);
-  audit::AuditBook book;
+TEST_F(EventLogTest, SharesTheThreadOfTheFileWithTheAudit) {
+  const auto writer = std::make_shared<EventsWriter>();
+  const auto log = Start(file(), {}, writer);
+  audit::AuditLog writes({.file = file(),
+                          .writer = writer,
+                          .clocks = ReadClocks,
+                          .warn = [this](const std::string& text) { Hear("warn", text); },
+                          .inform = [this](const std::string& text) { Hear("inform", text); }});
   constexpr int kRounds = 100;
   std::thread other([&] {
     for (int i = 0; i < kRounds; ++i) {
-      ASSERT_TRUE(book.Begin(audit::WrittenPoint("c" + std::to_string(i))));
-      const Status status = audit::Keep(writes, book);
-      EXPECT_TRUE(status) << status.error();
+      const auto ticket = writes.Begin(audit::WrittenPoint("c" + std::to_string(i)));
+      ASSERT_TRUE(ticket);
+      EXPECT_EQ(writes.WaitFor(*ticket, ReadClocks().instant + 60s), audit::WriteLog::Kept::yes);
     }
   });
   for (std::size_t i = 0; i < kRounds; ++i) {

@@ -41,9 +41,9 @@ TEST_F(EventsFileTest, WhatSqliteSaysIsOneLine) {
 }
 
 TEST_F(EventsFileTest, ADamagedFileIsPutAsideOnceByTwoConnections) {
-  const auto turn = std::make_shared<FileTurn>();
-  EventsConnection a(file(), {}, turn);
-  EventsConnection b(file(), {}, turn);
+  const auto writer = std::make_shared<EventsWriter>();
+  EventsConnection a(file(), {}, writer);
+  EventsConnection b(file(), {}, writer);
   ASSERT_TRUE(a.Open().ok);
   ASSERT_TRUE(b.Open().ok);
   // Behind its header nothing is right any more, and both are told so by SQLite.
