@@ -37,7 +37,7 @@ struct Draft {
 
 class AuditBook {
  public:
-  /// Of each kind: writes to points wait here for their end, and all for a disk that fails.
+  /// The most of each kind: writes to points wait here for their end, all for a disk that fails.
   static constexpr std::array<std::size_t, kKinds> kLimits = {8192, 2048, 2048, 256};
 
   /// Nothing: there is no room, and one more of its kind is lost.

@@ -54,7 +54,7 @@ class Repeats {
 
   AuditBook& book_;
   std::map<Key, Open> open_;
-  // Of records that are not shared.
+  // For records that are not shared.
   std::array<std::size_t, kKinds> of_kind_{};
   std::map<Key, std::size_t> of_client_;  // by kind and address
 };

@@ -1,5 +1,5 @@
 // Writes that pass through to a slave as they are: their records are made behind the exchange, and
-// nothing waits for them. Called by gateway/modbus/desk for every routed request but reads.
+// nothing waits for them. Called by gateway/modbus/service for every routed request but reads.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -29,7 +29,7 @@ bool Writes(View pdu);
 /// "16 holding 100-101", "1 2". Of functions other than 5, 6, 15, 16, 22 and 23 only the code.
 WriteRecord RecordOf(const RoutedWrite& write);
 
-/// Of one request. Tells the log once: how the request ended, or that nobody knows, should all
+/// The record of one request. Tells the log once how the request ended, or that nobody knows if all
 /// copies of Watch's function be gone without a call.
 class Witness {
  public:

@@ -50,7 +50,7 @@ struct WriteRecord {
 inline constexpr std::size_t kLongestText = 240;
 std::string Clipped(std::string text);
 
-/// Of its outcome, in the file and for programs: "ok", "unknown", …; "pending" while it is under
+/// The name of its outcome, in the file and for programs: "ok", "unknown", …; "pending" while under
 /// way.
 std::string_view OutcomeOf(const WriteRecord& record);
 std::optional<WriteEnd> EndNamed(std::string_view name);

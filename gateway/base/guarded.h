@@ -14,9 +14,9 @@
 #define BAUDGATE_THREAD_MARK(mark)
 #endif
 
-/// Of a member: only touched while this mutex is held.
+/// Marks a member that is only touched while this mutex is held.
 #define BAUDGATE_GUARDED_BY(mutex) BAUDGATE_THREAD_MARK(guarded_by(mutex))
-/// Of a function: its caller holds this mutex.
+/// Marks a function whose caller holds this mutex.
 #define BAUDGATE_REQUIRES(mutex) BAUDGATE_THREAD_MARK(requires_capability(mutex))
 
 namespace baudgate {

@@ -12,7 +12,7 @@ namespace baudgate::log {
 /// What journald calls it: 3 error, 4 warning, 6 info, 7 debug.
 int Priority(Level level);
 
-/// Of descriptors that systemd has connected to the journal, as $JOURNAL_STREAM says; not when the
+/// Descriptors that systemd has connected to the journal, as $JOURNAL_STREAM says; not when the
 /// variable was only inherited by a program whose output goes elsewhere.
 bool IsJournal(int descriptor);
 

@@ -51,7 +51,7 @@ enum ExceptionCode : std::uint8_t {
 };
 
 inline constexpr std::size_t kMaxPdu = 253;  ///< function code included
-/// Of one request.
+/// The most values of one request.
 inline constexpr std::size_t kMostRegisters = 125;
 inline constexpr std::size_t kMostBits = 2000;
 /// Registers of one record of a file: the reply has a byte count of at most F5.
@@ -80,7 +80,7 @@ constexpr bool IsMultipleWrite(std::uint8_t function) {
 constexpr bool IsPlainWrite(std::uint8_t function) {
   return function == kWriteCoil || function == kWriteRegister || IsMultipleWrite(function);
 }
-/// Of functions 1…6, 15 and 16: about coils or discrete inputs, not registers.
+/// Functions 1…6, 15 and 16: whether it is about coils or discrete inputs, not registers.
 constexpr bool IsAboutBits(std::uint8_t function) {
   return function == kReadCoils || function == kReadDiscretes || function == kWriteCoil ||
          function == kWriteCoils;
@@ -113,14 +113,14 @@ struct PduLength {
 };
 /// `head` is not empty. A count that contradicts itself makes the length unknown.
 PduLength RequestLength(View head);
-/// Of a reply that says itself how long it is, whatever was asked. `head` is not empty.
+/// The length of a reply that says itself how long it is. `head` is not empty.
 PduLength ReplyLength(View head);
 /// It is as long as its function and byte count say, and registers have two bytes each. Most
 /// requests, which an echo brings back, are no replies by that.
 bool IsReplyForm(View pdu);
-/// Of the good reply to `request`; nothing: it is not known, or no such reply can be.
+/// The length of the good reply to `request`; nothing: it is not known, or no such reply can be.
 std::optional<std::size_t> AwaitedLength(View request);
-/// Of the reply that begins with `head`, of which the header of a Modbus TCP frame counts `told`
+/// The length of the reply that begins with `head`; its Modbus TCP header counts `told`
 /// bytes. Some servers count too many: where function and request fix the length, it is that,
 /// unless the reply itself bears its header out.
 std::size_t LengthOfReply(View request, View head, std::size_t told);

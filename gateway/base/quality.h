@@ -76,7 +76,7 @@ struct Quality {
   constexpr bool operator<(const Quality& other) const { return code < other.code; }
 };
 
-/// Of all values of a device that a reason concerns.
+/// The quality of all values of a device that a reason concerns.
 constexpr Quality QualityOfDevice(Reason reason) {
   switch (reason) {
     case Reason::other_module:

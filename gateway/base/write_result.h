@@ -26,9 +26,9 @@ struct WriteResult {
   WriteEnd end = WriteEnd::ok;
   std::string reason{};    ///< one sentence; of ok only what remains in doubt
   bool read_back = false;  ///< ok: the device shows what was written
-  /// Of several points: how many were confirmed, in their order, before the first that was not.
+  /// How many of several points were confirmed, in their order, before the first that was not.
   std::size_t written = 0;
-  /// Of several points: how many belonged to exchanges that were begun; not above `written`: what
+  /// How many of several points belonged to exchanges that were begun; not above `written`: what
   /// is said of the first that was not written holds for the rest.
   std::size_t tried = 0;
   /// Refused, and nothing was sent: the protocol has no form for the value (0.05 in steps of 0.1).

@@ -28,14 +28,14 @@ class ControlServer {
   /// dead process left is replaced, one that answers is not. The error names every place tried.
   Status Listen();
   /// See RequestHandler; before Listen.
-  void SetReload(ReloadDesk& desk) { service_.SetReload(desk); }
+  void SetReload(ReloadService& service) { service_.SetReload(service); }
   /// A reload, on the thread of `io`: `config` is the one by now. Traces of lines that are gone
   /// end.
   void Apply(const config::Config& config, const history::HistorySource* history);
   /// On the thread of `io`, or when it does not run. Ends all traces and removes the socket file.
   void Stop();
 
-  /// Of the socket file, once it listens.
+  /// The path of the socket file, once it listens.
   const std::string& path() const { return path_; }
 
  private:

@@ -32,10 +32,10 @@ struct ReloadAnswer {
   Duration confirm{};                ///< time left for it; zero: it needs none
 };
 
-class ReloadDesk {
+class ReloadService {
  public:
   using Answered = std::function<void(const ReloadAnswer&)>;
-  virtual ~ReloadDesk() = default;
+  virtual ~ReloadService() = default;
   /// From any thread; `answered` once, on any thread.
   virtual void Reload(const ReloadAsk& ask, Answered answered) = 0;
   /// What was applied stays.

@@ -136,7 +136,7 @@ Reply RequestHandler::Dispatch(const Json& request, const Writer& client, Now no
   if (command == "confirm") return Reload(request, client, true, answered);
   if (command == "ask") {
     const Status status =
-        AskByHand(*config_, control_, sink_, request, client, now.instant, answered);
+        AskManually(*config_, control_, sink_, request, client, now.instant, answered);
     return status ? Reply{} : Refused(kUnknown, status.error());
   }
   if (command == "read" || command == "write") {

@@ -49,7 +49,7 @@ class RequestHandler {
   void Forget(const Writer& client) { points_.Forget(client); }
   LineControl& control() { return control_; }
   /// It outlives this; without it nothing is reloaded.
-  void SetReload(ReloadDesk& desk) { reload_ = &desk; }
+  void SetReload(ReloadService& service) { reload_ = &service; }
   /// A reload: what can be named, by the numbers of the store.
   void Apply(const config::Config& config, const history::HistorySource* history) {
     config_ = &config;
@@ -87,7 +87,7 @@ class RequestHandler {
   CommandSink& sink_;
   GatewayInfo info_;
   PointRequests points_;
-  ReloadDesk* reload_ = nullptr;
+  ReloadService* reload_ = nullptr;
 };
 
 }  // namespace baudgate::control

@@ -53,9 +53,9 @@ Status Allows(const Addressed& to, bool reads, bool confirmed) {
 
 }  // namespace
 
-Status AskByHand(const config::Config& config, LineControl& control, CommandSink& sink,
-                 const Json& request, const Writer& writer, Instant now,
-                 const std::function<void(const Json&)>& answered) {
+Status AskManually(const config::Config& config, LineControl& control, CommandSink& sink,
+                   const Json& request, const Writer& writer, Instant now,
+                   const std::function<void(const Json&)>& answered) {
   const auto to = AddressOf(config, request);
   if (!to) return Error{to.error()};
   const Protocol* protocol = control.FindProtocol(to->device->protocol);

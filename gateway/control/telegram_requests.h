@@ -19,8 +19,8 @@ namespace baudgate::control {
 /// `target`: LINE or LINE.DEVICE, whose protocol and options it has; `telegram` in hex, as it was
 /// written; `write`: it may write. The error is one sentence; without one `answered` is called
 /// once, on any thread. All references outlive what was asked.
-Status AskByHand(const config::Config& config, LineControl& control, CommandSink& sink,
-                 const Json& request, const Writer& writer, Instant now,
-                 const std::function<void(const Json&)>& answered);
+Status AskManually(const config::Config& config, LineControl& control, CommandSink& sink,
+                   const Json& request, const Writer& writer, Instant now,
+                   const std::function<void(const Json&)>& answered);
 
 }  // namespace baudgate::control

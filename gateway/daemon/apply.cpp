@@ -26,8 +26,8 @@ reload::Health HealthOf(const DeviceRecord& record) {
   return well ? Health::well : Health::unknown;
 }
 
-bool Begins(reload::Fate fate) {
-  return fate == reload::Fate::added || fate == reload::Fate::changed;
+bool Begins(reload::Effect fate) {
+  return fate == reload::Effect::added || fate == reload::Effect::changed;
 }
 
 void CountClients(const modbus::TrafficStatus& traffic, reload::ModbusDifference& difference) {

@@ -17,7 +17,7 @@ class ControlOutput {
     LineControl& lines;
     CommandSink& commands;
     control::GatewayInfo info;
-    control::ReloadDesk* reload = nullptr;  ///< null: nothing is reloaded
+    control::ReloadService* reload = nullptr;  ///< null: nothing is reloaded
   };
   /// All of it outlives this. Null where there is no socket: a gateway that cannot be asked still
   /// polls.

@@ -12,7 +12,7 @@
 
 namespace baudgate::modbus {
 
-/// Of the page: web::Limits::at_all, and some.
+/// Descriptors for the page: web::Limits::at_all, and some.
 inline constexpr std::size_t kWebDescriptors = 352;
 
 struct DescriptorNeeds {

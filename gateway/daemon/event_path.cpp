@@ -47,7 +47,7 @@ void TellJournal(const events::Alarm& alarm, bool raised) {
 }
 
 events::EventLog::Options OptionsOf(const config::Config& config, const EventsPlace& place,
-                                    std::shared_ptr<events::EventFeed> feed, RecordDesk& records,
+                                    std::shared_ptr<events::EventFeed> feed, RecordService& records,
                                     std::function<void(events::Source)> kept) {
   events::EventLog::Options options;
   options.file = place.file;

@@ -10,10 +10,10 @@
 
 #include "config/model/config.h"
 #include "gateway/base/version.h"
-#include "gateway/daemon/alarm_desk.h"
+#include "gateway/daemon/alarm_service.h"
 #include "gateway/daemon/event_sink.h"
 #include "gateway/daemon/events_place.h"
-#include "gateway/daemon/record_desk.h"
+#include "gateway/daemon/record_service.h"
 #include "gateway/events/event_feed.h"
 #include "gateway/events/event_log.h"
 #include "gateway/events/point_watch.h"
@@ -57,8 +57,8 @@ class EventPath final : public EventSink {
   }
   /// A request of a client to a route has ended.
   void OnRouted(const modbus::RoutedEnd& end, Now now) { alarms_.OnRouted(end, now); }
-  /// See AlarmDesk.
-  void Look(std::span<const AlarmDesk::DiskState> disks, Now now) { alarms_.Look(disks, now); }
+  /// See AlarmService.
+  void Look(std::span<const AlarmService::DiskState> disks, Now now) { alarms_.Look(disks, now); }
   events::EventLog& log() { return log_; }
   /// What is on the disk, for outputs, which may keep it longer than this lives.
   std::shared_ptr<events::EventFeed> feed() const { return feed_; }
@@ -79,9 +79,9 @@ class EventPath final : public EventSink {
 
   SteadyVector<Place> places_;  // by device
   const std::shared_ptr<events::EventFeed> feed_;
-  RecordDesk records_;
-  events::EventLog log_;  // its thread tells the desk
-  AlarmDesk alarms_;
+  RecordService records_;
+  events::EventLog log_;  // its thread tells the service
+  AlarmService alarms_;
 };
 
 }  // namespace baudgate

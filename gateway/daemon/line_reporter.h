@@ -39,7 +39,7 @@ class LineReporter final : public PollerListener {
     if (memory_ != nullptr) memory_->Set(device, memory);
   }
   void OnEvents(ReportedEvents events) override {
-    unkept_.insert(events.device);
+    unsaved_.insert(events.device);
     if (events_ != nullptr) events_->OnReported(std::move(events));
   }
   void OnDrained(std::uint32_t device, Instant asked) override {
@@ -53,8 +53,8 @@ class LineReporter final : public PollerListener {
   /// Events of the device are on the disk: those that OnEvents told last (`reported`), or those of
   /// before the start. False: OnEvents has told others since, which are not.
   [[nodiscard]] bool AllKept(std::uint32_t device, bool reported) {
-    if (reported) unkept_.erase(device);
-    return !unkept_.contains(device);
+    if (reported) unsaved_.erase(device);
+    return !unsaved_.contains(device);
   }
 
  private:
@@ -68,9 +68,9 @@ class LineReporter final : public PollerListener {
   const LineRecorder& recorder_;
   DeviceMemory* const memory_;
   EventSink* const events_;
-  std::set<std::uint32_t> unkept_;  // devices whose events are not on the disk yet
-  std::set<Key> lasting_;           // told, and not over
-  std::set<Key> over_;              // their end was told once
+  std::set<std::uint32_t> unsaved_;  // devices whose events are not on the disk yet
+  std::set<Key> lasting_;            // told, and not over
+  std::set<Key> over_;               // their end was told once
 };
 
 }  // namespace baudgate

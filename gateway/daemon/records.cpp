@@ -146,11 +146,11 @@ void Records::Look(Now now) {
   if (events_) events_->Look(LookAtDisks(now), now);
 }
 
-std::vector<AlarmDesk::DiskState> Records::LookAtDisks(Now now) {
+std::vector<AlarmService::DiskState> Records::LookAtDisks(Now now) {
   constexpr Duration kEvery = 1s;
   if (disks_at_ && now.instant - *disks_at_ < kEvery) return {};
   disks_at_ = now.instant;
-  std::vector<AlarmDesk::DiskState> disks;
+  std::vector<AlarmService::DiskState> disks;
   const auto add = [&](events::Trouble trouble, const auto& state) {
     disks.push_back({trouble, state.disk, state.trouble});
   };

@@ -82,7 +82,7 @@ class Records {
   Status PlaceEvents(const config::Config& config, EventsPlace& place);
   Status PlaceHistory(const config::Config& config);
   void StartHistory(const config::Config& config, PointStore& store);
-  std::vector<AlarmDesk::DiskState> LookAtDisks(Now now) BAUDGATE_REQUIRES(mutex_);
+  std::vector<AlarmService::DiskState> LookAtDisks(Now now) BAUDGATE_REQUIRES(mutex_);
 
   std::shared_ptr<StateFolder> state_;  // null: there is no place for it
   std::string why_no_state_;            // at the start; empty: it could be had

@@ -46,7 +46,7 @@ struct ReloadOptions {
   std::unique_ptr<reload::KeptConfigs> kept;  ///< null: there is no folder
 };
 
-class Reloader final : public control::ReloadDesk {
+class Reloader final : public control::ReloadService {
  public:
   /// A configuration, before it is taken. Dropped without `apply`, nothing has changed.
   struct Prepared {

@@ -21,7 +21,7 @@
 
 namespace baudgate::dds {
 
-/// Of the newest, to whoever takes samples anew; and so many before the last that was sent.
+/// So many of the newest go to a new reader, and so many before the last that was sent.
 inline constexpr std::uint64_t kEventImage = 1000;
 
 class EventSender {

@@ -54,7 +54,7 @@ class DdsPublisher {
   std::shared_ptr<ChangeFeed> feed_;
   SampleSender sender_;
   std::atomic<bool> renumbered_ = false;
-  // Of the thread.
+  // Used by the thread.
   Pacer wakes_;
   Changes changes_;
   std::uint64_t session_ = 0;  // whom the sender sends to

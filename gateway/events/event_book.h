@@ -64,7 +64,7 @@ class EventBook {
   /// none.
   std::vector<Source> Kept(std::size_t batches);
 
-  /// Of the first so many that wait it was told what becomes of alarms.
+  /// For so many of the first that wait, it was reported what becomes of alarms.
   void OnTold(std::size_t batches);
 
   /// Sources have other numbers, by those of before: what waits and what they have said last.

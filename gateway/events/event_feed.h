@@ -1,8 +1,8 @@
 // The newest events that are on the disk, for outputs that must never wait for it: Modbus looks at
-// them (gateway/modbus/desk), DDS takes them in order (gateway/dds). Filled by the writing thread
-// of gateway/events/event_log.h after each commit, never before. A consumer that takes all of them
-// has a cursor, and gets from the file what has left the memory, by way of that thread. One that
-// only looks misses it, by numbers that it can count.
+// them (gateway/modbus/service), DDS takes them in order (gateway/dds). Filled by the writing
+// thread of gateway/events/event_log.h after each commit, never before. A consumer that takes all
+// of them has a cursor, and gets from the file what has left the memory, by way of that thread. One
+// that only looks misses it, by numbers that it can count.
 //
 //   number  1 … 60   61 … 80         81 … 90
 //           old      whose they were  shown whole
@@ -72,7 +72,7 @@ class EventFeed {
     std::uint64_t lost = 0;   ///< of `source`, from the first asked for on, that cannot be shown
     std::vector<EventRecord> events{};  ///< at most `most`, by their numbers
   };
-  /// Of one device, or of all, from this number on (of a longer one the low 32 bits); 0: the
+  /// Events of one device or of all, from this number on (of a longer one the low 32 bits); 0: the
   /// newest. What is so old that it is not known whose it was counts as lost, unless the device had
   /// none then.
   Shown Show(std::optional<Source> source, std::uint32_t first, std::size_t most) const;

@@ -64,10 +64,10 @@ void EventLog::WriteDue() {
   if (status) Feed(round.batches);
   if (status) TellOwed(round.batches);
   const std::vector<Source> kept = queue_.Done(round, status, file_.oldest());
-  TellAlarms(status ? round.batches : queue_.Unkept());
+  TellAlarms(status ? round.batches : queue_.Unsaved());
   if (status) ReadBacklog();
   if (!kept.empty()) options_.kept(kept);
-  AckDesk::Answer(round.acks, status ? std::string() : status.error());
+  AckService::Answer(round.acks, status ? std::string() : status.error());
 }
 
 /// All that is due, where it is due.

@@ -71,12 +71,12 @@ void EventQueue::End(Duration most) {
   }
 }
 
-std::size_t EventQueue::Acknowledge(const AckQuery& query, AckDesk::Done done) {
+std::size_t EventQueue::Acknowledge(const AckQuery& query, AckService::Done done) {
   Acknowledged now;
   {
     const MutexLock lock(mutex_);
     now.at = options_.clocks().wall;
-    now.alarms = AckDesk::Tell(query, AlarmsNow(), book_, now.at);
+    now.alarms = AckService::Tell(query, AlarmsNow(), book_, now.at);
     now.trouble = state_.trouble;
     if (now.alarms > 0 && now.trouble.empty()) {
       acks_.Wait({now.alarms, now.at, std::exchange(done, nullptr)});
@@ -268,7 +268,7 @@ std::vector<Source> EventQueue::Done(Round& round, const Status& status, std::in
   return kept;
 }
 
-std::vector<Batch> EventQueue::Unkept() {
+std::vector<Batch> EventQueue::Unsaved() {
   const MutexLock lock(mutex_);
   std::vector<Batch> batches = book_.Due();
   book_.OnTold(batches.size());

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "gateway/base/guarded.h"
-#include "gateway/events/ack_desk.h"
+#include "gateway/events/ack_service.h"
 #include "gateway/events/event_book.h"
 #include "gateway/events/event_source.h"
 #include "gateway/events/log_options.h"
@@ -35,7 +35,7 @@ class EventQueue {
   void Started(const std::string& version);
   /// Tells the end, and waits so long until all is on the disk, or the disk fails.
   void End(Duration most);
-  std::size_t Acknowledge(const AckQuery& query, AckDesk::Done done);
+  std::size_t Acknowledge(const AckQuery& query, AckService::Done done);
   void WhenOpened(std::function<void()> opened);
   bool opened() const {
     const MutexLock lock(mutex_);
@@ -65,7 +65,7 @@ class EventQueue {
   struct Round {
     std::vector<Batch> batches{};
     std::vector<KeptRecord> records{};
-    std::vector<AckDesk::Ack> acks{};
+    std::vector<AckService::Ack> acks{};
     std::optional<SourceNames> numbers{};  ///< of these batches, where they are others than before
     bool ends_alarms = false;  ///< that are not watched any more, when these batches are kept
   };
@@ -75,7 +75,7 @@ class EventQueue {
   std::vector<Source> Done(Round& round, const Status& status, std::int64_t oldest = 0);
   /// The disk fails: what waits, and what it makes of alarms. Of those whose batches are not `told`
   /// it is about to be.
-  std::vector<Batch> Unkept();
+  std::vector<Batch> Unsaved();
   /// More is to be written, and can be.
   bool goes_on() const;
   /// One line for each kind of what is not on the disk and will not be.
@@ -108,7 +108,7 @@ class EventQueue {
   std::vector<KeptRecord> records_ BAUDGATE_GUARDED_BY(mutex_);        // that wait
   Watched watches_ BAUDGATE_GUARDED_BY(mutex_);
   bool ends_alarms_ BAUDGATE_GUARDED_BY(mutex_) = false;  // see Round
-  AckDesk acks_ BAUDGATE_GUARDED_BY(mutex_);              // of what waits
+  AckService acks_ BAUDGATE_GUARDED_BY(mutex_);           // of what waits
   EventsState state_ BAUDGATE_GUARDED_BY(mutex_);
   bool opened_ BAUDGATE_GUARDED_BY(mutex_) = false;
   std::function<void()> tell_opened_ BAUDGATE_GUARDED_BY(mutex_);

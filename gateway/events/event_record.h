@@ -27,7 +27,7 @@ struct EventRecord {
   std::uint32_t code = 0;
   config::EventState state = config::EventState::message;
   std::string text;
-  /// Of the gateway's own: what of the device it concerns, "current_l1 above 5"; not in the file.
+  /// In a gateway's event: what of the device it concerns, "current_l1 above 5"; not in the file.
   /// Also what its alarm is called.
   std::string subject{};
   AlarmMark mark{};

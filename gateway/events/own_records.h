@@ -27,9 +27,9 @@ EventRecord DiskTroubleRecord(const std::string& file, std::string_view trouble,
 /// So many events like `last`, from `since` on: of its line and device, and of no alarm.
 EventRecord LeftOutRecord(std::uint64_t events, const EventRecord& last, WallTime since,
                           WallTime at);
-/// Of an alarm that the configuration does not have any more.
+/// Ends an alarm that the configuration does not have any more.
 EventRecord NotWatchedRecord(const Alarm& alarm, WallTime at);
-/// Of an alarm whose priority in the configuration is another one now.
+/// Says that the priority of an alarm has changed in the configuration.
 EventRecord PriorityRecord(const Alarm& alarm, config::AlarmPriority priority, WallTime at);
 /// What raises or ends an alarm of the gateway's own.
 EventRecord OwnAlarmRecord(Trouble trouble, const std::string& line, const std::string& device,

@@ -35,7 +35,7 @@ struct PastQuery {
   PastCursor after{};
 };
 
-/// Of a span of time that begins at `time`. Without a quality nobody knows its value any more.
+/// A span of time that begins at `time`. Without a quality nobody knows its value any more.
 struct PastRow {
   WallTime time{};
   Duration span{};

@@ -40,7 +40,7 @@ struct PlacedTime {
   ClockQuality quality = ClockQuality::none;
 };
 
-/// Of one batch, in its order: an event is no older than the one before it, as far as their clock
+/// Times of one batch, in order: an event is no older than the one before it, as far as its clock
 /// allows. `oldest`: none happened longer ago; nothing: not known.
 std::vector<PlacedTime> Place(const std::vector<std::optional<SaidTime>>& said, WallTime received,
                               std::optional<Duration> oldest);

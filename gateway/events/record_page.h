@@ -39,7 +39,7 @@ Result<RecordPage> ReadRecords(Database& database, const RecordQuery& query);
 /// One read, in a connection that ends with it.
 Result<RecordPage> ReadRecords(const std::filesystem::path& file, const RecordQuery& query);
 
-/// Of events from `first` to `last`, by their events.
+/// The records of events from `first` to `last`, by their events.
 Result<std::vector<KeptRecord>> ReadRecordsOf(Database& database, std::int64_t first,
                                               std::int64_t last);
 

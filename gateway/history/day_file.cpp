@@ -226,7 +226,7 @@ bool DayFile::WriteChunks(const char* table) {
   return ok || Fail();
 }
 
-/// Of a gateway that ended before it had packed them; of points that are not kept any more, too.
+/// Rows of a gateway that ended before packing them, and of points that are not kept any more.
 bool DayFile::PackLeftovers(const char* table) {
   std::vector<PointNumber> known;
   OpenRows left;

@@ -182,8 +182,9 @@ void HistoryLog::WriteOnce(bool last) {
   }
   const MutexLock lock(mutex_);
   state_.waiting = queue_.samples.size() + files_.waiting();
-  state_.bytes = files_.shelf().bytes();
-  state_.oldest = files_.shelf().days.empty() ? WallTime{} : ToWall(files_.shelf().days[0].day);
+  state_.bytes = files_.folder_files().bytes();
+  state_.oldest =
+      files_.folder_files().days.empty() ? WallTime{} : ToWall(files_.folder_files().days[0].day);
   writing_since_.reset();
   if (files_.TakeLost()) begin_anew_ = true;
   Show(status ? Disk::fine : Disk::failing, status ? std::string() : status.error());

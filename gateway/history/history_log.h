@@ -60,11 +60,11 @@ class HistoryLog final : public HistorySource {
   const std::size_t most_samples_;
   const std::size_t most_trends_;
   const std::shared_ptr<ChangeFeed> feed_;
-  // Of the recording thread.
+  // Used by the recording thread.
   Recorder recorder_;
   Changes changes_;
   Instant tick_{};
-  // Of the writing thread.
+  // Used by the writing thread.
   ValueStore files_;
   mutable Mutex mutex_;
   Batch queue_ BAUDGATE_GUARDED_BY(mutex_);

@@ -8,7 +8,7 @@
 
 #include "gateway/history/chunk.h"
 #include "gateway/history/day_file.h"
-#include "gateway/history/shelf.h"
+#include "gateway/history/folder_files.h"
 #include "gateway/state/database.h"
 
 namespace baudgate::history {
@@ -58,7 +58,7 @@ class DayReader {
     return step == Statement::Step::done;
   }
 
-  /// Of one run, after this time, as they rise; about `most`.
+  /// Rows of one run after this time, oldest first; about `most`.
   bool ReadEntries(std::int64_t run, Millis after, Millis until, std::size_t most,
                    std::vector<Entry>& out) {
     if (!knows()) return true;
@@ -130,7 +130,7 @@ class PageReader {
 
  private:
   void OpenDays() {
-    for (const Shelf::Day& day : LookAtShelf(folder_).days) {
+    for (const FolderFiles::Day& day : ListFiles(folder_).days) {
       if (day.day >= query_.until || day.day + kDay <= query_.since) continue;
       auto reader = std::make_unique<DayReader>(folder_, day.day, query_.point);
       // One that is damaged hides nothing but itself; one that is being removed is no loss.

@@ -20,7 +20,7 @@ Value Cleaned(Value value, Quality quality) {
   return value;
 }
 
-/// Of good numbers only.
+/// The value as a good number; nothing: it is none.
 std::optional<double> NumberOf(const Entry& entry) {
   if (!IsGood(entry.quality) || !HasValue(entry.value)) return std::nullopt;
   if (std::holds_alternative<std::string>(entry.value)) return std::nullopt;

@@ -29,12 +29,12 @@ Status ValueStore::Open(Now clocks) {
   if (runs_before_) return {};
   const Millis now = ToMillis(clocks.wall);
   // The newest file may know of runs that trends.db has lost.
-  shelf_ = vfs_.empty() ? LookAtShelf(folder_) : Shelf{};
+  folder_files_ = vfs_.empty() ? ListFiles(folder_) : FolderFiles{};
   std::int64_t last = known_run_;
   const Millis today = FloorTo(now, kDay);
   std::vector<Millis> looked = {today};
-  if (!shelf_.days.empty() && shelf_.days.back().day != today) {
-    looked.push_back(shelf_.days.back().day);
+  if (!folder_files_.days.empty() && folder_files_.days.back().day != today) {
+    looked.push_back(folder_files_.days.back().day);
   }
   for (const Millis day : looked) {
     auto file = std::make_unique<DayFile>(folder_ / DayFileName(day), names_, vfs_);
@@ -45,8 +45,8 @@ Status ValueStore::Open(Now clocks) {
     if (day == today) days_[day] = std::move(file);
   }
   runs_before_ = last;
-  const auto newest =
-      shelf_.days.empty() ? std::optional<Millis>() : std::optional(shelf_.days.back().day);
+  const auto newest = folder_files_.days.empty() ? std::optional<Millis>()
+                                                 : std::optional(folder_files_.days.back().day);
   sure_time_.Begin(clocks, newest);
   return {};
 }
@@ -223,19 +223,20 @@ Status ValueStore::Pack(Millis now) {
 Status ValueStore::Clear(Millis now) {
   if (!vfs_.empty()) return {};
   const Millis today = FloorTo(now, kDay);
-  const bool near = shelf_.bytes() > limits_.bytes / 10 * 9;
+  const bool near = folder_files_.bytes() > limits_.bytes / 10 * 9;
   if (!near && Apart(now, looked_) < kLookEvery) return {};
   looked_ = now;
-  shelf_ = LookAtShelf(folder_);
-  for (const TooMuch& file : FindTooMuch(shelf_, limits_.bytes, limits_.keep, today, sure_)) {
+  folder_files_ = ListFiles(folder_);
+  for (const TooMuch& file :
+       FindTooMuch(folder_files_, limits_.bytes, limits_.keep, today, sure_)) {
     if (file.day) days_.erase(*file.day);
     RemoveFile(folder_, file.file);
     news_.push_back({file.file + " is deleted: " + WhyItGoes(file), false});
   }
-  shelf_ = LookAtShelf(folder_);
-  if (shelf_.bytes() <= Ceiling(limits_.bytes)) return {};
+  folder_files_ = ListFiles(folder_);
+  if (folder_files_.bytes() <= Ceiling(limits_.bytes)) return {};
   return Error{fmt::format("history.limit of {} MB is reached: {}; raise it, or keep fewer points",
-                           limits_.bytes / config::kMegabyte, Largest(shelf_))};
+                           limits_.bytes / config::kMegabyte, Largest(folder_files_))};
 }
 
 std::string ValueStore::WhyItGoes(const TooMuch& file) const {

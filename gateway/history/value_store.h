@@ -15,7 +15,7 @@
 #include "config/model/history.h"
 #include "gateway/base/result.h"
 #include "gateway/history/day_file.h"
-#include "gateway/history/shelf.h"
+#include "gateway/history/folder_files.h"
 #include "gateway/history/sure_time.h"
 #include "gateway/history/trend_file.h"
 
@@ -46,7 +46,7 @@ class ValueStore {
   /// Takes the batch, and writes it as far as it goes. What is left waits for the next call.
   /// `last`: nothing comes after it.
   Status Write(Batch&& batch, Now clocks, bool last = false);
-  /// Of a batch before: its rest waits.
+  /// The rest of an earlier batch waits.
   bool waits() const { return !pending_.samples.empty() || !pending_.trends.empty(); }
 
   std::size_t waiting() const { return pending_.samples.size(); }
@@ -56,7 +56,7 @@ class ValueStore {
   /// Since the last call values of the run that goes on were lost with their file. What came after
   /// them is of another run, in which points that did not change are unknown.
   bool TakeLost() { return std::exchange(lost_, false); }
-  const Shelf& shelf() const { return shelf_; }
+  const FolderFiles& folder_files() const { return folder_files_; }
 
  private:
   void NoteFile(const std::string& put_aside, const std::optional<std::string>& lost);
@@ -84,12 +84,12 @@ class ValueStore {
   Batch pending_;                            // with numbers of the files
   Millis marked_ = 0;                        // when runs were last written to today's file
   std::int64_t known_run_ = 0;               // to trends.db
-  Millis looked_ = 0;                        // at the shelf
+  Millis looked_ = 0;                        // at the folder_files
   SureTime sure_time_;
   std::optional<Millis> sure_;
   bool lost_ = false;
   std::optional<Run> cut_;  // began in the middle of the recorder's
-  Shelf shelf_;
+  FolderFiles folder_files_;
   std::vector<News> news_;
 };
 

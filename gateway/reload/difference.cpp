@@ -95,14 +95,14 @@ std::string WhatChanged(const config::Line& was, const config::Line& is) {
 }
 
 LineChange CompareLines(const config::Line* was, const config::Line& is) {
-  if (was == nullptr) return {is.name, Fate::added, {}};
-  if (Same(*was, is)) return {is.name, Fate::same, {}};
+  if (was == nullptr) return {is.name, Effect::added, {}};
+  if (Same(*was, is)) return {is.name, Effect::same, {}};
   config::Line bare_was = *was;
   config::Line bare_is = is;
   WithoutOutputs(bare_was);
   WithoutOutputs(bare_is);
   const bool outputs = Same(bare_was, bare_is);
-  return {is.name, outputs ? Fate::outputs : Fate::changed, WhatChanged(*was, is)};
+  return {is.name, outputs ? Effect::outputs : Effect::changed, WhatChanged(*was, is)};
 }
 
 /// By "line.device.point".
@@ -139,27 +139,27 @@ void CompareHistory(const config::Config& running, const config::Config& next,
 }
 
 template <typename Change>
-std::size_t Count(const std::vector<Change>& changes, Fate fate) {
+std::size_t Count(const std::vector<Change>& changes, Effect fate) {
   return static_cast<std::size_t>(std::ranges::count(changes, fate, &Change::fate));
 }
 
 template <typename Change>
 bool AllSame(const std::vector<Change>& changes) {
-  return Count(changes, Fate::same) == changes.size();
+  return Count(changes, Effect::same) == changes.size();
 }
 
 std::string SentenceOf(const LineChange& line) {
   const std::string begin = "line " + line.line + ": ";
   switch (line.fate) {
-    case Fate::same:
+    case Effect::same:
       break;
-    case Fate::outputs:
+    case Effect::outputs:
       return begin + "goes on, with other settings of outputs: " + line.what;
-    case Fate::changed:
+    case Effect::changed:
       return begin + "begins anew: " + line.what;
-    case Fate::added:
+    case Effect::added:
       return begin + "is new";
-    case Fate::removed:
+    case Effect::removed:
       return begin + "ends";
   }
   return {};
@@ -169,15 +169,15 @@ std::string SentenceOf(const LineChange& line) {
 template <typename Change>
 void SumUp(const std::vector<Change>& changes, std::string_view name, std::string_view anew,
            std::string& text) {
-  const auto say = [&](Fate fate, std::string_view what) {
+  const auto say = [&](Effect fate, std::string_view what) {
     const std::size_t count = Count(changes, fate);
     if (count == 0) return;
     text += (text.empty() ? "" : ", ") + Plural(count, name) + " " + std::string(what);
   };
-  say(Fate::added, "new");
-  say(Fate::changed, anew);
-  say(Fate::removed, "ended");
-  say(Fate::outputs, "shown otherwise");
+  say(Effect::added, "new");
+  say(Effect::changed, anew);
+  say(Effect::removed, "ended");
+  say(Effect::outputs, "shown otherwise");
 }
 
 }  // namespace
@@ -194,7 +194,7 @@ Difference Compare(const config::Config& running, const config::Config& next) {
   }
   for (const config::Line& line : running.lines) {
     if (line.name.empty() || Find(next, line.name) != nullptr) continue;
-    difference.lines.push_back({line.name, Fate::removed, {}});
+    difference.lines.push_back({line.name, Effect::removed, {}});
   }
   EachDifferent(running, next, [&](std::string_view key) {
     const auto tell = [&](std::string_view its) {
@@ -225,7 +225,7 @@ std::vector<std::string> Sentences(const Difference& difference) {
   std::vector<std::string> sentences;
   const auto tell = [&sentences](const auto& changes) {
     for (const auto& change : changes) {
-      if (change.fate != Fate::same) sentences.push_back(SentenceOf(change));
+      if (change.fate != Effect::same) sentences.push_back(SentenceOf(change));
     }
   };
   tell(difference.lines);
@@ -247,7 +247,7 @@ std::string Summary(const Difference& difference) {
   if (!difference.settings.empty()) {
     text += (text.empty() ? "" : ", ") + Plural(difference.settings.size(), "setting");
   }
-  const std::size_t same = Count(difference.lines, Fate::same);
+  const std::size_t same = Count(difference.lines, Effect::same);
   if (text.empty()) return Plural(same, "line") + " untouched";
   return text + (same > 0 ? "; " + Plural(same, "line") + " untouched" : "");
 }

@@ -9,14 +9,14 @@
 #include <vector>
 
 #include "config/model/config.h"
-#include "gateway/reload/fate.h"
+#include "gateway/reload/effect.h"
 #include "gateway/reload/modbus_difference.h"
 
 namespace baudgate::reload {
 
 struct LineChange {
   std::string line;
-  Fate fate = Fate::same;
+  Effect fate = Effect::same;
   std::string what;  ///< "port; poll of feeder-1"; of the second and third kind
 };
 

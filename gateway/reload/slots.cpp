@@ -73,7 +73,7 @@ bool SameNumbers(const config::Line& a, const config::Line& b) {
 }
 
 bool GoesOn(const LineChange& change) {
-  return change.fate == Fate::same || change.fate == Fate::outputs;
+  return change.fate == Effect::same || change.fate == Effect::outputs;
 }
 
 }  // namespace
@@ -104,7 +104,7 @@ Slots PlaceInSlots(const config::Config& running, config::Config next,
   for (std::uint32_t i = 0; i < running.lines.size(); ++i) {
     const config::Line& line = slots.config.lines[i];
     if (line.name.empty()) continue;
-    const bool outputs = changes.at(line.name)->fate == Fate::outputs;
+    const bool outputs = changes.at(line.name)->fate == Effect::outputs;
     if (outputs || !SameNumbers(running.lines[i], line)) slots.shown.push_back(i);
   }
   return slots;

@@ -29,7 +29,7 @@ class Database {
   Database(const std::string& path, Mode mode, const std::string& vfs = {});
 
   bool is_open() const { return handle_ != nullptr; }
-  /// Of the last call that failed, in words for users.
+  /// Why the last call failed, in words for users.
   const std::string& error() const { return error_; }
   /// Bytes of the file, its log not counted; 0: that cannot be said.
   std::uint64_t size();
@@ -82,7 +82,7 @@ class Statement {
   std::string_view Text(int column) const;
   double Real(int column) const;
   View Blob(int column) const;
-  /// Of microseconds since 1970: whatever stands there, one that FormatWallTime can say.
+  /// A time from microseconds since 1970: whatever stands there, one that FormatWallTime can print.
   WallTime Time(int column) const;
   bool IsNull(int column) const;
   /// Nothing, an integer, a number or a text; bytes are nothing.

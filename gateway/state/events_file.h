@@ -13,7 +13,7 @@ namespace baudgate {
 
 /// Written into the file, so that it is not taken for another program's: "BGev".
 inline constexpr std::int64_t kEventsApplication = 0x42476576;
-/// Of the tables; one more for each change of them.
+/// The version of the tables; one more for each change of them.
 inline constexpr std::int64_t kEventsVersion = 1;
 
 using OpenedEvents = OpenedDatabase;

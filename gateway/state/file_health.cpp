@@ -52,7 +52,7 @@ std::size_t ReadSome(std::istream& in, Bytes& bytes) {
   return static_cast<std::size_t>(in.gcount());
 }
 
-/// Of a write-ahead log.
+/// How a write-ahead log begins.
 constexpr std::uint32_t kLogMagic =
     0x377F0682;  // and that plus 1: the words of sums are big-endian
 constexpr std::size_t kLogHead = 32;

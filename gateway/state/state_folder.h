@@ -37,7 +37,7 @@ struct StatePlaces {
   std::string xdg_state_home;   ///< $XDG_STATE_HOME
   std::string home;             ///< $HOME
 
-  /// Of this process.
+  /// The places of this process.
   static StatePlaces Here(const std::string& configured);
 };
 
@@ -47,7 +47,7 @@ inline constexpr const char* kSystemState = "/var/lib/baudgate";
 /// is none.
 std::filesystem::path StateFolderOf(const StatePlaces& places, const std::string& gateway);
 
-/// Of the databases, where they have one of their own (events.directory). Empty: they have not, and
+/// The databases' folder, if they have their own (events.directory). Empty: they have not, and
 /// lie in the state folder.
 std::filesystem::path EventsFolderOf(const config::Config& config);
 /// The same of the values that are kept (history.directory).

@@ -28,7 +28,7 @@ struct Known {
 constexpr std::array<Known, 3> kKnown = {
     {{kEventsApplication, kEventsVersion}, {0x42477661, 1}, {0x42477472, 1}}};
 
-/// Of the head of a file of SQLite: https://www.sqlite.org/fileformat.html, 1.3.
+/// How an SQLite file begins: https://www.sqlite.org/fileformat.html, 1.3.
 constexpr std::string_view kMagic = "SQLite format 3";
 constexpr std::size_t kVersionAt = 60;
 constexpr std::size_t kApplicationAt = 68;

@@ -9,7 +9,7 @@
 
 namespace baudgate {
 
-/// Of devices.json and clocks.json; a file that does not say is the first.
+/// The version of devices.json and clocks.json; a file that has none is the first.
 inline constexpr std::int64_t kDevicesVersion = 1;
 
 /// The latest version of the tables that this baudgate knows, by the file's application_id; 0: it

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "gateway/modbus/desk/traffic.h"
+#include "gateway/modbus/service/traffic.h"
 
 namespace baudgate::control {
 

@@ -12,7 +12,7 @@
 #include "gateway/dds/link/link_state.h"
 #include "gateway/events/event_source.h"
 #include "gateway/history/history_source.h"
-#include "gateway/modbus/desk/traffic.h"
+#include "gateway/modbus/service/traffic.h"
 #include "gateway/status/reload_state.h"
 #include "gateway/status/target.h"
 #include "gateway/store/point_store.h"

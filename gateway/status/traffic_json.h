@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "gateway/modbus/desk/traffic.h"
+#include "gateway/modbus/service/traffic.h"
 
 namespace baudgate::control {
 

@@ -2,12 +2,12 @@
 #include "protocols/telegram/protocol.h"
 
 #include "protocols/common/settings.h"
-#include "protocols/telegram/by_hand.h"
 #include "protocols/telegram/compile.h"
 #include "protocols/telegram/conversation.h"
 #include "protocols/telegram/expect.h"
 #include "protocols/telegram/faults.h"
 #include "protocols/telegram/frame_rule.h"
+#include "protocols/telegram/manual_telegram.h"
 #include "protocols/telegram/points.h"
 #include "protocols/telegram/settings.h"
 #include "protocols/telegram/twin.h"
@@ -44,7 +44,7 @@ const Protocol& TelegramProtocol() {
             return description && description->listens();
           },
       .weak_check = true,
-      .telegram = &kByHand,
+      .telegram = &kManualTelegrams,
       .make_conversation = [](const config::Device& device, const ParsedOptions& options,
                               Bus*) -> std::unique_ptr<Conversation> {
         return std::make_unique<TelegramConversation>(device, options.As<Settings>());

@@ -15,9 +15,9 @@ namespace {
 using modbus::ExceptionCode;
 using modbus::MbapAssembler;
 
-modbus::PointDesk& TheService(FuzzSink*& sink) {
+modbus::PointService& TheService(FuzzSink*& sink) {
   static FuzzSink the_sink;
-  static modbus::PointDesk points(ModbusConfig(), FilledStore(), the_sink, {}, {});
+  static modbus::PointService points(ModbusConfig(), FilledStore(), the_sink, {}, {});
   Require(points.responder().ready().ok(), "libmodbus is there");
   sink = &the_sink;
   return points;
@@ -38,7 +38,7 @@ std::size_t DataOf(const modbus::ModbusRequest& request) {
   }
 }
 
-void AnswerFrame(modbus::PointDesk& points, View frame) {
+void AnswerFrame(modbus::PointService& points, View frame) {
   modbus::ModbusRequest request;
   ExceptionCode exception = points.Check(frame, request);
   if (exception == modbus::kNoException) {
@@ -49,7 +49,7 @@ void AnswerFrame(modbus::PointDesk& points, View frame) {
       WriteResult ended;
       exception = points.Submit(request, {"192.0.2.5:40312", 1}, ModbusNow(), nullptr,
                                 [&ended](const WriteResult& result) { ended = result; });
-      if (exception == modbus::kNoException) exception = modbus::PointDesk::ExceptionOf(ended);
+      if (exception == modbus::kNoException) exception = modbus::PointService::ExceptionOf(ended);
     } else {
       const auto holes = frame.size() % 2 == 0 ? modbus::Holes::off : modbus::Holes::zero;
       exception = points.Read(request, holes, ModbusNow());
@@ -67,7 +67,7 @@ void AnswerFrame(modbus::PointDesk& points, View frame) {
 /// Frames as they come out, whatever the pieces; nothing after the first defect.
 void Receive(Input& input) {
   FuzzSink* sink = nullptr;
-  modbus::PointDesk& points = TheService(sink);
+  modbus::PointService& points = TheService(sink);
   sink->turn = input.U8();
   MbapAssembler assembler;
   std::size_t in = 0;

@@ -170,7 +170,7 @@ class Gateway : private modbus::ClientSession::Owner {
   config::Listener listener_;
   FuzzSink sink_;
   FuzzTarget target_;
-  modbus::PointDesk points_{
+  modbus::PointService points_{
       ModbusConfig(), FilledStore(), sink_, {}, {}, {{nullptr, &target_}, {&ModbusRtuProtocol()}}};
 };
 

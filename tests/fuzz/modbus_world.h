@@ -8,7 +8,7 @@
 #include <map>
 
 #include "config/model/config.h"
-#include "gateway/modbus/desk/point_desk.h"
+#include "gateway/modbus/service/point_service.h"
 #include "gateway/requests/commands.h"
 #include "gateway/requests/routed.h"
 #include "gateway/store/point_store.h"

@@ -1,4 +1,4 @@
-// `baudgate simulate -c` as a user meets it: a configuration of a plant is tried on a desk.
+// `baudgate simulate -c` as a user meets it: a configuration of a plant is tried on a service.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <signal.h>

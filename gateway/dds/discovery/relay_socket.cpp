@@ -17,7 +17,7 @@ namespace baudgate::dds {
 namespace {
 
 constexpr int kMostAtOnce = 256;
-// Of 512 participants the announcements of one moment.
+// Room for the announcements of 512 participants at one moment.
 constexpr int kSocketBuffer = 4 << 20;
 
 sockaddr_in AddressOf(const UdpAddress& at) {

@@ -205,7 +205,7 @@ class Inbox final : public eprosima::fastdds::dds::DataReaderListener {
   std::atomic<std::uint64_t> takes_ = 0;
   std::atomic<std::uint64_t> refused_ = 0;
 
-  // Of the taking thread.
+  // Used by the taking thread.
   std::uint64_t rejected_told_ = 0;
   std::unordered_map<Handle, Known, HandleHash> known_;
   std::map<PublisherId, int> writers_;  ///< a large gateway has many

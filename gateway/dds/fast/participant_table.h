@@ -15,7 +15,7 @@ namespace baudgate::dds {
 
 struct ParticipantLimits {
   std::size_t participants = 256;
-  /// Of one IPv4 address: RTPS has ports for 120 participants of a machine (RTPS 2.3, 9.6.1.1).
+  /// At one IPv4 address: RTPS has ports for 120 participants of a machine (RTPS 2.3, 9.6.1.1).
   std::size_t of_address = 128;
   /// A participant that is silent for so long gives its place back, whatever lease it announces.
   Duration longest_lease = 60s;

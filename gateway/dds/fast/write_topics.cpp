@@ -21,9 +21,9 @@ using eprosima::fastrtps::types::ReturnCode_t;
 
 // Names of clients, of all gateways. The library keeps each as long as a writer of it is there.
 constexpr int kNamesOfRequests = 4096;
-// Of this gateway's. The library keeps each for ever.
+// Names in answers of this gateway. The library keeps each for ever.
 constexpr int kNamesOfReplies = 1024;
-// Of a name. Requests are taken as they come: so many wait only where many come in one datagram.
+// Samples of a name. Requests are taken as they come: so many wait only if one datagram has many.
 constexpr int kSamplesEach = 4;
 
 /// All limits together, as in gateway/dds/fast/fast_writer.cpp.
@@ -101,7 +101,7 @@ bool WriteTopics::TryWrite(const ReplySample& reply) {
   }
 }
 
-/// Of one that could not be decoded the gateway is empty.
+/// If a request could not be decoded, its gateway is empty.
 void WriteTopics::on_data_available(fast::DataReader* reader) {
   WriteArrival arrival;
   fast::SampleInfo info;

@@ -37,7 +37,7 @@ struct Announcement {
   View said() const { return View(datagram).subspan(said_at); }
 };
 
-/// Of the addresses that it names, only one that it was sent from counts: nobody can have others
+/// Only an address that it names and was sent from counts: nobody can have others
 /// sent to a third party, as long as the sender's address is the true one. The error says in words
 /// what is wrong.
 Result<Announcement> ReadAnnouncement(View datagram, UdpAddress sender);

@@ -258,7 +258,7 @@ class Watch {
     return text;
   }
 
-  /// Of `once`: silence lasts longer than hearing others, who show that the way is good.
+  /// With `once`: wait longer in silence than after hearing others, who show that the way is good.
   Instant GiveUpAt() const {
     const Instant latest = started_ + options_.first_sample_timeout;
     return filtered_ > 0 ? std::min(latest, first_filtered_ + kOthersOnly) : latest;

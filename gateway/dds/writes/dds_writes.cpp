@@ -17,7 +17,7 @@ constexpr std::size_t kMostReplies = 1024;
 
 struct DdsWrites::Mail {
   struct End {
-    WriteDesk::Ticket ticket;
+    WriteService::Ticket ticket;
     WriteResult result;
   };
 
@@ -25,8 +25,8 @@ struct DdsWrites::Mail {
     const MutexLock lock(mutex);
     if (worker != nullptr) worker->Wake();
   }
-  /// Those of one client, and so all, are bounded by the desk's book.
-  void Add(WriteDesk::Ticket ticket, const WriteResult& result) {
+  /// Those of one client, and so all, are bounded by the service's book.
+  void Add(WriteService::Ticket ticket, const WriteResult& result) {
     const MutexLock lock(mutex);
     if (worker == nullptr) return;
     ended.push_back({std::move(ticket), result});
@@ -53,9 +53,9 @@ DdsWrites::DdsWrites(const config::Config& config, const PointStore& store, Comm
                      std::shared_ptr<SampleWriter> writer)
     : writer_(std::move(writer)),
       mail_(std::make_shared<Mail>()),
-      desk_(
+      service_(
           config, store, sink, [this](ReplySample reply) { replies_.push_back(std::move(reply)); },
-          [mail = mail_](WriteDesk::Ticket ticket, const WriteResult& result) {
+          [mail = mail_](WriteService::Ticket ticket, const WriteResult& result) {
             mail->Add(std::move(ticket), result);
           }),
       worker_("dds writes", [this](bool) { return Answer(); }) {
@@ -86,11 +86,11 @@ std::uint64_t DdsWrites::dropped() const { return mail_->requests.dropped(); }
 
 Instant DdsWrites::Answer() {
   for (const Mail::End& one : mail_->TakeEnded()) {
-    desk_.End(one.ticket, one.result, ReadClocks().instant);
+    service_.End(one.ticket, one.result, ReadClocks().instant);
   }
   while (const auto arrival = mail_->requests.Take()) {
     const MutexLock lock(mail_->looking);
-    if (mail_->taking) desk_.Take(*arrival, ReadClocks());
+    if (mail_->taking) service_.Take(*arrival, ReadClocks());
   }
   SendReplies();
   return replies_.empty() ? kWhenWoken : ReadClocks().instant + kReplyPause;

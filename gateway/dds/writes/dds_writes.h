@@ -1,5 +1,5 @@
 // The thread on which write requests that come by DDS are looked at, and from which they are
-// answered: between a SampleWriter and gateway/dds/writes/write_desk.h. Lines never wait for it.
+// answered: between a SampleWriter and gateway/dds/writes/write_service.h. Lines never wait for it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -8,7 +8,7 @@
 
 #include "gateway/base/worker.h"
 #include "gateway/dds/sample_writer.h"
-#include "gateway/dds/writes/write_desk.h"
+#include "gateway/dds/writes/write_service.h"
 
 namespace baudgate::dds {
 
@@ -25,7 +25,7 @@ class DdsWrites {
   /// Sends the answers that are there and ends the thread; later ones are gone. Idempotent.
   void Stop();
 
-  std::uint64_t taken() const { return desk_.taken(); }
+  std::uint64_t taken() const { return service_.taken(); }
   /// Requests that came too fast to be looked at.
   std::uint64_t dropped() const;
 
@@ -38,7 +38,7 @@ class DdsWrites {
   const std::shared_ptr<SampleWriter> writer_;
   const std::shared_ptr<Mail> mail_;  // the lines have it, too
   std::deque<ReplySample> replies_;   // of the thread
-  WriteDesk desk_;
+  WriteService service_;
   Worker worker_;
 };
 

@@ -46,7 +46,7 @@ class RequestBook {
     RequestAnswer answer{};
   };
   Verdict Begin(const RequestSample& request, Instant now);
-  /// Of one that was fresh.
+  /// Ends a request that was fresh.
   void End(const std::string& client, std::uint64_t seq, RequestAnswer answer);
 
   std::size_t clients() const { return clients_.size(); }

@@ -1,6 +1,6 @@
 // Which Modbus unit and address stands for which point: built once from the configuration.
-// Asked by point_desk.cpp and write_request.cpp before anything is read or written. The addresses
-// are a public contract: config/model/modbus_addresses.h.
+// Asked by point_service.cpp and write_request.cpp before anything is read or written. The
+// addresses are a public contract: config/model/modbus_addresses.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -20,7 +20,7 @@ constexpr Duration kAsciiGap = 1s;
 
 }  // namespace
 
-MasterSession::MasterSession(const config::Listener& listener, PointDesk& points,
+MasterSession::MasterSession(const config::Listener& listener, PointService& points,
                              const Protocol& protocol, std::size_t port, Owner& owner,
                              const Now& now)
     : listener_(listener),
@@ -30,8 +30,8 @@ MasterSession::MasterSession(const config::Listener& listener, PointDesk& points
       owner_(owner),
       quiet_(*protocol.timing(listener.serial).quiet),
       gap_(listener.framing == Framing::ascii ? kAsciiGap : std::max(quiet_, kUsbGap)),
-      desk_(std::make_shared<RequestDesk>(listener, points, *this, listener.path, listener.priority,
-                                          now)),
+      service_(std::make_shared<RequestService>(listener, points, *this, listener.path,
+                                                listener.priority, now)),
       echo_(listener.echo) {
   assembler_.Begin(protocol_.request_rule, protocol_.expect({}, {}));
 }
@@ -76,13 +76,13 @@ void MasterSession::OnFrame(const Bytes& frame, const Now& now) {
   const auto& [unit, pdu] = *request;
   reply_.clear();
   awaited_.reset();
-  desk_->GiveUp();
+  service_->GiveUp();
   const bool silent = listener_.errors == config::Listener::Errors::silent;
   const bool another = silent && points_.WayOf(unit).kind == Way::Kind::none;
   if (another || (unit == 0 && !IsPlainWrite(pdu[0]))) return;
   ++transaction_;
   if (unit != 0) awaited_ = transaction_;
-  desk_->Handle(AduOf(transaction_, unit, pdu), {last_byte_, now.wall});
+  service_->Handle(AduOf(transaction_, unit, pdu), {last_byte_, now.wall});
 }
 
 // ---------------------------------------------------------------- replies
@@ -102,7 +102,7 @@ void MasterSession::Answer(View frame, Instant) {
 /// A reply waits for the quiet before it, and until it is certain that what has come since its
 /// request is no new one.
 std::optional<Instant> MasterSession::Deadline() const {
-  std::optional<Instant> next = desk_->Deadline();
+  std::optional<Instant> next = service_->Deadline();
   const auto consider = [&next](Instant at) { next = next ? std::min(*next, at) : at; };
   if (HoldsBytes()) {
     consider(last_byte_ + gap_);
@@ -120,7 +120,7 @@ void MasterSession::OnTime(const Now& now) {
   if (!HoldsBytes() && !reply_.empty() && now.instant >= last_byte_ + quiet_) {
     SendReply(now.instant);
   }
-  desk_->Sweep(now);
+  service_->Sweep(now);
 }
 
 void MasterSession::SendReply(Instant now) {

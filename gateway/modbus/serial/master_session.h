@@ -1,5 +1,5 @@
 // What a serial master asks and is answered while a port is open. Bytes come from
-// serial_listener.cpp, which has the port and the clock; requests go to request_desk.h in their
+// serial_listener.cpp, which has the port and the clock; requests go to request_service.h in their
 // Modbus TCP form, and its answers go back as frames of the serial line. Other slaves may answer on
 // the same bus.
 // SPDX-License-Identifier: Apache-2.0
@@ -14,16 +14,16 @@
 #include "gateway/base/bytes.h"
 #include "gateway/base/time.h"
 #include "gateway/line/assembler.h"
-#include "gateway/modbus/desk/point_desk.h"
-#include "gateway/modbus/desk/request_desk.h"
 #include "gateway/modbus/serial/reply_echo.h"
+#include "gateway/modbus/service/point_service.h"
+#include "gateway/modbus/service/request_service.h"
 #include "protocols/protocol.h"
 
 namespace baudgate::modbus {
 
 /// The master has one request at a time: when it sends another before it was answered, it has given
 /// up, and the old answer is dropped.
-class MasterSession final : public RequestDesk::Wire {
+class MasterSession final : public RequestService::Wire {
  public:
   class Owner {
    public:
@@ -37,9 +37,9 @@ class MasterSession final : public RequestDesk::Wire {
 
   /// `port`: its place in the traffic book. All others outlive the session; `protocol` has a
   /// carrier.
-  MasterSession(const config::Listener& listener, PointDesk& points, const Protocol& protocol,
+  MasterSession(const config::Listener& listener, PointService& points, const Protocol& protocol,
                 std::size_t port, Owner& owner, const Now& now);
-  ~MasterSession() { desk_->Close(); }
+  ~MasterSession() { service_->Close(); }
   MasterSession(const MasterSession&) = delete;
   MasterSession& operator=(const MasterSession&) = delete;
 
@@ -63,14 +63,14 @@ class MasterSession final : public RequestDesk::Wire {
   void SendReply(Instant now);
 
   const config::Listener& listener_;
-  PointDesk& points_;
+  PointService& points_;
   const Protocol& protocol_;
   const std::size_t port_;
   Owner& owner_;
   const Duration quiet_;  ///< 3.5 characters: between a request and its reply
   const Duration gap_;    ///< a frame that rests so long is not going on
 
-  std::shared_ptr<RequestDesk> desk_;
+  std::shared_ptr<RequestService> service_;
   Assembler assembler_;
   ReplyEcho echo_;
   Bytes heard_;  ///< since the last silence or request, as much as is looked at

@@ -8,8 +8,8 @@
 
 namespace baudgate::modbus {
 
-SerialListener::SerialListener(asio::io_context& io, config::Listener listener, PointDesk& points,
-                               const Protocol& protocol)
+SerialListener::SerialListener(asio::io_context& io, config::Listener listener,
+                               PointService& points, const Protocol& protocol)
     : listener_(std::move(listener)),
       points_(points),
       protocol_(protocol),

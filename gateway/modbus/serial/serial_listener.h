@@ -11,8 +11,8 @@
 #include <string>
 
 #include "config/model/listener.h"
-#include "gateway/modbus/desk/point_desk.h"
 #include "gateway/modbus/serial/master_session.h"
+#include "gateway/modbus/service/point_service.h"
 #include "protocols/protocol.h"
 #include "transports/port_thread.h"
 
@@ -24,7 +24,7 @@ class SerialListener final : public std::enable_shared_from_this<SerialListener>
                              public MasterSession::Owner {
  public:
   /// Points and protocol outlive the listener until Stop. `protocol` has a carrier.
-  SerialListener(asio::io_context& io, config::Listener listener, PointDesk& points,
+  SerialListener(asio::io_context& io, config::Listener listener, PointService& points,
                  const Protocol& protocol);
   ~SerialListener() { Stop(); }
 
@@ -51,7 +51,7 @@ class SerialListener final : public std::enable_shared_from_this<SerialListener>
   void Rearm() override;
 
   const config::Listener listener_;
-  PointDesk& points_;
+  PointService& points_;
   const Protocol& protocol_;
   PortThread port_;
   const std::size_t place_;  ///< in the traffic book, once it has its thread

@@ -25,7 +25,7 @@ constexpr Duration kLongestAsciiGap = 1s;
 }  // namespace
 
 ClientSession::ClientSession(int socket, ClientPoll& clients, const config::Listener& listener,
-                             PointDesk& points, std::string peer, config::Priority priority,
+                             PointService& points, std::string peer, config::Priority priority,
                              const Now& now, Owner& owner)
     : socket_(socket),
       clients_(clients),
@@ -34,7 +34,7 @@ ClientSession::ClientSession(int socket, ClientPoll& clients, const config::List
       peer_(std::move(peer)),
       owner_(owner),
       framing_(MakeFraming(listener.framing, points.frames())),
-      desk_(std::make_shared<RequestDesk>(listener, points, *this, peer_, priority, now)),
+      service_(std::make_shared<RequestService>(listener, points, *this, peer_, priority, now)),
       last_bytes_(now.instant),
       last_frame_(now.instant),
       blocked_since_(now.instant) {}
@@ -56,7 +56,7 @@ void ClientSession::Close() {
   if (closed_) return;
   closed_ = true;
   Release();
-  desk_->Close();
+  service_->Close();
   owner_.OnClosed(*this);
 }
 
@@ -107,7 +107,7 @@ void ClientSession::Turn(const Now& now) {
     if (state != ClientFraming::State::frame) break;
     last_frame_ = now.instant;
     understood_ = true;
-    if (!framing_->one_at_a_time() || Supersede(frame)) desk_->Handle(frame, now);
+    if (!framing_->one_at_a_time() || Supersede(frame)) service_->Handle(frame, now);
   }
   in_turn_ = false;
   if (!understood_ && CloseOther(now)) return;
@@ -120,7 +120,7 @@ void ClientSession::Turn(const Now& now) {
 /// was given up to what was asked in its place. So the last one is answered. Who sends to all waits
 /// for no answer, and has not given up by going on.
 bool ClientSession::Supersede(View frame) {
-  desk_->GiveUp();
+  service_->GiveUp();
   out_.clear();
   const bool last = framing_->Peek() != ClientFraming::State::frame;
   return last || (UnitOf(frame) == 0 && IsPlainWrite(FunctionOf(frame)));
@@ -204,7 +204,7 @@ void ClientSession::Sweep(const Now& clocks) {
   if (blocked_ && now - blocked_since_ > points_.limits().stall) {
     return CloseStalled("it does not read its answers");
   }
-  if (!blocked_ && desk_->outstanding() == 0 && now - last_frame_ > listener_.idle_timeout) {
+  if (!blocked_ && service_->outstanding() == 0 && now - last_frame_ > listener_.idle_timeout) {
     LiveCounters::Add(points_.counters().idle);
     return Close();
   }
@@ -215,7 +215,7 @@ void ClientSession::Sweep(const Now& clocks) {
     Flush(now);
     Continue();
   }
-  desk_->Sweep(clocks);
+  service_->Sweep(clocks);
 }
 
 /// Before its first request was understood. False: it may still be one.

@@ -1,6 +1,6 @@
 // One connected client of Modbus TCP, or of RTU over TCP: takes its requests in their order and
 // sends the answers. Bytes come from and go to its socket; what they mean is decided by
-// request_desk.h.
+// request_service.h.
 // All on the server's thread, which says what time it is. A client can delay nobody: a turn answers
 // a few frames, answers that it does not read stop its own requests, and memory is bounded.
 // SPDX-License-Identifier: Apache-2.0
@@ -15,16 +15,16 @@
 #include "config/model/listener.h"
 #include "gateway/base/bytes.h"
 #include "gateway/base/time.h"
-#include "gateway/modbus/desk/point_desk.h"
-#include "gateway/modbus/desk/request_desk.h"
 #include "gateway/modbus/server/client_poll.h"
+#include "gateway/modbus/service/point_service.h"
+#include "gateway/modbus/service/request_service.h"
 #include "gateway/modbus/wire/client_framing.h"
 #include "gateway/modbus/wire/request.h"
 
 namespace baudgate::modbus {
 
 class ClientSession final : public ClientPoll::Client,
-                            public RequestDesk::Wire,
+                            public RequestService::Wire,
                             public std::enable_shared_from_this<ClientSession> {
  public:
   class Owner {
@@ -41,7 +41,7 @@ class ClientSession final : public ClientPoll::Client,
   /// Owns `socket`, which is connected and non-blocking. Clients, listener, points and owner
   /// outlive every session that is not closed.
   ClientSession(int socket, ClientPoll& clients, const config::Listener& listener,
-                PointDesk& points, std::string peer, config::Priority priority, const Now& now,
+                PointService& points, std::string peer, config::Priority priority, const Now& now,
                 Owner& owner);
   ~ClientSession();
   ClientSession(const ClientSession&) = delete;
@@ -50,10 +50,10 @@ class ClientSession final : public ClientPoll::Client,
   void Start();
   void Close();
   /// Closes an idle or stalled client and decides what an RTU client has left unfinished. Answers
-  /// requests whose deadline has passed, if the desk has not done so.
+  /// requests whose deadline has passed, if the service has not done so.
   void Sweep(const Now& now);
   /// When Sweep has a request to answer; none waits: nothing.
-  std::optional<Instant> Deadline() const { return desk_->Deadline(); }
+  std::optional<Instant> Deadline() const { return service_->Deadline(); }
 
  private:
   void OnEvents(std::uint32_t events, const Now& now) override;
@@ -89,11 +89,11 @@ class ClientSession final : public ClientPoll::Client,
   int socket_;
   ClientPoll& clients_;
   const config::Listener& listener_;
-  PointDesk& points_;
+  PointService& points_;
   std::string peer_;
   Owner& owner_;
   std::unique_ptr<ClientFraming> framing_;
-  std::shared_ptr<RequestDesk> desk_;
+  std::shared_ptr<RequestService> service_;
   Bytes first_;  ///< what it has sent before its first request, as much as is looked at
   bool understood_ = false;
   Bytes out_;             ///< answers that are not sent yet

@@ -40,7 +40,7 @@ Duration SweepPeriodOf(const config::Listener& listener, const ModbusLimits& lim
 
 }  // namespace
 
-Listener::Listener(asio::io_context& io, config::Listener listener, PointDesk& points)
+Listener::Listener(asio::io_context& io, config::Listener listener, PointService& points)
     : acceptor_(io),
       clients_(std::make_shared<ClientPoll>(io)),
       retry_(io),

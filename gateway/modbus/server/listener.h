@@ -13,17 +13,17 @@
 #include "config/model/listener.h"
 #include "gateway/base/result.h"
 #include "gateway/base/time.h"
-#include "gateway/modbus/desk/point_desk.h"
 #include "gateway/modbus/server/client_poll.h"
 #include "gateway/modbus/server/client_session.h"
 #include "gateway/modbus/server/passed_sockets.h"
+#include "gateway/modbus/service/point_service.h"
 
 namespace baudgate::modbus {
 
 class Listener final : public std::enable_shared_from_this<Listener>, public ClientSession::Owner {
  public:
   /// Points outlive the listener until Stop.
-  Listener(asio::io_context& io, config::Listener listener, PointDesk& points);
+  Listener(asio::io_context& io, config::Listener listener, PointService& points);
 
   /// Opens the port, at which clients wait until Start: at a socket of `passed` where there is one
   /// for its address, else at its own. From any thread; without Start it may be dropped. The error
@@ -54,7 +54,7 @@ class Listener final : public std::enable_shared_from_this<Listener>, public Cli
   asio::steady_timer retry_;
   asio::steady_timer sweep_;
   config::Listener listener_;  // sessions look at it
-  PointDesk& points_;
+  PointService& points_;
   std::unordered_map<const ClientSession*, std::shared_ptr<ClientSession>> sessions_;
   Duration sweep_period_;
   Instant next_sweep_ = Instant::max();

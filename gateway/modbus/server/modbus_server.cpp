@@ -16,7 +16,8 @@ ModbusServer::ModbusServer(const config::Config& config, const PointStore& store
                            std::function<GatewayFigures()> info, ModbusLimits limits,
                            const ModbusLinks& links)
     : config_(config),
-      points_(std::make_unique<PointDesk>(config, store, sink, std::move(info), limits, links)) {}
+      points_(std::make_unique<PointService>(config, store, sink, std::move(info), limits, links)) {
+}
 
 ModbusServer::~ModbusServer() { Stop(); }
 

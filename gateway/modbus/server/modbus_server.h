@@ -16,11 +16,11 @@
 
 #include "config/model/config.h"
 #include "gateway/base/result.h"
-#include "gateway/modbus/desk/links.h"
-#include "gateway/modbus/desk/point_desk.h"
-#include "gateway/modbus/desk/traffic.h"
 #include "gateway/modbus/registers/register_contents.h"
 #include "gateway/modbus/server/renewal.h"
+#include "gateway/modbus/service/links.h"
+#include "gateway/modbus/service/point_service.h"
+#include "gateway/modbus/service/traffic.h"
 #include "gateway/requests/commands.h"
 #include "gateway/store/point_store.h"
 
@@ -92,7 +92,7 @@ class ModbusServer final : public TrafficSource {
   static Ended End(std::vector<Place> places);
 
   const config::Config& config_;  // of the start
-  std::unique_ptr<PointDesk> points_;
+  std::unique_ptr<PointService> points_;
   asio::io_context* io_ = nullptr;  // null: it does not listen
   std::optional<asio::steady_timer> retry_;
   std::vector<Place> places_;  // as configured

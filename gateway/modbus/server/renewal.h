@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "config/model/listener.h"
-#include "gateway/modbus/desk/route_list.h"
+#include "gateway/modbus/service/route_list.h"
 
 namespace baudgate::modbus {
 

@@ -73,12 +73,12 @@ class ReloaderTest : public ::testing::Test {
   }
   ReloadAnswer Reload(const std::string& file, Duration confirm = kNever) {
     file_ = file;
-    return Answer([&](control::ReloadDesk::Answered answered) {
+    return Answer([&](control::ReloadService::Answered answered) {
       reloader_->Reload({.confirm = confirm, .by = "user:anna"}, std::move(answered));
     });
   }
   ReloadAnswer Confirm() {
-    return Answer([&](control::ReloadDesk::Answered answered) {
+    return Answer([&](control::ReloadService::Answered answered) {
       reloader_->Confirm("user:anna", std::move(answered));
     });
   }

@@ -5,7 +5,7 @@
 
 #include <fstream>
 
-#include "gateway/history/shelf.h"
+#include "gateway/history/folder_files.h"
 #include "gateway/history/sure_time.h"
 #include "tests/gateway/history/store_fixture.h"
 
@@ -22,13 +22,13 @@ std::vector<std::string> FilesOf(const std::vector<TooMuch>& gone) {
   return files;
 }
 
-TEST(Shelf, OldDaysGoByAgeAndBySize) {
-  Shelf shelf;
-  shelf.trends = 10;
-  for (int i = 0; i < 5; ++i) shelf.days.push_back({kBegin + i * kDay, 100});
+TEST(FolderFiles, OldDaysGoByAgeAndBySize) {
+  FolderFiles folder_files;
+  folder_files.trends = 10;
+  for (int i = 0; i < 5; ++i) folder_files.days.push_back({kBegin + i * kDay, 100});
   const Millis today = kBegin + 4 * kDay;
   const auto gone = [&](std::uint64_t limit, Millis keep, std::optional<Millis> sure) {
-    return FilesOf(FindTooMuch(shelf, limit, keep, today, sure));
+    return FilesOf(FindTooMuch(folder_files, limit, keep, today, sure));
   };
   const std::string first = DayFileName(kBegin);
   const std::string second = DayFileName(kBegin + kDay);
@@ -41,21 +41,21 @@ TEST(Shelf, OldDaysGoByAgeAndBySize) {
   EXPECT_EQ(gone(1, kDay, today + 365 * kDay).size(), 4U);
 }
 
-TEST(Shelf, WhatWasPutAsideGoesBeforeAnyDay) {
-  Shelf shelf;
-  shelf.trends = 10;
-  shelf.aside = {{"values-20260101.db.bad", 100}, {"trends.db.bad", 100}};
-  shelf.days = {{kBegin, 100}, {kBegin + kDay, 100}};
+TEST(FolderFiles, WhatWasPutAsideGoesBeforeAnyDay) {
+  FolderFiles folder_files;
+  folder_files.trends = 10;
+  folder_files.aside = {{"values-20260101.db.bad", 100}, {"trends.db.bad", 100}};
+  folder_files.days = {{kBegin, 100}, {kBegin + kDay, 100}};
   const auto gone = [&](std::uint64_t limit) {
-    return FilesOf(FindTooMuch(shelf, limit, 365 * kDay, kBegin + kDay, std::nullopt));
+    return FilesOf(FindTooMuch(folder_files, limit, 365 * kDay, kBegin + kDay, std::nullopt));
   };
   EXPECT_THAT(gone(1000), IsEmpty());
   EXPECT_THAT(gone(400), ElementsAre("values-20260101.db.bad"));
   EXPECT_THAT(gone(200),
               ElementsAre("values-20260101.db.bad", "trends.db.bad", DayFileName(kBegin)));
-  shelf.days[1].bytes = 40'000'000;
-  shelf.trends = 3'100'000;
-  EXPECT_EQ(Largest(shelf), DayFileName(kBegin + kDay) + " has 40.0 MB, trends.db 3.1 MB");
+  folder_files.days[1].bytes = 40'000'000;
+  folder_files.trends = 3'100'000;
+  EXPECT_EQ(Largest(folder_files), DayFileName(kBegin + kDay) + " has 40.0 MB, trends.db 3.1 MB");
 }
 
 TEST(SureTime, IsThatOfAClockThatHasGoneOnForADay) {
@@ -98,7 +98,7 @@ class KeptFiles : public ValueStoreTest {
     }
     return batch;
   }
-  std::size_t days() const { return LookAtShelf(folder()).days.size(); }
+  std::size_t days() const { return ListFiles(folder()).days.size(); }
   std::size_t minutes() const {
     const auto page = ReadTrends(folder(), {.point = "bay.f1.a", .every = kMinute});
     return page ? page->spans.size() : 0;
@@ -151,12 +151,12 @@ TEST_F(ValueStoreTest, TheLimitHolds) {
     for (Millis time = kBegin + day * kDay; time < kBegin + day * kDay + kHour / 2;
          time += kMinute) {
       if (!store->Write(Seconds(1, time, time + kMinute, {}, kBegin), At(time + kMinute))) ++failed;
-      most = std::max(most, LookAtShelf(folder()).bytes());
+      most = std::max(most, ListFiles(folder()).bytes());
     }
   }
   EXPECT_LE(most, limits.bytes + limits.bytes / 100);
   EXPECT_EQ(failed, 0U);
-  EXPECT_LT(LookAtShelf(folder()).days.size(), 14U);
+  EXPECT_LT(ListFiles(folder()).days.size(), 14U);
   EXPECT_FALSE(All({.point = "bay.f1.a"}).empty());
 }
 

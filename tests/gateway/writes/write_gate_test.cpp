@@ -16,6 +16,7 @@ using config::Type;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Optional;
 using Why = WriteRefusal::Why;
 
 config::Point MakePoint(const std::string& name, Type type, Access access) {
@@ -189,9 +190,9 @@ TEST_F(WriteGateTest, TheInterlockIsAskedOnceMoreWhenItIsSent) {
   Show(kLocal, false);
   ASSERT_EQ(Write({{kClosed, true}}), std::nullopt);
   ASSERT_NE(sink_.commands.at(0).why_not, nullptr);
-  EXPECT_EQ(sink_.commands[0].why_not(now_), "");
+  EXPECT_EQ(sink_.commands[0].why_not(now_), std::nullopt);
   Show(kLocal, true);
-  EXPECT_THAT(sink_.commands[0].why_not(now_), HasSubstr("is true, and has to be false"));
+  EXPECT_THAT(sink_.commands[0].why_not(now_), Optional(HasSubstr("is true, and has to be false")));
 }
 
 /// A load that may be switched on only in remote may be switched off always.

@@ -9,7 +9,7 @@
 
 #include "config/catalog/option_values.h"
 #include "gateway/base/text.h"
-#include "gateway/daemon/record_desk.h"
+#include "gateway/daemon/record_service.h"
 #include "protocols/reader/codec.h"
 #include "protocols/reader/protocol.h"
 #include "tests/protocols/runs/event_keeper.h"
@@ -60,13 +60,13 @@ class Gate {
   explicit Gate(unsigned seed) : random_(seed), line_(GateLine(), {&ReaderProtocol()}) {
     line_.keep = [this](const ReportedEvents& reported) {
       const bool kept = keeper_.Keep(reported, line_.config().lines[0].devices[0]);
-      if (kept) desk_->Owe(keeper_.TakeOwed());
+      if (kept) service_->Owe(keeper_.TakeOwed());
       return kept;
     };
     line_.drained = [this](std::uint32_t device, Instant asked) {
-      desk_->OnDrained(device, asked);
+      service_->OnDrained(device, asked);
     };
-    line_.read = [this](std::uint32_t device, Instant at) { desk_->OnRead(device, at); };
+    line_.read = [this](std::uint32_t device, Instant at) { service_->OnRead(device, at); };
     line_.always = [this] { Work(); };
     line_.twin(0).manner.instead = [this](View request) -> std::optional<Bytes> {
       if (request[0] != 'r') return std::nullopt;
@@ -116,7 +116,7 @@ class Gate {
   std::mt19937 random_;
 
  private:
-  /// What the desk wanted while the poller was at work.
+  /// What the service wanted while the poller was at work.
   void Work() {
     for (WriteCommand& command : std::exchange(asked_, {})) line_.Submit(std::move(command));
     std::erase_if(kept_, [this](const KeptRecord& record) { return keeper_.Keep(record); });
@@ -126,7 +126,7 @@ class Gate {
     asked_.clear();
     kept_.clear();
     const auto alive = [this, generation = restarts_] { return generation == restarts_; };
-    RecordDesk::Ends ends;
+    RecordService::Ends ends;
     ends.clocks = [this] { return line_.now(); };
     ends.ask = [this, alive](WriteCommand command) {
       if (!alive()) return false;
@@ -136,17 +136,18 @@ class Gate {
     ends.keep = [this, alive](KeptRecord record) {
       if (alive()) kept_.push_back(std::move(record));
     };
-    desks_.push_back(std::make_unique<RecordDesk>(line_.store(), std::move(ends)));
-    desk_ = desks_.back().get();
-    desk_->Add(line_.config().lines[0]);
-    desk_->Start();
-    desk_->Owe(keeper_.TakeOwed());
+    services_.push_back(std::make_unique<RecordService>(line_.store(), std::move(ends)));
+    service_ = services_.back().get();
+    service_->Add(line_.config().lines[0]);
+    service_->Start();
+    service_->Owe(keeper_.TakeOwed());
   }
 
   VirtualLine line_;
   EventKeeper keeper_{{"gate"}};
-  std::vector<std::unique_ptr<RecordDesk>> desks_;  // of before, too: what they asked may end late
-  RecordDesk* desk_ = nullptr;
+  std::vector<std::unique_ptr<RecordService>>
+      services_;  // of before, too: what they asked may end late
+  RecordService* service_ = nullptr;
   std::vector<WriteCommand> asked_;
   std::vector<KeptRecord> kept_;
   std::string there_ = kNoTag;

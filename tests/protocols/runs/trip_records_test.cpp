@@ -6,7 +6,7 @@
 
 #include <map>
 
-#include "gateway/daemon/record_desk.h"
+#include "gateway/daemon/record_service.h"
 #include "tests/protocols/runs/event_keeper.h"
 #include "tests/protocols/runs/mishaps.h"
 #include "tests/protocols/runs/rig.h"
@@ -45,13 +45,13 @@ class TripStation {
     rig_->keep_sent = false;
     rig_->keep = [this](const ReportedEvents& reported) {
       const bool kept = keeper_.Keep(reported, rig_.device(reported.device));
-      if (kept) desk_->Owe(keeper_.TakeOwed());
+      if (kept) service_->Owe(keeper_.TakeOwed());
       return kept;
     };
     rig_->drained = [this](std::uint32_t device, Instant asked) {
-      desk_->OnDrained(device, asked);
+      service_->OnDrained(device, asked);
     };
-    rig_->read = [this](std::uint32_t device, Instant at) { desk_->OnRead(device, at); };
+    rig_->read = [this](std::uint32_t device, Instant at) { service_->OnRead(device, at); };
     rig_->always = [this] { Work(); };
     for (std::uint32_t i = 0; i < rig_.devices(); ++i) SpoilWire(rig_->twin(i).manner);
     Begin();
@@ -128,7 +128,7 @@ class TripStation {
     }
   }
 
-  /// What the desk wanted while the poller was at work.
+  /// What the service wanted while the poller was at work.
   void Work() {
     for (WriteCommand& command : std::exchange(asked_, {})) {
       const std::uint32_t device = command.device;
@@ -142,23 +142,23 @@ class TripStation {
     asked_.clear();
     kept_.clear();
     const std::size_t generation = restarts;
-    desks_.push_back(std::make_unique<RecordDesk>(
-        rig_->store(), RecordDesk::Ends{.clocks = [this] { return rig_->now(); },
-                                        .ask =
-                                            [this, generation](WriteCommand command) {
-                                              if (generation != restarts) return false;
-                                              asked_.push_back(std::move(command));
-                                              return true;
-                                            },
-                                        .keep =
-                                            [this, generation](KeptRecord record) {
-                                              if (generation == restarts)
-                                                kept_.push_back(std::move(record));
-                                            }}));
-    desk_ = desks_.back().get();
-    for (const config::Line& line : rig_->config().lines) desk_->Add(line);
-    desk_->Start();
-    desk_->Owe(keeper_.TakeOwed());
+    services_.push_back(std::make_unique<RecordService>(
+        rig_->store(), RecordService::Ends{.clocks = [this] { return rig_->now(); },
+                                           .ask =
+                                               [this, generation](WriteCommand command) {
+                                                 if (generation != restarts) return false;
+                                                 asked_.push_back(std::move(command));
+                                                 return true;
+                                               },
+                                           .keep =
+                                               [this, generation](KeptRecord record) {
+                                                 if (generation == restarts)
+                                                   kept_.push_back(std::move(record));
+                                               }}));
+    service_ = services_.back().get();
+    for (const config::Line& line : rig_->config().lines) service_->Add(line);
+    service_->Start();
+    service_->Owe(keeper_.TakeOwed());
   }
   void Restart() {
     ++restarts;
@@ -170,8 +170,9 @@ class TripStation {
   Mishaps mishaps_;
   Rig rig_;
   EventKeeper keeper_;
-  std::vector<std::unique_ptr<RecordDesk>> desks_;  // of before, too: what they asked may end late
-  RecordDesk* desk_ = nullptr;
+  std::vector<std::unique_ptr<RecordService>>
+      services_;  // of before, too: what they asked may end late
+  RecordService* service_ = nullptr;
   std::vector<WriteCommand> asked_;
   std::vector<KeptRecord> kept_;
   std::uint32_t serial_ = 0;

@@ -24,10 +24,10 @@ std::string Written(std::chrono::local_days day) {
   return FormatWallTime(WallTime(day.time_since_epoch())).substr(0, 10);
 }
 
-class BillingDesk {
+class BillingBench {
  public:
-  explicit BillingDesk(std::vector<BillingPeriod> periods = {BillingPeriod::day,
-                                                             BillingPeriod::month}) {
+  explicit BillingBench(std::vector<BillingPeriod> periods = {BillingPeriod::day,
+                                                              BillingPeriod::month}) {
     settings_.time_zone = *CivilZone::Parse("+03:00");
     settings_.billing = std::move(periods);
     settings_.billing_tariffs = 2;
@@ -147,69 +147,71 @@ std::vector<std::string> Months(int year, unsigned month, int count) {
 }
 
 TEST(BillingSession, TakesWhatTheMeterHasAndThenEachDayAndMonth) {
-  BillingDesk desk;
-  desk.Run(5h);
-  EXPECT_EQ(desk.told["month"], Months(2025, 3, 12));
-  EXPECT_EQ(desk.told["day"], Days(kFirstDay - std::chrono::days(27), kFirstDay));
-  desk.Run(40 * 24h);
-  EXPECT_EQ(desk.told["month"], Months(2025, 3, 14));
-  EXPECT_EQ(desk.told["day"], Days(kFirstDay - std::chrono::days(27), desk.today()));
+  BillingBench bench;
+  bench.Run(5h);
+  EXPECT_EQ(bench.told["month"], Months(2025, 3, 12));
+  EXPECT_EQ(bench.told["day"], Days(kFirstDay - std::chrono::days(27), kFirstDay));
+  bench.Run(40 * 24h);
+  EXPECT_EQ(bench.told["month"], Months(2025, 3, 14));
+  EXPECT_EQ(bench.told["day"], Days(kFirstDay - std::chrono::days(27), bench.today()));
   EXPECT_EQ(
-      desk.session().Shown(),
+      bench.session().Shown(),
       "billing readings of each day to 2026-04-08, billing readings of each month to 2026-04-01");
-  EXPECT_EQ(desk.said, "day 2026-04-08;month 2026-04-01");
+  EXPECT_EQ(bench.said, "day 2026-04-08;month 2026-04-01");
 }
 
 TEST(BillingSession, RequestsOfTheReference) {
-  BillingDesk desk({BillingPeriod::month});
-  desk.Run(20min);
-  ASSERT_GT(desk.asked.size(), 8U);
-  EXPECT_EQ(desk.asked[0], "04 00");
-  EXPECT_EQ(desk.asked[1], "0A 83 03 00 0F 00");
-  EXPECT_EQ(desk.asked[2], "0A 83 03 01 0F 00");
-  EXPECT_EQ(desk.asked[3], "0A 83 03 02 0F 00");
-  EXPECT_EQ(desk.asked[4], "0A 83 03 02 0F 00") << "and back";
-  EXPECT_EQ(desk.asked[6], "0A 83 03 00 0F 00");
-  EXPECT_EQ(desk.asked[7], "04 00");
+  BillingBench bench({BillingPeriod::month});
+  bench.Run(20min);
+  ASSERT_GT(bench.asked.size(), 8U);
+  EXPECT_EQ(bench.asked[0], "04 00");
+  EXPECT_EQ(bench.asked[1], "0A 83 03 00 0F 00");
+  EXPECT_EQ(bench.asked[2], "0A 83 03 01 0F 00");
+  EXPECT_EQ(bench.asked[3], "0A 83 03 02 0F 00");
+  EXPECT_EQ(bench.asked[4], "0A 83 03 02 0F 00") << "and back";
+  EXPECT_EQ(bench.asked[6], "0A 83 03 00 0F 00");
+  EXPECT_EQ(bench.asked[7], "04 00");
 }
 
 TEST(BillingSession, AnOutageIsFilledAsFarAsTheMeterKeepsIt) {
-  BillingDesk desk;
-  desk.Run(5h);
-  desk.Pass(90 * 24h);
-  desk.Restart();
-  desk.Run(5h);
-  EXPECT_EQ(desk.told["month"], Months(2025, 3, 15));
+  BillingBench bench;
+  bench.Run(5h);
+  bench.Pass(90 * 24h);
+  bench.Restart();
+  bench.Run(5h);
+  EXPECT_EQ(bench.told["month"], Months(2025, 3, 15));
   auto days = Days(kFirstDay - std::chrono::days(27), kFirstDay);
-  for (const auto& day : Days(desk.today() - std::chrono::days(27), desk.today())) {
+  for (const auto& day : Days(bench.today() - std::chrono::days(27), bench.today())) {
     days.push_back(day);
   }
-  EXPECT_EQ(desk.told["day"], days);
+  EXPECT_EQ(bench.told["day"], days);
 }
 
 TEST(BillingSession, WhatWasBeforeTheMeterIsLeftOut) {
-  BillingDesk desk;
-  desk.installed = kFirstDay - std::chrono::days(10);
-  desk.Run(5h);
-  EXPECT_EQ(desk.told["month"], std::vector<std::string>());
-  EXPECT_EQ(desk.told["day"], Days(*desk.installed, kFirstDay));
-  desk.Run(3 * 24h);
-  EXPECT_EQ(desk.told["month"], Months(2026, 3, 1));
+  BillingBench bench;
+  bench.installed = kFirstDay - std::chrono::days(10);
+  bench.Run(5h);
+  EXPECT_EQ(bench.told["month"], std::vector<std::string>());
+  EXPECT_EQ(bench.told["day"], Days(*bench.installed, kFirstDay));
+  bench.Run(3 * 24h);
+  EXPECT_EQ(bench.told["month"], Months(2026, 3, 1));
 }
 
 TEST(BillingSession, AMeterWithoutCalendarDaysHasToday) {
-  BillingDesk desk({BillingPeriod::day});
-  desk.deaf = [](View pdu) { return pdu[0] == kEnergyExtended && (pdu[1] == 0x86 || pdu[3] == 2); };
-  desk.Run(3 * 24h);
-  EXPECT_EQ(desk.told["day"], Days(kFirstDay, desk.today()));
+  BillingBench bench({BillingPeriod::day});
+  bench.deaf = [](View pdu) {
+    return pdu[0] == kEnergyExtended && (pdu[1] == 0x86 || pdu[3] == 2);
+  };
+  bench.Run(3 * 24h);
+  EXPECT_EQ(bench.told["day"], Days(kFirstDay, bench.today()));
 }
 
 TEST(BillingSession, AMeterThatRefusesAllIsLeftInPeace) {
-  BillingDesk desk;
-  desk.deaf = [](View pdu) { return pdu[0] == kEnergyExtended; };
-  desk.Run(3h);
-  EXPECT_FALSE(desk.session().due());
-  EXPECT_EQ(desk.session().Shown(),
+  BillingBench bench;
+  bench.deaf = [](View pdu) { return pdu[0] == kEnergyExtended; };
+  bench.Run(3h);
+  EXPECT_FALSE(bench.session().due());
+  EXPECT_EQ(bench.session().Shown(),
             "no billing readings of each day: it refuses them, no billing readings of each month: "
             "it refuses them");
 }
@@ -219,22 +221,22 @@ TEST(BillingSession, EachIsToldOnceWhateverHappens) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     std::mt19937 random(seed);
     const auto one_in = [&random](unsigned n) { return random() % n == 0; };
-    BillingDesk desk;
-    desk.lost = [&] { return one_in(40); };
-    desk.late = [&] { return one_in(40); };
-    desk.dropped = [&] { return one_in(10); };
+    BillingBench bench;
+    bench.lost = [&] { return one_in(40); };
+    bench.late = [&] { return one_in(40); };
+    bench.dropped = [&] { return one_in(10); };
     for (int round = 0; round < 20; ++round) {
-      desk.Run(std::chrono::minutes(random() % 6000));
-      if (one_in(2)) desk.Pass(std::chrono::minutes(random() % 9000));
-      if (one_in(3)) desk.Restart();
-      if (one_in(3)) desk.session().OnReconnect();
+      bench.Run(std::chrono::minutes(random() % 6000));
+      if (one_in(2)) bench.Pass(std::chrono::minutes(random() % 9000));
+      if (one_in(3)) bench.Restart();
+      if (one_in(3)) bench.session().OnReconnect();
     }
-    desk.lost = desk.late = desk.dropped = [] { return false; };
-    desk.Run(8h);
-    EXPECT_EQ(desk.told["day"], Days(kFirstDay - std::chrono::days(27), desk.today()));
-    const auto months = desk.told["month"];
+    bench.lost = bench.late = bench.dropped = [] { return false; };
+    bench.Run(8h);
+    EXPECT_EQ(bench.told["day"], Days(kFirstDay - std::chrono::days(27), bench.today()));
+    const auto months = bench.told["month"];
     EXPECT_EQ(months, Months(2025, 3, static_cast<int>(months.size())));
-    EXPECT_EQ(months.back().substr(0, 7), Written(desk.today()).substr(0, 7));
+    EXPECT_EQ(months.back().substr(0, 7), Written(bench.today()).substr(0, 7));
   }
 }
 

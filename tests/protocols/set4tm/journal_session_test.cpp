@@ -24,9 +24,9 @@ constexpr std::size_t kRecords = 10;
 /// What was raised or told, by journal: code and time.
 using History = std::map<std::uint32_t, std::vector<std::pair<std::uint32_t, std::int64_t>>>;
 
-class JournalDesk {
+class JournalBench {
  public:
-  JournalDesk() { Restart(); }
+  JournalBench() { Restart(); }
 
   /// The program is killed and started again; `said` is what was kept.
   void Restart() {
@@ -106,22 +106,22 @@ class JournalDesk {
 };
 
 TEST(JournalSession, TellsTheWholeHistoryOnce) {
-  JournalDesk desk;
-  for (const std::uint32_t code : {71, 72, 11, 12, 22, 51, 51, 601, 101, 61}) desk.Raise(code);
-  desk.Run(500);
-  EXPECT_EQ(desk.told, desk.raised);
-  desk.Run(4000);  // more than an hour
-  desk.Restart();
-  desk.Run(500);
-  EXPECT_EQ(desk.told, desk.raised);
-  EXPECT_TRUE(desk.gaps.empty());
+  JournalBench bench;
+  for (const std::uint32_t code : {71, 72, 11, 12, 22, 51, 51, 601, 101, 61}) bench.Raise(code);
+  bench.Run(500);
+  EXPECT_EQ(bench.told, bench.raised);
+  bench.Run(4000);  // more than an hour
+  bench.Restart();
+  bench.Run(500);
+  EXPECT_EQ(bench.told, bench.raised);
+  EXPECT_TRUE(bench.gaps.empty());
 }
 
 TEST(JournalSession, UrgentJournalsComeFirstAndEveryOtherTime) {
-  JournalDesk desk;
-  desk.Run(500);
-  EXPECT_EQ(desk.asked.front(), "04 10");
-  const std::vector<std::string> latest(desk.asked.end() - 100, desk.asked.end());
+  JournalBench bench;
+  bench.Run(500);
+  EXPECT_EQ(bench.asked.front(), "04 10");
+  const std::vector<std::string> latest(bench.asked.end() - 100, bench.asked.end());
   const auto urgent = std::ranges::count_if(latest, [](const std::string& pdu) {
     return pdu.starts_with("04 1") || pdu.starts_with("04 7") || pdu.starts_with("04 8") ||
            pdu.starts_with("04 9");
@@ -130,99 +130,99 @@ TEST(JournalSession, UrgentJournalsComeFirstAndEveryOtherTime) {
 }
 
 TEST(JournalSession, OneExchangeATaskWhereNothingIsNew) {
-  JournalDesk desk;
-  desk.Run(500);
-  const std::size_t before = desk.asked.size();
-  desk.Run(100);
-  EXPECT_EQ(desk.asked.size(), before + 100);
+  JournalBench bench;
+  bench.Run(500);
+  const std::size_t before = bench.asked.size();
+  bench.Run(100);
+  EXPECT_EQ(bench.asked.size(), before + 100);
 }
 
 TEST(JournalSession, APhaseThatIsLostAndComesBackIsTwoEvents) {
-  JournalDesk desk;
-  desk.Run(500);
-  desk.Raise(81);
-  desk.Run(30);
-  EXPECT_EQ(desk.told, desk.raised) << "soon";
-  desk.Raise(82);
-  desk.Restart();
-  desk.Run(500);
-  EXPECT_EQ(desk.told, desk.raised);
+  JournalBench bench;
+  bench.Run(500);
+  bench.Raise(81);
+  bench.Run(30);
+  EXPECT_EQ(bench.told, bench.raised) << "soon";
+  bench.Raise(82);
+  bench.Restart();
+  bench.Run(500);
+  EXPECT_EQ(bench.told, bench.raised);
 }
 
 TEST(JournalSession, AJournalThatWentRoundWhileNobodyReadItSaysSo) {
-  JournalDesk desk;
-  for (int i = 0; i < 10; ++i) desk.Raise(51);
-  desk.Run(500);
-  ASSERT_EQ(desk.told, desk.raised);
-  for (int i = 0; i < 13; ++i) desk.Raise(51);
-  desk.Restart();
-  desk.Run(500);
-  ASSERT_EQ(desk.gaps.size(), 1U);
-  EXPECT_NE(desk.gaps[0].find("journal 05, energy reset"), std::string::npos);
-  EXPECT_EQ(desk.told[5].size(), 20U) << "what is left of them is told";
-  desk.Restart();
-  desk.Run(500);
-  EXPECT_EQ(desk.gaps.size(), 1U);
+  JournalBench bench;
+  for (int i = 0; i < 10; ++i) bench.Raise(51);
+  bench.Run(500);
+  ASSERT_EQ(bench.told, bench.raised);
+  for (int i = 0; i < 13; ++i) bench.Raise(51);
+  bench.Restart();
+  bench.Run(500);
+  ASSERT_EQ(bench.gaps.size(), 1U);
+  EXPECT_NE(bench.gaps[0].find("journal 05, energy reset"), std::string::npos);
+  EXPECT_EQ(bench.told[5].size(), 20U) << "what is left of them is told";
+  bench.Restart();
+  bench.Run(500);
+  EXPECT_EQ(bench.gaps.size(), 1U);
 }
 
 TEST(JournalSession, OneOldRecordIsEnoughToKnowThatNothingIsMissing) {
-  JournalDesk desk;
-  desk.Run(500);
+  JournalBench bench;
+  bench.Run(500);
   for (int i = 0; i < 10; ++i) {
-    desk.Raise(51);
-    desk.Run(60);
+    bench.Raise(51);
+    bench.Run(60);
   }
-  for (int i = 0; i < 9; ++i) desk.Raise(51);
-  desk.Run(500);
-  EXPECT_TRUE(desk.gaps.empty());
-  EXPECT_EQ(desk.told, desk.raised);
+  for (int i = 0; i < 9; ++i) bench.Raise(51);
+  bench.Run(500);
+  EXPECT_TRUE(bench.gaps.empty());
+  EXPECT_EQ(bench.told, bench.raised);
 }
 
 TEST(JournalSession, AnotherMeterHasAHistoryOfItsOwn) {
-  JournalDesk desk;
-  desk.Raise(71);
-  desk.Run(500);
-  EXPECT_EQ(desk.told[7].size(), 1U);
-  desk.meter = kMeter + 1;  // that happens to hold the same record
-  desk.Restart();
-  desk.Run(500);
-  EXPECT_EQ(desk.told[7].size(), 2U);
-  desk.Restart();
-  desk.Run(500);
-  EXPECT_EQ(desk.told[7].size(), 2U);
+  JournalBench bench;
+  bench.Raise(71);
+  bench.Run(500);
+  EXPECT_EQ(bench.told[7].size(), 1U);
+  bench.meter = kMeter + 1;  // that happens to hold the same record
+  bench.Restart();
+  bench.Run(500);
+  EXPECT_EQ(bench.told[7].size(), 2U);
+  bench.Restart();
+  bench.Run(500);
+  EXPECT_EQ(bench.told[7].size(), 2U);
 }
 
 TEST(JournalSession, WhatTheMeterDoesNotKnowIsLeftOut) {
-  JournalDesk desk;
-  desk.deaf = {8, 9, 0x3C};
-  desk.Raise(51);
-  desk.Run(500);
-  EXPECT_EQ(desk.told, desk.raised);
-  EXPECT_TRUE(desk.session().has_events());
-  desk.asked.clear();
-  desk.Run(500);
-  for (const std::string& pdu : desk.asked) EXPECT_FALSE(pdu.starts_with("04 8")) << pdu;
+  JournalBench bench;
+  bench.deaf = {8, 9, 0x3C};
+  bench.Raise(51);
+  bench.Run(500);
+  EXPECT_EQ(bench.told, bench.raised);
+  EXPECT_TRUE(bench.session().has_events());
+  bench.asked.clear();
+  bench.Run(500);
+  for (const std::string& pdu : bench.asked) EXPECT_FALSE(pdu.starts_with("04 8")) << pdu;
 }
 
 TEST(JournalSession, AMeterWithoutJournalsIsLeftInPeace) {
-  JournalDesk desk;
-  desk.deaf = {1, 2, 5, 6, 7, 8, 9, 0x0A, 0x3C};
-  desk.Run(200);
-  EXPECT_FALSE(desk.session().has_events());
-  EXPECT_TRUE(desk.session().has_refused());
+  JournalBench bench;
+  bench.deaf = {1, 2, 5, 6, 7, 8, 9, 0x0A, 0x3C};
+  bench.Run(200);
+  EXPECT_FALSE(bench.session().has_events());
+  EXPECT_TRUE(bench.session().has_refused());
 }
 
 /// A damaged reply may look like one.
 TEST(JournalSession, ARefusalOfWhatWasThereIsNotTheEnd) {
-  JournalDesk desk;
-  desk.Raise(11);
-  desk.Run(500);
-  desk.deaf = {1};
-  desk.Run(2);
-  desk.deaf = {};
-  desk.Raise(12);
-  desk.Run(500);
-  EXPECT_EQ(desk.told, desk.raised);
+  JournalBench bench;
+  bench.Raise(11);
+  bench.Run(500);
+  bench.deaf = {1};
+  bench.Run(2);
+  bench.deaf = {};
+  bench.Raise(12);
+  bench.Run(500);
+  EXPECT_EQ(bench.told, bench.raised);
 }
 
 TEST(JournalSession, AJournalThatIsNeverAnsweredRests) {
@@ -240,12 +240,12 @@ TEST(JournalSession, AJournalThatIsNeverAnsweredRests) {
 TEST(JournalSession, WordsThatNobodyUnderstandsCountAsNothing) {
   for (const char* said : {"", "x", "9020001", "9020001 ", "9020001 05:zz", "-1 05:-", "9020001 05",
                            "9020001 ;;:", "9020001 0G:31301501020902"}) {
-    JournalDesk desk;
-    desk.said = said;
-    desk.Restart();
-    desk.Raise(51);
-    desk.Run(500);
-    EXPECT_EQ(desk.told, desk.raised) << said;
+    JournalBench bench;
+    bench.said = said;
+    bench.Restart();
+    bench.Raise(51);
+    bench.Run(500);
+    EXPECT_EQ(bench.told, bench.raised) << said;
   }
 }
 
@@ -256,33 +256,33 @@ TEST(JournalSession, EachRecordIsToldOnceWhateverHappens) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     std::mt19937 random(seed);
     const auto one_in = [&random](unsigned n) { return random() % n == 0; };
-    JournalDesk desk;
-    desk.late = [&] { return one_in(20); };
-    desk.dropped = [&] { return one_in(4); };
+    JournalBench bench;
+    bench.late = [&] { return one_in(20); };
+    bench.dropped = [&] { return one_in(4); };
     std::map<std::uint32_t, bool> lost;  // phases and power
-    desk.Run(600);
+    bench.Run(600);
     for (int round = 0; round < 30; ++round) {
       for (std::size_t i = random() % 6; i > 0; --i) {
         constexpr std::uint32_t kMoments[] = {22, 51, 61, 601};
         if (one_in(2)) {
-          desk.Raise(kMoments[random() % 4]);
+          bench.Raise(kMoments[random() % 4]);
         } else {
           constexpr std::uint32_t kIntervals[] = {11, 71, 81, 91, 101};
           const std::uint32_t code = kIntervals[random() % 5];
-          desk.Raise(code + (lost[code] ? 1 : 0));
+          bench.Raise(code + (lost[code] ? 1 : 0));
           lost[code] = !lost[code];
         }
-        desk.Run(static_cast<int>(random() % 3));
+        bench.Run(static_cast<int>(random() % 3));
       }
-      desk.Run(static_cast<int>(100 + random() % 150));
-      if (one_in(4)) desk.Restart();
+      bench.Run(static_cast<int>(100 + random() % 150));
+      if (one_in(4)) bench.Restart();
     }
-    desk.late = desk.dropped = [] { return false; };
-    desk.session().OnReconnect();
-    desk.Run(600);
-    ASSERT_EQ(desk.told, desk.raised);
-    ASSERT_TRUE(desk.gaps.empty());
-    for (const auto& [journal, events] : desk.told) told += events.size();
+    bench.late = bench.dropped = [] { return false; };
+    bench.session().OnReconnect();
+    bench.Run(600);
+    ASSERT_EQ(bench.told, bench.raised);
+    ASSERT_TRUE(bench.gaps.empty());
+    for (const auto& [journal, events] : bench.told) told += events.size();
   }
   EXPECT_GT(told, 2000U);
 }

@@ -177,86 +177,87 @@ class LoadDesk {
 };
 
 TEST(LoadSession, ReadsWhatThereIsAndThenWhatComes) {
-  LoadDesk desk;
-  desk.Pass(5 * 24h);
-  desk.Run(1h);
-  desk.ExpectAll();
-  desk.Run(10 * 24h);
-  desk.ExpectAll();
-  EXPECT_TRUE(desk.gaps.empty());
-  EXPECT_EQ(desk.session().Shown(), "load_1 read to 2026-09-16T00:30:00.000Z");
+  LoadDesk service;
+  service.Pass(5 * 24h);
+  service.Run(1h);
+  service.ExpectAll();
+  service.Run(10 * 24h);
+  service.ExpectAll();
+  EXPECT_TRUE(service.gaps.empty());
+  EXPECT_EQ(service.session().Shown(), "load_1 read to 2026-09-16T00:30:00.000Z");
 }
 
 TEST(LoadSession, AtMostThreeHoursAnExchange) {
-  LoadDesk desk;
-  desk.Pass(100 * 24h);
-  desk.Run(1h);
-  EXPECT_GE(desk.told.size(), 100U * 48);
-  EXPECT_LE(desk.asked.size(), 100U * 24 / 2 + 20);
-  EXPECT_EQ(desk.asked[0], "08 06");
-  EXPECT_EQ(desk.asked[1], "08 04");
-  EXPECT_EQ(desk.asked[2], "0C 01 03 00 00 58");
-  EXPECT_EQ(desk.asked[3], "0C 02 03 00 00 48") << "three hours";
+  LoadDesk service;
+  service.Pass(100 * 24h);
+  service.Run(1h);
+  EXPECT_GE(service.told.size(), 100U * 48);
+  EXPECT_LE(service.asked.size(), 100U * 24 / 2 + 20);
+  EXPECT_EQ(service.asked[0], "08 06");
+  EXPECT_EQ(service.asked[1], "08 04");
+  EXPECT_EQ(service.asked[2], "0C 01 03 00 00 58");
+  EXPECT_EQ(service.asked[3], "0C 02 03 00 00 48") << "three hours";
 }
 
 TEST(LoadSession, GoesOnAfterAnOutageOfDays) {
-  LoadDesk desk;
-  desk.Run(26h);
-  desk.Pass(20 * 24h + 7min);
-  desk.Restart();
-  desk.Run(1h);
-  desk.ExpectAll();
-  EXPECT_TRUE(desk.gaps.empty());
+  LoadDesk service;
+  service.Run(26h);
+  service.Pass(20 * 24h + 7min);
+  service.Restart();
+  service.Run(1h);
+  service.ExpectAll();
+  EXPECT_TRUE(service.gaps.empty());
 }
 
 TEST(LoadSession, TheRingWrapsWithoutALoss) {
-  LoadDesk desk({.bytes = 4096});  // 170 hours
-  desk.Run(40 * 24h);
-  desk.ExpectAll();
-  EXPECT_TRUE(desk.gaps.empty());
+  LoadDesk service({.bytes = 4096});  // 170 hours
+  service.Run(40 * 24h);
+  service.ExpectAll();
+  EXPECT_TRUE(service.gaps.empty());
 }
 
 TEST(LoadSession, ARingThatWentRoundIsAGap) {
-  LoadDesk desk({.bytes = 4096});
-  desk.Run(100h);
-  desk.Pass(250h);
-  desk.Restart();
-  desk.Run(2h);
-  ASSERT_EQ(desk.gaps.size(), 1U);
-  const Utc lost = LoadDesk::Begin(desk.gaps[0]);
-  const Utc found = lost + std::chrono::duration_cast<std::chrono::seconds>(desk.gaps[0].span);
+  LoadDesk service({.bytes = 4096});
+  service.Run(100h);
+  service.Pass(250h);
+  service.Restart();
+  service.Run(2h);
+  ASSERT_EQ(service.gaps.size(), 1U);
+  const Utc lost = LoadDesk::Begin(service.gaps[0]);
+  const Utc found = lost + std::chrono::duration_cast<std::chrono::seconds>(service.gaps[0].span);
   EXPECT_GE(lost, kBegin + 99h);
   EXPECT_EQ(found, kBegin + 350h - 169h);
-  for (auto& record : desk.told)
+  for (auto& record : service.told)
     ASSERT_TRUE(LoadDesk::Begin(record) < lost || LoadDesk::Begin(record) >= found);
-  std::erase_if(desk.told, [found](const PastRecord& one) { return LoadDesk::Begin(one) < found; });
-  desk.ExpectAll(found);
-  desk.Restart();
-  desk.Run(100h);
-  EXPECT_EQ(desk.gaps.size(), 1U);
-  desk.ExpectAll(found);
+  std::erase_if(service.told,
+                [found](const PastRecord& one) { return LoadDesk::Begin(one) < found; });
+  service.ExpectAll(found);
+  service.Restart();
+  service.Run(100h);
+  EXPECT_EQ(service.gaps.size(), 1U);
+  service.ExpectAll(found);
 }
 
 /// Exactly one hour is overwritten, or none.
 TEST(LoadSession, ARingThatIsJustFullIsNoGap) {
   for (const int hours : {168, 169, 170, 171}) {
     SCOPED_TRACE(hours);
-    LoadDesk desk({.bytes = 4096});
-    desk.Run(100h);
-    desk.Pass(std::chrono::hours(hours));
-    desk.Restart();
-    desk.Run(2h);
-    EXPECT_EQ(desk.gaps.empty(), hours < 169) << "the half hour before the outage";
+    LoadDesk service({.bytes = 4096});
+    service.Run(100h);
+    service.Pass(std::chrono::hours(hours));
+    service.Restart();
+    service.Run(2h);
+    EXPECT_EQ(service.gaps.empty(), hours < 169) << "the half hour before the outage";
   }
 }
 
 TEST(LoadSession, SummerTimeComesAndGoes) {
-  LoadDesk desk({.zone = "+01:00 eu"});
-  desk.Run(70 * 24h);  // over 2026-10-25
-  desk.ExpectAll();
-  desk.Pass(80 * 24h);
-  desk.Run(90 * 24h);  // over 2027-03-28
-  desk.ExpectAll();
+  LoadDesk service({.zone = "+01:00 eu"});
+  service.Run(70 * 24h);  // over 2026-10-25
+  service.ExpectAll();
+  service.Pass(80 * 24h);
+  service.Run(90 * 24h);  // over 2027-03-28
+  service.ExpectAll();
 }
 
 TEST(LoadSession, OldMetersAndOtherIntervals) {
@@ -264,26 +265,26 @@ TEST(LoadSession, OldMetersAndOtherIntervals) {
     for (const std::uint8_t type : {std::uint8_t{0}, std::uint8_t{8}}) {
       for (const bool deaf : {false, true}) {
         SCOPED_TRACE("T " + std::to_string(minutes) + ", type " + std::to_string(type));
-        LoadDesk desk({.minutes = minutes, .bytes = 8192, .type = type});
-        desk.deaf = deaf;
-        desk.odd = !deaf;
-        desk.Run(12h);
-        desk.ExpectAll();
-        EXPECT_TRUE(desk.gaps.empty());
+        LoadDesk service({.minutes = minutes, .bytes = 8192, .type = type});
+        service.deaf = deaf;
+        service.odd = !deaf;
+        service.Run(12h);
+        service.ExpectAll();
+        EXPECT_TRUE(service.gaps.empty());
       }
     }
   }
 }
 
 TEST(LoadSession, WhatTheMeterMissedIsIncompleteOrNotThere) {
-  LoadDesk desk;
-  desk.Run(10h);
-  desk.twin.PowerOff(kBegin + 10h + 10min, kBegin + 10h + 20min);
-  desk.twin.PowerOff(kBegin + 12h + 40min, kBegin + 20h + 10min);
-  desk.Pass(20h);
-  desk.Run(2h);
+  LoadDesk service;
+  service.Run(10h);
+  service.twin.PowerOff(kBegin + 10h + 10min, kBegin + 10h + 20min);
+  service.twin.PowerOff(kBegin + 12h + 40min, kBegin + 20h + 10min);
+  service.Pass(20h);
+  service.Run(2h);
   std::map<std::string, bool> good;
-  for (const PastRecord& record : desk.told) {
+  for (const PastRecord& record : service.told) {
     good[FormatWallTime(WallTime(LoadDesk::Begin(record))).substr(11, 5)] =
         IsGood(record.values[0].quality);
   }
@@ -293,43 +294,43 @@ TEST(LoadSession, WhatTheMeterMissedIsIncompleteOrNotThere) {
   EXPECT_EQ(good.count("13:00"), 0U);
   EXPECT_EQ(good["20:00"], false);
   EXPECT_EQ(good["20:30"], true);
-  EXPECT_TRUE(desk.gaps.empty()) << "nothing was lost";
+  EXPECT_TRUE(service.gaps.empty()) << "nothing was lost";
 }
 
 TEST(LoadSession, AnotherMeterGoesOnWhereTheLastHasEnded) {
-  LoadDesk desk;
-  desk.Run(50h);
-  desk.meter = kMeter + 1;
-  desk.twin = TwinLoad(*CivilZone::Parse("+03:00"), 30, 65536, kBegin - 100h);
-  desk.Pass(3h);
-  desk.Restart();
-  desk.Run(1h);
-  desk.ExpectAll();
-  EXPECT_TRUE(desk.gaps.empty());
-  desk.Restart();
-  desk.Run(20h);
-  desk.ExpectAll();
+  LoadDesk service;
+  service.Run(50h);
+  service.meter = kMeter + 1;
+  service.twin = TwinLoad(*CivilZone::Parse("+03:00"), 30, 65536, kBegin - 100h);
+  service.Pass(3h);
+  service.Restart();
+  service.Run(1h);
+  service.ExpectAll();
+  EXPECT_TRUE(service.gaps.empty());
+  service.Restart();
+  service.Run(20h);
+  service.ExpectAll();
   // One that was never there before.
-  desk.meter = kMeter + 2;
-  desk.twin = TwinLoad(*CivilZone::Parse("+03:00"), 30, 65536, desk.utc() + 10h);
-  desk.Pass(12h);
-  desk.Restart();
-  desk.Run(1h);
-  ASSERT_EQ(desk.gaps.size(), 1U);
-  EXPECT_GE(desk.gaps[0].span, 10h);
+  service.meter = kMeter + 2;
+  service.twin = TwinLoad(*CivilZone::Parse("+03:00"), 30, 65536, service.utc() + 10h);
+  service.Pass(12h);
+  service.Restart();
+  service.Run(1h);
+  ASSERT_EQ(service.gaps.size(), 1U);
+  EXPECT_GE(service.gaps[0].span, 10h);
 }
 
 TEST(LoadSession, AMemoryThatWasClearedIsAGapAndNothingTwice) {
-  LoadDesk desk;
-  desk.Run(50h);
-  desk.twin = TwinLoad(*CivilZone::Parse("+03:00"), 30, 65536, kBegin + 55h);
-  desk.Pass(10h);
-  desk.Run(2h);
-  ASSERT_EQ(desk.gaps.size(), 1U);
-  EXPECT_EQ(LoadDesk::Begin(desk.gaps[0]) +
-                std::chrono::duration_cast<std::chrono::seconds>(desk.gaps[0].span),
+  LoadDesk service;
+  service.Run(50h);
+  service.twin = TwinLoad(*CivilZone::Parse("+03:00"), 30, 65536, kBegin + 55h);
+  service.Pass(10h);
+  service.Run(2h);
+  ASSERT_EQ(service.gaps.size(), 1U);
+  EXPECT_EQ(LoadDesk::Begin(service.gaps[0]) +
+                std::chrono::duration_cast<std::chrono::seconds>(service.gaps[0].span),
             kBegin + 55h);
-  desk.ExpectAll(kBegin + 55h);
+  service.ExpectAll(kBegin + 55h);
 }
 
 /// What may stand where a header is not written yet.
@@ -341,18 +342,18 @@ class LoadHeaderMissing : public testing::TestWithParam<const char*> {
 TEST_P(LoadHeaderMissing, TakesWhatIsThereAndWaitsForTheNextSlice) {
   for (const std::size_t bytes : {65536U, 4096U}) {
     for (const Duration age : {Duration(0s), Duration(30h), Duration(10 * 24h)}) {
-      LoadDesk desk({.bytes = bytes});
-      desk.Pass(age);
-      desk.unwritten = Unwritten();
-      desk.Run(2h);
-      const std::size_t asked = desk.asked.size();
-      desk.Run(48h);
-      EXPECT_LE(desk.asked.size() - asked, 48U * 12 * 6) << bytes << " " << age / 1h;
-      desk.unwritten.reset();
-      desk.Run(2h);
-      EXPECT_TRUE(desk.gaps.empty());
-      desk.ExpectAll(desk.told.empty() ? kBegin : LoadDesk::Begin(desk.told.front()));
-      EXPECT_GE(desk.told.size(), 90U);
+      LoadDesk service({.bytes = bytes});
+      service.Pass(age);
+      service.unwritten = Unwritten();
+      service.Run(2h);
+      const std::size_t asked = service.asked.size();
+      service.Run(48h);
+      EXPECT_LE(service.asked.size() - asked, 48U * 12 * 6) << bytes << " " << age / 1h;
+      service.unwritten.reset();
+      service.Run(2h);
+      EXPECT_TRUE(service.gaps.empty());
+      service.ExpectAll(service.told.empty() ? kBegin : LoadDesk::Begin(service.told.front()));
+      EXPECT_GE(service.told.size(), 90U);
     }
   }
 }
@@ -365,11 +366,11 @@ INSTANTIATE_TEST_SUITE_P(, LoadHeaderMissing,
 TEST(LoadSession, WordsThatNobodyUnderstandsCountAsNothing) {
   for (const char* said : {"", "x", "9020001", "9020001 ", "9020001 1:zz", "-1 1:-",
                            "9020001 ;;:", "9020001 4:0000:1414080200023437:1"}) {
-    LoadDesk desk;
-    desk.said = said;
-    desk.Restart();
-    desk.Run(5h);
-    desk.ExpectAll();
+    LoadDesk service;
+    service.said = said;
+    service.Restart();
+    service.Run(5h);
+    service.ExpectAll();
   }
 }
 
@@ -380,24 +381,24 @@ TEST(LoadSession, EachHalfHourIsToldOnceWhateverHappens) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     std::mt19937 random(seed);
     const auto one_in = [&random](unsigned n) { return random() % n == 0; };
-    LoadDesk desk({.zone = seed % 2 == 0 ? "+01:00 eu" : "-03:00",
-                   .minutes = seed % 3 == 0 ? 15U : 30U,
-                   .bytes = 16384,
-                   .type = static_cast<std::uint8_t>(seed % 4 == 0 ? 0 : 8)});
-    desk.deaf = seed % 5 == 0;
-    desk.lost = [&] { return one_in(30); };
-    desk.dropped = [&] { return one_in(10); };
+    LoadDesk service({.zone = seed % 2 == 0 ? "+01:00 eu" : "-03:00",
+                      .minutes = seed % 3 == 0 ? 15U : 30U,
+                      .bytes = 16384,
+                      .type = static_cast<std::uint8_t>(seed % 4 == 0 ? 0 : 8)});
+    service.deaf = seed % 5 == 0;
+    service.lost = [&] { return one_in(30); };
+    service.dropped = [&] { return one_in(10); };
     for (int round = 0; round < 30; ++round) {
-      desk.Run(std::chrono::minutes(random() % 4000));
-      if (one_in(2)) desk.Pass(std::chrono::minutes(random() % 9000));
-      if (one_in(3)) desk.Restart();
-      if (one_in(3)) desk.session().OnReconnect();
+      service.Run(std::chrono::minutes(random() % 4000));
+      if (one_in(2)) service.Pass(std::chrono::minutes(random() % 9000));
+      if (one_in(3)) service.Restart();
+      if (one_in(3)) service.session().OnReconnect();
     }
-    desk.lost = desk.dropped = [] { return false; };
-    desk.Run(4h);
-    desk.ExpectAll();
-    EXPECT_TRUE(desk.gaps.empty());
-    told += desk.told.size();
+    service.lost = service.dropped = [] { return false; };
+    service.Run(4h);
+    service.ExpectAll();
+    EXPECT_TRUE(service.gaps.empty());
+    told += service.told.size();
   }
   EXPECT_GT(told, 12'000U);
 }

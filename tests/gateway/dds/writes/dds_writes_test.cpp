@@ -1,5 +1,5 @@
-// The thread between a writer of samples and the desk: replies come, also after they found no room,
-// and nothing goes to a line after the end. Waited for by what happens, nothing by time.
+// The thread between a writer of samples and the service: replies come, also after they found no
+// room, and nothing goes to a line after the end. Waited for by what happens, nothing by time.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/dds/writes/dds_writes.h"
 
@@ -8,13 +8,13 @@
 #include <condition_variable>
 #include <mutex>
 
-#include "tests/gateway/dds/writes/desk_fixture.h"
+#include "tests/gateway/dds/writes/service_fixture.h"
 
 namespace baudgate::dds {
 namespace {
 
 using testing::Ask;
-using testing::DeskConfig;
+using testing::ServiceConfig;
 
 /// Where replies go, and where requests come from.
 class PlayedWriter : public SampleWriter {
@@ -74,7 +74,7 @@ class ConfirmingSink final : public CommandSink {
 
 class DdsWritesTest : public ::testing::Test {
  protected:
-  const config::Config config_ = DeskConfig();
+  const config::Config config_ = ServiceConfig();
   PointStore store_{config_};
   ConfirmingSink sink_;
   std::shared_ptr<PlayedWriter> writer_ = std::make_shared<PlayedWriter>();

@@ -82,7 +82,7 @@ class MasterTest : public testing::Test {
   std::optional<PointStore> store_;
   KeepingSink sink_;
   KeepingTarget target_;
-  std::optional<PointDesk> points_;
+  std::optional<PointService> points_;
 };
 
 /// A character takes 573 us: 11 bits at 19200 bit/s.

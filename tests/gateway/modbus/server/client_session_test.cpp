@@ -7,12 +7,12 @@
 #include <unistd.h>
 
 #include "protocols/modbus/protocol.h"
-#include "tests/gateway/modbus/desk/desk_fixture.h"
+#include "tests/gateway/modbus/service/service_fixture.h"
 
 namespace baudgate::modbus {
 namespace {
 
-class ClientSessionTest : public DeskTest, private ClientSession::Owner {
+class ClientSessionTest : public ServiceTest, private ClientSession::Owner {
  protected:
   ~ClientSessionTest() override {
     if (session_) session_->Close();
@@ -83,7 +83,7 @@ TEST_F(ClientSessionTest, AClientThatWaitsForARouteIsNotIdle) {
   Add(1, 20, 20).deadline = 1h;
   Connect();
   Say(Frame(20, kReadFirst));
-  EXPECT_EQ(sweep_at_, now_ + 1h + RequestDesk::kGrace);
+  EXPECT_EQ(sweep_at_, now_ + 1h + RequestService::kGrace);
   EXPECT_EQ(session_->Deadline(), sweep_at_);
   Sweep(2min);
   EXPECT_EQ(closed_, 0);

@@ -8,7 +8,7 @@
 #include <future>
 
 #include "gateway/modbus/server/listener.h"
-#include "tests/gateway/modbus/desk/route_fixture.h"
+#include "tests/gateway/modbus/service/route_fixture.h"
 
 namespace baudgate::modbus {
 namespace {

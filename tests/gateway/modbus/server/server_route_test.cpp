@@ -9,7 +9,7 @@
 #include <cerrno>
 #include <memory>
 
-#include "tests/gateway/modbus/desk/route_fixture.h"
+#include "tests/gateway/modbus/service/route_fixture.h"
 
 namespace baudgate::modbus {
 namespace {

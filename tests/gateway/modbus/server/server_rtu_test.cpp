@@ -3,7 +3,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
-#include "tests/gateway/modbus/desk/route_fixture.h"
+#include "tests/gateway/modbus/service/route_fixture.h"
 
 namespace baudgate::modbus {
 namespace {

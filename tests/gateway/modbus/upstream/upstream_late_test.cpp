@@ -5,8 +5,8 @@
 
 #include <memory>
 
-#include "gateway/modbus/desk/route_targets.h"
-#include "gateway/modbus/desk/traffic_book.h"
+#include "gateway/modbus/service/route_targets.h"
+#include "gateway/modbus/service/traffic_book.h"
 #include "tests/gateway/modbus/upstream/upstream_fixture.h"
 
 namespace baudgate::modbus {

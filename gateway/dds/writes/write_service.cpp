@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/dds/writes/write_service.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "gateway/base/shown.h"
+#include "gateway/base/spelling.h"
+#include "gateway/base/text.h"
+#include "gateway/dds/writes/request_value.h"
+
+namespace baudgate::dds {
+namespace {
+
+using config::Quoted;
+
+constexpr char kLasting[] =
+    "the writer of requests is not volatile, so that old ones could come; set its durability";
+
+/// Not after either of its two times; the clock of the machine may stand anywhere.
+Instant DeadlineOf(const WriteArrival& arrival, Now now) {
+  const RequestSample& request = arrival.request;
+  const Duration wanted = std::chrono::milliseconds(request.deadline_ms);
+  const Duration patience = request.deadline_ms == 0
+                                ? WriteService::kPatience
+                                : std::min(wanted, WriteService::kMostPatience);
+  const Instant deadline = arrival.received + patience;
+  const std::int64_t wall = now.wall.time_since_epoch().count();
+  if (request.not_after_ns == 0) return deadline;
+  if (request.not_after_ns <= wall) return std::min(deadline, now.instant);
+  return std::min(deadline, now.instant + Duration(request.not_after_ns - wall));
+}
+
+std::uint32_t Microseconds(Duration duration) {
+  return static_cast<std::uint32_t>(std::clamp<std::int64_t>(duration / 1us, 0, UINT32_MAX));
+}
+
+/// For the record: no number is a text.
+Value Asked(const RequestSample& request) {
+  if (!request.text.empty()) return request.text;
+  if (!std::isfinite(request.value)) return FormatNumber(request.value);
+  return request.value;
+}
+
+/// It selects nothing, so its kind needs no numbers.
+Writer WriterOf(const WriteArrival& arrival) { return {"dds:" + Text(arrival.writer), 0}; }
+
+}  // namespace
+
+WriteService::WriteService(const config::Config& config, const PointStore& store, CommandSink& sink,
+                           Answer answer, Ended ended)
+    : config_(config),
+      store_(store),
+      gate_(store, sink),
+      answer_(std::move(answer)),
+      ended_(std::move(ended)) {}
+
+void WriteService::LearnDevices() {
+  for (const std::uint32_t end = store_.device_count(); known_ < end; ++known_) {
+    devices_[store_.device(known_).name] = known_;
+  }
+}
+
+void WriteService::Take(const WriteArrival& arrival, Now now) {
+  const RequestSample& request = arrival.request;
+  if (request.gateway != config_.name) return;
+  ++taken_;
+  const Ticket ticket{request.client, request.seq, arrival.received};
+  if (request.client.empty()) {
+    return Reply(ticket, {WriteEnd::denied, "'client' is empty: it tells requests apart"});
+  }
+  if (arrival.lasting) {
+    Record(arrival, kLasting);
+    return Reply(ticket, {WriteEnd::denied, kLasting});
+  }
+  const RequestBook::Verdict verdict = book_.Begin(request, now.instant);
+  switch (verdict.what) {
+    case RequestBook::Verdict::What::refused:
+      if (verdict.answer.end == WriteEnd::denied) Record(arrival, verdict.answer.reason);
+      return Reply(ticket, verdict.answer);
+    case RequestBook::Verdict::What::answered:
+      return Reply(ticket, verdict.answer);
+    case RequestBook::Verdict::What::under_way:
+      return;
+    case RequestBook::Verdict::What::fresh:
+      break;
+  }
+  if (const auto answer = Carry(arrival, now)) {
+    book_.End(ticket.client, ticket.seq, *answer);
+    Reply(ticket, *answer);
+  }
+}
+
+std::optional<RequestAnswer> WriteService::Carry(const WriteArrival& arrival, Now now) {
+  const RequestSample& request = arrival.request;
+  const auto place = Find(request);
+  if (!place) return RequestAnswer{WriteEnd::denied, place.error()};
+  auto value = ValueOf(store_.device(place->device).points[place->point], request);
+  if (!value) {
+    Record(arrival, value.error());
+    return RequestAnswer{WriteEnd::denied, value.error()};
+  }
+  WriteAsk ask;
+  ask.device = place->device;
+  ask.parts.push_back({place->point, std::move(*value)});
+  ask.confirmed = request.confirm;
+  ask.deadline = DeadlineOf(arrival, now);
+  ask.done = [ended = ended_, ticket = Ticket{request.client, request.seq, arrival.received}](
+                 const WriteResult& result) { ended(ticket, result); };
+  const auto refusal = gate_.Submit(WriterOf(arrival), std::move(ask), now.instant);
+  if (!refusal) return std::nullopt;
+  using Why = WriteRefusal::Why;
+  RequestAnswer answer{refusal->why == Why::busy ? WriteEnd::busy : WriteEnd::denied,
+                       refusal->text};
+  if (refusal->why == Why::not_selected) answer.reason += "; on DDS 'confirm' stands for that";
+  return answer;
+}
+
+void WriteService::Record(const WriteArrival& arrival, const std::string& reason) {
+  const auto place = Find(arrival.request);
+  if (!place) return;
+  const RequestSample& request = arrival.request;
+  WriteAsk ask;
+  ask.device = place->device;
+  ask.parts.push_back({place->point, Asked(request)});
+  gate_.Deny(WriterOf(arrival), ask, reason);
+}
+
+Result<WriteService::Place> WriteService::Find(const RequestSample& request) {
+  LearnDevices();
+  const auto device = devices_.find(request.device);
+  if (device == devices_.end() || store_.gone(device->second)) {
+    return Error{Quoted(request.device) + " is no device of this gateway"};
+  }
+  const std::vector<config::Point>& points = store_.device(device->second).points;
+  const auto point = std::ranges::find(points, request.point, &config::Point::name);
+  if (point == points.end()) {
+    return Error{Quoted(request.point) + " is no point of " + request.device};
+  }
+  return Place{device->second, static_cast<std::uint32_t>(point - points.begin())};
+}
+
+void WriteService::End(const Ticket& ticket, const WriteResult& result, Instant now) {
+  const RequestAnswer answer{result.end, result.reason, Microseconds(now - ticket.received)};
+  book_.End(ticket.client, ticket.seq, answer);
+  Reply(ticket, answer);
+}
+
+void WriteService::Reply(const Ticket& ticket, const RequestAnswer& answer) {
+  ReplySample reply;
+  reply.gateway = config_.name;
+  reply.client = ticket.client;
+  reply.seq = ticket.seq;
+  AssignBounded(reply.outcome, Name(answer.end), kMaxOutcome);
+  AssignBounded(reply.reason, Harmless(answer.reason), kMaxReason);
+  reply.took_us = answer.took_us;
+  answer_(std::move(reply));
+}
+
+}  // namespace baudgate::dds

@@ -1,0 +1,38 @@
+// Acknowledgements that wait for the disk: whoever asked hears of it when it is there, or why not.
+// No lock: gateway/events/event_queue.h has it.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "gateway/events/event_book.h"
+#include "gateway/events/event_source.h"
+
+namespace baudgate::events {
+
+class AckService {
+ public:
+  using Done = std::function<void(const Acknowledged&)>;
+
+  /// An event into the book for each alarm that is meant and waits to be acknowledged; how many.
+  static std::size_t Tell(const AckQuery& query, const std::vector<Alarm>& alarms, EventBook& book,
+                          WallTime at);
+
+  struct Ack {
+    std::size_t alarms = 0;
+    WallTime at{};
+    Done done;
+  };
+  void Wait(Ack ack) { acks_.push_back(std::move(ack)); }
+  /// All that wait now.
+  std::vector<Ack> Take() { return std::exchange(acks_, {}); }
+  /// Not with a lock. `trouble`: empty: they are on the disk.
+  static void Answer(const std::vector<Ack>& acks, const std::string& trouble);
+
+ private:
+  std::vector<Ack> acks_;
+};
+
+}  // namespace baudgate::events

@@ -1,0 +1,127 @@
+// What one client asks and how it is answered, whatever wire it comes by: permission, cached units,
+// writes, transparent routes, exceptions, deadlines. Whole frames in their Modbus TCP form come
+// from client_session.cpp (sockets) and master_session.cpp (a serial master); answers go back to
+// them. All on the server's thread; the time is an argument.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "config/model/listener.h"
+#include "gateway/audit/routed_record.h"
+#include "gateway/base/bytes.h"
+#include "gateway/base/time.h"
+#include "gateway/modbus/service/point_service.h"
+#include "gateway/modbus/wire/request.h"
+#include "gateway/requests/routed.h"
+
+namespace baudgate::modbus {
+
+class RequestService : public std::enable_shared_from_this<RequestService> {
+ public:
+  /// The way back to the client. The service may be closed from within a call.
+  class Wire {
+   public:
+    /// A read out of the store: the responder's private copy holds what was asked for, during the
+    /// call only.
+    virtual void Answer(const ModbusRequest& request, Responder& responder, Instant now) = 0;
+    /// A whole frame in its Modbus TCP form: a confirmed write, an exception, a routed reply.
+    virtual void Answer(View frame, Instant now) = 0;
+    /// A request stays without any answer (a broadcast, a silent listener): a wire that takes one
+    /// request at a time goes on.
+    virtual void AnswerNothing(Instant now) = 0;
+    /// Sweep is to be called at this time, if not before. Each call is another appointment.
+    virtual void SweepAt(Instant at) = 0;
+
+   protected:
+    ~Wire() = default;
+  };
+
+  /// Requests of one client that may wait for lines and servers; more are answered "busy".
+  static constexpr std::size_t kMaxPending = 32;
+  /// Whoever has taken a request answers it at its deadline: a routed one if it was not sent, a
+  /// write to a device however it stands. What is left is answered here, so much later that the
+  /// other answer has its chance.
+  static constexpr Duration kGrace = 20ms;
+
+  /// Listener, points and wire outlive the service until Close.
+  RequestService(const config::Listener& listener, PointService& points, Wire& wire,
+                 const std::string& peer, config::Priority priority, const Now& now);
+
+  /// One whole frame, MBAP header included: leads to exactly one call of the wire, now or later,
+  /// unless it is given up before.
+  void Handle(View frame, const Now& now);
+  /// Answers requests whose deadline has passed and that nobody has answered.
+  void Sweep(const Now& now);
+  /// The client waits for none of its requests any more: what is not on its way to a slave or
+  /// device is not sent, and what was asked until now is not answered.
+  void GiveUp();
+  /// The client has left: what it still waits for is forgotten, and the wire is not called again.
+  void Close();
+
+  std::size_t outstanding() const { return pending_.size(); }
+  /// When Sweep has something to answer; nothing waits: none.
+  std::optional<Instant> Deadline() const;
+  std::uint64_t id() const { return record_->id; }
+
+ private:
+  /// What nobody has answered yet: a write to a device, or a routed request.
+  struct Pending {
+    std::uint64_t number = 0;
+    Instant deadline;
+    std::optional<std::size_t> route;  ///< its number; none: a write to a device
+    /// The beginning of the request: to the function code; of a write all that its good answer
+    /// repeats of it.
+    Bytes frame;
+    bool given_up = false;  ///< a write to a device: it goes on, but is not answered
+
+    /// When the service answers in the place of whoever has taken it.
+    Instant Limit() const { return deadline + kGrace; }
+  };
+
+  void HandleOwn(View frame, const Now& now);
+  void HandleRouted(View frame, std::size_t index, const Now& now);
+  ExceptionCode StartWrite(const ModbusRequest& request, Instant now);
+  void FinishWrite(std::uint64_t number, const WriteResult& result, Instant now);
+  void Forward(View frame, std::size_t index, std::uint8_t slave, const Now& now);
+  void FinishRouted(std::uint64_t number, RoutedReply reply, const Now& now);
+
+  void HandleBroadcast(View frame, std::size_t index, std::span<const RouteTargets::Line> lines,
+                       const Now& now);
+  bool Broadcast(View frame, std::size_t index, const RouteTargets::Line& line, const Now& now);
+
+  /// The witness of a routed request that may write, where those are recorded; else null.
+  std::shared_ptr<audit::Witness> WitnessOf(View frame, const RouteTarget* target, const Now& now,
+                                            bool broadcast = false) const;
+
+  std::optional<Pending> TakePending(std::uint64_t number);
+  void AddPending(Pending pending);
+  config::Priority PriorityOf(std::uint8_t function) const;
+  Writer writer() const { return {record_->peer, record_->id}; }
+  bool IsUnawaited(View request) const;
+  std::size_t BytesOnWire(std::size_t frame) const;
+
+  void Answer(const ModbusRequest& request, Instant now);
+  void Answer(View frame, Instant now);
+  void Refuse(View frame, ExceptionCode exception, Instant now);
+
+  const config::Listener& listener_;
+  PointService& points_;
+  Wire& wire_;
+  config::Priority priority_;
+  std::shared_ptr<ClientRecord> record_;
+  std::vector<Pending> pending_;
+  std::vector<RouteTarget*> used_;  ///< targets that may still hold requests of this client
+  std::shared_ptr<std::atomic<bool>> given_up_;  ///< of the writes since GiveUp; null: none
+  std::uint64_t next_number_ = 0;
+  std::size_t broadcasts_ = 0;  ///< that are under way
+  bool closed_ = false;
+};
+
+}  // namespace baudgate::modbus

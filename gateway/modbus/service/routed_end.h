@@ -1,0 +1,26 @@
+// What became of a request that was passed on: told to whoever raises alarms of slaves that do not
+// answer their clients (gateway/daemon/alarm_service.h).
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <functional>
+
+#include "config/model/route.h"
+#include "gateway/base/time.h"
+#include "gateway/modbus/service/traffic_book.h"
+#include "gateway/requests/routed.h"
+
+namespace baudgate::modbus {
+
+struct RoutedEnd {
+  const config::Route& route;
+  std::uint8_t unit = 0;  ///< as the client asked for it
+  RouteEnd end = RouteEnd::no_reply;
+  const RoutedReply& reply;
+};
+
+/// On the server's thread; returns at once.
+using OnRoutedEnd = std::function<void(const RoutedEnd& end, Now now)>;
+
+}  // namespace baudgate::modbus

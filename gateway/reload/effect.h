@@ -1,0 +1,17 @@
+// What becomes of one part of the gateway, a line, listener or route, by a reload.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+
+namespace baudgate::reload {
+
+enum class Effect : std::uint8_t {
+  same,     ///< it goes on, and does not notice
+  outputs,  ///< of a line: it goes on; its points are shown otherwise
+  changed,  ///< it is ended, and begun anew
+  added,
+  removed,
+};
+
+}  // namespace baudgate::reload
