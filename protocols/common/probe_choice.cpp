@@ -22,8 +22,8 @@ std::optional<std::size_t> ProbeChoice::Next(std::size_t reads, std::size_t best
 }
 
 void ProbeChoice::OnAnswered(bool own) {
-  // Of a device that knows its own, the answer to a read may belong to an earlier request: its own
-  // is next.
+  // The answer to a read may belong to an earlier request. A device that answers its own probe is
+  // asked that next.
   failed_ = own || !own_answered_ ? 0 : failed_ + 1;
   if (own) {
     silences_ = 0;

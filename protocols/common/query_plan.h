@@ -74,7 +74,7 @@ class QueryPlan {
   void Make();
 
   std::span<const Query> queries() const { return queries_; }
-  /// Of queries()[query].
+  /// What queries()[query] reads.
   const Block<Key>& block(std::size_t query) const { return blocks_[query]; }
   /// Whether all of the query has been answered at least once, however long ago.
   bool IsProven(std::size_t query) const;

@@ -19,7 +19,7 @@ struct DecodedReply {
   std::string reason;
   std::string remedy{};  ///< for `baudgate status`
   Form form = Form::text;
-  /// Of joined numbers one per channel, else one; none when a write is confirmed.
+  /// Joined numbers give one a channel, any other reply one; a confirmed write none.
   std::vector<Field> fields;
   bool ignored = false;  ///< a write: the host watchdog has tripped
   /// It refuses a write, and the output may have moved all the same.

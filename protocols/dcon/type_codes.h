@@ -18,7 +18,8 @@ std::string_view UnitOfType(std::uint8_t type);
 /// is the user's own, and takes the number as it is.
 std::optional<double> FactorOfType(std::uint8_t type, std::string_view unit);
 
-/// Of output modules. 30, 31 and 33 are thermistors of ADAM-4015, which takes no samples.
+/// Whether it is the type of an analog output. 30, 31 and 33 are thermistors of ADAM-4015, which
+/// takes no samples.
 bool IsAnalogOutput(std::uint8_t type);
 
 /// Whether some type measures in it, so that others contradict it: "V", "°C", not "bar".

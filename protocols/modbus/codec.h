@@ -45,7 +45,8 @@ struct Adu {
 Bytes Wrap(Framing framing, std::uint8_t slave, View pdu, std::uint16_t transaction = 0);
 /// Nothing unless the whole frame is one with a good check value.
 std::optional<Adu> Unwrap(Framing framing, View frame);
-/// Of a frame that a reply rule has cut: the header of a Modbus TCP server may count too many.
+/// The same for a frame that a reply rule has cut: the header of a Modbus TCP server may count too
+/// many bytes.
 std::optional<Adu> UnwrapReply(Framing framing, View frame);
 
 /// Size of the frame that the header begins, of which there are at least six bytes. Nothing: it is

@@ -18,7 +18,7 @@
 
 namespace baudgate::protocols::modbus {
 
-/// Of all devices behind one TCP connection: no two of their requests have the same number.
+/// Shared by all devices behind one TCP connection: no two of their requests have the same number.
 class Transactions : public Bus {
  public:
   std::uint16_t Next() { return ++last_; }
@@ -77,7 +77,7 @@ class ModbusConversation : public Conversation {
   SpacePlan plan_;
   Writing writing_;
   Identification identification_;
-  // Of an identification that comes in several replies: what to go on with.
+  // An identification may come in several replies: what to ask for next.
   std::optional<std::pair<Space, std::uint8_t>> next_object_;
   ProbeChoice probes_;
 };

@@ -29,7 +29,7 @@ class Identification {
   bool IsAskedBy(const Bytes& pdu) const { return !done_ && !asked_.empty() && pdu == asked_; }
   /// It was answered with this; nothing: with an exception, or not at all.
   void OnAnswer(const std::optional<Data>& data);
-  /// Of a poll: one of a device that is another one asks anew.
+  /// A poll was answered. A device that is another one is asked anew.
   void OnPolled() { again_ = trouble_.reason != Reason::none; }
   /// Another device may answer now. What is wrong stays wrong until it is known to be right.
   void OnReconnect();

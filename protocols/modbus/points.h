@@ -98,7 +98,7 @@ Result<Place> WritePlace(const config::Point& point);
 
 bool IsBits(Table table);
 bool IsWritable(Table table);
-/// Of registers and bits that are addressed: coils to input, and files.
+/// Whether its places have addresses: coils, discrete inputs, registers and files have.
 bool IsAddressed(Table table);
 std::string_view Name(Table table);
 

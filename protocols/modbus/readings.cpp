@@ -42,7 +42,7 @@ void ModbusConversation::AddReadings(Exchanged& exchanged) const {
   }
 }
 
-/// Of what the device has not: an empty queue, an object that it does not know.
+/// Without data the device has nothing there: an empty queue, an object that it does not know.
 Reading ModbusConversation::ReadingOf(std::size_t point, const Data& data) const {
   const Place& place = *places_[point];
   const Quality absent = place.table == Table::queue

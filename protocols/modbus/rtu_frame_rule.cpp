@@ -30,7 +30,7 @@ using Kind = PduLength::Kind;
 constexpr std::size_t kShortest = kRtuOverhead + 1;
 /// A loopback has one or more words of data; nearly all have one.
 constexpr PduLength kUsualLoopback = {Kind::exact, 5};
-/// Of other slaves' replies to other functions only those up to this length are waited for.
+/// Replies of other slaves to other functions are waited for up to this length only.
 constexpr std::size_t kShortReply = 32;
 
 /// Only silence ends it, and then the CRC must be right over all that came.
@@ -86,7 +86,8 @@ Head LookAt(View held, bool idle) {
   return {open ? Head::Kind::open : Head::Kind::neither};
 }
 
-/// Of a frame of unknown length, or 0: all of the burst, else the first length with a good CRC.
+/// The length of a frame whose function is not known: all of the burst, else the first length with
+/// a good CRC; 0: there is none.
 std::size_t EndOfUnknown(View burst) {
   if (EndsInCrc16(burst)) return burst.size();
   std::size_t size = kShortest;

@@ -79,7 +79,8 @@ std::size_t ModbusTwin::CountOf(const Space& space) const {
   return count;
 }
 
-/// Of an object or a server id: the point's value, else what the device is; empty: it has none.
+/// What the device says in an object or a server id: the point's value, else what the device is;
+/// empty: it has no such object.
 std::string ModbusTwin::SaysOf(Table table, std::size_t object, Instant now) const {
   const auto* const point = points_.Find([&](const Place& place) {
     return place.table == table && place.form == Form::object && place.address == object;

@@ -60,7 +60,7 @@ Result<Bytes> ParseAddress(std::string_view text);
 /// The reverse: "200", "sn:9020001".
 std::string FormatAddress(View address);
 Bytes ExtendedAddress(std::uint32_t number);
-/// Of an address that begins with `first`: 1, or 5 behind the prefix FC.
+/// How long an address is that begins with `first`: 1, or 5 if that is the prefix FC.
 constexpr std::size_t AddressLength(std::uint8_t first) { return first == kExtendedPrefix ? 5 : 1; }
 
 /// Six characters as they stand, or "hex:01 02 03 04 05 06".

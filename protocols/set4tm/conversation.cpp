@@ -89,13 +89,18 @@ const MeterConversation::Row MeterConversation::kRows[] = {
     // > 05 08 1B 00 11     < 05 00 00 5C 43: readings                  < 05 01: not these points
     {Kind::read, [](auto& its, Step& step) { return its.TakeRead(step); },
      [](auto& its, Step& step) { return its.ReadRefused(step); }},
-    // > 05 03 0B 00 0A     (answered by a status)                      < 05 01: not corrected
-    {Kind::write, [](auto&, Step&) { return AskAgain(); },
-     [](auto&, Step& step) { return std::move(step.reply.answer); }},
-    // > 05 00              (answered by a status)                      < 05 01: it is there
-    {Kind::link, [](auto&, Step& step) { return std::move(step.reply.answer); },
-     [](auto&, Step& step) { return std::move(step.reply.answer); }},
+    // > 05 03 0B 00 0A     answered by a status                        < 05 01: not corrected
+    {Kind::write, Plain, Plain},
+    // > 05 00, > 05 01 30 30 30 30 30 30, > FE 03 08 …: data never answer them
+    {Kind::link, Plain, Plain},
+    {Kind::open, Plain, Plain},
+    {Kind::latch, Plain, Plain},
 };
+
+/// The reply means what it says, and nothing else follows.
+Answer MeterConversation::Plain(MeterConversation& /*its*/, Step& step) {
+  return std::move(step.reply.answer);
+}
 
 MeterConversation::MeterConversation(const config::Device& device, const Settings& settings,
                                      MeterBus& bus)
@@ -129,23 +134,13 @@ bool MeterConversation::ForgetRefusals() {
 
 // ---------------------------------------------------------------- what is asked
 
-Request MeterConversation::Make(View pdu) const {
-  Request request;
-  request.bytes = MakeFrame(address_, pdu, settings_.checksum);
-  request.expect = Expect(request.bytes, settings_);
-  return request;
-}
-
-Request MeterConversation::MakeLatch() const {
-  Request request;
-  request.bytes = MakeFrame(Bytes{kBroadcast}, LatchPdu(), settings_.checksum);
-  request.expect = Expect(request.bytes, settings_);
-  request.stamped = true;
-  return request;
-}
-
-Request MeterConversation::As(Kind kind, Request request) {
+Request MeterConversation::Make(Kind kind, View pdu) {
   asked_ = kind;
+  const bool broadcast = kind == Kind::latch;
+  Request request;
+  request.bytes = MakeFrame(broadcast ? Bytes{kBroadcast} : address_, pdu, settings_.checksum);
+  request.expect = Expect(request.bytes, settings_);
+  request.stamped = broadcast || kind == Kind::latch_time;
   return request;
 }
 
@@ -155,9 +150,9 @@ Result<Request> MeterConversation::Ask(const Task& task, Instant now) {
       writes ? CorrectionOf(task, now) : Result<Bytes>(Error{"nothing is to be written"});
   if (writes && !correction) return Error{correction.error()};
   const bool may_latch = !writes && task.kind != Task::Kind::probe;
-  if (may_latch && latched_.IsDue(now)) return As(Kind::latch, MakeLatch());
+  if (may_latch && latched_.IsDue(now)) return Make(Kind::latch, LatchPdu());
   if (auto request = AskForSession(task, now)) return std::move(*request);
-  return writes ? As(Kind::write, Make(*correction)) : AskOwn(task, now);
+  return writes ? Make(Kind::write, *correction) : AskOwn(task, now);
 }
 
 std::optional<Request> MeterConversation::AskForSession(const Task& task, Instant now) {
@@ -168,18 +163,18 @@ std::optional<Request> MeterConversation::AskForSession(const Task& task, Instan
     case MeterSession::Need::nothing:
       return std::nullopt;
     case MeterSession::Need::link:
-      return As(Kind::link, Make(kLinkOnly));
+      return Make(Kind::link, kLinkOnly);
     case MeterSession::Need::open:
-      request = Make(session_.OpenPdu());
+      request = Make(Kind::open, session_.OpenPdu());
       request.distinct = true;  // answered by a status; "00" answers nothing else
       // A meter that answers too late must not get a wrong password three times.
       request.expect.repeatable = session_.accepted();
       request.prepares = writes;
-      return As(Kind::open, std::move(request));
+      return request;
     case MeterSession::Need::serial:
-      request = Make(kAskSerial);
+      request = Make(Kind::serial, kAskSerial);
       request.prepares = writes;
-      return As(Kind::serial, std::move(request));
+      return request;
   }
   return std::nullopt;
 }
@@ -187,31 +182,27 @@ std::optional<Request> MeterConversation::AskForSession(const Task& task, Instan
 Request MeterConversation::AskOwn(const Task& task, Instant now) {
   if (task.kind == Task::Kind::events) {
     if (const auto question = identification_.Question({})) {
-      return As(Kind::question, Make(*question));
+      return Make(Kind::question, *question);
     }
-    return As(Kind::record, Make(archive_.NextRecord(now)));
+    return Make(Kind::record, archive_.NextRecord(now));
   }
-  if (AsksLatchTime(task, now)) {
-    Request request = Make(AskLatchTime());
-    request.stamped = true;
-    return As(Kind::latch_time, std::move(request));
-  }
+  if (AsksLatchTime(task, now)) return Make(Kind::latch_time, AskLatchTime());
   if (task.kind != Task::Kind::background) return AskRead(task.query);
-  if (const auto question = archive_.Question()) return As(Kind::question, Make(*question));
-  return As(Kind::background, Make(archive_.NextInBackground(now)));
+  if (const auto question = archive_.Question()) return Make(Kind::question, *question);
+  return Make(Kind::background, archive_.NextInBackground(now));
 }
 
 Request MeterConversation::AskRead(std::size_t query) {
   auto [pdu, tries_masks] = reads_.ReadOf(query);
   if (const auto question = identification_.Question(reads_.fields().Matches(pdu))) {
-    return As(Kind::question, Make(*question));
+    return Make(Kind::question, *question);
   }
   reads_.Number(pdu);
-  Request request = Make(pdu);
+  Request request = Make(tries_masks ? Kind::trial : Kind::read, pdu);
   request.stamped = AsksClock(pdu);
   if (request.stamped) drift_.OnAsked();
   if (tries_masks) request.expect.repeatable = false;
-  return As(tries_masks ? Kind::trial : Kind::read, std::move(request));
+  return request;
 }
 
 /// In the background where no job is due: another meter's task may have sent the broadcast.
@@ -323,7 +314,7 @@ Answer MeterConversation::TakePrelude(Step& step) {
     case Task::Kind::events:
       break;
   }
-  if (identification_.trouble()) return OtherType();
+  if (identification_.trouble()) return identification_.OtherType();
   if (!reads_.ChooseIntegers()) return AskAgain();
   Answer answer;
   answer.then = Then::restart;
@@ -341,7 +332,7 @@ Answer MeterConversation::TakeRead(Step& step) {
     if (identification_.TakeNewDay()) reply.answer.then = Then::restart;
     return std::move(reply.answer);
   }
-  if (identification_.trouble()) return OtherType();
+  if (identification_.trouble()) return identification_.OtherType();
   if (reply.answer.then == Then::restart) return std::move(reply.answer);
   return EndedBy(reply, Then::ask_again);
 }
@@ -370,15 +361,6 @@ void MeterConversation::AddDrift(Step& step) {
     reading.value = drift.value;
     reading.quality = drift.quality;
   }
-}
-
-/// Nothing of it is good: it is asked for its type alone, until that is right.
-Answer MeterConversation::OtherType() const {
-  Answer answer;
-  answer.outcome = Outcome::refused;
-  answer.wait = 1min;
-  answer.reason = identification_.trouble().text;
-  return answer;
 }
 
 Then MeterConversation::OnFailure(const Task& task, const Request& request, Outcome outcome,

@@ -46,7 +46,7 @@ class MeterConversation : public Conversation {
  private:
   /// What a request is for.
   enum class Kind : std::uint8_t {
-    latch,       ///< the broadcast: nobody answers
+    latch,       ///< the broadcast, which nobody answers
     link,        ///< link test
     open,        ///< open the channel
     serial,      ///< who is it?
@@ -69,25 +69,24 @@ class MeterConversation : public Conversation {
   static const Row kRows[];
   static const Row& RowOf(Kind kind);
 
-  Request Make(View pdu) const;
-  Request MakeLatch() const;
+  /// From now on the latest request is of this kind.
+  Request Make(Kind kind, View pdu);
   Result<Bytes> CorrectionOf(const Task& task, Instant now) const;
   /// What the session needs first; nothing: the task's own request may be sent.
   std::optional<Request> AskForSession(const Task& task, Instant now);
   Request AskOwn(const Task& task, Instant now);
   Request AskRead(std::size_t query);
   bool AsksLatchTime(const Task& task, Instant now) const;
-  Request As(Kind kind, Request request);
   /// The reply answers the poll's own query.
   bool IsOwn(const Step& step) const;
 
+  static Answer Plain(MeterConversation& its, Step& step);
   Answer TakeStatus(Step& step);
   Answer TakeData(Step& step);
   Answer TakePrelude(Step& step);
   Answer TakeRead(Step& step);
   Answer ReadRefused(Step& step);
   void AddDrift(Step& step);
-  Answer OtherType() const;
 
   const config::Device& device_;
   const Settings settings_;

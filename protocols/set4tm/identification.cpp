@@ -15,6 +15,7 @@ const Bytes kAskPort = {kRead, kPort};
 const Bytes kAskTime = {kJournal, 0x00};
 const Bytes kAskTimeExtended = {kJournalExtended, 0x00, 0x00};
 constexpr std::size_t kVariantSize = 3;
+constexpr Duration kOtherTypeRests = 1min;
 
 bool Equals(View pdu, const Bytes& other) { return std::ranges::equal(pdu, other); }
 
@@ -143,6 +144,14 @@ Knows Identification::floats() const {
 bool Identification::WantType() {
   wants_type_ = true;
   return !asked_variant_;
+}
+
+Answer Identification::OtherType() const {
+  Answer answer;
+  answer.outcome = Outcome::refused;
+  answer.wait = kOtherTypeRests;
+  answer.reason = trouble_.text;
+  return answer;
 }
 
 Knows Identification::masked_floats() const {

@@ -54,6 +54,9 @@ class Identification {
   /// The day by the meter's clock is another one than at the last reading of it. Told once.
   bool TakeNewDay() { return std::exchange(new_day_, false); }
   const DeviceTrouble& trouble() const { return trouble_; }
+  /// The answer to whatever a meter of another type was asked: it is asked for its type alone,
+  /// until that is right.
+  Answer OtherType() const;
 
  private:
   void Judge();

@@ -13,7 +13,7 @@
 
 namespace baudgate::protocols::set4tm {
 
-/// Of the integer that 08 11, 08 14 and 08 16 give for a parameter (RWRI byte).
+/// Decodes the integer that 08 11, 08 14 and 08 16 give for a parameter (RWRI byte).
 Decoder IntegerDecoder(std::uint8_t parameter);
 
 /// Nothing: it is no live float.

@@ -25,7 +25,8 @@ Bytes AskLatchTime();
 /// Whether what the request reads was latched: 08 14, 08 1B 01, 08 1B 03, 08 23 nn 01.
 bool ReadsLatched(View pdu);
 
-/// Of one line: when it is due, at whole multiples of a period since 1970 by this machine's clock.
+/// When the broadcast of one line is due: at whole multiples of a period since 1970 by this
+/// machine's clock.
 class LineLatch {
  public:
   /// What this machine's clock shows. Before the first call nothing is due.

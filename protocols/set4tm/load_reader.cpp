@@ -109,8 +109,8 @@ bool LoadReader::Reaches(std::size_t from, std::size_t current) const {
   return true;
 }
 
-/// Of the hour that the pointer names. Until its header is written, what stands there is an hour of
-/// an earlier round, or no header at all.
+/// Whether `header` belongs to the hour that the pointer names. Until its header is written, an
+/// hour of an earlier round stands there, or no header at all.
 bool LoadReader::IsWritten(std::size_t address, const std::optional<LoadHeader>& header) const {
   return ring_.HourOf(*pointer_) != address || (header && header->begin == pointer_->hour);
 }

@@ -53,7 +53,7 @@ class LoadReader {
   void BreakOff();
 
   Step step() const;
-  /// Of Step::memory.
+  /// What Step::memory reads.
   MemoryRead::Stretch stretch() const { return read_->Next(); }
   /// False: that is none.
   bool OnInterval(unsigned minutes);

@@ -33,7 +33,7 @@ struct ClockSettings {
   Duration delay{};  ///< of converters on the way, beyond the characters themselves
 };
 
-/// Of one line, shared by its relays.
+/// The clock messages of one line, shared by its relays.
 class ClockMessages {
  public:
   explicit ClockMessages(bool right = false) : right_(right) {}

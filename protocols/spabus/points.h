@@ -22,7 +22,7 @@ struct ReadPoint {
 };
 std::vector<ReadPoint> ReadablePoints(std::span<const config::Point> points);
 
-/// Of a point that can be written: its `write`, or its `read` where that is the same.
+/// The address by which a point is written: its `write`, or its `read` where that is the same.
 Result<Address> WriteAddress(const config::Point& point);
 
 /// Whether `read`, `write`, type and table fit together.

@@ -19,7 +19,8 @@ using config::Type;
 constexpr double kLargestExact = 9007199254740992.0;
 /// Longest text item that known masters write.
 constexpr std::size_t kLongestText = 131;
-/// Of a point that says nothing. What was divided by a scale is not exact in its last digits.
+/// The decimals of a point that does not say how many it has. What was divided by a scale is not
+/// exact in its last digits.
 constexpr std::size_t kMostDecimals = 9;
 constexpr std::size_t kScaledDecimals = 6;
 /// Relative, of limits that are no binary fractions.

@@ -47,7 +47,7 @@ struct Telegram {
   std::string identity{};  ///< the field with the name of the device
   Example example{};
 
-  /// Of a point that is written.
+  /// Where the value of a point that is written stands; null: nowhere.
   const Element* value_field() const { return send ? send->pattern.Find(kValue) : nullptr; }
   bool may_repeat() const { return reads || repeat; }
   /// Null: no answer has such a field.

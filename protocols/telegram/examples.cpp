@@ -134,7 +134,7 @@ class ExampleCheck {
   }
 
   std::string WhyNot(View bytes) const {
-    // Of several answers the one that fits furthest.
+    // If several answers are possible, the reason is that of the one that fits furthest.
     const Form* best = nullptr;
     Match furthest;
     for (const Form& form : telegram_.receive) {

@@ -115,7 +115,7 @@ class FaultFinder {
     CheckCalled(*telegram, *call);
   }
 
-  /// Of the telegram itself, and of those that go with it.
+  /// Checks the telegram itself and those that go with it.
   void CheckCalled(const Telegram& telegram, const Call& call) {
     Bound own;
     for (const auto& [name, text] : call.parameters) {

@@ -34,7 +34,7 @@ struct Format {
   bool lower = false;     ///< of hex
   bool little = false;    ///< binary, low byte first
 
-  /// Of characters, not of bytes.
+  /// It is written in characters, not in bytes.
   bool is_text() const { return kind < Kind::bytes; }
   bool is_binary() const { return kind > Kind::bytes; }
   bool is_text_number() const { return kind <= Kind::hex; }

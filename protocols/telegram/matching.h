@@ -44,10 +44,10 @@ struct Match {
     need_more,  ///< they may become one
     whole,
   } kind = Kind::none;
-  /// Of none: the fixed bytes at its front were there, so that it is a damaged one.
+  /// They are none, and yet the fixed bytes at its front were there: it is a damaged one.
   bool began = false;
-  bool bad_checksum = false;  ///< of none: all else was right
-  bool other = false;         ///< of whole: it names another device, or repeats what was not sent
+  bool bad_checksum = false;  ///< they are none, and all else was right
+  bool other = false;  ///< it is whole, and names another device or repeats what was not sent
   std::size_t size = 0;
   std::vector<View> parts{};  ///< by element; views of the bytes
 

@@ -31,7 +31,7 @@ struct Element {
   Format format{};
 
   bool is_field() const { return literal.empty(); }
-  /// Of which the size is known beforehand.
+  /// Its size is known beforehand.
   bool is_fixed() const { return !is_field() || format.is_fixed(); }
   std::size_t fixed_size() const { return is_field() ? format.width : literal.size(); }
 };
@@ -45,10 +45,10 @@ struct Pattern {
   std::size_t least_size() const;
   /// Nothing: that depends on what is said.
   std::optional<std::size_t> size() const;
-  /// Of telegrams whose fields are what they should be; the second is nothing where any number of
-  /// bytes may be there.
+  /// The least and the greatest size of telegrams whose fields are what they should be. The second
+  /// is nothing where any number of bytes may be there.
   std::pair<std::size_t, std::optional<std::size_t>> usual_sizes() const;
-  /// Of a field of text without a width: the fixed characters by which its end is found, and how
+  /// How the end of a text field without a width is found: by fixed characters, and by how
   /// many characters of other fields stand between. "{weight:decimal}{checksum:02X}\r": "\r",
   /// and 2.
   struct Anchor {

@@ -2,6 +2,7 @@
 #include "protocols/telegram/protocol.h"
 
 #include "protocols/common/settings.h"
+#include "protocols/telegram/ask_rule.h"
 #include "protocols/telegram/compile.h"
 #include "protocols/telegram/conversation.h"
 #include "protocols/telegram/expect.h"
@@ -44,7 +45,7 @@ const Protocol& TelegramProtocol() {
             return description && description->listens();
           },
       .weak_check = true,
-      .telegram = &kManualTelegrams,
+      .telegram = &kAskRule,
       .make_conversation = [](const config::Device& device, const ParsedOptions& options,
                               Bus*) -> std::unique_ptr<Conversation> {
         return std::make_unique<TelegramConversation>(device, options.As<Settings>());

@@ -26,6 +26,7 @@ TEST_P(Descriptor, IsWhole) {
   EXPECT_NE(protocol.expect, nullptr);
   EXPECT_NE(protocol.make_conversation, nullptr);
   EXPECT_NE(protocol.make_twin, nullptr);
+  EXPECT_EQ(protocol.parse == nullptr, protocol.options.empty()) << "who has options parses them";
   EXPECT_GE(protocol.serial.data_bits, protocol.data_bits);
   EXPECT_EQ(FindProtocol(protocol.name), &protocol);
 }

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "protocols/frame_rule.h"
+
 namespace baudgate {
 namespace {
 
@@ -47,6 +49,12 @@ config::Options SomeOptions() {
   return options;
 }
 
+Settings ReadSome(const config::Options& options) { return kTable.Read(options); }
+
+Expectation ExpectWidth(View request, const Settings& settings) {
+  return {.shapes = {}, .max_bytes = settings.width + request.size()};
+}
+
 TEST(SettingsTable, FillsEveryMemberFromItsOption) {
   const Settings settings = kTable.Read(SomeOptions());
   EXPECT_TRUE(settings.checksum);
@@ -72,6 +80,12 @@ TEST(SettingsTable, WhatAFunctionRefusesIsSaidByCheckAndLeftAsItWas) {
   EXPECT_EQ(kTable.Check(options).error(), "the password has four digits");
   EXPECT_EQ(kTable.Read(options).password, -1);
   EXPECT_EQ(kTable.Read(options).width, 9U);
+}
+
+TEST(SettingsTable, ParsedOptionsReachTheFunctionsOfTheProtocol) {
+  constexpr auto kParse = kParseWith<ReadSome>;
+  constexpr auto kExpect = kWithSettings<ExpectWidth>;
+  EXPECT_EQ(kExpect(Bytes{1, 2}, kParse(SomeOptions())).max_bytes, 9U + 2);
 }
 
 TEST(SettingsTable, ShowsItsRowsToTheConfiguration) {

@@ -1,4 +1,4 @@
-// Telegrams that a person sends: `baudgate ask`.
+// What `baudgate ask` needs to know of telegrams that a person sends.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -6,6 +6,6 @@
 
 namespace baudgate::protocols::telegram {
 
-extern const TelegramRule kManualTelegrams;
+extern const TelegramRule kAskRule;
 
 }  // namespace baudgate::protocols::telegram

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "protocols/telegram/manual_telegram.h"
+#include "protocols/telegram/ask_rule.h"
 
 #include "protocols/common/settings.h"
 #include "protocols/telegram/description.h"
@@ -21,7 +21,7 @@ bool IsRead(View request, const Settings& settings) {
 
 }  // namespace
 
-const TelegramRule kManualTelegrams = {.complete = kWithSettings<Complete>,
-                                       .is_read = kWithSettings<IsRead>};
+const TelegramRule kAskRule = {.complete = kWithSettings<Complete>,
+                               .is_read = kWithSettings<IsRead>};
 
 }  // namespace baudgate::protocols::telegram
