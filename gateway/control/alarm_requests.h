@@ -1,4 +1,4 @@
-// The requests `alarms` and `ack` of the control socket. Part of request_handler.h.
+// The requests `alarms` and `ack` of the control socket. Part of record_requests.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -12,56 +12,7 @@
 namespace baudgate::control {
 namespace {
 
-enum class Type : std::uint8_t { text, flag, whole, two_wholes };
-
-struct Member {
-  std::string_view command;
-  std::string_view name;
-  Type type = Type::text;
-};
-
-constexpr Member kMembers[] = {
-    {"status", "target"},
-    {"settings", "target"},
-    {"read", "target"},
-    {"write", "target"},
-    {"write", "value"},
-    {"write", "confirm", Type::flag},
-    {"ask", "target"},
-    {"ask", "telegram"},
-    {"ask", "write", Type::flag},
-    {"may_write", "target"},
-    {"may_write", "value"},
-    {"release", "target"},
-    {"release", "for_ms", Type::whole},
-    {"release", "tcp"},
-    {"release", "rfc2217", Type::flag},
-    {"release", "allow"},
-    {"take_back", "target"},
-    {"enable", "target"},
-    {"disable", "target"},
-    {"trace", "target"},
-    {"trace", "device"},
-    {"recorded", "target"},
-    {"recorded", "device"},
-    {"writes", "after", Type::whole},
-    {"writes", "since_ms", Type::whole},
-    {"writes", "order"},
-    {"events", "after", Type::whole},
-    {"events", "since_ms", Type::whole},
-    {"events", "target"},
-    {"alarms", "after", Type::whole},
-    {"history", "point"},
-    {"history", "after", Type::two_wholes},
-    {"history", "since_ms", Type::whole},
-    {"history", "until_ms", Type::whole},
-    {"history", "every_ms", Type::whole},
-    {"kept_points", "pattern"},
-    {"ack", "target"},
-    {"reload", "dry_run", Type::flag},
-    {"reload", "confirm_ms", Type::whole},
-    {"confirm", "command"},  // and nothing else
-};
+using Type = Member::Type;
 
 bool IsWhole(const Json& value) {
   constexpr auto kMost = static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max());
@@ -99,25 +50,19 @@ std::string Shown(const Json& value) {
 
 }  // namespace
 
-Status CheckShape(std::string_view command, const Json& request) {
-  std::vector<Member> members;
+Status CheckShape(const Command& command, const Json& request) {
   std::vector<std::string_view> names;
-  for (const Member& member : kMembers) {
-    if (member.command != command) continue;
-    members.push_back(member);
-    if (member.name != "command") names.push_back(member.name);
-  }
-  if (members.empty()) return {};
+  for (const Member& member : command.members) names.push_back(member.name);
   for (const auto& [name, value] : request.items()) {
     if (name == "command") continue;
-    const auto member = std::ranges::find(members, name, &Member::name);
-    if (member == members.end()) {
-      return Error{config::Quoted(name) + " is no member of " + config::Quoted(command) + ";" +
+    const auto member = std::ranges::find(command.members, name, &Member::name);
+    if (member == command.members.end()) {
+      return Error{config::Quoted(name) + " is no member of " + config::Quoted(command.name) + ";" +
                    config::DidYouMean(name, names) +
                    (names.empty() ? " it has none" : " there are: " + config::Join(names))};
     }
     if (Is(member->type, value)) continue;
-    return Error{config::Quoted(name) + " of " + config::Quoted(command) + " is " +
+    return Error{config::Quoted(name) + " of " + config::Quoted(command.name) + " is " +
                  std::string(Words(member->type)) + ", and not " + Shown(value)};
   }
   return {};

@@ -11,98 +11,15 @@ bool Fits(const std::string& text, std::size_t bound) {
   return text.size() <= bound && text.find('\0') == std::string::npos;
 }
 
-bool InBounds(const PointSample& s) {
-  return Fits(s.gateway, kMaxKey) && Fits(s.device, kMaxKey) && Fits(s.point, kMaxKey) &&
-         Fits(s.text, kMaxText) && Fits(s.unit, kMaxUnit);
-}
-
-bool InBounds(const DeviceSample& s) {
-  return Fits(s.gateway, kMaxKey) && Fits(s.device, kMaxKey) && Fits(s.line, kMaxKey);
-}
-
-bool InBounds(const GatewaySample& s) {
-  return Fits(s.gateway, kMaxKey) && Fits(s.version, kMaxVersion);
-}
-
-bool InBounds(const EventSample& s) {
-  return Fits(s.gateway, kMaxKey) && Fits(s.device, kMaxKey) && Fits(s.text, kMaxText);
-}
-
-bool InBounds(const AlarmSample& s) {
-  return Fits(s.gateway, kMaxKey) && Fits(s.line, kMaxKey) && Fits(s.device, kMaxKey) &&
-         Fits(s.name, kMaxAlarmName) && Fits(s.point, kMaxKey) && Fits(s.text, kMaxText) &&
-         Fits(s.acknowledged_by, kMaxKey);
-}
-
-bool InBounds(const RequestSample& s) {
-  return Fits(s.gateway, kMaxKey) && Fits(s.client, kMaxKey) && Fits(s.device, kMaxKey) &&
-         Fits(s.point, kMaxKey) && Fits(s.text, kMaxText);
-}
-
-bool InBounds(const ReplySample& s) {
-  return Fits(s.gateway, kMaxKey) && Fits(s.client, kMaxKey) && Fits(s.outcome, kMaxOutcome) &&
-         Fits(s.reason, kMaxReason);
-}
-
-// The order of baudgate.idl, for both directions.
-template <typename Sample, typename Op>
-requires std::is_same_v<std::remove_const_t<Sample>, PointSample>
-void ForEachField(Sample& s, Op op) {
-  op(s.gateway), op(s.device), op(s.point);
-  op(s.value), op(s.text), op(s.unit);
-  op(s.quality), op(s.source_time_ns), op(s.seq), op(s.rtt_us);
-}
-
-template <typename Sample, typename Op>
-requires std::is_same_v<std::remove_const_t<Sample>, DeviceSample>
-void ForEachField(Sample& s, Op op) {
-  op(s.gateway), op(s.device), op(s.line);
-  op(s.state), op(s.last_outcome), op(s.last_ok_time_ns);
-  op(s.exchanges), op(s.ok), op(s.no_reply), op(s.corrupt), op(s.retries);
-  op(s.rtt_mean_us), op(s.rtt_p99_us);
-}
-
-template <typename Sample, typename Op>
-requires std::is_same_v<std::remove_const_t<Sample>, GatewaySample>
-void ForEachField(Sample& s, Op op) { op(s.gateway), op(s.start_time_ns), op(s.version); }
-
-template <typename Sample, typename Op>
-requires std::is_same_v<std::remove_const_t<Sample>, EventSample>
-void ForEachField(Sample& s, Op op) {
-  op(s.gateway), op(s.device), op(s.seq);
-  op(s.device_time_ns), op(s.receive_time_ns);
-  op(s.clock_quality), op(s.channel), op(s.code), op(s.text);
-}
-
-template <typename Sample, typename Op>
-requires std::is_same_v<std::remove_const_t<Sample>, AlarmSample>
-void ForEachField(Sample& s, Op op) {
-  op(s.gateway), op(s.line), op(s.device), op(s.name);
-  op(s.point), op(s.state), op(s.priority), op(s.seq);
-  op(s.raised_time_ns), op(s.changed_time_ns), op(s.text), op(s.acknowledged_by);
-}
-
-template <typename Sample, typename Op>
-requires std::is_same_v<std::remove_const_t<Sample>, RequestSample>
-void ForEachField(Sample& s, Op op) {
-  op(s.gateway), op(s.client), op(s.seq);
-  op(s.device), op(s.point), op(s.value), op(s.text);
-  op(s.confirm), op(s.deadline_ms), op(s.not_after_ns);
-}
-
-template <typename Sample, typename Op>
-requires std::is_same_v<std::remove_const_t<Sample>, ReplySample>
-void ForEachField(Sample& s, Op op) {
-  op(s.gateway), op(s.client), op(s.seq);
-  op(s.outcome), op(s.reason), op(s.took_us);
-}
-
-// Representation identifier (CDR_BE 00 00, CDR_LE 00 01) and two bytes of options.
-constexpr std::size_t kEncapsulation = 4;
-
-/// A number stands at a multiple of its size, counted from the end of the encapsulation.
-std::size_t Aligned(std::size_t at, std::size_t size) {
-  return kEncapsulation + (at - kEncapsulation + size - 1) / size * size;
+template <typename Sample>
+bool InBounds(const Sample& sample) {
+  bool fits = true;
+  ForEachField<Sample>([&]<typename Value>(const Field<Sample, Value>& field) {
+    if constexpr (std::is_same_v<Value, std::string>) {
+      fits = fits && Fits(sample.*field.member, field.bound);
+    }
+  });
+  return fits;
 }
 
 class Writer {
@@ -139,7 +56,7 @@ class Writer {
 
 class Reader {
  public:
-  explicit Reader(View bytes) : bytes_(bytes), good_(bytes.size() >= kEncapsulation) {
+  explicit Reader(View bytes) : bytes_(bytes), good_(bytes.size() >= kCdrHead) {
     // What else there is (parameter lists) is not ours.
     good_ = good_ && bytes[0] == 0 && bytes[1] <= 1;
     little_ = good_ && bytes[1] == 1;
@@ -182,55 +99,41 @@ class Reader {
   void Fail() { good_ = false; }
 
   View bytes_;
-  std::size_t at_ = kEncapsulation;
+  std::size_t at_ = kCdrHead;
   bool good_ = false;
   bool little_ = false;
 };
 
+}  // namespace
+
 template <typename Sample>
-std::size_t EncodeAny(const Sample& sample, std::span<std::uint8_t> to) {
+std::size_t Encode(const Sample& sample, std::span<std::uint8_t> to) {
   if (!InBounds(sample)) return 0;
   Writer writer(to);
-  ForEachField(sample, [&writer](const auto& field) { writer.Put(field); });
+  ForEachField<Sample>([&](const auto& field) { writer.Put(sample.*field.member); });
   return writer.size();
 }
 
 template <typename Sample>
-bool DecodeAny(View bytes, Sample& sample) {
+bool Decode(View bytes, Sample& sample) {
   Reader reader(bytes);
-  ForEachField(sample, [&reader](auto& field) { reader.Get(field); });
+  ForEachField<Sample>([&](const auto& field) { reader.Get(sample.*field.member); });
   return reader.good() && InBounds(sample);
 }
 
-}  // namespace
-
-std::size_t Encode(const PointSample& sample, std::span<std::uint8_t> to) {
-  return EncodeAny(sample, to);
-}
-std::size_t Encode(const DeviceSample& sample, std::span<std::uint8_t> to) {
-  return EncodeAny(sample, to);
-}
-std::size_t Encode(const GatewaySample& sample, std::span<std::uint8_t> to) {
-  return EncodeAny(sample, to);
-}
-std::size_t Encode(const EventSample& sample, std::span<std::uint8_t> to) {
-  return EncodeAny(sample, to);
-}
-std::size_t Encode(const AlarmSample& sample, std::span<std::uint8_t> to) {
-  return EncodeAny(sample, to);
-}
-std::size_t Encode(const RequestSample& sample, std::span<std::uint8_t> to) {
-  return EncodeAny(sample, to);
-}
-std::size_t Encode(const ReplySample& sample, std::span<std::uint8_t> to) {
-  return EncodeAny(sample, to);
-}
-bool Decode(View bytes, PointSample& sample) { return DecodeAny(bytes, sample); }
-bool Decode(View bytes, DeviceSample& sample) { return DecodeAny(bytes, sample); }
-bool Decode(View bytes, GatewaySample& sample) { return DecodeAny(bytes, sample); }
-bool Decode(View bytes, EventSample& sample) { return DecodeAny(bytes, sample); }
-bool Decode(View bytes, AlarmSample& sample) { return DecodeAny(bytes, sample); }
-bool Decode(View bytes, RequestSample& sample) { return DecodeAny(bytes, sample); }
-bool Decode(View bytes, ReplySample& sample) { return DecodeAny(bytes, sample); }
+template std::size_t Encode(const PointSample& sample, std::span<std::uint8_t> to);
+template std::size_t Encode(const DeviceSample& sample, std::span<std::uint8_t> to);
+template std::size_t Encode(const GatewaySample& sample, std::span<std::uint8_t> to);
+template std::size_t Encode(const EventSample& sample, std::span<std::uint8_t> to);
+template std::size_t Encode(const AlarmSample& sample, std::span<std::uint8_t> to);
+template std::size_t Encode(const RequestSample& sample, std::span<std::uint8_t> to);
+template std::size_t Encode(const ReplySample& sample, std::span<std::uint8_t> to);
+template bool Decode(View bytes, PointSample& sample);
+template bool Decode(View bytes, DeviceSample& sample);
+template bool Decode(View bytes, GatewaySample& sample);
+template bool Decode(View bytes, EventSample& sample);
+template bool Decode(View bytes, AlarmSample& sample);
+template bool Decode(View bytes, RequestSample& sample);
+template bool Decode(View bytes, ReplySample& sample);
 
 }  // namespace baudgate::dds

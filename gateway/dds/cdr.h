@@ -8,37 +8,42 @@
 #include <span>
 
 #include "gateway/base/bytes.h"
-#include "gateway/dds/samples.h"
+#include "gateway/dds/type_fields.h"
 
 namespace baudgate::dds {
 
-/// No encoded sample is longer: encapsulation, fields at their bounds, and all padding.
-inline constexpr std::size_t kPointSampleMaxBytes = 4 + 424;
-inline constexpr std::size_t kDeviceSampleMaxBytes = 4 + 264;
-inline constexpr std::size_t kGatewaySampleMaxBytes = 4 + 120;
-inline constexpr std::size_t kEventSampleMaxBytes = 4 + 309;
-inline constexpr std::size_t kAlarmSampleMaxBytes = 4 + 661;
-inline constexpr std::size_t kRequestSampleMaxBytes = 4 + 456;
-inline constexpr std::size_t kReplySampleMaxBytes = 4 + 444;
+/// Representation identifier (CDR_BE 00 00, CDR_LE 00 01) and two bytes of options.
+inline constexpr std::size_t kCdrHead = 4;
 
-/// Writes little-endian CDR with its encapsulation header; returns the bytes used, or 0 when a text
-/// is beyond its bound or `to` is too small.
-std::size_t Encode(const PointSample& sample, std::span<std::uint8_t> to);
-std::size_t Encode(const DeviceSample& sample, std::span<std::uint8_t> to);
-std::size_t Encode(const GatewaySample& sample, std::span<std::uint8_t> to);
-std::size_t Encode(const EventSample& sample, std::span<std::uint8_t> to);
-std::size_t Encode(const AlarmSample& sample, std::span<std::uint8_t> to);
-std::size_t Encode(const RequestSample& sample, std::span<std::uint8_t> to);
-std::size_t Encode(const ReplySample& sample, std::span<std::uint8_t> to);
+/// A number stands at a multiple of its size, counted from the end of the encapsulation.
+constexpr std::size_t Aligned(std::size_t at, std::size_t size) {
+  return kCdrHead + (at - kCdrHead + size - 1) / size * size;
+}
 
-/// Reads either byte order. False on anything but a whole sample within its bounds; never throws,
-/// whatever the bytes. `sample` is then unspecified.
-bool Decode(View bytes, PointSample& sample);
-bool Decode(View bytes, DeviceSample& sample);
-bool Decode(View bytes, GatewaySample& sample);
-bool Decode(View bytes, EventSample& sample);
-bool Decode(View bytes, AlarmSample& sample);
-bool Decode(View bytes, RequestSample& sample);
-bool Decode(View bytes, ReplySample& sample);
+/// The end of a sample whose texts are as long as their bounds: no sample is longer.
+template <typename Sample>
+constexpr std::size_t LongestSample() {
+  std::size_t at = kCdrHead;
+  ForEachField<Sample>([&at]<typename Value>(const Field<Sample, Value>& field) {
+    if constexpr (std::is_same_v<Value, std::string>) {
+      at = Aligned(at, sizeof(std::uint32_t)) + sizeof(std::uint32_t) + field.bound + 1;
+    } else {
+      at = Aligned(at, sizeof(Value)) + sizeof(Value);
+    }
+  });
+  return at;
+}
+template <typename Sample>
+inline constexpr std::size_t kMaxBytes = LongestSample<Sample>();
+
+/// Of the samples in type_fields.h. Writes little-endian CDR with its encapsulation header; returns
+/// the bytes used, or 0 when a text is beyond its bound or `to` is too small.
+template <typename Sample>
+std::size_t Encode(const Sample& sample, std::span<std::uint8_t> to);
+
+/// Of the samples in type_fields.h. Reads either byte order. False on anything but a whole sample
+/// within its bounds; never throws, whatever the bytes. `sample` is then unspecified.
+template <typename Sample>
+bool Decode(View bytes, Sample& sample);
 
 }  // namespace baudgate::dds

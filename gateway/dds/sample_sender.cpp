@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "gateway/base/version.h"
+#include "gateway/dds/fill_samples.h"
 
 namespace baudgate::dds {
 namespace {
@@ -50,10 +51,6 @@ std::vector<double> Deadbands(const PointStore& store) {
     }
   }
   return deadbands;
-}
-
-std::uint32_t Microseconds(Duration duration) {
-  return static_cast<std::uint32_t>(std::clamp<std::int64_t>(duration / 1us, 0, UINT32_MAX));
 }
 
 }  // namespace
@@ -253,7 +250,8 @@ void SampleSender::StageNextDevice(Instant now) {
       Staged& staged = round_.staged[round_.staged_count++];
       staged.slot = slot;
       staged.state = state;
-      FillPoint(record, ref.point, staged);
+      staged.sample.gateway = config_.name;
+      FillPoint(record, ref.point, state, staged.sample);
     }
   };
   store_.Read(device, std::cref(stage));
@@ -287,23 +285,6 @@ void SampleSender::Unstage() {
   round_.staged_count = round_.next_staged = 0;
 }
 
-void SampleSender::FillPoint(const DeviceRecord& record, std::uint32_t point,
-                             Staged& staged) const {
-  const PointRecord& held = record.points[point];
-  const config::Point& described = record.device->points[point];
-  PointSample& sample = staged.sample;
-  sample.gateway = config_.name;
-  sample.device = record.device->name;
-  sample.point = described.name;
-  sample.value = staged.state.number;
-  AssignBounded(sample.text, TextOf(held.value), kMaxText);
-  AssignBounded(sample.unit, described.unit, kMaxUnit);
-  sample.quality = staged.state.quality.word();
-  sample.source_time_ns = held.read_at ? held.source_time.time_since_epoch().count() : 0;
-  sample.seq = held.seq;
-  sample.rtt_us = held.rtt_us;
-}
-
 /// False: the pace or the writer does not allow it now.
 bool SampleSender::SendDevice(std::uint32_t device, Instant now) {
   DeviceState state{};
@@ -315,7 +296,9 @@ bool SampleSender::SendDevice(std::uint32_t device, Instant now) {
   const auto look = [&, this](const DeviceRecord& record) {
     state = record.status.state;
     wanted = plan_.WantsDevice(device, state, now);
-    if (wanted) FillDevice(record);
+    if (!wanted) return;
+    device_sample_.gateway = config_.name;
+    FillDevice(record, device_sample_);
   };
   store_.Read(device, std::cref(look));
   if (!wanted) return true;
@@ -329,25 +312,6 @@ bool SampleSender::SendDevice(std::uint32_t device, Instant now) {
   }
   Count(sent, "device ", device_sample_.device);
   return true;
-}
-
-void SampleSender::FillDevice(const DeviceRecord& record) {
-  const DeviceStatus& status = record.status;
-  DeviceSample& sample = device_sample_;
-  sample.gateway = config_.name;
-  sample.device = record.device->name;
-  sample.line = record.line->name;
-  sample.state = static_cast<std::uint16_t>(status.state);
-  sample.last_outcome = static_cast<std::uint16_t>(status.last_outcome);
-  sample.last_ok_time_ns = status.last_ok ? status.last_ok_wall.time_since_epoch().count() : 0;
-  sample.exchanges = status.exchanges;
-  sample.ok = status.Count(Outcome::ok);
-  sample.no_reply = status.Count(Outcome::no_reply);
-  sample.corrupt = status.Count(Outcome::corrupt);
-  sample.retries = status.retries;
-  const bool measured = status.round_trips.count() > 0;
-  sample.rtt_mean_us = measured ? Microseconds(status.round_trips.mean()) : 0;
-  sample.rtt_p99_us = measured ? Microseconds(status.round_trips.Percentile(0.99)) : 0;
 }
 
 std::optional<Instant> SampleSender::End(Instant now) {
@@ -380,13 +344,14 @@ std::optional<Instant> SampleSender::EndOf(Sender& sender, Instant now) {
 
 /// Its last value, which nobody reads any more.
 Sent SampleSender::EndPoint(PointRef ref) {
-  Staged last;
-  const auto look = [&, this](const DeviceRecord& record) {
-    last.state = PointState::Of(record.points[ref.point].value, Quality::bad_not_connected);
-    FillPoint(record, ref.point, last);
+  PointSample last;
+  last.gateway = config_.name;
+  const auto look = [&](const DeviceRecord& record) {
+    const Value& value = record.points[ref.point].value;
+    FillPoint(record, ref.point, PointState::Of(value, Quality::bad_not_connected), last);
   };
   store_.Read(ref.device, std::cref(look));
-  return writer_.Write(last.sample);
+  return writer_.Write(last);
 }
 
 void SampleSender::Count(Sent sent, std::string_view whose, const std::string& name) {

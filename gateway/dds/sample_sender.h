@@ -117,8 +117,6 @@ class SampleSender {
   bool SendStaged(Instant now);
   void Unstage();
   bool SendDevice(std::uint32_t device, Instant now);
-  void FillPoint(const DeviceRecord& record, std::uint32_t point, Staged& staged) const;
-  void FillDevice(const DeviceRecord& record);
   Sent EndPoint(PointRef ref);
   void Count(Sent sent, std::string_view whose, const std::string& name);
   PointRef RefOf(std::uint32_t slot) const;

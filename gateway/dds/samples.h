@@ -1,5 +1,5 @@
 // The samples of the DDS contract (baudgate.idl) as plain structs, with the bounds of their texts.
-// Filled by gateway/dds/sample_sender.cpp from the point store, and by gateway/dds/cdr.cpp from the
+// Filled by gateway/dds/fill_samples.cpp from the point store, and by gateway/dds/cdr.cpp from the
 // wire.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once

@@ -8,7 +8,6 @@
 #include "protocols/telegram/expect.h"
 #include "protocols/telegram/faults.h"
 #include "protocols/telegram/frame_rule.h"
-#include "protocols/telegram/manual_telegram.h"
 #include "protocols/telegram/points.h"
 #include "protocols/telegram/settings.h"
 #include "protocols/telegram/twin.h"

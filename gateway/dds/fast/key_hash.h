@@ -5,18 +5,14 @@
 #include <array>
 #include <cstdint>
 
-#include "gateway/dds/samples.h"
+#include "gateway/dds/type_fields.h"
 
 namespace baudgate::dds {
 
 /// RTPS 9.6.3.8: MD5 of the key fields in big-endian CDR, as the key may be longer than 16 bytes.
 using KeyHash = std::array<std::uint8_t, 16>;
-KeyHash HashKey(const PointSample& sample);
-KeyHash HashKey(const DeviceSample& sample);
-KeyHash HashKey(const GatewaySample& sample);
-KeyHash HashKey(const EventSample& sample);
-KeyHash HashKey(const AlarmSample& sample);
-KeyHash HashKey(const RequestSample& sample);
-KeyHash HashKey(const ReplySample& sample);
+/// Of the samples in gateway/dds/type_fields.h.
+template <typename Sample>
+KeyHash HashKey(const Sample& sample);
 
 }  // namespace baudgate::dds

@@ -17,14 +17,14 @@ using eprosima::fastrtps::rtps::SerializedPayload_t;
 
 // Not what fastddsgen makes: its code cuts long texts silently and ends the process of a subscriber
 // on one sample with an unknown encapsulation.
-template <typename Sample, std::size_t kMaxBytes>
+template <typename Sample>
 class SampleType : public TopicDataType {
  public:
-  SampleType(const char* name, const TypeDescription& description) {
-    setName(name);
-    m_typeSize = static_cast<std::uint32_t>(kMaxBytes);
+  SampleType() {
+    setName(("baudgate::v1::" + std::string(kTypeOf<Sample>.name)).c_str());
+    m_typeSize = static_cast<std::uint32_t>(kMaxBytes<Sample>);
     m_isGetKeyDefined = true;
-    DescribeType(description);
+    DescribeType(kTypeOf<Sample>);
     auto_fill_type_information(false);
     auto_fill_type_object(true);
   }
@@ -46,7 +46,7 @@ class SampleType : public TopicDataType {
   }
 
   std::function<std::uint32_t()> getSerializedSizeProvider(void*) override {
-    return [] { return static_cast<std::uint32_t>(kMaxBytes); };
+    return [] { return static_cast<std::uint32_t>(kMaxBytes<Sample>); };
   }
 
   void* createData() override { return new Sample; }
@@ -61,35 +61,18 @@ class SampleType : public TopicDataType {
 
 }  // namespace
 
-TopicDataType* NewPointType() {
-  return new SampleType<PointSample, kPointSampleMaxBytes>("baudgate::v1::PointSample", kPointType);
-}
+TopicDataType* NewPointType() { return new SampleType<PointSample>(); }
 
-TopicDataType* NewDeviceType() {
-  return new SampleType<DeviceSample, kDeviceSampleMaxBytes>("baudgate::v1::DeviceStatus",
-                                                             kDeviceType);
-}
+TopicDataType* NewDeviceType() { return new SampleType<DeviceSample>(); }
 
-TopicDataType* NewGatewayType() {
-  return new SampleType<GatewaySample, kGatewaySampleMaxBytes>("baudgate::v1::GatewayStatus",
-                                                               kGatewayType);
-}
+TopicDataType* NewGatewayType() { return new SampleType<GatewaySample>(); }
 
-TopicDataType* NewEventType() {
-  return new SampleType<EventSample, kEventSampleMaxBytes>("baudgate::v1::DeviceEvent", kEventType);
-}
+TopicDataType* NewEventType() { return new SampleType<EventSample>(); }
 
-TopicDataType* NewAlarmType() {
-  return new SampleType<AlarmSample, kAlarmSampleMaxBytes>("baudgate::v1::AlarmState", kAlarmType);
-}
+TopicDataType* NewAlarmType() { return new SampleType<AlarmSample>(); }
 
-TopicDataType* NewRequestType() {
-  return new SampleType<RequestSample, kRequestSampleMaxBytes>("baudgate::v1::WriteRequest",
-                                                               kRequestType);
-}
+TopicDataType* NewRequestType() { return new SampleType<RequestSample>(); }
 
-TopicDataType* NewReplyType() {
-  return new SampleType<ReplySample, kReplySampleMaxBytes>("baudgate::v1::WriteReply", kReplyType);
-}
+TopicDataType* NewReplyType() { return new SampleType<ReplySample>(); }
 
 }  // namespace baudgate::dds

@@ -30,7 +30,7 @@ static_assert(kLinkHeaderBytes + 1 + kMaxKey + 6 + kMostInterfaces * (1 + kMaxAd
                   (config::kMostDiscoveryServers + 1 + Neighbours::kMostReached) * (3 + kMaxIpv4) +
                   16 + 1 + kSecurityFiles * (1 + kMaxPath) <=
               kMaxLinkMessage);
-static_assert(kLinkHeaderBytes + kPointSampleMaxBytes <= kMaxLinkMessage);
+static_assert(kLinkHeaderBytes + kMaxBytes<PointSample> <= kMaxLinkMessage);
 static_assert(kLinkHeaderBytes + 64 + kRefusals * 8 + Neighbours::kMostReached * (3 + kMaxIpv4) +
                   Neighbours::kMostRemarks * (1 + kMaxRemark) <=
               kMaxLinkMessage);
@@ -237,7 +237,7 @@ Bytes EncodeRequest(const WriteArrival& arrival) {
   Append(body, arrival.writer.entity);
   Put(body, static_cast<std::uint64_t>(arrival.received.time_since_epoch().count()));
   body.push_back(arrival.lasting ? 1 : 0);
-  body.resize(kArrivalBytes + kRequestSampleMaxBytes);
+  body.resize(kArrivalBytes + kMaxBytes<RequestSample>);
   const std::size_t size = Encode(arrival.request, std::span(body).subspan(kArrivalBytes));
   if (size == 0) return {};
   body.resize(kArrivalBytes + size);

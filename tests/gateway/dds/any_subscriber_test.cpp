@@ -72,7 +72,7 @@ TEST(AnySubscriberTest, DecodesWhatIsAnnounced) {
   Set(store, 0, 1, 2.5);
   const AnySample point = collected.WaitFor(kPointTopic, "value", "2.5");
   EXPECT_EQ(point.type, "baudgate::v1::PointSample");
-  ASSERT_EQ(NamesOf(point), NamesOf(kPointType));
+  ASSERT_EQ(NamesOf(point), NamesOf(kTypeOf<PointSample>));
   EXPECT_EQ(point.fields[0].text, "substation-7");
   EXPECT_EQ(point.fields[0].form, AnyField::Form::text);
   EXPECT_EQ(point.fields[2].text, "p1");
@@ -80,9 +80,9 @@ TEST(AnySubscriberTest, DecodesWhatIsAnnounced) {
   EXPECT_EQ(point.fields[6].form, AnyField::Form::number);
   EXPECT_EQ(point.fields[8].text, "1");
   const AnySample device = collected.WaitFor(kDeviceTopic, "device", "feeder-0");
-  EXPECT_EQ(NamesOf(device), NamesOf(kDeviceType));
+  EXPECT_EQ(NamesOf(device), NamesOf(kTypeOf<DeviceSample>));
   const AnySample gateway = collected.WaitFor(kGatewayTopic, "gateway", "substation-7");
-  EXPECT_EQ(NamesOf(gateway), NamesOf(kGatewayType));
+  EXPECT_EQ(NamesOf(gateway), NamesOf(kTypeOf<GatewaySample>));
 }
 
 TEST(AnySubscriberTest, ALateOneGetsTheLatestOfAll) {
@@ -95,7 +95,7 @@ TEST(AnySubscriberTest, ALateOneGetsTheLatestOfAll) {
       AnySubscriber::Create(TestSubscriber().participant, collected.Callbacks());
   ASSERT_TRUE(subscriber.ok()) << subscriber.error();
   const AnySample point = collected.WaitFor(kPointTopic, "text", "tripped");
-  ASSERT_EQ(NamesOf(point), NamesOf(kPointType));
+  ASSERT_EQ(NamesOf(point), NamesOf(kTypeOf<PointSample>));
   EXPECT_EQ(point.fields[3].text, "nan");
   EXPECT_EQ(point.fields[3].form, AnyField::Form::none) << "JSON has no such number";
 }

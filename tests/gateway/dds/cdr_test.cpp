@@ -221,7 +221,7 @@ TEST(Cdr, EventsOfTheContract) {
   EventSample full = AnEvent();
   full.gateway = full.device = std::string(kMaxKey, 'k');
   full.text = std::string(kMaxText, 't');
-  EXPECT_EQ(Encoded(full).size(), kEventSampleMaxBytes);
+  EXPECT_EQ(Encoded(full).size(), kMaxBytes<EventSample>);
   full.text += 't';
   EXPECT_TRUE(Encoded(full).empty());
 }
@@ -243,7 +243,7 @@ TEST(Cdr, AlarmsOfTheContract) {
   full.name = std::string(kMaxAlarmName, 'n');
   full.text = std::string(kMaxText, 't');
   Bytes room(1024);
-  EXPECT_EQ(Encode(full, room), kAlarmSampleMaxBytes);
+  EXPECT_EQ(Encode(full, room), kMaxBytes<AlarmSample>);
   full.name += 'n';
   EXPECT_EQ(Encode(full, room), 0U);
 }
@@ -296,7 +296,7 @@ TEST(Cdr, FullTextsFitTheDeclaredSize) {
     sample.unit = std::string(kMaxUnit, 'u');
     const Bytes bytes = Encoded(sample);
     ASSERT_FALSE(bytes.empty());
-    EXPECT_LE(bytes.size(), kPointSampleMaxBytes);
+    EXPECT_LE(bytes.size(), kMaxBytes<PointSample>);
     PointSample back;
     ASSERT_TRUE(Decode(bytes, back));
     EXPECT_EQ(back, sample);
@@ -305,23 +305,23 @@ TEST(Cdr, FullTextsFitTheDeclaredSize) {
   status.gateway = status.device = status.line = std::string(kMaxKey, 'k');
   const Bytes bytes = Encoded(status);
   ASSERT_FALSE(bytes.empty());
-  EXPECT_LE(bytes.size(), kDeviceSampleMaxBytes);
+  EXPECT_LE(bytes.size(), kMaxBytes<DeviceSample>);
   const GatewaySample gateway{std::string(kMaxKey, 'k'), 1, std::string(kMaxVersion, 'v')};
   const Bytes gateway_bytes = Encoded(gateway);
   ASSERT_FALSE(gateway_bytes.empty());
-  EXPECT_LE(gateway_bytes.size(), kGatewaySampleMaxBytes);
+  EXPECT_LE(gateway_bytes.size(), kMaxBytes<GatewaySample>);
 }
 
 TEST(Cdr, FullRequestsAndRepliesFitTheDeclaredSize) {
   RequestSample request = ARequest();
   request.gateway = request.client = request.device = request.point = std::string(kMaxKey, 'k');
   request.text = std::string(kMaxText, 't');
-  EXPECT_EQ(Encoded(request).size(), kRequestSampleMaxBytes);
+  EXPECT_EQ(Encoded(request).size(), kMaxBytes<RequestSample>);
   ReplySample reply = AReply();
   reply.gateway = reply.client = std::string(kMaxKey, 'k');
   reply.outcome = std::string(kMaxOutcome, 'o');
   reply.reason = std::string(kMaxReason, 'r');
-  EXPECT_EQ(Encoded(reply).size(), kReplySampleMaxBytes);
+  EXPECT_EQ(Encoded(reply).size(), kMaxBytes<ReplySample>);
   reply.reason += 'r';
   EXPECT_TRUE(Encoded(reply).empty());
   request.client += 'k';

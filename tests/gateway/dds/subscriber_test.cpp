@@ -25,7 +25,7 @@ PointSample Named(std::string point, std::uint64_t seq) {
 }
 
 Bytes Encoded(const PointSample& sample) {
-  Bytes bytes(kPointSampleMaxBytes);
+  Bytes bytes(kMaxBytes<PointSample>);
   bytes.resize(Encode(sample, bytes));
   return bytes;
 }

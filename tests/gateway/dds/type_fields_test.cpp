@@ -98,17 +98,17 @@ TEST(TypeFields, AreThoseOfTheIdl) {
   ASSERT_EQ(idl.count("PointSample"), 1U);
   ASSERT_EQ(idl.count("DeviceStatus"), 1U);
   ASSERT_EQ(idl.count("GatewayStatus"), 1U);
-  EXPECT_EQ(Announced(kPointType), idl.at("PointSample"));
-  EXPECT_EQ(Announced(kDeviceType), idl.at("DeviceStatus"));
-  EXPECT_EQ(Announced(kGatewayType), idl.at("GatewayStatus"));
+  EXPECT_EQ(Announced(kTypeOf<PointSample>), idl.at("PointSample"));
+  EXPECT_EQ(Announced(kTypeOf<DeviceSample>), idl.at("DeviceStatus"));
+  EXPECT_EQ(Announced(kTypeOf<GatewaySample>), idl.at("GatewayStatus"));
   ASSERT_EQ(idl.count("DeviceEvent"), 1U);
-  EXPECT_EQ(Announced(kEventType), idl.at("DeviceEvent"));
+  EXPECT_EQ(Announced(kTypeOf<EventSample>), idl.at("DeviceEvent"));
   ASSERT_EQ(idl.count("AlarmState"), 1U);
-  EXPECT_EQ(Announced(kAlarmType), idl.at("AlarmState"));
+  EXPECT_EQ(Announced(kTypeOf<AlarmSample>), idl.at("AlarmState"));
   ASSERT_EQ(idl.count("WriteRequest"), 1U);
   ASSERT_EQ(idl.count("WriteReply"), 1U);
-  EXPECT_EQ(Announced(kRequestType), idl.at("WriteRequest"));
-  EXPECT_EQ(Announced(kReplyType), idl.at("WriteReply"));
+  EXPECT_EQ(Announced(kTypeOf<RequestSample>), idl.at("WriteRequest"));
+  EXPECT_EQ(Announced(kTypeOf<ReplySample>), idl.at("WriteReply"));
 }
 
 TEST(TypeFields, TheXmlSaysWhatTheIdlSays) { EXPECT_EQ(OfXml(), OfIdl()); }

@@ -92,7 +92,7 @@ TEST(WriteTopics, DamagedRequestsAreLeftOut) {
   RawWriter stranger(kRequestTopic, "baudgate::v1::WriteRequest");
   WriteClient client;
   ASSERT_TRUE(Eventually([&] { return client.matched(); }));
-  Bytes good(kRequestSampleMaxBytes);
+  Bytes good(kMaxBytes<RequestSample>);
   good.resize(Encode(Request(9), good));
   // Until the stranger is connected as well: its whole request is one, too.
   ASSERT_TRUE(Eventually([&] {

@@ -1,0 +1,28 @@
+// Requests about lines and their devices: `status`, `settings`, `release`, `take_back`, `enable`,
+// `disable`, `trace` and `recorded`.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "gateway/control/request.h"
+
+namespace baudgate::control {
+
+/// The longest time that a port is lent; longer needs a second call.
+inline constexpr Duration kMostRelease = 24h;
+
+Reply ShowStatus(Gateway& gateway, const Request& request);
+Reply ShowSettings(Gateway& gateway, const Request& request);
+/// The port of a line is lent: to whoever opens it, or to clients of a TCP port.
+Reply Release(Gateway& gateway, const Request& request);
+Reply TakeBack(Gateway& gateway, const Request& request);
+Reply Enable(Gateway& gateway, const Request& request);
+Reply Disable(Gateway& gateway, const Request& request);
+Reply Trace(Gateway& gateway, const Request& request);
+/// What the flight recorder of a line holds.
+Reply ShowRecorded(Gateway& gateway, const Request& request);
+
+/// {"record":"…"}: a record of a trace as it travels.
+std::string RecordLine(const TraceRecord& record);
+bool Wanted(const TraceWish& wish, const TraceRecord& record);
+
+}  // namespace baudgate::control

@@ -1,0 +1,62 @@
+// One request of the control socket: what it is answered from, and its answer.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "gateway/control/point_requests.h"
+#include "gateway/control/reload_requests.h"
+#include "gateway/control/request_text.h"
+#include "gateway/requests/line_control.h"
+#include "gateway/status/status_json.h"
+
+namespace baudgate::control {
+
+/// After its answer a trace goes on with the records of this line, until the client leaves.
+struct TraceWish {
+  std::uint32_t line = 0;
+  std::string device;  ///< only its records, and those that concern no device; empty: all
+};
+
+struct Reply {
+  std::string text;  ///< one line of JSON without its end; empty: it comes later
+  std::optional<TraceWish> trace{};
+};
+
+/// What requests are about. All outlive the requests.
+struct Gateway {
+  const config::Config* config;  ///< another one after a reload
+  const PointStore& store;
+  LineControl& control;
+  CommandSink& sink;
+  GatewayInfo info;
+  PointRequests points;
+  ReloadService* reload = nullptr;  ///< null: nothing is reloaded
+};
+
+struct Request {
+  const Json& json;
+  const Writer& client;
+  Now now;
+  /// Takes an answer that does not come at once, on any thread.
+  std::function<void(const Json&)> later;
+};
+
+/// Bytes of a device may stand in a reason: what is no UTF-8 is replaced.
+inline std::string OneLine(const Json& json) {
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+/// {"error":"usage","message":"…"}; the kinds are usage, unknown, busy and unavailable.
+inline std::string ErrorLine(std::string_view kind, std::string_view message) {
+  return OneLine(ErrorJson(kind, message));
+}
+
+inline Reply Refused(std::string_view kind, std::string_view message) {
+  return {ErrorLine(kind, message)};
+}
+
+}  // namespace baudgate::control
