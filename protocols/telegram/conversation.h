@@ -39,6 +39,7 @@ class TelegramConversation final : public Conversation {
   const Telegram& TelegramOf(std::size_t number) const { return description_->telegrams[number]; }
   Result<Request> AskProbe();
   Result<Request> AskStep();
+  Result<Bytes> BytesOf(std::size_t telegram) const;
   Status Begin(const Task& task);
   Answer AfterStep(const Task& task, Answer answer);
   Answer AfterIdentity(const Reply& reply);

@@ -4,6 +4,7 @@
 #include "protocols/telegram/by_hand.h"
 #include "protocols/telegram/compile.h"
 #include "protocols/telegram/conversation.h"
+#include "protocols/telegram/doubts.h"
 #include "protocols/telegram/expect.h"
 #include "protocols/telegram/faults.h"
 #include "protocols/telegram/frame_rule.h"
