@@ -8,9 +8,9 @@
 namespace baudgate::config {
 namespace {
 
-/// "device 'feeder-1'", or "device" where it has no usable name.
+/// "device 'feeder-1'", or what stands for all devices of a profile.
 std::string Called(const Device& device) {
-  return device.name.empty() ? "device" : "device '" + device.name + "'";
+  return device.name.empty() ? "a device of this type" : "device '" + device.name + "'";
 }
 
 /// `unasked`: it is not polled.
@@ -54,8 +54,11 @@ void CheckDoubts(const Device& device, const Protocol& protocol, const Keys& key
 
 void CheckFaults(const Device& device, const Protocol& protocol, Problems& problems) {
   if (protocol.faults == nullptr) return;
+  // What the device as a whole lacks may only not have been read.
+  const bool known = !problems.has_error();
   for (const Doubt& fault : protocol.faults(device)) {
     if (fault.point >= device.points.size()) {
+      if (!known) continue;
       problems.Error(device.mark, Called(device) + " " + fault.text);
       continue;
     }

@@ -4,6 +4,7 @@
 #include <zlib.h>
 
 #include <array>
+#include <numeric>
 
 #include "gateway/base/checksum.h"
 
@@ -21,8 +22,12 @@ std::uint32_t Ccitt(View bytes, std::uint16_t start) {
   return crc;
 }
 
-constexpr std::array<ChecksumKind, 7> kKinds = {
+constexpr std::array<ChecksumKind, 8> kKinds = {
     {{"sum8", 1, [](View bytes) -> std::uint32_t { return Sum8(bytes); }},
+     {"sum16", 2,
+      [](View bytes) {
+        return std::accumulate(bytes.begin(), bytes.end(), std::uint32_t{0}) & 0xFFFFU;
+      }},
      {"xor8", 1, [](View bytes) -> std::uint32_t { return Xor8(bytes); }},
      {"lrc", 1, [](View bytes) { return (0x100U - Sum8(bytes)) & 0xFFU; }},
      {"crc16_modbus", 2, [](View bytes) -> std::uint32_t { return Crc16(bytes); }},

@@ -38,6 +38,10 @@ const Meaning* FindCode(const Codes& codes, const Format& format, View bytes, co
     }
     if (format.is_binary()) return nullptr;
   }
+  if (format.kind == Format::Kind::byte) {
+    const auto found = codes.find(ByteText(bytes));
+    return found == codes.end() ? nullptr : found->second;
+  }
   const std::string_view text = AsText(bytes);
   const auto found = codes.find(format.kind == Format::Kind::character ? text : Trim(text));
   return found == codes.end() ? nullptr : found->second;

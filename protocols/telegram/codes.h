@@ -24,7 +24,7 @@ struct Meaning {
 /// good, uncertain, busy, over, under, open, disabled, not_ready, fault, bad.
 std::span<const Meaning> Meanings();
 
-/// By what stands in the field, without the blanks around it.
+/// By what stands in the field, without the blanks around it; of a byte, by "0x1A".
 using Codes = std::map<std::string, const Meaning*, std::less<>>;
 
 /// Null: the field has none of them. Codes of bytes and of scientific numbers are compared as

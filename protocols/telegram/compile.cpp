@@ -2,12 +2,14 @@
 #include "protocols/telegram/compile.h"
 
 #include <algorithm>
+#include <array>
 #include <map>
 
 #include "gateway/base/spelling.h"
 #include "gateway/base/text.h"
 #include "protocols/conversation.h"
 #include "protocols/telegram/examples.h"
+#include "protocols/telegram/field.h"
 #include "protocols/telegram/forms.h"
 
 namespace baudgate::protocols::telegram {
@@ -66,6 +68,29 @@ std::string HintOf(std::string_view name, const std::vector<std::string>& known)
          " its fields: " + (views.empty() ? std::string("none") : config::Join(views));
 }
 
+/// "0x1A" of "0x1a" and of the escape "\\x1A".
+std::optional<std::string> ByteCode(std::string_view key) {
+  if (!key.starts_with("0x") && !key.starts_with("\\x")) return std::nullopt;
+  const auto byte = ParseHex(key.substr(2));
+  return byte && byte->size() == 1 ? std::optional(ByteText(*byte)) : std::nullopt;
+}
+
+/// The codes as the field `name` writes them.
+Codes CodesOf(const Telegram& telegram, const std::string& name, const Codes& codes,
+              const config::Mark& mark, Problems& problems) {
+  if (telegram.FindField(name)->format.kind != Format::Kind::byte) return codes;
+  Codes of_bytes;
+  for (const auto& [key, meaning] : codes) {
+    if (const auto code = ByteCode(key)) {
+      of_bytes[*code] = meaning;
+    } else {
+      problems.Error(mark, "codes: " + Quoted(key) + " is no byte; '" + name +
+                               "' is one: write 0x1A, with two hex digits");
+    }
+  }
+  return of_bytes;
+}
+
 /// `codes: { state: { 'I': busy }, 'input_*': { '+9999.9': over } }`
 void ReadCodes(MapReader& map, Telegram& telegram) {
   const auto node = map.Get("codes");
@@ -87,7 +112,7 @@ void ReadCodes(MapReader& map, Telegram& telegram) {
     for (const std::string& name : names) {
       if (!MatchesPattern(field.key, name)) continue;
       used = true;
-      telegram.codes[name].insert(codes.begin(), codes.end());
+      telegram.codes[name].merge(CodesOf(telegram, name, codes, field.value.mark(), problems));
     }
     if (!used) {
       problems.Error(
@@ -136,11 +161,15 @@ class Compiler {
   std::shared_ptr<const config::Description> Run(const YamlNode& node) {
     const std::vector<Entry> entries = config::ReadEntries(node, "telegrams", problems_);
     for (const Entry& entry : entries) {
-      if (entry.key == kAll) ReadAll(entry.value);
+      if (IsMeantAsAll(entry)) {
+        problems_.Error(entry.value.mark(), "telegrams: " + Quoted(entry.key) +
+                                                " sends and awaits nothing; did you mean 'all'?");
+      }
+      if (entry.key == kAll || IsMeantAsAll(entry)) ReadAll(entry.value);
     }
     if (entries.size() > kMostTelegrams) problems_.Error(node.mark(), "telegrams: too many");
     for (const Entry& entry : entries) {
-      if (entry.key != kAll && raws_.size() < kMostTelegrams) Read(entry);
+      if (entry.key != kAll && !IsMeantAsAll(entry) && raws_.size() < kMostTelegrams) Read(entry);
     }
     if (raws_.empty() && !failed()) {
       problems_.Error(node.mark(),
@@ -162,6 +191,16 @@ class Compiler {
     YAML::Emitter out;
     out << node.yaml();
     return out.good() ? out.c_str() : std::string();
+  }
+
+  /// "al: { ends: '\r\n' }"
+  static bool IsMeantAsAll(const Entry& entry) {
+    constexpr std::array<std::string_view, 1> kKnown = {kAll};
+    if (entry.key == kAll || config::DidYouMean(entry.key, kKnown).empty()) return false;
+    if (entry.value.kind() != YamlNode::Kind::map) return false;
+    Problems unused;
+    const MapReader map(entry.value, "", unused);
+    return !map.Has("send") && !map.Has("receive") && !map.Has("listen") && !map.Has("example");
   }
 
   bool failed() const { return problems_.has_error(); }

@@ -82,11 +82,6 @@ Status TelegramConversation::Begin(const Task& task) {
   filled_ = bound_;
   outcome_ = Outcome::none;
   reason_.clear();
-  identifies_ = identity_ && (!identified_ || trouble_) && task.kind != Task::Kind::probe;
-  if (identifies_) {
-    exchanges_.Begin(*identity_);
-    return {};
-  }
   Call call;
   if (task.kind == Task::Kind::write) {
     auto written = ParseWrite(device_.points[task.point]);
@@ -106,7 +101,11 @@ Status TelegramConversation::Begin(const Task& task) {
   if (is_false) {
     return Error{"only true can be written here: it sends the telegram '" + call.telegram + "'"};
   }
-  exchanges_.Begin(*telegram);
+  // What cannot be written is refused before anything is sent.
+  if (const auto bytes = BytesOf(*telegram); !bytes) return Error{bytes.error()};
+  identifies_ = identity_ && (!identified_ || trouble_);
+  if (identifies_) filled_ = bound_;
+  exchanges_.Begin(identifies_ ? *identity_ : *telegram);
   return {};
 }
 
@@ -144,12 +143,23 @@ Result<Request> TelegramConversation::AskProbe() {
   return AskStep();
 }
 
+/// Of two telegrams that look alike the device takes one, and the answer belongs to that one.
+Result<Bytes> TelegramConversation::BytesOf(std::size_t telegram) const {
+  auto bytes = Build(*TelegramOf(telegram).send, filled_);
+  if (!bytes) return bytes;
+  const auto sent = description_->Recognise(*bytes);
+  if (sent && sent->telegram == telegram) return bytes;
+  return Error{"'" + TelegramOf(telegram).name + "' with these values " +
+               (sent ? "is the telegram '" + TelegramOf(sent->telegram).name + "'"
+                     : "is no telegram as described")};
+}
+
 Result<Request> TelegramConversation::AskStep() {
   using Part = Exchanges::Step::Part;
   const Exchanges::Step& step = exchanges_.step();
   const Telegram& telegram = TelegramOf(step.telegram);
   Request request;
-  auto bytes = Build(*telegram.send, filled_);
+  auto bytes = BytesOf(step.telegram);
   if (!bytes) {
     exchanges_.Break();
     return Error{bytes.error()};

@@ -41,6 +41,7 @@ class TelegramConversation final : public Conversation {
   }
   Result<Request> AskProbe();
   Result<Request> AskStep();
+  Result<Bytes> BytesOf(std::size_t telegram) const;
   Status Begin(const Task& task);
   Answer AfterStep(const Task& task, Answer answer);
   Answer AfterIdentity(const Reply& reply);

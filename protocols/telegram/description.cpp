@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "gateway/base/text.h"
+#include "protocols/telegram/field.h"
 #include "protocols/telegram/settings.h"
 
 namespace baudgate::protocols::telegram {
@@ -15,6 +16,23 @@ const Element* Telegram::FindField(std::string_view field) const {
   return nullptr;
 }
 
+const Example& Telegram::ExampleFor(const Bound& sent) const {
+  static const Example kNone;
+  const Example* best = nullptr;
+  std::size_t most = 0;
+  for (const Example& example : examples) {
+    const auto agree =
+        static_cast<std::size_t>(std::ranges::count_if(example.sent, [&](const auto& field) {
+          const auto said = sent.find(field.first);
+          return said != sent.end() && SameValue(said->second, field.second);
+        }));
+    if (best != nullptr && agree <= most) continue;
+    best = &example;
+    most = agree;
+  }
+  return best != nullptr ? *best : kNone;
+}
+
 std::optional<std::size_t> Description::Find(std::string_view name) const {
   const auto found = std::ranges::find(telegrams, name, &Telegram::name);
   if (found == telegrams.end()) return std::nullopt;
@@ -24,14 +42,20 @@ std::optional<std::size_t> Description::Find(std::string_view name) const {
 bool Description::listens() const { return std::ranges::any_of(telegrams, &Telegram::listen); }
 
 std::optional<Description::Sent> Description::Recognise(View request) const {
+  std::optional<Sent> found;
+  std::size_t fixed = 0;
   for (std::size_t i = 0; i < telegrams.size(); ++i) {
     if (!telegrams[i].send) continue;
-    Match match = MatchAll(*telegrams[i].send, request, {});
+    const Form& form = *telegrams[i].send;
+    const std::size_t literal = form.pattern.literal_size();
+    if (found && literal <= fixed) continue;
+    Match match = MatchAll(form, request, {});
     if (match.kind != Match::Kind::whole) continue;
-    Bound values = ValuesOf(*telegrams[i].send, match);
-    return Sent{i, std::move(match), std::move(values)};
+    Bound values = ValuesOf(form, match);
+    found = Sent{i, std::move(match), std::move(values)};
+    fixed = literal;
   }
-  return std::nullopt;
+  return found;
 }
 
 std::shared_ptr<const Description> DescriptionOf(const config::Options& options) {

@@ -24,6 +24,7 @@ namespace baudgate::protocols::telegram {
 struct Example {
   Bytes send{};
   Bytes receive{};
+  Bound sent{};    ///< of the fields of `send`
   Bound values{};  ///< of the fields of `receive`
 };
 
@@ -45,11 +46,13 @@ struct Telegram {
   Duration wait{};         ///< so long the device may think; zero: its reply time
   Duration idle{};         ///< silence that ends an answer which nothing else ends
   std::string identity{};  ///< the field with the name of the device
-  Example example{};
+  std::vector<Example> examples{};
 
   /// Where the value of a point that is written stands; null: nowhere.
   const Element* value_field() const { return send ? send->pattern.Find(kValue) : nullptr; }
   bool may_repeat() const { return reads || repeat; }
+  /// For these values of what is sent; else the first.
+  const Example& ExampleFor(const Bound& sent) const;
   /// Null: no answer has such a field.
   const Element* FindField(std::string_view field) const;
 };
@@ -70,7 +73,7 @@ class Description final : public config::Description {
     Match match;
     Bound values;
   };
-  /// Which telegram these bytes are; nothing: none.
+  /// Which telegram these bytes are; nothing: none. Of several the one with most fixed bytes.
   std::optional<Sent> Recognise(View request) const;
 };
 

@@ -24,6 +24,11 @@ std::string NameOf(const Element& element) {
 
 /// How far the bytes fit: "from byte 5 on, at {weight}, it does not fit".
 std::string Misfit(const Form& form, View bytes, const Match& match) {
+  const auto size = form.pattern.size();
+  if (size && bytes.size() > *size) {
+    return "it has " + std::to_string(bytes.size()) + " bytes, and the pattern " +
+           std::to_string(*size) + ": " + std::to_string(bytes.size() - *size) + " too many";
+  }
   if (match.bad_checksum) {
     std::size_t at = 0;
     for (std::size_t i = 0; i < match.parts.size(); ++i) {
@@ -35,8 +40,11 @@ std::string Misfit(const Form& form, View bytes, const Match& match) {
     if (!sum) return "it is too short for its checksum";
     const auto field =
         EncodeField(form.pattern.Find(kChecksum)->format, static_cast<std::int64_t>(*sum));
+    const bool binary = form.pattern.Find(kChecksum)->format.is_binary();
     return "its checksum is wrong; by '" + std::string(form.checksum.kind->name) + "' it is " +
-           (field ? "'" + Printable(*field) + "'" : std::to_string(*sum));
+           (!field   ? std::to_string(*sum)
+            : binary ? "hex " + ToHex(*field)
+                     : "'" + Printable(*field) + "'");
   }
   std::size_t at = 0;
   for (const View part : match.parts) at += part.size();
@@ -84,12 +92,18 @@ class ExampleCheck {
     return bytes;
   }
 
+  /// Of bytes that are written as in C.
+  std::string HexHint(const char* key) {
+    const auto text = map_.Text(key);
+    return text && text->starts_with("0x") ? "; bytes in hex are written 'hex 1B 05'" : "";
+  }
+
   bool CheckSent(Example& example) {
     auto bytes = BytesOf("send");
     if (!bytes) return false;
     const Match match = MatchAll(*telegram_.send, *bytes, {});
     if (match.kind != Match::Kind::whole) {
-      Error("send", Misfit(*telegram_.send, *bytes, match));
+      Error("send", Misfit(*telegram_.send, *bytes, match) + HexHint("send"));
       return false;
     }
     known_ = ValuesOf(*telegram_.send, match);
@@ -105,6 +119,7 @@ class ExampleCheck {
       return false;
     }
     example.send = std::move(*bytes);
+    example.sent = known_;
     return true;
   }
 
@@ -113,7 +128,7 @@ class ExampleCheck {
     if (!bytes) return false;
     const Reply reply = DecodeReply(telegram_, *bytes, known_);
     if (reply.outcome == Outcome::unexpected) {
-      Error("receive", WhyNot(*bytes));
+      Error("receive", WhyNot(*bytes) + HexHint("receive"));
       return false;
     }
     if (reply.outcome != Outcome::ok) {
@@ -123,7 +138,8 @@ class ExampleCheck {
     bool right = true;
     for (const Form& form : telegram_.receive) {
       for (const Element& element : form.pattern.elements) {
-        if (!element.is_field() || element.name.empty() || !map_.Has(element.name)) continue;
+        const bool says = element.is_field() && !element.name.empty() && element.name != kChecksum;
+        if (!says) continue;
         const auto node = map_.Get(element.name);
         if (node) right = CheckField(element.name, *node, reply) && right;
       }
@@ -183,22 +199,20 @@ class ExampleCheck {
 void CheckExamples(const std::vector<YamlNode>& examples, Description& description,
                    std::size_t index, Problems& problems) {
   Telegram& telegram = description.telegrams[index];
-  bool has_one = false;
   for (const YamlNode& node : examples) {
     if (node.kind() != YamlNode::Kind::map) {
       problems.Error(node.mark(), "example: expected a map: { send: …, receive: …, weight: 1.0 }");
       continue;
     }
     auto example = ExampleCheck(node, telegram, description.most, problems).Run();
-    if (example && !has_one) telegram.example = std::move(*example);
-    has_one = has_one || example;
-    if (!telegram.example.send.empty()) {
-      const auto meant = description.Recognise(telegram.example.send);
-      if (meant && meant->telegram != index) {
-        problems.Error(node.mark(), "telegram '" + telegram.name + "' looks like '" +
-                                        description.telegrams[meant->telegram].name +
-                                        "': nobody could tell which of them was sent");
-      }
+    if (!example) continue;
+    telegram.examples.push_back(std::move(*example));
+    const Bytes& sent = telegram.examples.back().send;
+    const auto meant = sent.empty() ? std::nullopt : description.Recognise(sent);
+    if (meant && meant->telegram != index) {
+      problems.Error(node.mark(), "telegram '" + telegram.name + "' looks like '" +
+                                      description.telegrams[meant->telegram].name +
+                                      "': nobody could tell which of them was sent");
     }
   }
 }

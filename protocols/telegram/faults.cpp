@@ -84,14 +84,27 @@ class FaultFinder {
 
   void CheckType(const Point& point, const ReadPlace& place, const Element& field) {
     const bool number = field.format.is_number();
-    if (place.select == ReadPlace::Select::bits && !field.format.is_whole_number()) {
-      return Tell("takes bits of '" + field.name + "', which is no whole number");
+    if (place.select == ReadPlace::Select::bits) return CheckBits(place, field);
+    if (place.select == ReadPlace::Select::equal && field.format.kind == Format::Kind::byte) {
+      const auto byte = EncodeField(field.format, place.equal);
+      if (!byte) Tell("compares '" + field.name + "' with '" + place.equal + "': " + byte.error());
     }
     if (place.select != ReadPlace::Select::whole) return;
     if ((point.type == Type::string) == number) {
       Tell("has type " + std::string(config::Name(point.type)) + ", and the field '" + field.name +
            (number ? "' is a number" : "' is a text: write type: string(16)"));
     }
+  }
+
+  void CheckBits(const ReadPlace& place, const Element& field) {
+    if (!field.format.is_whole_number()) {
+      return Tell("takes bits of '" + field.name + "', which is no whole number");
+    }
+    const unsigned last = place.bit + place.bits - 1;
+    const auto bits = field.format.bits();
+    if (!bits || last < *bits) return;
+    Tell("takes bit b" + std::to_string(last) + " of '" + field.name + "', whose last one is b" +
+         std::to_string(*bits - 1));
   }
 
   void CheckWrite(const Point& point) {
@@ -101,6 +114,10 @@ class FaultFinder {
     if (telegram == nullptr) return;
     if (!telegram->send) return Tell("is written by '" + telegram->name + "', which is never sent");
     const Element* field = telegram->value_field();
+    if (telegram->reads) {
+      return Tell("is written by '" + telegram->name +
+                  "', which only reads: 'write' names the telegram that changes the device");
+    }
     if (field == nullptr && point.type != Type::boolean) {
       Tell("is written by '" + telegram->name +
            "', which has no field {value}: it needs type bool");
@@ -154,8 +171,22 @@ class FaultFinder {
         // A secret is not repeated.
         Tell("cannot be sent: {" + element.name + "} of telegram '" + telegram.name + "'" +
              (element.name == kPassword ? " does not take this password" : ": " + field.error()));
+      } else if (const std::string text = ToText(value->second); IsTooShort(element, text)) {
+        Tell("cannot be sent: {" + element.name + "} of telegram '" + telegram.name + "' has " +
+             std::to_string(element.format.width) + " characters, and '" + text + "' has " +
+             std::to_string(text.size()) + ": write as many, or give the field the width " +
+             std::to_string(text.size()) +
+             (element.name == kAddress ? "; an address that is a number is written {address:0" +
+                                             std::to_string(element.format.width) + "d}"
+                                       : std::string()));
       }
     }
+  }
+
+  /// Blanks would be put behind it, and the device would be asked for another thing.
+  static bool IsTooShort(const Element& element, const std::string& text) {
+    return element.format.kind == Format::Kind::text && element.name != kPassword &&
+           text.size() < element.format.width;
   }
 
   void Missing(const Telegram& telegram, const std::string& name) {
@@ -171,12 +202,27 @@ class FaultFinder {
 
   void CheckParameters() {
     point_ = kNoPoint;
+    std::vector<std::string_view> names;
+    for (const Telegram& telegram : description_.telegrams) {
+      if (!telegram.send) continue;
+      for (const Element& element : telegram.send->pattern.elements) {
+        const bool own = element.name.empty() || element.name == kAddress ||
+                         element.name == kPassword || element.name == kValue ||
+                         element.name == kChecksum;
+        if (!own && std::ranges::find(names, element.name) == names.end()) {
+          names.push_back(element.name);
+        }
+      }
+    }
     for (const auto& [name, text] : device_.options.Pairs(std::string(kParametersOption))) {
       const bool known = std::ranges::any_of(description_.telegrams, [&](const Telegram& telegram) {
         return (telegram.send && telegram.send->pattern.Has(name)) ||
                (telegram.listen && telegram.FindField(name) != nullptr);
       });
-      if (!known) Tell("has a parameter '" + name + "', which no telegram has");
+      if (known) continue;
+      Tell("has a parameter '" + name + "', which no telegram has" +
+           (names.empty() ? "" : ";" + config::DidYouMean(name, names)) +
+           (names.empty() ? "" : " fields that are sent: " + config::Join(names)));
     }
   }
 
@@ -186,13 +232,6 @@ class FaultFinder {
   std::size_t point_ = kNoPoint;
   std::vector<Doubt> faults_;
 };
-
-/// Its first digit could be lost unseen: nothing stands in front of it.
-bool IsUnguarded(const Form& form) {
-  const Element& first = form.pattern.elements.front();
-  return form.is_unmarked() && first.format.is_text_number() && !first.is_fixed() &&
-         !first.format.sign && !form.size_at;
-}
 
 }  // namespace
 
@@ -204,28 +243,6 @@ std::vector<Doubt> FaultsOf(const config::Device& device) {
   // What is wrong with the telegrams was said where they stand.
   if (description->telegrams.empty()) return {};
   return FaultFinder(device, *description).Run();
-}
-
-std::vector<Doubt> DoubtsOf(const config::Device& device) {
-  std::vector<Doubt> doubts;
-  const auto description = DescriptionOf(device.options);
-  if (!description) return doubts;
-  for (std::size_t i = 0; i < device.points.size(); ++i) {
-    const auto place = ParseRead(device.points[i]);
-    const auto found = place ? description->Find(place->call.telegram) : std::nullopt;
-    if (!found || device.points[i].access == Access::write) continue;
-    const Telegram& telegram = description->telegrams[*found];
-    if (device.points[i].recheck != config::Recheck::off) continue;  // a jump is read twice
-    for (const Form& form : telegram.receive) {
-      if (!IsUnguarded(form) || form.pattern.elements.front().name != place->field) continue;
-      doubts.push_back({i,
-                        "is the first of its telegram, and nothing shows that its first digit was "
-                        "lost on the line: if the device always sends as many characters, give "
-                        "the field a width; if it always sends a sign, write {" +
-                            place->field + ":+decimal}"});
-    }
-  }
-  return doubts;
 }
 
 }  // namespace baudgate::protocols::telegram

@@ -11,7 +11,5 @@ namespace baudgate::protocols::telegram {
 /// What can be seen of the whole device only: telegrams that are not described, fields that no
 /// answer has, parameters that nobody gives.
 std::vector<Doubt> FaultsOf(const config::Device& device);
-/// What hardly anybody means.
-std::vector<Doubt> DoubtsOf(const config::Device& device);
 
 }  // namespace baudgate::protocols::telegram

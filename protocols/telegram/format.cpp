@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/telegram/format.h"
 
+#include <algorithm>
 #include <array>
+#include <bit>
+#include <limits>
 #include <string>
 
 #include "gateway/base/spelling.h"
@@ -20,7 +23,7 @@ struct KindWord {
   Kind kind;
 };
 
-constexpr std::array<KindWord, 14> kTextWords = {{{"decimal", Kind::decimal},
+constexpr std::array<KindWord, 15> kTextWords = {{{"decimal", Kind::decimal},
                                                   {"f", Kind::decimal},
                                                   {"scientific", Kind::scientific},
                                                   {"e", Kind::scientific},
@@ -33,11 +36,18 @@ constexpr std::array<KindWord, 14> kTextWords = {{{"decimal", Kind::decimal},
                                                   {"word", Kind::word},
                                                   {"text", Kind::text},
                                                   {"rest", Kind::text},
-                                                  {"bytes", Kind::bytes}}};
+                                                  {"bytes", Kind::bytes},
+                                                  {"byte", Kind::byte}}};
 
 constexpr std::string_view kAllKinds =
-    "decimal, scientific, integer, hex, char, word, text, rest, bytes, uint8 to uint64, int8 to "
+    "decimal, scientific, integer, hex, char, word, text, rest, bytes, byte, uint8 to uint64, int8 "
+    "to "
     "int64, float32, float64, bcd1 to bcd8";
+
+/// Those that are written most, for a suggestion.
+constexpr std::array<std::string_view, 12> kBinaryWords = {
+    "uint8",    "uint16_be", "uint16_le", "uint32_be", "uint32_le",  "int8",
+    "int16_be", "int16_le",  "int32_be",  "int32_le",  "float32_be", "float32_le"};
 
 /// Digits at the front of `text`, taken off it.
 Result<std::size_t> TakeNumber(std::string_view& text, std::size_t most, std::string_view what) {
@@ -82,6 +92,7 @@ std::optional<Format> ParseBinary(std::string_view text) {
 Error UnknownFormat(std::string_view text) {
   std::vector<std::string_view> words;
   for (const KindWord& one : kTextWords) words.push_back(one.word);
+  words.insert(words.end(), kBinaryWords.begin(), kBinaryWords.end());
   return {config::Quoted(text) + " is no format;" + config::DidYouMean(text, words) +
           " formats: " + std::string(kAllKinds)};
 }
@@ -99,6 +110,9 @@ Status CheckTextFormat(const Format& format, std::string_view text) {
   if (format.kind == Kind::character && format.width > 1) {
     return wrong("a char is one character; write text for more");
   }
+  if (format.kind == Format::Kind::byte && format.width > 1) {
+    return wrong("a byte is one; write bytes to pass several over");
+  }
   return {};
 }
 
@@ -107,6 +121,19 @@ Status CheckTextFormat(const Format& format, std::string_view text) {
 bool Format::is_whole_number() const {
   return kind == Kind::integer || kind == Kind::hex || kind == Kind::uint || kind == Kind::sint ||
          kind == Kind::bcd;
+}
+
+std::optional<unsigned> Format::bits() const {
+  if (!is_whole_number() || width == 0) return std::nullopt;
+  if (kind == Kind::hex) return static_cast<unsigned>(std::min<std::size_t>(4 * width, 64));
+  if (kind == Kind::uint || kind == Kind::sint) return static_cast<unsigned>(8 * width);
+  const std::size_t digits = kind == Kind::bcd ? 2 * width : width;
+  std::uint64_t most = 0;
+  for (std::size_t i = 0; i < digits; ++i) {
+    if (most > std::numeric_limits<std::uint64_t>::max() / 10 - 1) return 64;
+    most = most * 10 + 9;
+  }
+  return static_cast<unsigned>(std::bit_width(most));
 }
 
 Result<Format> ParseFormat(std::string_view text) {
@@ -141,7 +168,8 @@ Result<Format> ParseFormat(std::string_view text) {
     if (one.word != rest) continue;
     format.kind = one.kind;
     format.lower = rest == "x";
-    if (one.kind == Kind::character) format.width = std::max<std::size_t>(format.width, 1);
+    if (one.kind == Kind::character || one.kind == Kind::byte)
+      format.width = std::max<std::size_t>(format.width, 1);
     if (Status status = CheckTextFormat(format, text); !status) return Error{status.error()};
     return format;
   }

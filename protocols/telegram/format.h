@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string_view>
 
 #include "gateway/base/result.h"
@@ -21,6 +22,7 @@ struct Format {
     word,        ///< without blanks
     text,        ///< blanks among it
     bytes,       ///< any: they are passed over
+    byte,        ///< one, of which only codes say what it means
     uint,        ///< binary, `width` bytes
     sint,
     real,
@@ -36,7 +38,7 @@ struct Format {
 
   /// It is written in characters, not in bytes.
   bool is_text() const { return kind < Kind::bytes; }
-  bool is_binary() const { return kind > Kind::bytes; }
+  bool is_binary() const { return kind >= Kind::uint; }
   bool is_text_number() const { return kind <= Kind::hex; }
   bool is_number() const { return is_text_number() || is_binary(); }
   bool is_whole_number() const;
@@ -44,8 +46,12 @@ struct Format {
   bool is_signed_token() const {
     return sign && (kind == Kind::decimal || kind == Kind::integer || kind == Kind::scientific);
   }
+  /// Of a whole number of a known width.
+  std::optional<unsigned> bits() const;
   /// Always `width` bytes.
   bool is_fixed() const { return width != 0 && !is_signed_token(); }
+
+  bool operator==(const Format&) const = default;
 };
 
 /// "": text. The error names what is wrong with it.

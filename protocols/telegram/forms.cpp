@@ -34,23 +34,24 @@ std::optional<Pattern> ReadPattern(const YamlNode& node, const std::string& what
   return std::nullopt;
 }
 
-Checksum ReadChecksumKind(const YamlNode& node, Problems& problems) {
+void ReadChecksumKind(const YamlNode& node, Problems& problems, Framing& framing) {
   std::vector<std::string_view> names = {"none"};
   for (const ChecksumKind& kind : ChecksumKinds()) names.push_back(kind.name);
   const auto index = config::ReadChoice(node, "checksum", names, problems);
-  if (!index || *index == 0) return {};
-  return {&ChecksumKinds()[*index - 1]};
+  framing.unknown_checksum = !index;
+  if (index && *index > 0) framing.checksum.kind = &ChecksumKinds()[*index - 1];
 }
 
-Checksum ReadChecksum(const YamlNode& node, Problems& problems) {
-  if (node.kind() != YamlNode::Kind::map) return ReadChecksumKind(node, problems);
+void ReadChecksum(const YamlNode& node, Problems& problems, Framing& framing) {
+  framing.checksum = {};
+  framing.answers_have_it = true;
+  if (node.kind() != YamlNode::Kind::map) return ReadChecksumKind(node, problems, framing);
   MapReader map(node, "checksum", problems);
-  Checksum checksum;
-  if (const auto kind = map.Need("kind", "xor8")) checksum = ReadChecksumKind(*kind, problems);
-  Assign(checksum.skip, map.Integer<std::size_t>("skip", 0, kMostSkipped));
-  Assign(checksum.leave, map.Integer<std::size_t>("leave", 0, kMostSkipped));
+  if (const auto kind = map.Need("kind", "xor8")) ReadChecksumKind(*kind, problems, framing);
+  Assign(framing.checksum.skip, map.Integer<std::size_t>("skip", 0, kMostSkipped));
+  Assign(framing.checksum.leave, map.Integer<std::size_t>("leave", 0, kMostSkipped));
+  Assign(framing.answers_have_it, map.Flag("answers"));
   map.Finish();
-  return checksum;
 }
 
 std::optional<Format> ReadFixedFormat(MapReader& map, const char* example) {
@@ -160,8 +161,8 @@ void AddPlaced(const std::vector<PlacedField>& placed, std::optional<std::size_t
 
 class FormReader {
  public:
-  FormReader(MapReader& map, const Framing& framing, std::size_t most)
-      : map_(map), framing_(framing), most_(most) {}
+  FormReader(MapReader& map, const Framing& framing, std::size_t most, bool listen)
+      : map_(map), framing_(framing), most_(most), listen_(listen) {}
 
   void Send(Telegram& telegram) {
     const auto node = map_.Get("send");
@@ -174,6 +175,7 @@ class FormReader {
   }
 
   void Answers(Telegram& telegram) {
+    if (telegram.send) sent_ = &telegram.send->pattern;
     const auto size = map_.Integer<std::size_t>("size", 1, static_cast<std::size_t>(most_));
     const std::vector<PlacedField> placed = ReadPlaced(map_);
     const auto node = map_.Get("receive");
@@ -223,7 +225,7 @@ class FormReader {
   }
 
   Form Checked(Pattern pattern, const config::Mark& mark, const std::string& what, bool received) {
-    Form form{std::move(pattern), framing_.checksum, {}};
+    Form form{std::move(pattern), framing_.checksum, {}, received && !listen_};
     if (received) form.size_at = framing_.size_at;
     Problems& problems = map_.problems();
     const auto error = [&](const std::string& why) { problems.Error(mark, what + ": " + why); };
@@ -233,7 +235,13 @@ class FormReader {
           "over, as in {:4bytes}");
     }
     CheckEnd(form, received, error);
-    CheckSum(form, error);
+    CheckSum(form, mark, error);
+    if (what != "send" && what != "refused" && NeedsSum(form)) {
+      error("has no {checksum}, and 'checksum' is " + std::string(framing_.checksum.kind->name) +
+            ": write {checksum:" + SumFormat(*framing_.checksum.kind) +
+            "} where it stands, or say checksum: none if the device sends none");
+    }
+    if (form.pattern.Find(kChecksum) == nullptr) form.checksum = {};
     const std::size_t most = form.is_unmarked() ? most_ / 2 : most_;
     if (form.pattern.least_size() > most) {
       error("is longer than " + std::to_string(most) + " bytes; raise 'longest' in 'all'");
@@ -259,27 +267,57 @@ class FormReader {
         "say 'ends', 'size_at' or 'idle'");
   }
 
+  static std::string SumFormat(const ChecksumKind& kind) {
+    return "0" + std::to_string(2 * kind.bytes) + "X";
+  }
+
+  /// What was sent and is repeated carries no value, and neither do fixed bytes: "ACK".
+  bool NeedsSum(const Form& form) const {
+    if (framing_.checksum.kind == nullptr || !framing_.answers_have_it) return false;
+    if (form.pattern.Has(kChecksum)) return false;
+    return std::ranges::any_of(form.pattern.elements, [&](const Element& element) {
+      return element.is_field() &&
+             (sent_ == nullptr || element.name.empty() || !sent_->Has(element.name));
+    });
+  }
+
   template <typename Tell>
-  void CheckSum(Form& form, Tell error) const {
+  void CheckSum(const Form& form, const config::Mark& mark, Tell error) const {
     const Element* field = form.pattern.Find(kChecksum);
-    if (field == nullptr) {
-      form.checksum = {};
-      return;
+    if (field == nullptr || framing_.unknown_checksum) return;
+    if (form.checksum.kind == nullptr) {
+      return error("has {checksum}, and no 'checksum' says which it is: checksum: sum8");
     }
-    if (form.checksum.kind == nullptr) return error("has {checksum}, and 'checksum' names none");
     const ChecksumKind& kind = *form.checksum.kind;
+    std::size_t front = 0;
+    for (const Element& element : form.pattern.elements) {
+      if (&element == field || !element.is_fixed()) break;
+      front += element.fixed_size();
+      if (&element + 1 == field && front <= form.checksum.skip + form.checksum.leave) {
+        map_.problems().Error(map_.Has("checksum") ? map_.MarkOf("checksum") : mark,
+                              "checksum: nothing is left of the " + std::to_string(front) +
+                                  " bytes in front of {checksum} without the first " +
+                                  std::to_string(form.checksum.skip) + " and the last " +
+                                  std::to_string(form.checksum.leave));
+      }
+    }
     const Format& format = field->format;
     const bool hex = format.kind == Format::Kind::hex && format.width == 2 * kind.bytes;
     const bool binary = format.kind == Format::Kind::uint && format.width == kind.bytes;
-    if (hex || binary) return;
+    const std::size_t digits = kind.bytes == 1 ? 3 : kind.bytes == 2 ? 5 : 10;
+    const bool decimal = format.kind == Format::Kind::integer && format.width == digits;
+    if (hex || binary || decimal) return;
     const std::string bits = std::to_string(8 * kind.bytes);
-    error(std::string(kind.name) + " has " + bits + " bits: write {checksum:0" +
-          std::to_string(2 * kind.bytes) + "X} or {checksum:uint" + bits + "_le}");
+    error(std::string(kind.name) + " has " + bits + " bits: write {checksum:" + SumFormat(kind) +
+          "}, {checksum:uint" + bits + (kind.bytes == 1 ? "}" : "_le}") +
+          ", or in decimal digits {checksum:0" + std::to_string(digits) + "d}");
   }
 
   MapReader& map_;
   const Framing& framing_;
   const std::size_t most_;
+  const bool listen_;
+  const Pattern* sent_ = nullptr;  // null: nothing is sent
 };
 
 }  // namespace
@@ -309,7 +347,7 @@ Framing ReadFraming(MapReader& map, const Framing& all) {
   if (const auto node = map.Get("ends")) {
     if (auto bytes = ReadFixed(*node, "ends", map.problems())) framing.ends = std::move(*bytes);
   }
-  if (const auto node = map.Get("checksum")) framing.checksum = ReadChecksum(*node, map.problems());
+  if (const auto node = map.Get("checksum")) ReadChecksum(*node, map.problems(), framing);
   if (const auto node = map.Get("size_at")) framing.size_at = ReadSizeAt(*node, map.problems());
   Assign(framing.idle, map.Time("idle", 1ms, std::chrono::seconds(5)));
   Assign(framing.strict, map.Flag("strict"));
@@ -317,7 +355,7 @@ Framing ReadFraming(MapReader& map, const Framing& all) {
 }
 
 void ReadForms(MapReader& map, const Framing& framing, std::size_t most, Telegram& telegram) {
-  FormReader reader(map, framing, most);
+  FormReader reader(map, framing, most, telegram.listen);
   reader.Send(telegram);
   reader.Answers(telegram);
   reader.Refusals(telegram);

@@ -16,6 +16,8 @@ namespace baudgate::protocols::telegram {
 struct Framing {
   Bytes ends{};
   Checksum checksum{};
+  bool answers_have_it = true;    ///< the check value; else only what is sent has it
+  bool unknown_checksum = false;  ///< it could not be read
   std::optional<SizeField> size_at{};
   std::vector<config::YamlNode> refused{};
   Duration idle{};

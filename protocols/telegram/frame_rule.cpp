@@ -7,7 +7,10 @@
 //
 // A telegram that begins with a field and has no check value could be found inside a damaged one,
 // as "-03" in "1.25E-03" whose sign was lost. Where such a one is awaited the whole line is
-// dropped, or all up to the next silence if no fixed characters end it.
+// dropped, or all up to the next silence if no fixed characters end it. The same holds for an
+// answer of one or two fixed bytes, as an ACK: all up to the next silence is dropped.
+// One that a field ends is whole when the line is silent: if more follows without a pause, its
+// bytes are shifted.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/telegram/frame_rule.h"
 
@@ -41,7 +44,7 @@ std::optional<std::size_t> EndOfLine(View held, const Awaited& awaited) {
 /// No telegram begins at the front, and none is looked for behind it.
 Cut DropLine(View held, const Awaited& awaited, std::size_t most, bool idle) {
   const bool has_lines = std::ranges::none_of(awaited.forms, [](const Form* form) {
-    return form->is_unmarked() && form->pattern.elements.back().is_field();
+    return form->is_scant() || (form->is_unmarked() && form->pattern.elements.back().is_field());
   });
   // However much has come already, no more is looked at than when it comes byte by byte.
   const View near = held.first(std::min(held.size(), most));
@@ -63,15 +66,21 @@ Cut CutTelegram(View held, const Expectation& expect, bool idle) {
   bool began = false;
   bool bad_checksum = false;
   bool unmarked = false;
+  bool begins_fixed = true;
   std::size_t other = 0;
   if (awaited != nullptr) {
     for (const Form* form : awaited->forms) {
       const bool is_unmarked = form->is_unmarked();
       unmarked = unmarked || is_unmarked;
+      begins_fixed = begins_fixed && !(is_unmarked && form->pattern.elements.front().is_field());
       const std::size_t most = is_unmarked ? expect.max_bytes / 2 : expect.max_bytes;
       const Match match = MatchFront(*form, held, idle, most, awaited->known);
       if (match.kind == Match::Kind::need_more) return Cut::NeedMore();
       if (match.kind == Match::Kind::whole) {
+        if (form->ends_with_silence()) {
+          if (held.size() > match.size) continue;
+          if (!idle) return Cut::NeedMore();
+        }
         if (!match.other) return Cut::Frame(match.size);
         if (other == 0) other = match.size;
       }
@@ -80,10 +89,14 @@ Cut CutTelegram(View held, const Expectation& expect, bool idle) {
     }
   }
   if (other != 0) return cut::OfAnother(other);
-  if (unmarked) return DropLine(held, *awaited, expect.max_bytes, idle);
+  if (unmarked) {
+    // In front of a fixed byte the noise of a driver that is switched on hides nothing.
+    if (begins_fixed && cut::IsHarmless(held[0], "\r\n")) return Cut::Discard(1, Outcome::none, "");
+    return DropLine(held, *awaited, expect.max_bytes, idle);
+  }
   if (bad_checksum) return cut::BadChecksum();
   if (began && !idle) return Cut::Discard(1, Outcome::corrupt, "not as described");
-  return cut::Slide(held, began ? "stopped mid-frame" : "not the begin of a telegram");
+  return cut::Slide(held, began ? "stopped mid-frame" : "it begins as none of the awaited answers");
 }
 
 }  // namespace baudgate::protocols::telegram

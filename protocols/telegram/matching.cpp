@@ -212,6 +212,17 @@ bool ChecksumFits(const Form& form, const Match& match) {
   return true;
 }
 
+/// A field that stands twice says the same.
+bool RepeatsAgree(const Form& form, const Match& match) {
+  if (!form.pattern.has_repeats) return true;
+  const auto& elements = form.pattern.elements;
+  for (std::size_t i = 0; i < elements.size(); ++i) {
+    if (!elements[i].is_field() || elements[i].name.empty()) continue;
+    if (!std::ranges::equal(match.Of(form.pattern, elements[i].name), match.parts[i])) return false;
+  }
+  return true;
+}
+
 bool IsOther(const Form& form, const Match& match, const Bound& known) {
   const auto& elements = form.pattern.elements;
   for (std::size_t i = 0; i < elements.size(); ++i) {
@@ -263,7 +274,7 @@ Match MatchFront(const Form& form, View held, bool idle, std::size_t most, const
     match.kind = Match::Kind::need_more;
   } else if (step == Walk::Step::taken) {
     match.bad_checksum = !ChecksumFits(form, match);
-    if (match.bad_checksum) return match;
+    if (match.bad_checksum || !RepeatsAgree(form, match)) return match;
     match.kind = Match::Kind::whole;
     match.other = IsOther(form, match, known);
   }

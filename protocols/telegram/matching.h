@@ -30,12 +30,23 @@ struct Form {
   Pattern pattern;
   Checksum checksum;
   std::optional<SizeField> size_at;
+  bool is_answer = false;  ///< to what was sent
 
-  /// Nothing shows that its front was lost: it begins with a field, and has no check value. Such a
-  /// telegram has at most half of the longest (frame_rule.cpp).
-  bool is_unmarked() const {
-    return pattern.elements.front().is_field() && checksum.kind == nullptr;
+  /// Almost nothing in it is fixed, as in the one byte ACK: many a damaged telegram has it.
+  bool is_scant() const {
+    constexpr std::size_t kFewBytes = 2;
+    return is_answer && checksum.kind == nullptr && !pattern.elements.front().is_field() &&
+           pattern.literal_size() <= kFewBytes;
   }
+  /// It could be found inside another telegram that was damaged: it has no check value, and begins
+  /// with a field or is scant. It is taken only at the begin of what comes (frame_rule.cpp), and
+  /// has at most half of the longest.
+  bool is_unmarked() const {
+    return (checksum.kind == nullptr && pattern.elements.front().is_field()) || is_scant();
+  }
+  /// Nothing fixed ends it: what comes behind it in the same breath shows that its bytes are
+  /// shifted.
+  bool ends_with_silence() const { return is_unmarked() && pattern.elements.back().is_field(); }
 };
 
 struct Match {

@@ -2,7 +2,6 @@
 #include "protocols/telegram/pattern.h"
 
 #include <algorithm>
-#include <set>
 
 #include "gateway/base/spelling.h"
 #include "gateway/base/text.h"
@@ -106,14 +105,22 @@ class PatternParser {
     const auto format = ParseFormat(form);
     if (!format) return Fail(at_ + 1 + std::min(colon + 1, inside.size()), format.error());
     element.format = *format;
-    if (!element.name.empty() && !names_.insert(element.name).second) {
-      return Fail(at_ + 1, "field '" + element.name + "' stands twice");
+    if (!element.name.empty() && element.format.kind == Format::Kind::bytes) {
+      return Fail(at_ + 1, "bytes are passed over and have no name: write {:" + std::string(form) +
+                               "}, or {" + element.name +
+                               ":byte} for one of which 'codes' say what it means");
+    }
+    if (const Element* before = pattern_.Find(element.name);
+        before != nullptr && !element.name.empty()) {
+      // A check value is of what stands in front of it.
+      if (element.name == kChecksum || before->format != element.format) {
+        return Fail(at_ + 1, "field '" + element.name + "' stands twice" +
+                                 (element.name == kChecksum ? "" : ", in different formats"));
+      }
+      pattern_.has_repeats = true;
     }
     if (element.name.empty() && form.empty()) {
       return Fail(at_, "a field has a name, a format, or both: {weight:decimal}");
-    }
-    if (!element.name.empty() && element.format.kind == Format::Kind::bytes) {
-      return Fail(at_ + 1, "bytes are passed over and have no name: {:3bytes}");
     }
     places_.push_back({pattern_.elements.size(), at_});
     pattern_.elements.push_back(std::move(element));
@@ -149,7 +156,6 @@ class PatternParser {
   bool hex_ = false;
   std::size_t at_ = 0;
   Pattern pattern_;
-  std::set<std::string, std::less<>> names_;
   std::vector<std::pair<std::size_t, std::size_t>> places_;  // of fields: element and character
   std::optional<PatternError> error_;
 };
@@ -199,6 +205,12 @@ std::pair<std::size_t, std::optional<std::size_t>> Pattern::usual_sizes() const 
     if (most) *most += size;
   }
   return {std::max<std::size_t>(least, 1), most};
+}
+
+std::size_t Pattern::literal_size() const {
+  std::size_t size = 0;
+  for (const Element& element : elements) size += element.literal.size();
+  return size;
 }
 
 ParsedPattern ParsePattern(std::string_view text) { return PatternParser(text).Parse(); }

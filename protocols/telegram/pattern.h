@@ -38,6 +38,7 @@ struct Element {
 
 struct Pattern {
   std::vector<Element> elements;
+  bool has_repeats = false;  ///< a field stands twice, and has to say the same
 
   /// Null: it has no such field.
   const Element* Find(std::string_view name) const;
@@ -57,6 +58,8 @@ struct Pattern {
   };
   /// Nothing: it ends where its own characters do, or with the telegram.
   std::optional<Anchor> AnchorOf(std::size_t index) const;
+  /// Bytes that are always the same.
+  std::size_t literal_size() const;
   /// Only silence, or a known size, ends it.
   bool is_open() const { return !elements.empty() && !elements.back().is_fixed(); }
 };

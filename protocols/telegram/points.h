@@ -32,6 +32,8 @@ struct ReadPlace {
   unsigned bit = 0;  ///< of bits: the first
   unsigned bits = 1;
   std::string equal{};  ///< true where the field says this
+
+  bool operator==(const ReadPlace&) const = default;
 };
 
 Result<ReadPlace> ParseRead(const config::Point& point);

@@ -5,6 +5,7 @@
 #include "protocols/telegram/ask_rule.h"
 #include "protocols/telegram/compile.h"
 #include "protocols/telegram/conversation.h"
+#include "protocols/telegram/doubts.h"
 #include "protocols/telegram/expect.h"
 #include "protocols/telegram/faults.h"
 #include "protocols/telegram/frame_rule.h"

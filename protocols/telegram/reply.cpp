@@ -30,7 +30,8 @@ bool BeginsWithSign(View behind) {
 bool IsTorn(const Form& form, const Match& match, std::size_t index) {
   const auto& elements = form.pattern.elements;
   const auto speaks = [&](std::size_t i) {
-    return elements[i].is_field() && !elements[i].format.is_number();
+    const Format& format = elements[i].format;
+    return elements[i].is_field() && !format.is_number() && format.kind != Format::Kind::byte;
   };
   const View own = match.parts[index];
   if (index > 0 && speaks(index - 1)) {
@@ -79,6 +80,7 @@ class Interpreter {
     SaidField field;
     field.text = std::string(Trim(AsText(part)));
     const Value value = DecodeField(element.format, part);
+    if (element.format.kind == Format::Kind::byte) field.text = ByteText(part);
     const auto codes = telegram_.codes.find(element.name);
     const Meaning* meaning = codes == telegram_.codes.end()
                                  ? nullptr

@@ -22,16 +22,18 @@ std::optional<std::string> CodeFor(const Telegram& telegram, const std::string& 
 }
 
 /// What the field says when it does not say `text`: another code, a good one if there is one.
-Value OtherThan(const Telegram& telegram, const std::string& field, const std::string& text) {
+Value OtherThan(const Telegram& telegram, const Element& field, const std::string& text) {
   Value other;
-  if (const auto codes = telegram.codes.find(field); codes != telegram.codes.end()) {
+  if (const auto codes = telegram.codes.find(field.name); codes != telegram.codes.end()) {
     for (const auto& [code, meaning] : codes->second) {
       if (code == text || meaning->busy || IsBad(meaning->quality)) continue;
       if (HasValue(other) && !IsGood(meaning->quality)) continue;
       other = code;
     }
   }
-  if (!HasValue(other)) other = std::string(text == "0" ? "1" : "0");
+  if (HasValue(other)) return other;
+  if (field.format.kind == Format::Kind::byte) return std::string(text == "0x00" ? "0x01" : "0x00");
+  other = std::string(text == "0" ? "1" : "0");
   return other;
 }
 
@@ -78,7 +80,14 @@ void TelegramTwin::Write(const Telegram& telegram, const Bound& sent) {
   for (std::size_t i = 0; i < writes_.size(); ++i) {
     if (!writes_[i] || !IsCallOf(*writes_[i], telegram, sent)) continue;
     const auto value = sent.find(kValue);
-    values_.Set(i, value == sent.end() ? Value(true) : value->second);
+    const Value written = value == sent.end() ? Value(true) : value->second;
+    values_.Set(i, written);
+    if (value == sent.end() || !reads_[i] || reads_[i]->select != ReadPlace::Select::whole)
+      continue;
+    // Other points that read the same field show it as well.
+    for (std::size_t other = 0; other < reads_.size(); ++other) {
+      if (other != i && reads_[other] && *reads_[other] == *reads_[i]) values_.Set(other, written);
+    }
   }
 }
 
@@ -90,13 +99,13 @@ Bytes TelegramTwin::Answer(View request, Instant now) {
   return telegram.receive.empty() ? Bytes() : Compose(telegram, sent->values, now);
 }
 
-void TelegramTwin::PutValue(const Telegram& telegram, const Element& element, std::size_t point,
-                            Instant now, Bound& values) const {
+void TelegramTwin::PutValue(const Telegram& telegram, const Example& usual, const Element& element,
+                            std::size_t point, Instant now, Bound& values) const {
   const ReadPlace& place = *reads_[point];
   const Value value = values_.Get(point, now);
   if (!HasValue(value)) return;
   if (place.select == ReadPlace::Select::equal) {
-    const Value other = OtherThan(telegram, element.name, place.equal);
+    const Value other = OtherThan(telegram, element, place.equal);
     const bool is_equal = ToDouble(value) != 0;
     if (is_equal) {
       values.insert_or_assign(element.name, place.equal);
@@ -108,23 +117,21 @@ void TelegramTwin::PutValue(const Telegram& telegram, const Element& element, st
   if (place.select == ReadPlace::Select::bits) {
     auto whole = values.find(element.name);
     if (whole == values.end()) {
-      const auto usual = telegram.example.values.find(element.name);
-      whole = values
-                  .emplace(element.name,
-                           usual == telegram.example.values.end() ? Value{} : usual->second)
-                  .first;
+      const auto said = usual.values.find(element.name);
+      whole =
+          values.emplace(element.name, said == usual.values.end() ? Value{} : said->second).first;
     }
     whole->second = WithBits(whole->second, place, value);
     return;
   }
-  if (EncodeField(element.format, value)) {
-    values.insert_or_assign(element.name, value);
-  }
+  const Value shown = Nearest(element.format, value);
+  if (EncodeField(element.format, shown)) values.insert_or_assign(element.name, shown);
 }
 
 Bytes TelegramTwin::Compose(const Telegram& telegram, const Bound& sent, Instant now) const {
+  const Example& example = telegram.ExampleFor(sent);
   for (const Form& form : telegram.receive) {
-    const Match usual = MatchAll(form, telegram.example.receive, {});
+    const Match usual = MatchAll(form, example.receive, {});
     if (usual.kind != Match::Kind::whole) continue;
     Bound values;
     std::vector<std::pair<std::size_t, std::string>> codes;  // of values that are none
@@ -149,7 +156,7 @@ Bytes TelegramTwin::Compose(const Telegram& telegram, const Bound& sent, Instant
         if (is_code && code) {
           codes.emplace_back(i, *code);
         } else {
-          PutValue(telegram, element, point, now, values);
+          PutValue(telegram, example, element, point, now, values);
         }
       }
     }

@@ -25,8 +25,8 @@ class TelegramTwin final : public Twin {
   bool IsForMe(const Bound& sent) const;
   void Write(const Telegram& telegram, const Bound& sent);
   Bytes Compose(const Telegram& telegram, const Bound& sent, Instant now) const;
-  void PutValue(const Telegram& telegram, const Element& element, std::size_t point, Instant now,
-                Bound& values) const;
+  void PutValue(const Telegram& telegram, const Example& usual, const Element& element,
+                std::size_t point, Instant now, Bound& values) const;
 
   const config::Device& device_;
   TwinValues& values_;

@@ -54,7 +54,15 @@ constexpr WrongRow kWrong[] = {
      "6:15: error: checksum: 'sum9' is unknown; did you mean "
      "'sum8'?"},
     {"checksum: sum8", "checksum: crc16_modbus", "error: receive: crc16_modbus has 16 bits"},
-    {"    checksum: sum8\n", "", "error: receive: has {checksum}, and 'checksum' names none"},
+    {"    checksum: sum8\n", "",
+     "error: receive: has {checksum}, and no 'checksum' says which it is"},
+    {"{unit:word}{checksum:02X}", "{unit:word}{chksum:02X}",
+     "5:14: error: receive: has no {checksum}, and 'checksum' is sum8: write {checksum:02X}"},
+    {"{checksum:02X}", "{checksum:2X}{checksum:2X}",
+     "error: receive: field 'checksum' stands twice"},
+    {"{checksum:02X}", "{checksum:02d}", "or in decimal digits {checksum:03d}"},
+    {"{weight:8decimal}", "{weight:uint16_ba}", "is no format; did you mean 'uint16_be'?"},
+    {"{unit:word}", "{unit:2bytes}", "have no name: write {:2bytes}, or {unit:byte}"},
     {"'S': good", "'S': goood", "error: codes: 'goood' is unknown; did you mean 'good'?"},
     {"codes: { state:", "codes: { stat:",
      "error: codes: 'stat' is no field of the answer; did you "
@@ -62,6 +70,14 @@ constexpr WrongRow kWrong[] = {
     {"    reads: yes\n", "",
      "10:5: error: point 'weight' would be polled by telegram 'weight', which may change the "
      "device: add 'reads: yes'"},
+    {"send: 'S01\\r\\n', rec", "send: '0x53 0x30', rec",
+     "4 too many; bytes in hex are written 'hex 1B 05'"},
+    {"weight: 12.5, unit: kg }", "wight: 12.5 }",
+     "did you mean 'weight'? allowed: send, receive, address, state, weight, unit"},
+    {"read: weight.weight, type", "read: weight.weight, write: weight, access: rw, type",
+     "is written by 'weight', which only reads"},
+    {"  weight:\n", "  al: { checksum: sum8 }\n  weight:\n",
+     "3:7: error: telegrams: 'al' sends and awaits nothing; did you mean 'all'?"},
     {"    example: {", "    exmple: {", "error: telegram 'weight' needs 'example'"},
     {"send: 'S01\\r\\n', rec", "send: 'T01\\r\\n', rec",
      "error: example of 'weight': it does not fit from byte 1 on, at 'S'"},
@@ -105,6 +121,92 @@ TEST(TelegramDescription, EveryErrorIsASentenceWithItsPlace) {
         << row.is << " gives\n"
         << Sentences(loaded) << "and not " << row.says;
   }
+}
+
+constexpr char kStatus[] = R"(device: d
+telegrams:
+  data:
+    send: 'hex 10 {node:4text}'
+    receive: 'hex 68 {flags:uint16_be} {state:byte} {checksum:03d}'
+    checksum: sum8
+    codes: { state: { '0x00': good, '\x01': fault } }
+    reads: yes
+    example: { send: 'hex 10 30 31 31 31', receive: 'hex 68 01 00 00 31 30 35', flags: 256, state: '0x00' }
+points:
+  - { name: flag, read: 'data(node=0111).flags[b15]', type: bool }
+)";
+
+constexpr WrongRow kWrongStatus[] = {
+    {"[b15]", "[b16]", "takes bit b16 of 'flags', whose last one is b15"},
+    {"node=0111", "node=011", "has 4 characters, and '011' has 3: write as many"},
+    {"'0x00': good", "'A': good", "error: codes: 'A' is no byte; 'state' is one: write 0x1A"},
+    {"flags[b15]", "state=1", "compares 'state' with '1': a byte is written 0x1A"},
+    {"30 35',", "30 35 36',", "it has 8 bytes, and the pattern 7: 1 too many"},
+    {"checksum: sum8", "checksum: { kind: sum8, skip: 99 }",
+     "6:15: error: checksum: nothing is left of the 4 bytes in front of {checksum}"},
+    {"hex 68 {flags:uint16_be} {state:byte} {checksum:03d}",
+     "hex 68 {flags:uint16_be} {state:byte} {checksum:uint8}", "it has 7 bytes, and the pattern 5"},
+};
+
+TEST(TelegramDescription, EveryErrorOfAStatusIsASentence) {
+  EXPECT_EQ(Sentences(LoadText(kStatus)), "");
+  for (const WrongRow& row : kWrongStatus) {
+    std::string text = kStatus;
+    const auto at = text.find(row.was);
+    ASSERT_NE(at, std::string::npos) << row.was;
+    text.replace(at, std::string(row.was).size(), row.is);
+    const std::string said = Sentences(LoadText(text));
+    EXPECT_NE(said.find(row.says), std::string::npos) << row.is << " gives\n" << said;
+  }
+}
+
+/// A device may leave the check value out of its answers, if its description says so; an answer
+/// of fixed bytes has none to lose.
+TEST(TelegramDescription, AnAnswerHasNoCheckValueOnlyIfThatIsSaid) {
+  const auto said = [](const std::string& checksum, const std::string& receive) {
+    return Sentences(LoadText(
+        "device: d\ntelegrams:\n  a:\n    send: 'R{node:1text}{checksum:02X}'\n    checksum: " +
+        checksum + "\n    receive: '" + receive +
+        "'\n    example: { send: 'R163', receive: '\\x061' }\npoints: []\n"));
+  };
+  const std::string wrong = "has no {checksum}, and 'checksum' is xor8";
+  EXPECT_NE(said("xor8", "\\x06{v:1d}").find(wrong), std::string::npos);
+  EXPECT_EQ(said("xor8", "\\x061").find(wrong), std::string::npos);
+  EXPECT_EQ(said("xor8", "\\x06{node:1text}").find(wrong), std::string::npos);
+  EXPECT_EQ(said("{ kind: xor8, answers: no }", "\\x06{v:1d}").find(wrong), std::string::npos);
+}
+
+TEST(TelegramDoubts, AreToldWhereAValueWouldBeBadOrShifted) {
+  const std::pair<const char*, const char*> kRows[] = {
+      {"read: data(node=0111).flags, type: uint16", ""},
+      {"read: data(node=0111).flags, type: int16", "has type int16, which cannot hold all"},
+      {"read: data(node=0111).flags, type: int8", "up to 65535 on the line"},
+      {"read: data(node=0111).flags, type: bool", "has type bool, which cannot hold all"},
+      {"read: data(node=0111).flags, type: float32", ""},
+      {"read: data(node=0111).flags, type: uint16, simulate: 200000",
+       "has 'simulate' 200000, and its field 'flags' cannot say it"},
+      {"read: 'data(node=0111).flags[b0-b7]', type: int8", "up to 255 on the line"},
+      {"read: 'data(node=0111).flags[b0-b7]', type: uint8", ""},
+  };
+  for (const auto& [point, says] : kRows) {
+    std::string text = kStatus;
+    const auto at = text.find("read: 'data");
+    text.replace(at, text.find(" }", at) - at, point);
+    std::string said;
+    for (const Doubt& doubt : TelegramProtocol().doubts(Described(text))) said += doubt.text + "\n";
+    EXPECT_EQ(said.empty(), std::string(says).empty()) << point << ": " << said;
+    EXPECT_NE(said.find(says), std::string::npos) << point << ": " << said;
+  }
+}
+
+TEST(TelegramDescription, WhatAllDevicesLackHasItsFileAndNoEcho) {
+  std::string text = kGood;
+  text.replace(0, 10, "device: d\nparameters: { nod: 1 }\n");
+  EXPECT_EQ(Sentences(LoadText(text)),
+            "p.yaml:1:1: error: a device of this type has a parameter 'nod', which no telegram "
+            "has\n");
+  EXPECT_EQ(Sentences(LoadText("device: d\ntelegram: {}\npoints: []\n")).find("'telegrams': they"),
+            std::string::npos);
 }
 
 TEST(TelegramDescription, AllErrorsAreSaidAtOnce) {
@@ -197,7 +299,8 @@ TEST(TelegramConfig, WhatADeviceLacksIsSaidAtTheDevice) {
   std::string said;
   for (const auto& problem : loaded.problems) said += ToString(problem) + "\n";
   EXPECT_EQ(said,
-            "c.yaml:6:9: error: device 'meter' has a parameter 'qury', which no telegram has\n");
+            "c.yaml:6:9: error: device 'meter' has a parameter 'qury', which no telegram has; "
+            "did you mean 'query'? fields that are sent: query\n");
 }
 
 TEST(TelegramConfig, OnlyADeviceThatIsAddressedNeedsAnAddress) {

@@ -25,7 +25,16 @@ struct TextRow {
 constexpr TextRow kTexts[] = {
     {"decimal", "12.5", "12.5"},
     {"decimal", "  -12.5", "-12.5"},
-    {"decimal", "+  12.35", "12.35"},
+    {"decimal", "- 5", ""},
+    {"decimal", "+  12.35", ""},
+    {"8decimal", "+  12.35", "12.35"},
+    {"8decimal", " - 12.35", ""},
+    {"decimal", "5 ", ""},
+    {"4decimal", "5   ", "5"},
+    {"4decimal", " 5  ", ""},
+    {"4integer", "-5  ", "-5"},
+    {"4hex", "0C  ", "12"},
+    {"4hex", " 0C ", ""},
     {"decimal", "5.", "5"},
     {"decimal", ".5", "0.5"},
     {"decimal", "", ""},
@@ -85,6 +94,7 @@ struct ByteRow {
 };
 
 constexpr ByteRow kBytes[] = {
+    {"byte", "1A", "0x1A"},
     {"uint8", "FF", "255"},
     {"int8", "FF", "-1"},
     {"uint16_be", "12 34", "4660"},
@@ -137,8 +147,20 @@ TEST(TelegramField, AValueIsWrittenAsTheFormatSays) {
       {"+7.decimal", -7.331, "-7.3310"},
       {"+7.decimal", 123456.0, ""},
       {".2decimal", 30.5, "30.50"},
-      {".2decimal", 30.005, "30.01"},
-      {".1decimal", -0.04, "0.0"},
+      {".2decimal", 30.005, ""},
+      {".1decimal", -0.04, ""},
+      {".1decimal", 24.96, ""},
+      {".1decimal", 0.1 + 0.2, "0.3"},
+      {"3d", 12.3, ""},
+      {"02X", 12.3, ""},
+      {"int16_be", 12.3, ""},
+      {"bcd2", 12.3, ""},
+      {"float32_be", std::int64_t{16777217}, ""},
+      {".2scientific", 1.234, ""},
+      {".scientific", 1e37, "1.0E+37"},
+      {"+7.decimal", 123.4567, ""},
+      {"byte", std::string("0x1"), ""},
+      {"byte", std::string("0x4A"), "J"},
       {"10decimal", 100.5, "     100.5"},
       {"decimal", 0.25, "0.25"},
       {"decimal", std::nan(""), ""},
@@ -162,18 +184,40 @@ TEST(TelegramField, AValueIsWrittenAsTheFormatSays) {
   }
 }
 
+TEST(TelegramField, ATwinSaysTheNearestThatTheFieldCanSay) {
+  const std::tuple<const char*, double, double> kRows[] = {
+      {".2decimal", 24.96451, 24.96},       {"int16_be", 12.5, 13},
+      {"decimal", 24.123456789012, 24.123}, {"decimal", 0.0012345678901, 0.00123457},
+      {"decimal", 24.96451, 24.96451},      {"+7.decimal", 123.45678, 123.46}};
+  for (const auto& [format, value, nearest] : kRows) {
+    EXPECT_EQ(ToDouble(Nearest(FormatOf(format), value)), nearest) << format << " " << value;
+  }
+}
+
 TEST(TelegramField, NoFormatOfPrintfIsOne) {
-  for (const char* text : {"s",      "n",
-                           "%d",     "{}",
-                           "*d",     "-5d",
-                           "+",      "99999999999999999999d",
-                           "5.99f",  "300text",
-                           "uint12", "uint72",
-                           "uint0",  "float16",
-                           "bcd9",   "bcd",
-                           "2char",  "+word",
-                           "+X",     "05text",
-                           "int",    "decimal decimal"}) {
+  for (const char* text : {"s",
+                           "n",
+                           "%d",
+                           "{}",
+                           "*d",
+                           "-5d",
+                           "+",
+                           "99999999999999999999d",
+                           "5.99f",
+                           "300text",
+                           "uint12",
+                           "uint72",
+                           "uint0",
+                           "float16",
+                           "bcd9",
+                           "bcd",
+                           "2char",
+                           "+word",
+                           "+X",
+                           "05text",
+                           "2byte",
+                           "int",
+                           "decimal decimal"}) {
     const auto format = ParseFormat(text);
     ASSERT_FALSE(format) << text;
     EXPECT_FALSE(format.error().empty());
@@ -183,9 +227,10 @@ TEST(TelegramField, NoFormatOfPrintfIsOne) {
 TEST(TelegramChecksum, HasThePrintedValues) {
   const Bytes nine = ToBytes("123456789");
   const std::pair<const char*, std::uint32_t> kValues[] = {
-      {"sum8", 0xDD},           {"xor8", 0x31},          {"lrc", 0x23},
-      {"crc16_modbus", 0x4B37}, {"crc16_ccitt", 0x29B1}, {"crc16_xmodem", 0x31C3},
-      {"crc32", 0xCBF43926}};
+      {"sum8", 0xDD},           {"sum16", 0x1DD},
+      {"xor8", 0x31},           {"lrc", 0x23},
+      {"crc16_modbus", 0x4B37}, {"crc16_ccitt", 0x29B1},
+      {"crc16_xmodem", 0x31C3}, {"crc32", 0xCBF43926}};
   for (const auto& [name, value] : kValues) {
     const auto kind = std::ranges::find(ChecksumKinds(), name, &ChecksumKind::name);
     ASSERT_NE(kind, ChecksumKinds().end()) << name;

@@ -29,6 +29,37 @@ telegrams:
 points: []
 )";
 
+/// Of telegrams with almost nothing fixed.
+constexpr char kSparse[] = R"(
+device: d
+telegrams:
+  bare:
+    send: 'B'
+    size: 4
+    fields: { a: { at: 0, format: uint16_be }, b: { at: 2, format: uint16_be } }
+    refused: '\x15'
+    reads: yes
+    example: { send: 'B', receive: 'hex 20 01 30 02', a: 8193, b: 12290 }
+  short:
+    send: 'A'
+    receive: '\x06'
+    refused: '\x15'
+    example: { send: 'A', receive: '\x06' }
+  twice:
+    send: 'T'
+    receive: '>{v:3d};{v:3d}\r'
+    reads: yes
+    example: { send: 'T', receive: '>123;123\r', v: 123 }
+  mixed:
+    send: 'M'
+    receive: '\x02{v:decimal}\x03{checksum:03d}'
+    refused: '\x04'
+    checksum: { kind: sum8, skip: 1 }
+    reads: yes
+    example: { send: 'M', receive: '\x0212.5\x03201', v: 12.5 }
+points: []
+)";
+
 /// Of the profile's parts text, and noise, without the characters that end a telegram.
 Bytes Noise(std::mt19937& random) {
   constexpr std::string_view kText = "0123456789.+- SDIgW$,*>#\x02\x80";
@@ -60,8 +91,7 @@ bool HasChecksum(const Expectation& expect) {
 
 bool IsMarked(const Expectation& expect) {
   const auto awaited = std::static_pointer_cast<const Awaited>(expect.forms);
-  return std::ranges::all_of(
-      awaited->forms, [](const Form* form) { return !form->pattern.elements.front().is_field(); });
+  return std::ranges::none_of(awaited->forms, &Form::is_unmarked);
 }
 
 void AddSubjects(const std::string& name, const config::Device& device,
@@ -82,14 +112,14 @@ void AddSubjects(const std::string& name, const config::Device& device,
   std::vector<Bytes> sent;
   std::vector<Bytes> unasked;
   for (const Telegram& telegram : description->telegrams) {
-    if (telegram.listen) unasked.push_back(telegram.example.receive);
+    const Example& example = telegram.examples.front();
+    if (telegram.listen) unasked.push_back(example.receive);
     if (!telegram.send) continue;
-    sent.push_back(telegram.example.send);
+    sent.push_back(example.send);
     if (telegram.receive.empty()) continue;
     std::string what = telegram.name;
     std::erase(what, '_');
-    add("To" + what, Expect(telegram.example.send, ReadSettings(device.options)),
-        {telegram.example.receive});
+    add("To" + what, Expect(example.send, ReadSettings(device.options)), {example.receive});
   }
   if (!sent.empty()) add("Requests", Expect({}, ReadSettings(device.options)), sent);
   if (!unasked.empty()) add("Unasked", ExpectUnasked(ReadSettings(device.options)), unasked);
@@ -103,6 +133,7 @@ std::vector<LawSubject> Subjects() {
   AddSubjects("Lauda", ShippedDevice(TelegramProtocol(), "lauda-thermostat"), subjects);
   AddSubjects("Mv110", ShippedDevice(TelegramProtocol(), "owen-mv110-8a-telegrams"), subjects);
   AddSubjects("Binary", Described(kBinary), subjects);
+  AddSubjects("Sparse", Described(kSparse), subjects);
   return subjects;
 }
 

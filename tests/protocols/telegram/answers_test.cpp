@@ -1,0 +1,190 @@
+// What passes for an answer, and what a twin says: telegrams with little that is fixed, bytes that
+// are a status, telegrams that look alike.
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/protocols/telegram/support.h"
+
+namespace baudgate::protocols::telegram {
+namespace {
+
+/// As Eurotherm's EI-Bisync: a letter pair names the parameter, one byte confirms or refuses.
+constexpr char kBisync[] = R"(
+device: controller
+parameters: { g: "1", u: "2" }
+telegrams:
+  value:
+    send: '\x04{g:1d}{g:1d}{u:1d}{u:1d}{name:2text}\x05'
+    receive: '\x02{name:2text}{value:decimal}\x03{checksum:uint8}'
+    refused: '\x04'
+    checksum: { kind: xor8, skip: 1 }
+    reads: yes
+    example:
+      - { send: '\x041122PV\x05', receive: '\x02PV10.5\x03\x1F', value: 10.5 }
+      - { send: '\x041122SL\x05', receive: '\x02SL7\x03\x2B', value: 7 }
+  status:
+    send: '\x04{g:1d}{g:1d}{u:1d}{u:1d}SO\x05'
+    receive: '\x02SO{flags:04X}\x03{checksum:uint8}'
+    refused: '\x04'
+    checksum: { kind: xor8, skip: 1 }
+    reads: yes
+    example: { send: '\x041122SO\x05', receive: '\x02SO0001\x03\x1E', flags: 1 }
+  set:
+    send: '\x04{g:1d}{g:1d}{u:1d}{u:1d}\x02SL{value:.1decimal}\x03{checksum:uint8}'
+    checksum: { kind: xor8, skip: 6 }
+    receive: '\x06'
+    refused: '\x15'
+    example: { send: '\x041122\x02SL7.0\x03\x35', receive: '\x06' }
+points:
+  - { name: pv, read: value(name=PV).value, type: float32 }
+  - { name: sl, read: value(name=SL).value, write: set, access: rw, type: float32, min: 0, max: 100 }
+  - { name: sl_again, read: value(name=SL).value, type: float32 }
+  - { name: alarm, read: 'status.flags[b0]', type: bool }
+)";
+
+Outcome OutcomeOfAnswer(const config::Device& device, const std::string& request,
+                        const std::string& answer) {
+  return AnswerTo(TelegramProtocol(), device, ToBytes(request), ToBytes(answer)).outcome;
+}
+
+TEST(TelegramAnswers, AByteInTheWreckOfAnotherTelegramConfirmsAndRefusesNothing) {
+  const config::Device device = Described(kBisync);
+  const std::string write =
+      "\x04"
+      "1122\x02SL7.0\x03\x35";
+  const std::string read =
+      "\x04"
+      "1122PV\x05";
+  const std::string good = "\x02PV10.5\x03\x1F";
+  EXPECT_EQ(OutcomeOfAnswer(device, write, "\x06"), Outcome::ok);
+  EXPECT_EQ(OutcomeOfAnswer(device, write, "\xFF\x06"), Outcome::ok) << "the driver's noise";
+  EXPECT_EQ(OutcomeOfAnswer(device, write, "\x15"), Outcome::refused);
+  for (const char* wreck : {"\x02PV12\x03\x06", "\x02PV12\x03\x15", "x\x06", "PV\x06\x06"}) {
+    EXPECT_FALSE(ProvesLife(OutcomeOfAnswer(device, write, wreck))) << wreck;
+  }
+  EXPECT_EQ(OutcomeOfAnswer(device, read, good), Outcome::ok);
+  EXPECT_EQ(OutcomeOfAnswer(device, read, "\x04"), Outcome::unsupported);
+  const std::string ends_so = "\x02PV10\x03\x04";  // its check value is 04
+  for (std::size_t at = 0; at < ends_so.size() - 1; ++at) {
+    for (const char damage : {'\0', '\x7F', ' '}) {
+      std::string damaged = ends_so;
+      damaged[at] = damage;
+      const Outcome outcome = OutcomeOfAnswer(device, read, damaged);
+      EXPECT_FALSE(ProvesLife(outcome)) << at << ": " << Printable(ToBytes(damaged));
+    }
+  }
+}
+
+constexpr char kBare[] = R"(
+device: meter without a begin
+telegrams:
+  values:
+    send: 'V'
+    size: 4
+    fields: { a: { at: 0, format: uint16_be }, b: { at: 2, format: uint16_be } }
+    reads: yes
+    example: { send: 'V', receive: 'hex 00 01 00 02', a: 1, b: 2 }
+points:
+  - { name: a, read: values.a, type: uint16 }
+  - { name: b, read: values.b, type: uint16 }
+)";
+
+TEST(TelegramAnswers, ANoiseByteShiftsNoBareFields) {
+  const config::Device device = Described(kBare);
+  const auto said = [&](const char* bytes) {
+    return Said(device, AnswerTo(TelegramProtocol(), device, ToBytes("V"), *ParseHex(bytes)));
+  };
+  EXPECT_EQ(said("00 01 00 02"), "a 1 good; b 2 good");
+  EXPECT_EQ(said("FF 00 01 00 02"), "partial");
+  EXPECT_EQ(said("00 01 00 02 FF"), "partial");
+  EXPECT_EQ(said("00 01 00"), "partial");
+}
+
+TEST(TelegramAnswers, AByteThatIsAStatusConcernsAllValues) {
+  const config::Device device = Described(R"(
+device: sensor
+telegrams:
+  data:
+    send: 'D'
+    receive: 'hex 42 4D {level:uint16_be} {state:byte} {checksum:uint16_be}'
+    checksum: sum16
+    codes: { state: { '\x00': good, '0x01': uncertain } }
+    reads: yes
+    example:
+      - { send: 'D', receive: 'hex 42 4D 00 07 00 00 96', level: 7, state: '0x00' }
+      - { send: 'D', receive: 'hex 42 4D 00 07 01 00 97', level: uncertain }
+      - { send: 'D', receive: 'hex 42 4D 00 07 02 00 98', level: bad }
+points:
+  - { name: level, read: data.level, type: uint16 }
+  - { name: ok, read: data.state=0x00, type: bool }
+)");
+  const auto said = [&](const char* bytes) {
+    return Said(device, AnswerTo(TelegramProtocol(), device, ToBytes("D"), *ParseHex(bytes)));
+  };
+  EXPECT_EQ(said("42 4D 00 07 00 00 96"), "level 7 good; ok true good");
+  EXPECT_EQ(said("42 4D 00 07 01 00 97"), "level 7 uncertain; ok false good");
+  EXPECT_EQ(said("42 4D 00 07 02 00 98"), "level bad; ok false good");
+}
+
+TEST(TelegramAnswers, AFieldThatStandsTwiceSaysTheSame) {
+  const config::Device device = Described(kBisync);
+  Talk talk(TelegramProtocol(), device);
+  EXPECT_EQ(AsText(talk.Ask(Poll(0))->bytes),
+            "\x04"
+            "1122PV\x05");
+  EXPECT_FALSE(ProvesLife(OutcomeOfAnswer(device,
+                                          "\x04"
+                                          "1222PV\x05",
+                                          "\x02PV10.5\x03\x1F")))
+      << "no telegram of the description";
+}
+
+TEST(TelegramAnswers, OfTelegramsThatLookAlikeTheLiteralOneIsMeant) {
+  const config::Device device = Described(kBisync);
+  EXPECT_EQ(Said(device, AnswerTo(TelegramProtocol(), device,
+                                  ToBytes("\x04"
+                                          "1122SO\x05"),
+                                  ToBytes("\x02SO0001\x03\x1E"))),
+            "alarm true good");
+  std::string text = kBisync;
+  text.replace(text.find("name=PV"), 7, "name=SO");
+  Talk talk(TelegramProtocol(), Described(text));
+  const auto request = talk.Ask(Poll(0));
+  ASSERT_FALSE(request);
+  EXPECT_NE(request.error().find("is the telegram 'status'"), std::string::npos) << request.error();
+}
+
+TEST(TelegramWrites, WhatTheFormatCannotExpressIsNotSent) {
+  Talk talk(TelegramProtocol(), Described(kBisync));
+  EXPECT_TRUE(talk.Ask(Write(1, 24.5)));
+  const auto refused = talk.Ask(Write(1, 24.96));
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().find("24.96 has more decimals"), std::string::npos) << refused.error();
+  EXPECT_EQ(talk.asked.size(), 1U);
+}
+
+TEST(TelegramTwin, AnswersEachParameterByItsOwnExampleAndShowsWhatWasWritten) {
+  const config::Device device = Described(kBisync);
+  FixedValues values;
+  const auto twin = TelegramProtocol().make_twin(device, values);
+  EXPECT_EQ(AsText(twin->Answer(ToBytes("\x04"
+                                        "1122SL\x05"),
+                                {})),
+            "\x02SL7\x03\x2B");
+  EXPECT_EQ(AsText(twin->Answer(ToBytes("\x04"
+                                        "1122PV\x05"),
+                                {})),
+            "\x02PV10.5\x03\x1F");
+  values.values[1] = 7.0;
+  values.values[2] = 7.0;
+  Talk talk(TelegramProtocol(), device);
+  EXPECT_EQ(talk.Run(Write(1, 24.5), *twin).outcome, Outcome::ok);
+  EXPECT_EQ(ToDouble(values.values[1]), 24.5);
+  EXPECT_EQ(ToDouble(values.values[2]), 24.5) << "another point of the same field";
+  values.values[0] = 21.123456789012345;
+  EXPECT_TRUE(AsText(twin->Answer(ToBytes("\x04"
+                                          "1122PV\x05"),
+                                  {}))
+                  .starts_with("\x02PV21.123\x03"));
+}
+
+}  // namespace
+}  // namespace baudgate::protocols::telegram
