@@ -175,8 +175,7 @@ void TcpClient::Connect(const AttemptPtr& attempt, const std::vector<tcp::endpoi
         if (attempt->owner == nullptr) return;
         if (!error) return attempt->owner->OnConnected(attempt);
         attempt->owner->Fail("cannot connect to " + attempt->owner->port_ + ": " + error.message() +
-                             "; does a server listen there (a serial server in raw TCP mode), "
-                             "and is it free?");
+                             "; is a server there (a serial server in raw TCP mode), and free?");
       });
 }
 

@@ -37,7 +37,8 @@ enum class Symptom : std::uint8_t {
   tail_lost,       ///< the beginning of a reply
   bytes_lost,      ///< beginning and end of a reply, and one or two bytes too few
   bytes_added,     ///< the same, with one or two too many
-  bad_check,       ///< a reply of the right length, whose check value is wrong
+  bad_check,       ///< a reply of the right form and length, whose check value is wrong; `cause`:
+                   ///< a text, which may lack a character
   eighth_bit,      ///< a whole reply once the eighth bit of its characters is cleared
   other_setting,   ///< a whole reply, if the device were configured in another way
   other_protocol,  ///< messages of another protocol
@@ -58,15 +59,18 @@ enum class Symptom : std::uint8_t {
 };
 inline constexpr std::size_t kSymptoms = static_cast<std::size_t>(Symptom::noise) + 1;
 
+/// Before the first request behind the opening of a port.
+inline constexpr Duration kLongIdle = Duration::max();
+
 struct Finding {
   Symptom symptom = Symptom::clean;
   /// late: from the end of the request to the reply; split: the pause.
   Duration time{};
-  Duration idle{};           ///< silence of the line before the request
+  Duration idle{};           ///< silence of the line before the request; kLongIdle: unknown
   std::size_t bytes = 0;     ///< that came
   std::size_t expected = 0;  ///< of the longest good reply, where that is known
   /// Which of kSpecialBytes came, one bit each: converters that are not transparent change them;
-  /// and kHighBit.
+  /// and kHighBit, kEvenByte, kOddByte.
   std::uint8_t specials = 0;
   /// "Modbus RTU frames come", "slave 7 answers"; text: as it came; refusal and odd: the reason;
   /// noise_before, noise_behind, few_beside: "10 02 ... 10 03", what stands around the reply.
@@ -91,8 +95,13 @@ constexpr std::string_view Name(Symptom symptom) {
 /// Line ends, flow control and Telnet.
 inline constexpr std::uint8_t kSpecialBytes[] = {0x0A, 0x0D, 0x11, 0x13, 0xFF};
 
+inline constexpr std::uint8_t kAllSpecials = (1U << std::size(kSpecialBytes)) - 1;
+
 /// A character with its eighth bit came, or none can: the protocol has seven.
 inline constexpr std::uint8_t kHighBit = 0x80;
+/// A character came, other than FF, whose number of ones is even, or odd.
+inline constexpr std::uint8_t kEvenByte = 0x40;
+inline constexpr std::uint8_t kOddByte = 0x20;
 
 /// There was a good reply.
 constexpr bool IsAnswered(Symptom symptom) { return symptom <= Symptom::others_beside; }

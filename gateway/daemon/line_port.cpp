@@ -165,8 +165,8 @@ void LinePort::Lost(const std::string& reason) {
   connection_ = Connection::useless;
   // One that resets it has not even read the request.
   const bool read = asked && !reason.ends_with("reset the connection");
-  Down(reason + (read ? ", before it had worked: does it speak " + line_.protocol +
-                            " and know the device, or has it too many clients?"
+  Down(reason + (read ? ", before it had worked: check its protocol (" + line_.protocol +
+                            "), the address, and other clients"
                       : ", before it had worked; is the server in use by another client, or at its "
                         "connection limit?"));
 }

@@ -27,8 +27,7 @@ struct Taker {
   std::uint8_t byte;
   const char* remedy;
 };
-constexpr const char* kNoFlowControl =
-    "switch software flow control (XON/XOFF) off at the converter or serial server";
+constexpr const char* kNoFlowControl = "switch XON/XOFF off at the converter or serial server";
 constexpr const char* kSetRaw = "a converter or serial server takes them out: set it to raw";
 constexpr Taker kTakers[] = {{0x11, kNoFlowControl}, {0x13, kNoFlowControl}, {0x00, kSetRaw},
                              {0x0A, kSetRaw},        {0x0D, kSetRaw},        {0x03, kSetRaw},
@@ -74,7 +73,7 @@ std::optional<Finding> Stuffed(const Hearing& hearing, View heard) {
     const char* remedy;
   } all[] = {
       {Without(heard, kFlowControl), "XON and XOFF characters (11, 13) are mixed into its replies",
-       "switch software flow control off at the converter or serial server"},
+       kNoFlowControl},
       {Shrunk(heard, 0xFF, 0xFF, 0xFF), "each FF of its replies comes twice, as in Telnet",
        "set the serial server to raw TCP, without Telnet"},
       {Shrunk(heard, 0x0D, 0x00, 0x0D), "a 00 is put behind each 0D of its replies, as in Telnet",
@@ -177,7 +176,7 @@ std::optional<Finding> OtherParity(const Hearing& hearing, View heard) {
   if (odd != 0 && odd != rest) return std::nullopt;
   return Finding{.symptom = Symptom::other_setting,
                  .cause = "only characters of one parity come, and FF in place of the others",
-                 .remedy = "its parity is another one: set the parity of both alike"};
+                 .remedy = "its parity is another one; set both alike"};
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include "gateway/line/examine.h"
 
 #include <algorithm>
+#include <bit>
 #include <initializer_list>
 #include <iterator>
 #include <optional>
@@ -320,6 +321,10 @@ std::uint8_t SpecialsIn(const Hearing& hearing, View heard) {
   unsigned bits = high || text ? kHighBit : 0;
   for (std::size_t i = 0; i < std::size(kSpecialBytes); ++i) {
     if (std::ranges::find(heard, kSpecialBytes[i]) != heard.end()) bits |= 1U << i;
+  }
+  for (const std::uint8_t byte : heard) {
+    if (byte == 0xFF) continue;
+    bits |= std::popcount(byte) % 2 == 0 ? kEvenByte : kOddByte;
   }
   return static_cast<std::uint8_t>(bits);
 }

@@ -2,8 +2,10 @@
 #include "gateway/line/nearly_reply.h"
 
 #include <algorithm>
+#include <string>
 #include <string_view>
 
+#include "gateway/base/text.h"
 #include "gateway/line/changed_bytes.h"
 
 namespace baudgate {
@@ -13,7 +15,13 @@ namespace {
 constexpr std::string_view kCharacters = "0123456789.+-/: ABCDEFGHIJKLMNOPQRSTUVWXYZ";
 /// No longer text is tried character by character.
 constexpr std::size_t kLongestTried = 80;
+<<<<<<< HEAD
 /// The longest number in a reply that is taken for a name.
+=======
+/// Of a check value in a text.
+constexpr std::size_t kCheckDigits = 2;
+/// Of a name in a reply.
+>>>>>>> i34
 constexpr std::size_t kMostDigits = 3;
 
 /// A whole reply stands at the front. One look of the rule, however much there is.
@@ -90,12 +98,31 @@ std::size_t LostHead(const Hearing& hearing, View heard) {
   return IsWholeBehind(hearing, {request[0], request[1], 0}, 2, heard) ? 3 : 0;
 }
 
+bool IsText(const Hearing& hearing, View heard) {
+  return std::ranges::all_of(hearing.request, IsPrintable) &&
+         std::ranges::all_of(heard, IsPrintable);
+}
+
+/// A text that is whole with other digits in front of its line end. A check value of one byte fits
+/// almost any text once a character is put in, so that this goes before.
+bool IsWholeWithOtherCheck(const Hearing& hearing, View heard) {
+  heard = WithoutLineEndBefore(heard);
+  std::size_t size = heard.size();
+  while (size > 0 && (heard[size - 1] == '\n' || heard[size - 1] == '\r')) --size;
+  if (!IsText(hearing, heard) || size < 2 * kCheckDigits || size == heard.size()) return false;
+  Bytes changed(heard.begin(), heard.end());
+  for (unsigned value = 0; value < 256; ++value) {
+    const std::string digits = HexByte(static_cast<std::uint8_t>(value));
+    std::ranges::copy(digits, changed.begin() + static_cast<std::ptrdiff_t>(size - kCheckDigits));
+    if (StartsWithReply(hearing, changed)) return true;
+  }
+  return false;
+}
+
 /// A text that is whole with one more character.
 bool IsWholeWithOneMore(const Hearing& hearing, View heard) {
   heard = WithoutLineEndBefore(heard);
-  const bool text =
-      std::ranges::all_of(hearing.request, IsPrintable) && std::ranges::all_of(heard, IsPrintable);
-  if (!text || heard.size() < 2 || heard.size() > kLongestTried) return false;
+  if (!IsText(hearing, heard) || heard.size() < 2 || heard.size() > kLongestTried) return false;
   Bytes longer(heard.size() + 1);
   for (std::size_t at = 1; at < heard.size(); ++at) {
     const auto here = static_cast<std::ptrdiff_t>(at);
@@ -123,6 +150,9 @@ std::optional<Finding> NearlyReply(const Hearing& hearing, View heard) {
     return Finding{.symptom = Symptom::head_lost, .cause = lost > 1 ? "a few" : ""};
   }
   if (IsWholeWithEnd(hearing, heard)) return Finding{.symptom = Symptom::end_lost};
+  if (IsWholeWithOtherCheck(hearing, heard)) {
+    return Finding{.symptom = Symptom::bad_check, .cause = "a text"};
+  }
   if (IsWholeWithOneMore(hearing, heard)) return Finding{.symptom = Symptom::bytes_lost};
   return std::nullopt;
 }

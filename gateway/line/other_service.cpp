@@ -32,12 +32,6 @@ bool IsTls(View heard) {
          heard[2] <= 4;
 }
 
-/// IAC and WILL, WONT, DO or DONT, at the front.
-bool IsTelnet(View heard) {
-  return heard.size() >= 3 && heard[0] == 0xFF && heard[1] >= 0xFB && heard[1] <= 0xFE &&
-         heard[2] < 0x80;
-}
-
 /// STARTDT, STOPDT or TESTFR, asked or confirmed; or an acknowledgement.
 bool IsIec104(View heard) {
   if (heard.size() < 6 || heard[0] != 0x68 || heard[1] != 4) return false;
@@ -68,6 +62,11 @@ constexpr BinaryService kBinaryServices[] = {
 };
 
 }  // namespace
+
+bool IsTelnet(View heard) {
+  return heard.size() >= 3 && heard[0] == 0xFF && heard[1] >= 0xFB && heard[1] <= 0xFE &&
+         heard[2] < 0x80;
+}
 
 std::optional<Finding> OtherService(View heard) {
   const auto other = [&](const char* cause, const char* remedy) {

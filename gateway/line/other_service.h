@@ -13,5 +13,7 @@ namespace baudgate {
 
 /// Nothing: it is none that is known.
 std::optional<Finding> OtherService(View heard);
+/// IAC and WILL, WONT, DO or DONT, at the front.
+bool IsTelnet(View heard);
 
 }  // namespace baudgate

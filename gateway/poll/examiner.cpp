@@ -17,8 +17,10 @@ constexpr std::size_t kArrivals = 256;
 constexpr std::size_t kTaken = 8;
 /// What begins as a reply has begun is another one.
 constexpr std::size_t kFront = 2;
-/// The same reply to so many other requests is no chance.
-constexpr std::size_t kSame = 2;
+/// The same reply to so many other requests is no chance, where each of them may be answered alike;
+/// and where replies are numbered.
+constexpr std::size_t kSame = 4;
+constexpr std::size_t kSameNumbered = 2;
 /// Fewer bytes may well be the same.
 constexpr std::size_t kShortest = 4;
 constexpr std::size_t kTransaction = 2;
@@ -30,7 +32,7 @@ constexpr Duration kLongestPause = 5s;
 void Examiner::Begin(const Member& member, const Request& request, const LineTimes& times,
                      Instant now) {
   times_ = times;
-  idle_ = last_ == Instant{} ? Duration() : std::max(now - last_, Duration());
+  idle_ = last_ == Instant{} ? kLongIdle : std::max(now - last_, Duration());
   sent_ = now + static_cast<std::int64_t>(request.bytes.size()) * times.character;
   last_ = sent_;
   if (broken_.member == &member) ++broken_.began;
@@ -70,6 +72,8 @@ Finding Examiner::End(Outcome outcome) {
     last.reply = frame_;
     taken_.push_back({request_.bytes, frame_});
     if (taken_.size() > kTaken) taken_.pop_front();
+    const View first = greeting_.empty() && fresh_ ? View(heard_) : View(greeting_);
+    negotiated_ = roster_.is_network() && IsTelnet(first);
     greeting_.clear();  // it has kept nobody from answering
   }
   open_[member_->place].last.silent = heard_.empty();
@@ -192,8 +196,9 @@ bool Examiner::IsCopy() const {
   assembler.Begin(member_->protocol->reply_rule, request_.expect);
   assembler.Feed(heard_);
   int copies = 0;
-  int others = 0;
+  int others = frame_.empty() ? 0 : 1;  // its own, of which a copy may come as well
   while (const auto frame = assembler.Next(true)) {
+    if (*frame == frame_) continue;
     const bool known = std::ranges::any_of(taken_, [&](const Taken& one) {
       return one.request != request_.bytes && one.reply == *frame;
     });
@@ -219,7 +224,7 @@ bool Examiner::IsSameAgain(bool right) {
     asked.asked = request_.bytes;
   }
   asked.right = asked.right || right;
-  return asked.right && asked.others >= kSame;
+  return asked.right && asked.others >= (member_->protocol->tcp ? kSameNumbered : kSame);
 }
 
 /// A request of this gateway has come back so late that it seems somebody else's.

@@ -41,6 +41,8 @@ class Examiner {
   Finding End(Outcome outcome);
   /// Nothing: it looks as it did. It tells once.
   std::optional<Finding> More();
+  /// The connection has begun as Telnet, and a device has answered all the same. It tells once.
+  bool TakeNegotiation() { return std::exchange(negotiated_, false); }
   /// Whose exchange began last; null: none did.
   const Member* member() const { return member_; }
 
@@ -114,7 +116,8 @@ class Examiner {
   std::deque<Asked> open_;   // by place
   std::deque<Taken> taken_;  // the latest replies
   bool fresh_ = true;        // no exchange has ended since the port was opened
-  Bytes greeting_;           // came before the first request behind the opening of the port
+  bool negotiated_ = false;
+  Bytes greeting_;  // came before the first request behind the opening of the port
   Bytes heard_;
   std::vector<Arrival> arrivals_;
   std::vector<Late> late_;

@@ -250,6 +250,7 @@ void Ledger::OnPoll(const Device& device, std::size_t query, bool answered) {
     count.first_point = points.empty() ? 0 : points.front();
     count.points = points.size();
     count.in_vain = answered ? 0 : count.in_vain + 1;
+    count.failures = static_cast<std::uint8_t>(count.failures << 1U | (answered ? 0U : 1U));
     count.refused = symptom == Symptom::refusal ? count.refused + 1 : 0;
     count.symptom = symptom;
   });

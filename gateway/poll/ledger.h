@@ -44,6 +44,7 @@ class Ledger {
   void OnReceived(View bytes);
   void OnEcho() { ++counters_.echoes; }
   void OnCollision() { ++counters_.collisions; }
+  void OnNegotiation() { ++counters_.negotiations; }
   /// An echo was there, and differed: somebody else has spoken.
   void OnSecondMaster();
   /// `cut`: the bus has stopped echoing (gateway/line/echo_watch.h), as `member` was asked.

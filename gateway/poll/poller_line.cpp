@@ -102,6 +102,7 @@ void Poller::Conclude() {
   const bool good = ProvesLife(end->outcome) || end->outcome == Outcome::line_down;
   if (!good) port_.DropUnsent();
   Finding finding = examiner_.End(end->outcome);
+  if (examiner_.TakeNegotiation()) ledger_.OnNegotiation();
   judge_.OnEnd(job, *end, finding);
   run_.Conclude(std::move(*end), finding);
 }

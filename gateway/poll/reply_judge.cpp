@@ -2,9 +2,24 @@
 #include "gateway/poll/reply_judge.h"
 
 #include <algorithm>
+#include <string>
+#include <string_view>
 #include <utility>
 
+#include "gateway/base/text.h"
+
 namespace baudgate {
+namespace {
+
+/// "'<1D:READY:4B' has "; empty: it is no text, or may repeat a password.
+std::string Quoted(const Request& request, View frame) {
+  const std::string_view text = Trim(AsText(frame));
+  const bool printable = std::ranges::all_of(text, [](char c) { return c >= 0x20 && c < 0x7F; });
+  if (text.empty() || !printable || !request.expect.secrets.empty()) return {};
+  return "'" + std::string(text) + "' has ";
+}
+
+}  // namespace
 
 Outcome ReplyJudge::Judge(Job& job, View frame, bool may_be_echo, Instant now) {
   Answer& answer = job.answer;
@@ -58,7 +73,8 @@ Outcome ReplyJudge::Refuse(Job& job, View frame, Outcome outcome) {
   job.answer.reason = std::move(said.reason);
   job.answer.remedy = std::move(said.remedy);
   if (job.answer.reason.empty()) {
-    job.answer.reason = "not the form that was asked for; does the profile fit?";
+    job.answer.reason = Quoted(job.request, frame) + "not the form that was asked for";
+    job.answer.reason += "; does the profile fit?";
   }
   return job.answer.outcome = outcome;
 }

@@ -6,9 +6,11 @@
 
 #include "gateway/base/shown.h"
 #include "gateway/status/diagnose.h"
+#include "gateway/status/diagnose_beside.h"
 #include "gateway/status/evidence.h"
 #include "gateway/status/hypotheses.h"
 #include "gateway/status/line_time.h"
+#include "gateway/status/reason.h"
 #include "gateway/status/words.h"
 
 namespace baudgate::control {
@@ -25,6 +27,8 @@ constexpr std::size_t kProof = 2;
 /// A server that ends so many connections in use does not do so by its settings alone.
 constexpr std::size_t kDrops = 3;
 constexpr Duration kRecently = 5min;
+/// A connection is opened again so soon.
+constexpr Duration kMoment = 5s;
 /// The text of a port that gateway/daemon/line_driver.cpp opens anew.
 constexpr std::string_view kNobodyAnswers = "no device behind it has answered";
 /// So many errors of the driver for an exchange.
@@ -48,6 +52,20 @@ std::string SayOtherService(const config::Line& line, std::span<const DeviceReco
          "): " + (other->remedy.empty() ? "check the port" : other->remedy);
 }
 
+std::string Lost(const config::Line& line, std::size_t times,
+                 std::span<const DeviceRecord> devices) {
+  if (std::string other = SayOtherService(line, devices); !other.empty()) return other;
+  if (line.is_network()) {
+    return fmt::format(
+        "the connection was lost {} in the last hour: look at the serial server (power, restarts, "
+        "inactivity time, another client) and at the network",
+        Times(times));
+  }
+  return fmt::format(
+      "the open port was lost {} in the last hour: loose plug, hub or power; the log has the times",
+      Times(times));
+}
+
 std::string Closed(const config::Line& line, const LineStatus& status,
                    std::span<const DeviceRecord> devices, Now now) {
   if (status.port == LineStatus::Port::released && status.port_text.starts_with("lent to ")) {
@@ -68,25 +86,14 @@ std::string Closed(const config::Line& line, const LineStatus& status,
     const auto judged = Judge(evidence);
     if (!judged.empty()) return "nobody answers: " + judged.front()->say(evidence);
   }
-  const std::string since = status.port_since == WallTime{}
-                                ? std::string()
-                                : " for " + FormatAge(now.wall - status.port_since);
+  const Duration closed = now.wall - status.port_since;
+  const std::size_t lost = status.losses.Since(now.instant - 1h);
+  const bool again = status.port_since != WallTime{} && closed < kMoment;
+  if (again && line.is_network() && lost >= kDrops) return Lost(line, lost, devices);
+  const std::string since =
+      status.port_since == WallTime{} ? std::string() : " for " + FormatAge(closed);
   return fmt::format("port closed{}: {}", since,
                      status.port_text.empty() ? "not opened yet" : status.port_text);
-}
-
-std::string Lost(const config::Line& line, std::size_t times,
-                 std::span<const DeviceRecord> devices) {
-  if (std::string other = SayOtherService(line, devices); !other.empty()) return other;
-  if (line.is_network()) {
-    return fmt::format(
-        "the connection was lost {} in the last hour: look at the serial server (power, restarts, "
-        "inactivity time, another client) and at the network",
-        Times(times));
-  }
-  return fmt::format(
-      "the open port was lost {} in the last hour: loose plug, hub or power; the log has the times",
-      Times(times));
 }
 
 /// A server that ends connections which are in use.
@@ -170,7 +177,8 @@ bool IsExplained(std::span<const DeviceRecord> devices) {
   return std::ranges::any_of(devices, [](const DeviceRecord& one) {
     for (std::size_t i = 1; i < kSymptoms; ++i) {
       const auto symptom = static_cast<Symptom>(i);
-      if (symptom != Symptom::silence && one.status.findings.Count(symptom) > 1) return true;
+      const std::size_t notable = IsAnswered(symptom) ? kNotableNoise : kProof;
+      if (symptom != Symptom::silence && one.status.findings.Count(symptom) >= notable) return true;
     }
     return false;
   });
@@ -214,6 +222,11 @@ Sentences DiagnoseLine(const config::Line& line, const LineStatus& status,
                     "bus that does not echo (set 'echo: off')",
                     Times(status.collisions)));
   }
+  if (status.negotiations > 0 && answered) {
+    found.push_back(
+        "the server speaks Telnet when a connection begins, and doubles each FF: set its port to "
+        "raw TCP, without Telnet or RFC 2217");
+  }
   for (std::string& sentence : Strangers(devices)) found.push_back(std::move(sentence));
   for (std::string& sentence : DriverErrors(line, status, nobody)) {
     found.push_back(std::move(sentence));
@@ -222,13 +235,10 @@ Sentences DiagnoseLine(const config::Line& line, const LineStatus& status,
       Share(static_cast<double>(status.stray_bytes), static_cast<double>(status.bytes_in));
   if (stray >= kNotableStray && status.stray_bytes >= kFewStray && !IsExplained(devices)) {
     found.push_back(fmt::format(
-        "{} of {} bytes came when nothing was asked: {}; look at 'baudgate trace {}'",
-        status.stray_bytes, status.bytes_in,
+        "{} of {} bytes came when nothing was asked: {}", status.stray_bytes, status.bytes_in,
         line.serial.on_wire()
-            ? "noise while nobody drives the bus (bias resistors, termination), a "
-              "second master, or answers that come too late"
-            : "the server answers twice, or does not keep to Modbus TCP; update its firmware",
-        line.name));
+            ? "noise (check bias resistors and termination), a second master, or late replies"
+            : "the server answers twice, or does not keep to Modbus TCP; update its firmware"));
   }
   const std::size_t lost = status.losses.Since(now.instant - 1h);
   if (lost >= (line.is_network() ? kDrops : 1)) found.push_back(Lost(line, lost, devices));

@@ -7,6 +7,7 @@
 #include <map>
 
 #include "gateway/base/shown.h"
+#include "gateway/status/reason.h"
 #include "gateway/status/words.h"
 
 namespace baudgate::control {
@@ -82,9 +83,9 @@ Sentences DiagnosePoints(const LineStatus& line, const DeviceRecord& record, Now
       why += ": what came is no value of their type; does the profile fit?";
     if (empty == reported) why += ": it gives no value for them; does the profile fit?";
     if (reasons.contains(Reason::not_fitted)) {
-      const std::string& said = record.status.findings.Last(Symptom::refusal).cause;
+      const std::string said = Brief(record.status.findings.Last(Symptom::refusal));
       why += said.empty() ? ": it does not answer requests for them" : ": it says '" + said + "'";
-      why += "; does the profile fit the device?";
+      why += "; does the profile fit?";
     }
     found.push_back(
         fmt::format("{} of {} points have no good value{}", reported, record.points.size(), why));
@@ -105,14 +106,14 @@ Sentences DiagnoseWaiting(const DeviceRecord& record, Now now, Instant started) 
   const Duration patience = std::max<Duration>(kLongWait, 3 * record.device->poll);
   if (waiting == 0 || now.instant - started < patience) return {};
   const Findings& findings = record.status.findings;
-  const std::string& odd = findings.Last(Symptom::odd).cause;
-  const std::string& reason = odd.empty() ? findings.Last(Symptom::refusal).cause : odd;
-  if (record.status.unasked && reason.empty()) return {};  // nothing has happened yet
-  return {
-      fmt::format("{} of {} points have no value yet ({}{}): {}; does the profile fit the "
-                  "device, with its options?",
-                  waiting, record.points.size(), first, waiting > 1 ? ", ..." : "",
-                  reason.empty() ? "the device does not give them" : "it says '" + reason + "'")};
+  const Finding& odd = findings.Last(Symptom::odd);
+  const Finding& said = odd.cause.empty() ? findings.Last(Symptom::refusal) : odd;
+  if (record.status.unasked && said.cause.empty()) return {};  // nothing has happened yet
+  return {fmt::format(
+      "{} of {} points have no value yet ({}{}): {}: {}", waiting, record.points.size(), first,
+      waiting > 1 ? ", ..." : "",
+      said.cause.empty() ? "the device does not give them" : "it says '" + Brief(said) + "'",
+      RemedyOf(said))};
 }
 
 }  // namespace baudgate::control

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "gateway/status/hypothesis_words.h"
+#include "gateway/status/reason.h"
 
 namespace baudgate::control {
 namespace {
@@ -21,6 +22,8 @@ constexpr std::size_t kFacts = 2;
 constexpr std::size_t kSilences = 3;
 /// No chance any more.
 constexpr std::size_t kMany = 8;
+/// No device needs a longer silence in front of its request.
+constexpr Duration kLongestPause = 300ms;
 
 template <Symptom kSymptom>
 double Seen(const Evidence& evidence) {
@@ -37,9 +40,12 @@ double OtherDevice(const Evidence& evidence) {
   return evidence.Count(other_device) < kFacts ? 0 : evidence.Share({other_device});
 }
 
-/// It may come when it likes, and the device is silent beside it.
+/// It may come when it likes, and the device is silent beside it. Where nothing was ever good, some
+/// of many unreadable bytes look like words.
 double Text(const Evidence& evidence) {
-  return evidence.Count(text) == 0 ? 0 : evidence.Share({text, silence, head_lost});
+  if (evidence.Count(text) < (evidence.answered ? kFacts : 1)) return 0;
+  const bool chance = !evidence.answered && evidence.Share({noise, damaged}) >= kUnexplained;
+  return (chance ? 0.5 : 1) * evidence.Share({text, silence, head_lost});
 }
 
 /// Where a gap splits replies, a rest that comes alone looks like a lost head or tail.
@@ -62,7 +68,7 @@ constexpr std::initializer_list<Symptom> kUnreadable = {
 double WrongSettings(const Evidence& evidence) {
   if (evidence.answered || !OnWire(evidence)) return 0;
   if (evidence.Count({noise, damaged, zeros}) == 0) return 0;
-  return 0.9 * evidence.Share(kUnreadable);
+  return 0.9 * (evidence.Share(kUnreadable) + evidence.Share({text}));
 }
 
 double Zeros(const Evidence& evidence) { return OnWire(evidence) ? evidence.Share({zeros}) : 0; }
@@ -138,6 +144,13 @@ double BreaksOff(const Evidence& evidence) {
   return evidence.answered && share < 0.6 ? 0 : share;
 }
 
+/// Not a character of the other parity came.
+double OtherParity(const Evidence& evidence) {
+  if (evidence.device == nullptr || evidence.failed < kMany || !OnWire(evidence)) return 0;
+  if (evidence.line->is_network() || !evidence.device->status.findings.IsOneParity()) return 0;
+  return evidence.Share({bad_check, damaged, noise, bytes_lost, tail_lost, end_lost, head_lost});
+}
+
 /// Its replies, each without the eighth bits.
 double SevenBits(const Evidence& evidence) {
   if (evidence.device == nullptr || evidence.failed < kMany) return 0;
@@ -166,12 +179,15 @@ double LongDamaged(const Evidence& evidence) {
   return evidence.Share({damaged, noise, bad_check, bytes_lost, tail_lost, end_lost});
 }
 
-/// Silent to all requests that come soon behind what was on the line, and to no others.
+/// Silent to all requests that come soon behind what was on the line, and to no others. Beside a
+/// busy neighbour there may be no others.
 double TooFast(const Evidence& evidence) {
-  if (evidence.device == nullptr || evidence.Count(silence) < kSilences) return 0;
-  if (evidence.looked - evidence.failed < kSilences) return 0;
-  const Findings& findings = evidence.device->status.findings;
-  return findings.ShortPause() > Duration() ? evidence.Share({silence}) : 0;
+  if (evidence.device == nullptr || !evidence.answered) return 0;
+  const bool few = evidence.looked - evidence.failed < kSilences;
+  if (evidence.Count(silence) < (few ? kMany : kSilences)) return 0;
+  const Duration pause = evidence.device->status.findings.ShortPause();
+  if (pause == Duration() || (few && pause > kLongestPause)) return 0;
+  return evidence.Share({silence});
 }
 
 double Odd(const Evidence& evidence) {
@@ -219,12 +235,13 @@ const std::vector<Hypothesis>& Hypotheses() {
       {"its replies come up to", Late, SayLate, true},
       {"right once the eighth bit is taken away", EighthBit, SayEighthBit},
       {"no character of its replies has its eighth bit", SevenBits, SaySevenBits},
+      {"only characters of one parity come", OtherParity, SayOtherParity},
       {"the first byte of its replies is missing", Seen<head_lost>, SayHeadLost},
       {"its replies break off", BreaksOff, SayTailLost},
       {"the last byte of its replies is missing", Always<end_lost>, SayEndLost},
       {"bytes are missing inside its replies", BytesLost, SayBytesLost},
       {"its replies have bytes too many", Always<bytes_added>, SayBytesAdded},
-      {"its replies have the right form and length", BadCheck, SayBadCheck},
+      {"its replies have a wrong check value", BadCheck, SayBadCheck},
       {"nothing but 00 or FF comes", Zeros, SayZeros},
       {"bytes come without an end", Seen<endless>, SayEndless},
       {"the same reply comes whatever is asked", SameAgain, SaySameAgain, true},
@@ -238,7 +255,7 @@ const std::vector<Hypothesis>& Hypotheses() {
       {"what comes is not Modbus TCP", NoTcp, SayNoTcp},
       {"bytes come, and not one good frame", WrongSettings, SaySettings},
       {"its replies come damaged", Noise, SayNoise},
-      {"its replies do not fit their requests", Odd, SayOdd},
+      {"its replies do not fit", Odd, SayOdd},
       {"not a byte came", Silent, SaySilent},
   };
   return kAll;
@@ -266,6 +283,9 @@ std::vector<std::string> Besides(const Evidence& evidence,
   std::vector<std::string> besides;
   for (const Hypothesis* hypothesis : judged) {
     if (hypothesis != judged.front()) besides.push_back("or " + hypothesis->say(evidence));
+  }
+  if (evidence.absent && judged.front()->support == TooFast) {
+    besides.push_back("or it is off: check its power and its wire");
   }
   if (!evidence.alike.empty()) {
     besides.push_back(evidence.alike + " fails alike: look first at what both share");

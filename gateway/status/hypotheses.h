@@ -38,13 +38,6 @@ std::vector<const Hypothesis*> Judge(const Evidence& evidence);
 std::vector<std::string> Besides(const Evidence& evidence,
                                  const std::vector<const Hypothesis*>& judged);
 
-/// "slave 7 answers …: check the address …".
-std::string WithRemedy(const Finding& finding);
-
-/// What a device has said in place of values, without its own advice; and what to do about it.
-std::string Brief(const Finding& finding);
-std::string RemedyOf(const Finding& finding);
-
 /// What both ends must agree on: "address 2, 9600 7E1, checksum crc".
 std::string Settings(const DeviceRecord& record);
 /// ", checksum crc"; empty: its protocol has one only.

@@ -8,6 +8,7 @@
 
 #include "gateway/base/shown.h"
 #include "gateway/status/hypotheses.h"
+#include "gateway/status/reason.h"
 #include "gateway/status/words.h"
 
 namespace baudgate::control {
@@ -22,7 +23,7 @@ constexpr double kMargin = 1.25;
 /// Failures in a row, on the average, from which they are outages and no single losses.
 constexpr double kOutage = 2.5;
 constexpr const char* kSetRaw =
-    "set the converter or serial server in between to raw (no XON/XOFF, no Telnet)";
+    "set the converter or serial server to raw (no XON/XOFF, no Telnet)";
 
 /// A time for the configuration, in round numbers: "150ms".
 std::string Suggest(Duration seen) {
@@ -46,8 +47,8 @@ std::string Unproven(const Evidence& evidence) {
   }
   if (evidence.answered) return "check its power and its wire";
   if (evidence.healthy.empty()) {
-    return "check its power and wiring (A and B swapped?), then address and bit rate (" +
-           Settings(record) + ")";
+    return "check its power and wiring (A and B swapped?), then its settings (" + Settings(record) +
+           ")";
   }
   return "check its power, its wire and its address (" + record.device->address + ")";
 }
@@ -82,7 +83,13 @@ bool ComesAndGoes(const Evidence& evidence) {
   const std::size_t runs = findings.Runs();
   if (2 * evidence.failed > evidence.looked && findings.LongestRun() == evidence.failed)
     return false;
-  return runs > 0 && static_cast<double>(evidence.failed) >= kOutage * static_cast<double>(runs);
+  // An absent device is asked more seldom, so that the time of its silence counts as well.
+  const double down = Seconds(evidence.minutes.down);
+  const double poll = std::max(1.0, Seconds(evidence.device->device->poll));
+  const bool away =
+      evidence.minutes.outages > 1 && down >= kOutage * poll * evidence.minutes.outages;
+  return away ||
+         (runs > 0 && static_cast<double>(evidence.failed) >= kOutage * static_cast<double>(runs));
 }
 
 std::string SayOtherDevice(const Evidence& evidence) {
@@ -153,9 +160,15 @@ std::string SaySpecials(const Evidence& evidence) {
 }
 
 std::string SayBadCheck(const Evidence& evidence) {
-  return "its replies have the right form and length, and a wrong check value: two devices have "
-         "its address, or it computes another one" +
-         CheckOf(evidence.first());
+  const std::string cause = "its replies have a wrong check value";
+  if (!evidence.Last(bad_check).cause.empty()) {
+    return cause +
+           ": two devices have its address, it computes another one, or a converter loses bytes "
+           "(use raw)";
+  }
+  const std::string check = CheckOf(evidence.first());
+  return cause + (check.empty() ? "" : " (" + check.substr(2) + ")") +
+         ": two devices have its address, or it computes another one";
 }
 
 std::string SayTooLong(const Evidence& evidence) {
@@ -178,8 +191,7 @@ std::string SayTooFast(const Evidence& evidence) {
   const Duration pause = evidence.device->status.findings.ShortPause();
   return fmt::format(
       "requests get no answer that come soon ({} ms) behind a telegram: set timing: {{ quiet: {} "
-      "}} "
-      "at the device",
+      "}} at the device",
       Milliseconds(pause), Suggest(std::max<Duration>(kPause, 2 * pause)));
 }
 
@@ -202,9 +214,15 @@ std::string SaySevenBits(const Evidence& evidence) {
          SerialOf(evidence.first()).ToString() + ")";
 }
 
+std::string SayOtherParity(const Evidence& evidence) {
+  return "only characters of one parity come, and FF in place of the others: its parity is another "
+         "one; set both alike (" +
+         SerialOf(evidence.first()).ToString() + ")";
+}
+
 std::string SayText(const Evidence& evidence) {
-  return "text comes in place of replies (" + evidence.Last(text).cause +
-         "): a modem, a console or a menu is there; take it off, or check the port";
+  return "text comes in place of replies (" + Brief(evidence.Last(text)) +
+         "): a modem, console or menu; take it off, or check the port";
 }
 
 std::string SayEcho(const Evidence& evidence) {
@@ -249,11 +267,13 @@ std::string SayNoise(const Evidence& evidence) {
   const std::string reason = LastReason(evidence);
   const bool plain = reason.starts_with("checksum") || reason.starts_with("syntax");
   const std::string damaged_by = plain ? " (" + reason + ")" : std::string();
-  if (!OnWire(evidence)) return "its replies come damaged" + damaged_by + ": look at the server";
-  return "its replies come damaged" + damaged_by +
-         (evidence.healthy.empty()
-              ? ": noise, bad termination, a bus without ground, or two devices with its address"
-              : ": noise or a bad wire at its end, or two devices with its address");
+  const std::string cause = "its replies come damaged" + damaged_by;
+  if (!OnWire(evidence)) return cause + ": look at the server";
+  // What two devices have in common is no address.
+  if (!evidence.alike.empty()) return cause + ": noise, bad termination, or a bus without ground";
+  return cause + (evidence.healthy.empty()
+                      ? ": noise, bad termination or ground, or two devices with its address"
+                      : ": noise or a bad wire at its end, or two devices with its address");
 }
 
 std::string SayZeros(const Evidence& evidence) {
@@ -279,8 +299,8 @@ std::string SaySilent(const Evidence& evidence) {
     return "single requests get no answer: the server or the network loses them, or it is asked "
            "too fast (raise its poll)";
   }
-  return "single requests get no answer: it misses them in noise, or is asked too fast (set "
-         "timing: { quiet: 50ms } at the device, or raise its poll)";
+  return "single requests get no answer: noise, or it is asked too fast (set timing: { quiet: 50ms "
+         "} at the device, or raise its poll)";
 }
 
 std::string SaySaid(const Evidence& evidence) {
@@ -301,7 +321,7 @@ std::string SaySaid(const Evidence& evidence) {
 
 std::string SayOdd(const Evidence& evidence) {
   const Finding& finding = evidence.Last(evidence.Count(odd) > 0 ? odd : one_behind);
-  return "its replies do not fit their requests (" + Brief(finding) + "): " + RemedyOf(finding);
+  return "its replies do not fit (" + Brief(finding) + "): " + RemedyOf(finding);
 }
 
 std::string SayOneBehind(const Evidence&) {
@@ -332,19 +352,6 @@ std::string SayOtherReply(const Evidence& evidence) {
   return "replies come that belong to other requests" +
          (reason.empty() ? "" : " (" + reason + ")") +
          ": another master on the line, or a serial server that answers one request late";
-}
-
-std::string Brief(const Finding& finding) {
-  return finding.remedy.empty() ? finding.cause : finding.cause.substr(0, finding.cause.find("; "));
-}
-
-std::string RemedyOf(const Finding& finding) {
-  return finding.remedy.empty() ? "does the profile fit the device, with its options?"
-                                : finding.remedy;
-}
-
-std::string WithRemedy(const Finding& finding) {
-  return finding.remedy.empty() ? finding.cause : Brief(finding) + ": " + finding.remedy;
 }
 
 std::string CheckOf(const DeviceRecord& record) {

@@ -35,6 +35,7 @@ std::string SayTooFast(const Evidence& evidence);
 std::string SaySameAgain(const Evidence& evidence);
 std::string SayEighthBit(const Evidence& evidence);
 std::string SaySevenBits(const Evidence& evidence);
+std::string SayOtherParity(const Evidence& evidence);
 std::string SayText(const Evidence& evidence);
 std::string SayEcho(const Evidence& evidence);
 std::string SayLateEcho(const Evidence& evidence);

@@ -21,8 +21,6 @@ constexpr double kFull = 0.8;
 constexpr double kBusy = 0.5;
 constexpr double kMuchOfOne = 0.4;
 
-double Seconds(Duration duration) { return std::chrono::duration<double>(duration).count(); }
-
 /// The time that the last minutes have had so far.
 double Watched(Now now, Instant started) {
   const Duration of_minute = now.instant.time_since_epoch() % 1min;

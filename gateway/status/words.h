@@ -14,6 +14,8 @@ namespace baudgate::control {
 /// 0 of nothing.
 inline double Share(double part, double whole) { return whole > 0 ? part / whole : 0; }
 
+inline double Seconds(Duration duration) { return std::chrono::duration<double>(duration).count(); }
+
 /// "0.4 %", "62 %".
 inline std::string Percent(double share) {
   const double percent = 100 * share;

@@ -90,6 +90,7 @@ struct QueryCount {
   std::size_t first_point = 0;  ///< index in the device's points; of those that it reads
   std::size_t points = 0;
   std::uint32_t in_vain = 0;         ///< exchanges in a row without an answer, since the last one
+  std::uint8_t failures = 0;         ///< of the last eight exchanges, one bit each
   std::uint32_t refused = 0;         ///< exchanges in a row in which the device has said no
   Symptom symptom = Symptom::clean;  ///< of the last exchange
 };

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -19,6 +20,9 @@ class Findings {
 
   void Add(Finding finding) {
     idles_[count_ % kKept] = finding.idle;
+    if (IsAnswered(finding.symptom)) {
+      shortest_idle_ = std::min(shortest_idle_.value_or(kLongIdle), finding.idle);
+    }
     latest_[count_++ % kKept] = finding.symptom;
     Keep(std::move(finding));
   }
@@ -64,7 +68,14 @@ class Findings {
   /// Those of kSpecialBytes that every failed reply had and no good one; one bit each.
   std::uint8_t Suspects() const {
     if (!any_bad_) return 0;
-    return static_cast<std::uint8_t>(bad_specials_ & ~good_specials_ & ~kHighBit);
+    return static_cast<std::uint8_t>(bad_specials_ & ~good_specials_ & kAllSpecials);
+  }
+  /// In all that failed only characters of one parity came, and FF, which a driver gives for a
+  /// character with wrong parity.
+  bool IsOneParity() const {
+    constexpr unsigned kMark = 1U << (std::size(kSpecialBytes) - 1);
+    const unsigned parities = any_specials_ & (kEvenByte | kOddByte);
+    return (any_specials_ & kMark) != 0 && (parities == kEvenByte || parities == kOddByte);
   }
   /// In all that came no character had its eighth bit, although the protocol has such.
   bool IsSevenBit() const { return any_bad_ && !any_high_; }
@@ -73,19 +84,14 @@ class Findings {
   std::size_t SameAround() const { return same_around_; }
   const std::string& Around() const { return around_; }
 
-  /// The longest silence before a request to which nothing came, where every request that was
+  /// The longest silence before a request to which nothing came, where every request that was ever
   /// answered had a longer one before it; zero: it is not so.
   Duration ShortPause() const {
     Duration longest{};
-    Duration shortest = Duration::max();
     for (std::size_t i = 0; i < size(); ++i) {
-      if (IsAnswered(latest_[i])) {
-        shortest = std::min(shortest, idles_[i]);
-      } else if (latest_[i] == Symptom::silence) {
-        longest = std::max(longest, idles_[i]);
-      }
+      if (latest_[i] == Symptom::silence) longest = std::max(longest, idles_[i]);
     }
-    return shortest > longest && shortest < Duration::max() ? longest : Duration();
+    return shortest_idle_ && *shortest_idle_ > longest ? longest : Duration();
   }
 
   /// Lengths of replies that were asked for: the longest that came whole, the shortest that did
@@ -103,7 +109,10 @@ class Findings {
     const std::size_t length = std::max(finding.expected, finding.bytes);
     if (length == 0) return;
     if (IsAnswered(finding.symptom)) {
-      longest_good_ = std::max(longest_good_, length);
+      // A refusal may be shorter than the reply that was asked for.
+      const std::size_t came = finding.bytes > 0 ? finding.bytes : length;
+      longest_good_ =
+          std::max(longest_good_, finding.expected > 0 ? std::min(came, finding.expected) : came);
       if (longest_good_ >= silent_.shortest) silent_ = {};
       if (longest_good_ >= damaged_.shortest) damaged_ = {};
       return;
@@ -130,6 +139,7 @@ class Findings {
     } else if (finding.bytes > 0) {
       any_bad_ = true;
       bad_specials_ = static_cast<std::uint8_t>(bad_specials_ & finding.specials);
+      any_specials_ = static_cast<std::uint8_t>(any_specials_ | finding.specials);
     }
     Finding& last = last_[static_cast<std::size_t>(finding.symptom)];
     const bool others = Count(finding.symptom) > 1;
@@ -139,12 +149,14 @@ class Findings {
 
   std::array<Symptom, kKept> latest_{};
   std::array<Duration, kKept> idles_{};
+  std::optional<Duration> shortest_idle_;  // before a request that was answered
   std::size_t count_ = 0;
   std::size_t longest_good_ = 0;
   Lengths silent_;
   Lengths damaged_;
   std::uint8_t good_specials_ = 0;
   std::uint8_t bad_specials_ = 0xFF;
+  std::uint8_t any_specials_ = 0;
   bool any_bad_ = false;
   bool any_high_ = false;
   std::size_t same_around_ = 0;

@@ -30,9 +30,10 @@ struct LineCounters {
   std::uint64_t late = 0;         ///< exchanges without a reply that bytes followed after their end
   std::uint64_t collisions = 0;   ///< echo: verify: the echo differed or was missing
   std::uint64_t echoes = 0;       ///< echo: off: the request itself came back
-  std::uint64_t probes = 0;       ///< exchanges with devices that do not answer
-  Duration busy{};                ///< in exchanges and drains
-  TimeByUse spent{};              ///< that, by what for; of an exchange when it has ended
+  std::uint64_t negotiations = 0;  ///< connections that began as Telnet, and devices answer there
+  std::uint64_t probes = 0;        ///< exchanges with devices that do not answer
+  Duration busy{};                 ///< in exchanges and drains
+  TimeByUse spent{};               ///< that, by what for; of an exchange when it has ended
   RoundTrips round_trips;
 
   std::uint64_t Count(Outcome outcome) const { return outcomes[static_cast<std::size_t>(outcome)]; }

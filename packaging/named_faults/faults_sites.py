@@ -133,7 +133,7 @@ SITES = family(
     Fault("echo", "tcp", m.echo(m.silent), "request itself", "port|service", SERIAL_WORDS),
     Fault("noise before", "tcp", m.sends(m.noise_before), "not modbus|header|damaged|stray|nobody asked", "server|port|firmware", SERIAL_WORDS),
     Fault("noise behind", "tcp", m.sends(m.noise_behind), "not modbus|header|damaged|stray|nobody asked|bytes", "server|port|firmware", SERIAL_WORDS),
-    Fault("noise by itself", "tcp", m.well, "nobody asked|nothing was asked|not modbus|by itself|damaged", "server|port|firmware", SERIAL_WORDS, events=((2.3, lambda s: bytes((i * 89 + 31) & 255 for i in range(60))),)),
+    Fault("noise by itself", "tcp", m.well, "nobody asked|unasked|nothing was asked|not modbus|by itself|damaged", "server|port|firmware", SERIAL_WORDS, events=((2.3, lambda s: bytes((i * 89 + 31) & 255 for i in range(60))),)),
     Fault("zeros", "tcp", m.sends(m.only(bytes(12))), "not modbus|00", "port|server", SERIAL_WORDS),
     Fault("one healthy device of each", "spa dcon dcon0 set rtu ascii tcp", m.well, "", "", where="alone beside", well=True),
     Fault("healthy over a serial server", WIRE, m.late(0.05), "", "", where="alone beside", line="TCP", well=True),

@@ -376,7 +376,7 @@ def two_in_turn(x):
 
 def two_alike(x):
     """Most of what they say is the same."""
-    differs = x.number % 4 == 0
+    differs = x.random.random() < 0.25
     return [(THINK, x.reply), (THINK + 0.03, other_value(x) if differs else x.reply)]
 
 

@@ -128,8 +128,7 @@ class Gateway:
         if name == "io":
             line.update(port_state="open", port_text="serial /dev/ttyUSB2 115200 8N1", use=0.37)
         if name == "spare":
-            line["advice"] = ["port closed for 2 h: no such port /dev/ttyUSB4; is the adapter plugged in?; "
-                              "it is tried again until it works"]
+            line["advice"] = ["port closed for 2 h: no such port /dev/ttyUSB4; is the adapter plugged in?"]
         for number, (device, sample, wrong) in enumerate(devices):
             made = copy.deepcopy(sample_of(sample))
             made.update(name=device, address=str(number + 1), advice=[], trouble="")
@@ -146,10 +145,8 @@ class Gateway:
                 made["round_trips"].update(count=0, mean_us=0, p50_us=0, p99_us=0, histogram=[])
             made["hour"]["minutes"] = [minute_of(wrong, n) for n in range(60)]
             if wrong == "silent":
-                neighbour = devices[0][0]
-                made["advice"] = [f"has never answered ({made['exchanges']} exchanges): not a byte came: check its "
-                                  f"power, its address and its wire (address {number + 1}, {line['serial']}); the "
-                                  f"line is right, {neighbour} answers; its return is noticed within 61 s"]
+                made["advice"] = [f"has never answered: not a byte came: check its power, its wire and its address "
+                                  f"({number + 1})", f"{devices[0][0]} answers on the same line"]
             if wrong == "disabled":
                 made.update(state="disabled", age_ms=None, exchanges=0)
                 made["hour"].update(answered=0, failed=0)
@@ -158,15 +155,14 @@ class Gateway:
             if wrong == "noisy":
                 made.update(state="degraded", last_outcome="no_reply", last_reason="no answer came")
                 made["advice"] = [
-                    "13 of its last 64 exchanges failed: no answer came: it is off for moments, misses requests in "
-                    "noise, or is asked faster than it can (raise its poll or timing.quiet)",
-                    "2 outages in the last hour, answered 97 % of the time: look at its power and its wire"]
+                    "7 of 32 exchanges failed: single requests get no answer: noise, or it is asked too fast (set "
+                    "timing: { quiet: 50ms } at the device, or raise its poll)"]
                 made["hour"].update(availability=0.97, outages=2)
             if wrong == "late":
-                made["advice"] = ["late: its replies come after timing.reply is over; they are waited for longer "
-                                  "than configured"]
+                made["advice"] = ["late: its replies come up to 380 ms after the request, and timing.reply is 300 "
+                                  "ms: set timing: { reply: 500ms } at the device"]
             if wrong == "sensor":
-                made["advice"] = ["1 of 8 points is not good by the device's own report (1 open sensor)"]
+                made["advice"] = ["1 of 8 points have no good value (1 open sensor; input_3)"]
             line["devices"].append(made)
         return line
 
@@ -245,8 +241,8 @@ class Gateway:
                 if name in self.killed:
                     ago = now - self.killed[name]
                     device.update(state="offline", age_ms=int(ago * 1000), last_outcome="no_reply")
-                    device["advice"] = [f"offline for {ago:.0f} s: not a byte came: check its power and its wire; "
-                                        "its return is noticed within 61 s"]
+                    device["advice"] = [f"offline for {ago:.0f} s: not a byte comes any more: check its power and "
+                                        "its wire", "its return is noticed within 61 s"]
                 mine = [p for p in self.points if p.line == line["name"] and p.device == device["name"]]
                 good = sum(p.quality == 192 for p in mine)
                 device["points"] = {"count": len(mine), "good": good, "uncertain": 0, "bad": len(mine) - good}

@@ -54,12 +54,12 @@ const char* RemedyOf(std::uint8_t exception) {
     case kBusy:
       return "raise its poll";
     case kNoPath:
-      return "a gateway answers for it: check its route to this unit, and the port there";
+      return "check the route of that gateway to it, and its port";
     case kNoTarget:
-      return "a gateway answers for it: check the device behind that, its power, wire and address";
+      return "check the device behind it: power, wire and address";
     case kDeviceFailure:
     case kParityError:
-      return "the device reports a fault of its own: look at it, restart or replace it";
+      return "a fault of its own: look at it, restart or replace it";
     default:
       return "does the profile fit the device?";
   }

@@ -15,6 +15,8 @@ namespace {
 /// No frame that begins later is looked for.
 constexpr std::size_t kFarthest = 300;
 
+constexpr const char* kNoModbus = "the device does not keep to Modbus: update its firmware";
+
 struct Seen {
   Adu adu;
   bool request = false;  ///< in the form of one, and of no reply
@@ -102,7 +104,7 @@ std::optional<Recognised> OddHeader(const Adu& asked, View heard) {
   if (function != asked.pdu[0]) return std::nullopt;
   const auto odd = [](std::string cause) {
     return Recognised{Recognised::What::other_reply, std::move(cause),
-                      "the server does not keep to Modbus TCP: update its firmware"};
+                      "update the firmware of the server"};
   };
   if (protocol != 0) {
     return odd("the header of its replies has protocol number " + std::to_string(protocol) +
@@ -130,10 +132,9 @@ std::optional<Recognised> OtherCheck(Framing framing, View heard) {
   };
   if (framing == Framing::rtu && heard.size() > kRtuOverhead) {
     if (EndsInCrc16(heard)) {
-      return Recognised{
-          Recognised::What::other_reply,
-          "its replies have a right check value, and a function or count that does not fit",
-          "the device does not keep to Modbus: update its firmware"};
+      return Recognised{Recognised::What::other_reply,
+                        "its replies have a right check value, and a wrong function or count",
+                        kNoModbus};
     }
     Bytes swapped(heard.begin(), heard.end());
     std::swap(swapped[swapped.size() - 1], swapped[swapped.size() - 2]);
@@ -175,7 +176,13 @@ std::optional<Recognised> Recognise(Framing framing, View request, View heard) {
                           std::to_string(asked->slave) + " was asked",
                       "check the address that is set at the device"};
   }
-  return framing == Framing::tcp ? OddHeader(*asked, heard) : std::nullopt;
+  if (framing == Framing::tcp) return OddHeader(*asked, heard);
+  const unsigned function = seen->adu.pdu[0] & ~kExceptionBit;
+  if (function == asked->pdu[0]) return std::nullopt;
+  return Recognised{Recognised::What::other_reply,
+                    "its replies have function " + HexByte(static_cast<std::uint8_t>(function)) +
+                        " where " + HexByte(asked->pdu[0]) + " was asked",
+                    kNoModbus};
 }
 
 }  // namespace baudgate::protocols::modbus

@@ -83,7 +83,7 @@ std::optional<Recognised> OtherText(View heard, const Settings& settings) {
   const std::string said = " (" + Quote(heard) + ")";
   if (settings.start && !has(*settings.start)) {
     return Other("its messages do not begin with " + Code(*settings.start) + said,
-                 "set start to what it sends, or mind a converter that eats the first byte");
+                 "set start to what it sends; or a converter eats the first byte");
   }
   if (settings.end && !has(*settings.end)) {
     return Other("its messages do not end with " + Code(*settings.end) + said,

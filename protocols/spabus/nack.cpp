@@ -40,7 +40,7 @@ constexpr NackRule kRules[] = {
     {Outcome::refused,
      "the item cannot be read or written now; it may be blocked, read-only, write-only or behind "
      "a password",
-     "look at the device: is it in test or local mode, or does it want a password?",
+     "is it in test or local mode, or does it want a password?",
      {},
      true},
     {Outcome::refused, "the device does not accept the value; check its setting range",

@@ -2,6 +2,7 @@
 #include "protocols/spabus/recognise.h"
 
 #include <algorithm>
+#include <cctype>
 #include <string>
 
 #include "gateway/base/text.h"
@@ -41,6 +42,15 @@ std::optional<Recognised> OtherOption(View message, const Settings& settings) {
   return std::nullopt;
 }
 
+/// "<D:0:33" where "<1D:0:33" belongs.
+bool IsNameless(View message, const std::string& name) {
+  if (message.size() < 2 || !std::isalpha(message[1])) return false;
+  Bytes named(message.begin(), message.begin() + 1);
+  Append(named, ToBytes(name));
+  Append(named, message.subspan(1));
+  return MatchingReadings(named, false) != 0 || MatchingReadings(message, false) != 0;
+}
+
 }  // namespace
 
 std::optional<Recognised> Recognise(View request, View heard, const Settings& settings) {
@@ -63,6 +73,10 @@ std::optional<Recognised> Recognise(View request, View heard, const Settings& se
     const std::string name = asked ? std::to_string(*asked) : std::string();
     if (asked && AsText(message).substr(1).starts_with(name)) {
       if (auto other = OtherOption(message, settings)) return other;
+    }
+    if (asked && IsNameless(message, name)) {
+      return Recognised{Recognised::What::other_setting, "its replies carry no slave number",
+                        "the device or a converter in between does not keep to the SPA bus"};
     }
     if (!reply || !asked || reply->slave == *asked || MatchingReadings(message, false) == 0)
       continue;

@@ -38,6 +38,9 @@ TEST_F(DiagnoseTest, TroubleOfALine) {
       {[](LineStatus& line) { line.collisions = 1; },
        "the echo was missing or different once: two talkers at once, or a bus that does not echo "
        "(set 'echo: off')"},
+      {[](LineStatus& line) { line.negotiations = 1; },
+       "the server speaks Telnet when a connection begins, and doubles each FF: set its port to "
+       "raw TCP, without Telnet or RFC 2217"},
       {[](LineStatus& line) { line.parity_errors = 34, line.framing_errors = 3; },
        "the driver has counted 34 parity and 3 framing errors since the port was opened: noise, "
        "bad termination, or a device with settings of its own"},
@@ -45,9 +48,9 @@ TEST_F(DiagnoseTest, TroubleOfALine) {
        "the driver lost bytes 5 times: the machine is too busy, or the adapter needs flow control "
        "(rtscts)"},
       {[](LineStatus& line) { line.bytes_in = 1000, line.stray_bytes = 60; },
-       "60 of 1000 bytes came when nothing was asked: noise while nobody drives the bus (bias "
-       "resistors, termination), a second master, or answers that come too late; look at 'baudgate "
-       "trace bay-1'"},
+       "60 of 1000 bytes came when nothing was asked: noise (check bias resistors and "
+       "termination), "
+       "a second master, or late replies"},
       {[](LineStatus& line) {
          for (const Duration ago : {Duration(2h), Duration(50min), Duration(1min)})
            line.losses.Add(kNow.instant - ago);
@@ -69,6 +72,15 @@ TEST_F(DiagnoseTest, TroubleOfALine) {
   EXPECT_THAT(SayOfLine(), ElementsAreArray(all));
 }
 
+TEST_F(DiagnoseTest, StrayBytesThatNoDeviceSpeaksOf) {
+  line_.bytes_in = 1000;
+  line_.stray_bytes = 60;
+  Looked(device(), Symptom::noise_behind, 2);
+  EXPECT_THAT(SayOfLine(), ElementsAre(::testing::StartsWith("60 of 1000 bytes came")));
+  Looked(device(), Symptom::noise_behind, 1);
+  EXPECT_THAT(SayOfLine(), IsEmpty()) << "the device has a sentence about them";
+}
+
 TEST_F(DiagnoseTest, AConnectionHasNoPlug) {
   config_.lines[0].port = "tcp://10.0.0.9:4001";
   for (int i = 0; i < 6; ++i) line_.losses.Add(kNow.instant - 1min);
@@ -76,6 +88,18 @@ TEST_F(DiagnoseTest, AConnectionHasNoPlug) {
       SayOfLine(),
       ElementsAre("the connection was lost 6 times in the last hour: look at the serial server "
                   "(power, restarts, inactivity time, another client) and at the network"));
+}
+
+TEST_F(DiagnoseTest, AConnectionThatIsJustMadeAnew) {
+  config_.lines[0].port = "tcp://10.0.0.9:4001";
+  line_.port = LineStatus::Port::closed;
+  line_.port_text = "it closed the connection";
+  line_.port_since = kNow.wall - 500ms;
+  EXPECT_THAT(SayOfLine(), ElementsAre("port closed for 0.5 s: it closed the connection"));
+  for (int i = 0; i < 3; ++i) line_.losses.Add(kNow.instant - 1min);
+  EXPECT_THAT(SayOfLine(), ElementsAre(::testing::StartsWith("the connection was lost 3 times")));
+  line_.port_since = kNow.wall - 1min;
+  EXPECT_THAT(SayOfLine(), ElementsAre(::testing::StartsWith("port closed for ")));
 }
 
 TEST_F(DiagnoseTest, AServerThatEndsConnectionsInUse) {
@@ -104,8 +128,8 @@ TEST_F(DiagnoseTest, WhenNobodyAnswersTheLineIsSuspected) {
   EXPECT_THAT(SayOfLine()[1],
               ::testing::EndsWith("bit rate, parity or data bits differ (9600 7E1)"));
   neighbour_.status.state = DeviceState::disabled;
-  EXPECT_THAT(Say()[0],
-              ::testing::HasSubstr("check its power and wiring (A and B swapped?), then address"))
+  EXPECT_THAT(Say()[0], ::testing::HasSubstr(
+                            "check its power and wiring (A and B swapped?), then its settings"))
       << "one device alone has a sentence of its own";
 }
 

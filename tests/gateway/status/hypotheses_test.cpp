@@ -61,8 +61,8 @@ class HypothesesTest : public DiagnoseTest {
 TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
   const Row rows[] = {
       {{{silence, 20}},
-       "not a byte came: check its power and wiring (A and B swapped?), then address and bit rate "
-       "(address 2, 9600 7E1)"},
+       "not a byte came: check its power and wiring (A and B swapped?), then its settings (address "
+       "2, 9600 7E1)"},
       {{{silence, 20}},
        "not a byte came: check its power, its unit (2) and what is behind tcp://10.0.0.7:502",
        false,
@@ -83,8 +83,8 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        false,
        true},
       {{{clean, 20}, {damaged, 6}},
-       "its replies come damaged (checksum): noise, bad termination, a bus without ground, or two "
-       "devices with its address",
+       "its replies come damaged (checksum): noise, bad termination or ground, or two devices with "
+       "its address",
        true,
        false,
        false,
@@ -108,20 +108,37 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        "the last byte of its replies is missing: a driver lets go of the bus too early; use a "
        "converter with automatic direction"},
       {{{bytes_lost, 9, {.bytes = 17, .expected = 18}}},
-       "bytes are missing inside its replies (17, not 18): set the converter or serial server in "
-       "between to raw (no XON/XOFF, no Telnet)"},
+       "bytes are missing inside its replies (17, not 18): set the converter or serial server to "
+       "raw (no XON/XOFF, no Telnet)"},
       {{{bytes_added, 9, {.bytes = 19, .expected = 18}}},
-       "its replies have bytes too many (19, not 18): set the converter or serial server in "
-       "between "
-       "to raw (no XON/XOFF, no Telnet)",
+       "its replies have bytes too many (19, not 18): set the converter or serial server to raw "
+       "(no XON/XOFF, no Telnet)",
        false,
        true},
       {{{bad_check, 9}},
-       "its replies have the right form and length, and a wrong check value: two devices have its "
-       "address, or it computes another one"},
+       "its replies have a wrong check value: two devices have its address, or it computes another "
+       "one"},
+      {{{bad_check, 9, {.cause = "a text"}}},
+       "its replies have a wrong check value: two devices have its address, it computes another "
+       "one, or a converter loses bytes (use raw)"},
+      {{{bad_check, 9, {.bytes = 7, .specials = 0x10 | kHighBit | kEvenByte}}},
+       "only characters of one parity come, and FF in place of the others: its parity is another "
+       "one; set both alike (9600 7E1)"},
+      {{{text, 5, {.cause = "'IKZz;h'"}}, {noise, 5}},
+       "bytes come, and not one good frame: check bit rate, parity and data bits (9600 7E1), A and "
+       "B, then the protocol (spabus)"},
+      {{{clean, 1, {.idle = kLongIdle}}, {silence, 20, {.idle = 90ms}}},
+       "requests get no answer that come soon (90 ms) behind a telegram: set timing: { quiet: "
+       "250ms } at the device",
+       true,
+       true},
+      {{{clean, 1, {.idle = kLongIdle}}, {silence, 20, {.idle = 900ms}}},
+       "not a byte comes any more: check its power and its wire",
+       true,
+       true},
       {{{clean, 9, {.specials = 2}}, {damaged, 5, {.bytes = 8, .specials = 3}}},
-       "replies fail that contain 0A, and no others: set the converter or serial server in between "
-       "to raw (no XON/XOFF, no Telnet)",
+       "replies fail that contain 0A, and no others: set the converter or serial server to raw (no "
+       "XON/XOFF, no Telnet)",
        true},
       {{{clean, 9, {.expected = 40}},
         {silence, 3, {.expected = 80}},
@@ -161,8 +178,8 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
         {silence, 2, {.idle = 20ms}},
         {clean, 4, {.idle = 600ms}},
         {silence, 2, {.idle = 90ms}}},
-       "single requests get no answer: it misses them in noise, or is asked too fast (set timing: "
-       "{ quiet: 50ms } at the device, or raise its poll)",
+       "single requests get no answer: noise, or it is asked too fast (set timing: { quiet: 50ms } "
+       "at the device, or raise its poll)",
        true,
        false,
        false,
@@ -192,8 +209,9 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        "does "
        "not do 9600 7E1: use another, or 7O1"},
       {{{text, 9, {.cause = "'login: '"}}},
-       "text comes in place of replies ('login: '): a modem, a console or a menu is there; take it "
-       "off, or check the port"},
+       "text comes in place of replies ('login: '): a modem, console or menu; take it off, or "
+       "check "
+       "the port"},
       {{{zeros, 9}},
        "nothing but 00 or FF comes: check A and B, the bias resistors and who drives the line, "
        "then the bit rate (9600 7E1)"},
@@ -223,8 +241,9 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        "late replies of feeder-1 come in place of its own: what is said there mends both",
        true},
       {{{odd, 9, {.cause = "2 values came where 8 channels are configured"}}},
-       "its replies do not fit their requests (2 values came where 8 channels are configured): "
-       "does the profile fit the device, with its options?"},
+       "its replies do not fit (2 values came where 8 channels are configured): does the profile "
+       "fit "
+       "the device and its options?"},
       {{{odd, 9, {.cause = "exception 0B; it is silent", .remedy = "check it there"}}},
        "exception 0B: check it there"},
       {{{silence, 9}},
@@ -243,6 +262,13 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
       {{{two_replies, 6}, {damaged, 3}},
        "two different replies come to one request: two devices have its address (2); unplug one "
        "and give it another"},
+      {{{clean, 14}, {silence, 5}, {text, 1, {.cause = "'34/3/1/2/0/0'"}}},
+       "it is away for some time and comes back: look for restarts, its power and a loose wire",
+       true,
+       false,
+       false,
+       "",
+       true},
       {{{silence, 3}, {clean, 6}, {silence, 4}, {clean, 6}, {silence, 4}, {clean, 6}},
        "it is away for some time and comes back: look for restarts, its power and a loose wire",
        true,

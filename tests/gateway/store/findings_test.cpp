@@ -54,5 +54,34 @@ TEST(Findings, CharactersWithoutTheirEighthBit) {
   EXPECT_FALSE(findings.IsSevenBit());
 }
 
+TEST(Findings, CharactersOfOneParity) {
+  constexpr std::uint8_t kMark = 0x10;
+  Findings findings;
+  findings.Add({.symptom = bad_check, .bytes = 7, .specials = kEvenByte});
+  EXPECT_FALSE(findings.IsOneParity()) << "no FF came";
+  findings.Add({.symptom = bad_check, .bytes = 7, .specials = kEvenByte | kMark});
+  EXPECT_TRUE(findings.IsOneParity());
+  EXPECT_EQ(findings.Suspects(), 0U) << "one came without FF";
+  findings.Add({.symptom = bad_check, .bytes = 7, .specials = kOddByte | kMark});
+  EXPECT_FALSE(findings.IsOneParity());
+}
+
+TEST(Findings, SilenceBehindAShortPauseOnly) {
+  Findings findings;
+  findings.Add({.symptom = silence, .idle = 90ms});
+  EXPECT_EQ(findings.ShortPause(), Duration()) << "nothing was ever answered";
+  findings.Add({.symptom = clean, .idle = kLongIdle});
+  for (int i = 0; i < 40; ++i) findings.Add({.symptom = silence, .idle = 90ms});
+  EXPECT_EQ(findings.ShortPause(), Duration(90ms)) << "the good one is long out of sight";
+  findings.Add({.symptom = clean, .idle = 20ms});
+  EXPECT_EQ(findings.ShortPause(), Duration());
+}
+
+TEST(Findings, AShortRefusalIsNoLongReply) {
+  Findings findings;
+  findings.Add({.symptom = clean, .bytes = 4, .expected = 8});
+  EXPECT_EQ(findings.LongestGood(), 4U);
+}
+
 }  // namespace
 }  // namespace baudgate

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/status/diagnose_beside.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "gateway/status/evidence.h"
+
+namespace baudgate::control {
+namespace {
+
+using Sentences = std::vector<std::string>;
+
+/// So many second replies were like the first, and another one was not.
+constexpr std::size_t kMostlyAlike = 8;
+/// Bytes around a reply that were the same so often are no noise.
+constexpr std::size_t kConstant = 4;
+
+/// The same bytes around its replies, which something in between puts there.
+std::string Wrapped(const DeviceRecord& record) {
+  const Findings& findings = record.status.findings;
+  const std::size_t beside = findings.Count(Symptom::few_beside) +
+                             findings.Count(Symptom::noise_before) +
+                             findings.Count(Symptom::noise_behind);
+  if (beside < kNotableNoise || findings.SameAround() < kConstant) return {};
+  // 00 and FF are of a line that nobody drives.
+  if (findings.Around().find_first_not_of("0F .") == std::string::npos) return {};
+  // What something in between puts there stands around each of them.
+  const bool nearly_all = 10 * beside >= 9 * findings.size();
+  if (!nearly_all || findings.Around().empty()) return {};
+  return "the same bytes stand around its replies (" + findings.Around() +
+         "): set the modem, radio or serial server in between to raw, or terminate the bus";
+}
+
+}  // namespace
+
+bool AreTwo(const Findings& findings) {
+  const std::size_t others = findings.Count(Symptom::others_beside);
+  return others >= kNotableNoise || (others > 0 && findings.Count(Symptom::copies) >= kMostlyAlike);
+}
+
+Sentences Beside(const DeviceRecord& record) {
+  const Findings& findings = record.status.findings;
+  Sentences found;
+  const auto say = [&](std::size_t count, const char* what, const char* remedy) {
+    found.push_back(
+        fmt::format("{} in {} of {} exchanges: {}", what, count, findings.size(), remedy));
+  };
+  const std::size_t copies = findings.Count(Symptom::copies);
+  if (AreTwo(findings)) {
+    say(findings.Count(Symptom::others_beside), "a second reply with another content follows",
+        "two devices have its address (unplug one), or another master asks it");
+  } else if (copies >= kNotableNoise && record.status.doubled >= kNotableNoise) {
+    say(copies, "its replies come twice, and differ",
+        "two devices have its address (unplug one), or a serial server, radio or repeater repeats");
+  } else if (copies >= kNotableNoise) {
+    say(copies, "its replies come twice",
+        "a serial server, radio or repeater sends twice, or two devices have its address");
+  }
+  if (std::string wrapped = Wrapped(record); !wrapped.empty()) {
+    found.push_back(std::move(wrapped));
+    return found;
+  }
+  const bool server = !SerialOf(record).on_wire();
+  const char* const noise =
+      server ? "the server sends unasked; let one client use it, or update its firmware"
+             : "noise while nobody drives the bus; check bias resistors, termination and ground";
+  const std::size_t before = findings.Count(Symptom::noise_before);
+  const std::size_t behind = findings.Count(Symptom::noise_behind);
+  const char* const where = before == 0   ? "stray bytes follow its replies"
+                            : behind == 0 ? "stray bytes stand before its replies"
+                                          : "stray bytes stand before and behind its replies";
+  if (before + behind >= kNotableNoise) say(before + behind, where, noise);
+  return found;
+}
+
+}  // namespace baudgate::control

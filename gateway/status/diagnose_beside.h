@@ -1,0 +1,20 @@
+// What is said of bytes that come beside good replies. Pure.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "gateway/status/evidence.h"
+
+namespace baudgate::control {
+
+/// Bytes beside good replies, of the exchanges that are kept.
+inline constexpr std::size_t kNotableNoise = 3;
+
+/// Two devices have its address: many of their replies are alike, and a repeater never changes one.
+bool AreTwo(const Findings& findings);
+/// Where it is not the line's (gateway/status/diagnose_line.cpp).
+std::vector<std::string> Beside(const DeviceRecord& record);
+
+}  // namespace baudgate::control

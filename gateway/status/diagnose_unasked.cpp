@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/status/diagnose_unasked.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "gateway/base/shown.h"
+#include "gateway/status/diagnose_failures.h"
+
+namespace baudgate::control {
+namespace {
+
+using Sentences = std::vector<std::string>;
+
+/// It may be silent so long without a word about it.
+constexpr Duration kNotableSilence = 1min;
+
+}  // namespace
+
+Sentences Unreadable(const DeviceRecord& record, const Evidence& evidence) {
+  if (!record.status.unasked || evidence.failed < kNotableFailures) return {};
+  if (!record.status.last_ok) return Said("no message was good yet: ", evidence);
+  return Said(fmt::format("{} of its last {} messages are bad: ", evidence.failed, evidence.looked),
+              evidence);
+}
+
+Sentences Silence(const DeviceRecord& record, Now now) {
+  const DeviceStatus& status = record.status;
+  const auto& max_age = record.device->max_age;
+  if (!status.last_ok && max_age) {
+    return {"has not spoken yet, and its max_age is " + FormatDuration(*max_age) +
+            ": check its power and wire, then bit rate and parity (" +
+            record.line->serial.ToString() + ") and its options"};
+  }
+  if (!status.last_ok) {
+    return {
+        "has not spoken yet: normal where nothing has happened; if something has, check power, "
+        "bit rate, parity and wiring (" +
+        record.line->serial.ToString() + ") and its options"};
+  }
+  Sentences found;
+  if (const Duration silent = now.instant - *status.last_ok;
+      silent >= kNotableSilence && !max_age) {
+    found.push_back("silent for " + FormatAge(silent) +
+                    ": normal, it speaks only when it has something to say");
+  }
+  if (status.lost_events > 0) {
+    found.push_back(Plural(status.lost_events, "event") +
+                    " lost: it went on while the disk failed; see the events in 'baudgate status'");
+  }
+  return found;
+}
+
+}  // namespace baudgate::control
