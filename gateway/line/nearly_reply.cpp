@@ -15,13 +15,9 @@ namespace {
 constexpr std::string_view kCharacters = "0123456789.+-/: ABCDEFGHIJKLMNOPQRSTUVWXYZ";
 /// No longer text is tried character by character.
 constexpr std::size_t kLongestTried = 80;
-<<<<<<< HEAD
-/// The longest number in a reply that is taken for a name.
-=======
-/// Of a check value in a text.
+/// The digits of a check value in a text.
 constexpr std::size_t kCheckDigits = 2;
-/// Of a name in a reply.
->>>>>>> i34
+/// The longest number in a reply that is taken for a name.
 constexpr std::size_t kMostDigits = 3;
 
 /// A whole reply stands at the front. One look of the rule, however much there is.
