@@ -134,7 +134,7 @@ TEST(FrameLines, WhatADeviceSaysByItselfIsDecoded) {
     RunDecode(options, catalog, file, out, err);
     return out.str() + err.str();
   };
-  const std::string good = R"({"point":"wind_angle","value":45.0,"unit":"deg","quality":"good"})";
+  const std::string good = R"({"point":"wind_angle","value":45.0,"unit":"deg","quality":192})";
   const std::string of_trace = decoded({}, head + "\n" + records);
   std::size_t found = 0;
   for (auto at = of_trace.find(good); at != std::string::npos; at = of_trace.find(good, at + 1)) {
