@@ -83,7 +83,15 @@ Line ReadLine(const YamlNode& node, LoadContext& context) {
     context.uniques.Line(line.name, map.MarkOf("name"));
   }
   const Protocol* protocol = nullptr;
-  const bool served = map.Has("serial_server");
+  const bool unpolled =
+      map.Has("lend") && !map.Has("devices") && !map.Has("protocol") && !map.Has("serial_server");
+  if (unpolled) {
+    context.problems.Error(
+        map.MarkOf("lend"),
+        "lend: nobody polls this port, so it is not lent; write serial_server in "
+        "its place, or add protocol and devices");
+  }
+  const bool served = map.Has("serial_server") || unpolled;
   if (const auto name = served ? map.Get("protocol") : map.Need("protocol", "spabus")) {
     const auto port = map.Get("port");
     const bool named = port && port->kind() == YamlNode::Kind::scalar;

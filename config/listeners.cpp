@@ -245,10 +245,9 @@ std::optional<HostPort> ReadOwnAddress(const YamlNode& node, const std::string& 
                                        const std::string& example, Problems& problems) {
   const auto text = ReadText(node, key, problems);
   if (!text) return std::nullopt;
-  auto at = ParseHostPort(*text);
+  auto at = ParseHostPort(*text, example);
   if (!at) {
-    problems.Error(node.mark(),
-                   key + ": " + Quoted(*text) + " is not host:port; write for example " + example);
+    problems.Error(node.mark(), key + ": " + at.error());
     return std::nullopt;
   }
   if (at->host == "localhost") at->host = "127.0.0.1";

@@ -4,6 +4,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <asio/posix/stream_descriptor.hpp>
 #include <asio/post.hpp>
 
@@ -28,7 +29,7 @@ class SerialPort final : public Transport {
  public:
   SerialPort(std::string port, const config::SerialSettings& serial, asio::io_context& io,
              TransportListener& listener)
-      : port_(std::move(port)), serial_(serial), io_(io), listener_(listener) {}
+      : port_(std::move(port)), own_(serial), serial_(serial), io_(io), listener_(listener) {}
   ~SerialPort() override { Close(); }
 
   void Open() override;
@@ -61,6 +62,7 @@ class SerialPort final : public Transport {
   static void CloseDescriptor(int fd);
 
   const std::string port_;
+  const config::SerialSettings own_;  ///< at each Open
   config::SerialSettings serial_;
   asio::io_context& io_;
   TransportListener& listener_;
@@ -69,6 +71,7 @@ class SerialPort final : public Transport {
   bool keeps_bit_rate_ = false;
   int stuck_ = 0;                ///< requests in a row that were given up before they were out
   bool passed_on_ = false;       ///< to a client
+  Instant out_at_{};             ///< by then the UART has sent all that its driver gave it
   bool settings_known_ = false;  ///< the port is set to serial_, not to the rest of a failed Apply
   std::optional<TtyMode> mode_;  ///< as the driver has taken these settings
   ParmrkDecoder marks_;
@@ -79,6 +82,7 @@ class SerialPort final : public Transport {
 
 void SerialPort::Open() {
   Close();
+  serial_ = own_;
   attempt_ = std::make_shared<char>();
   asio::post(io_, [this, attempt = std::weak_ptr(attempt_)] {
     if (!attempt.expired()) TryOpen();
@@ -123,6 +127,7 @@ Result<Descriptor> SerialPort::Prepare() {
   passed_on_ = false;
   mode_ = TtyMode::Read(*fd);
   stuck_ = 0;
+  out_at_ = {};
   marks_ = ParmrkDecoder();
   parity_ = SoftwareParity(serial_.software_parity ? serial_.parity : config::Parity::none);
   earlier_parity_errors_ = 0;
@@ -151,6 +156,8 @@ void SerialPort::CloseDescriptor(int fd) {
 
 void SerialPort::Send(View bytes) {
   if (!session_) return;
+  out_at_ = std::max(out_at_, std::chrono::steady_clock::now()) +
+            static_cast<std::int64_t>(bytes.size()) * serial_.CharacterTime();
   session_->Send(serial_.software_parity ? View(parity_.Encode(bytes)) : bytes);
 }
 
@@ -184,9 +191,15 @@ Status SerialPort::Apply(const config::SerialSettings& serial) {
   return {};
 }
 
+/// A pty does not tell what the other side has not read yet, and a flush would take that away.
 Status SerialPort::Reset(const config::SerialSettings& serial) {
   if (!session_) return {};
-  Purge(true, true);
+  if (IsPty(session_->stream().native_handle())) {
+    session_->DropUnsent();
+    Purge(true, false);
+  } else {
+    Purge(true, !IsDrained());
+  }
   passed_on_ = false;
   marks_ = ParmrkDecoder();
   settings_known_ = false;
@@ -216,9 +229,12 @@ Status SerialPort::PassOn() {
   return Apply(serial_);
 }
 
+/// A driver counts neither the characters in its UART nor, of most USB adapters, those in the
+/// adapter: they need their time on the wire.
 bool SerialPort::IsDrained() const {
-  return !session_ ||
-         (session_->unsent() == 0 && UnsentOutput(session_->stream().native_handle()) == 0);
+  if (!session_) return true;
+  if (session_->unsent() > 0 || UnsentOutput(session_->stream().native_handle()) > 0) return false;
+  return !keeps_bit_rate_ || std::chrono::steady_clock::now() >= out_at_;
 }
 
 void SerialPort::Purge(bool input, bool output) {
@@ -228,6 +244,7 @@ void SerialPort::Purge(bool input, bool output) {
   if (!output) return;
   session_->DropUnsent();
   FlushOutput(fd);
+  out_at_ = {};
 }
 
 std::optional<ModemLines> SerialPort::ReadModemLines() const {

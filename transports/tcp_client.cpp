@@ -70,6 +70,10 @@ class TcpClient final : public Transport {
     if (session_) session_->Pause(paused);
   }
   std::size_t Unsent() const override { return session_ ? session_->unsent() : 0; }
+  /// The server has it, which may be slow to take it.
+  bool IsDrained() const override {
+    return !session_ || (session_->unsent() == 0 && Queued(session_->stream(), SIOCOUTQ) == 0);
+  }
   Status PassOn() override {
     if (session_) session_->SetPatient(true);
     return {};

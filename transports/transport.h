@@ -48,8 +48,8 @@ enum class PortSwitch : std::uint8_t { dtr, rts, break_signal };
 class Transport {
  public:
   virtual ~Transport() = default;
-  /// Ends in exactly one OnOpened or OnOpenFailed, unless Close comes first. Bytes that the port
-  /// held before are dropped.
+  /// Ends in exactly one OnOpened or OnOpenFailed, unless Close comes first. The port has the
+  /// settings that it was made with, whatever Apply has set before; bytes that it held are dropped.
   virtual void Open() = 0;
   /// At once and without a callback; a driver that takes long to close does so elsewhere.
   virtual void Close() = 0;
@@ -63,7 +63,8 @@ class Transport {
   /// Other settings on the open port, for buses that are switched per device. Takes effect at once,
   /// without waiting for output: between exchanges only.
   virtual Status Apply(const config::SerialSettings& serial) = 0;
-  /// The open port is as after Open, whatever was set, switched, paused or sent meanwhile.
+  /// The open port is as after Open, whatever was set, switched, paused or sent meanwhile. What
+  /// IsDrained has said is out goes its way.
   virtual Status Reset(const config::SerialSettings& serial) = 0;
   /// Where another program has changed the settings of the open port, they are set again; says
   /// what was changed: "echo is on, input comes by whole lines".
@@ -75,7 +76,7 @@ class Transport {
   virtual void Pause(bool /*paused*/) {}
   /// So many bytes of Send wait here.
   virtual std::size_t Unsent() const { return 0; }
-  /// All that was sent has left this machine, as far as the driver tells.
+  /// All that was sent has left this machine, as far as one can tell.
   virtual bool IsDrained() const { return Unsent() == 0; }
   /// The port is a client's until Reset: flow control may hold output back for as long as it likes,
   /// and damaged characters come as they are.

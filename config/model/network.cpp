@@ -52,8 +52,8 @@ std::string Shown(const Address& bytes, bool is_v4) {
 
 }  // namespace
 
-Result<HostPort> ParseHostPort(std::string_view text) {
-  const Error error{Quoted(text) + " is not host:port; write for example 127.0.0.1:1502"};
+Result<HostPort> ParseHostPort(std::string_view text, std::string_view example) {
+  const Error error{Quoted(text) + " is not host:port; write for example " + std::string(example)};
   const auto colon = text.rfind(':');
   if (colon == std::string_view::npos) return error;
   const auto port = ParseInteger<std::uint16_t>(text.substr(colon + 1));

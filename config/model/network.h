@@ -36,7 +36,7 @@ struct HostPort {
 };
 
 /// "10.0.0.7:502", "[::1]:502", "server:4001".
-Result<HostPort> ParseHostPort(std::string_view text);
+Result<HostPort> ParseHostPort(std::string_view text, std::string_view example = "127.0.0.1:1502");
 /// The same, but the port may be left out: "10.0.0.9", "[::1]", "::1".
 Result<HostPort> ParseServer(std::string_view text, std::uint16_t usual_port);
 

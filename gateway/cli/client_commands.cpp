@@ -82,7 +82,9 @@ void AddRelease(CLI::App& app, Action& action) {
                                   "ADDRESS:PORT");
   command->add_flag("--rfc2217", options->rfc2217, "The client may set the port by RFC 2217")
       ->needs(tcp);
-  command->add_option("--allow", options->allow, "Who may come in: an address or a network")
+  command
+      ->add_option("--allow", options->allow,
+                   "Who may come in: an address or a network; needed beyond loopback")
       ->needs(tcp);
   command->add_flag("--end", options->end, "Take the port back now")->excludes(time)->excludes(tcp);
   AddSocket(*command, options->socket);

@@ -42,7 +42,27 @@ Result<config::PortServer> OfferedAt(const Json& request, const config::Line& li
     if (!network) return Error{network.error()};
     server.allow.push_back(*std::move(network));
   }
+  if (server.allow.empty() && !server.on_loopback()) {
+    return Error{"whoever reaches " + server.Place() +
+                 " from other machines could write to the devices of the line; say with --allow "
+                 "ADDRESS who may come in"};
+  }
   return server;
+}
+
+/// Why the port cannot be released now, if somebody has it already.
+std::optional<std::string> InUse(const config::Line& line, const LineStatus& status, bool by_tcp) {
+  const std::string end = "; 'baudgate release " + line.name + " --end' takes it back";
+  for (const PortService& service : status.services) {
+    if (service.visit && service.visit->why.empty()) {
+      return "client " + service.visit->client + " has the port of line '" + line.name + "' at " +
+             service.place + end;
+    }
+  }
+  const bool released = status.port == LineStatus::Port::released && !status.lent_to_client;
+  if (!by_tcp || !released) return std::nullopt;
+  return "the port of line '" + line.name + "' is released to another program until " +
+         FormatWallTime(status.released_until) + end;
 }
 
 Result<Target> TargetOf(const Gateway& gateway, const Request& request) {
@@ -123,12 +143,15 @@ Reply Release(Gateway& gateway, const Request& request) {
   const Duration time = std::chrono::milliseconds(wanted);
   const config::Line& line = gateway.config->lines[target->line];
   Json done = Done(line);
-  if (request.json.contains("tcp")) {
+  const bool by_tcp = request.json.contains("tcp");
+  if (const auto in_use = InUse(line, gateway.store.ReadLine(target->line), by_tcp)) {
+    return Refused(kUsage, *in_use);
+  }
+  if (by_tcp) {
     const auto server = OfferedAt(request.json, line);
     if (!server) return Refused(kUsage, server.error());
     gateway.control.Offer(target->line, *server, time);
     done["at"] = server->Place();
-    done["for_everybody"] = server->allow.empty() && !server->on_loopback();
   } else {
     gateway.control.Release(target->line, time);
   }

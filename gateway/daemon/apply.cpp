@@ -18,9 +18,11 @@ reload::Health HealthOf(const DeviceRecord& record) {
   using reload::Health;
   if (record.override_quality == Quality::bad_out_of_service) return Health::unasked;
   if (record.override_quality == Quality::bad_configuration) return Health::ill;
-  // One that was begun anew may still be waking up.
+  // One that was begun anew may still be waking up, and one without an override has not been asked
+  // since its port came back.
   if (record.status.state == DeviceState::offline) {
-    return record.status.last_ok ? Health::ill : Health::unknown;
+    const bool was_asked = record.status.last_ok && record.override_quality;
+    return was_asked ? Health::ill : Health::unknown;
   }
   const bool well = Answers(record.status.state) && !record.override_quality;
   return well ? Health::well : Health::unknown;

@@ -46,7 +46,12 @@ void LineParts::Start(Now now) {
 
 void LineParts::Submit(WriteCommand command, Now now) {
   if (command.telegram) {
-    telegrams.Submit(std::move(command), port.is_open(), now);
+    std::optional<std::string> why_not;
+    if (!port.is_open()) {
+      why_not = loan.InUse().value_or(
+          "the port of the line is not open, or is lent; see 'baudgate status'");
+    }
+    telegrams.Submit(std::move(command), why_not, now);
   } else {
     poller.Submit(std::move(command), now);
   }

@@ -45,14 +45,14 @@ void LinePort::Start(Now now) {
   transport_.Open();
 }
 
-void LinePort::Stop(Now now, std::function<void()> stopped) {
+void LinePort::Stop(const std::string& why, Now now, std::function<void()> stopped) {
   now_ = now;
-  stopping_ = true;
+  stopping_ = why;
   lent_until_.reset();
-  loan_.OnClosed("the gateway stops", now);
+  loan_.OnClosed(why, now);
   AfterTheWrite([this, stopped = std::move(stopped)] {
     ClosePort();
-    telegrams_.OnClosed("the gateway stops");
+    telegrams_.OnClosed(*stopping_);
     if (open_.exchange(false)) poller_.OnClosed(now_);
     stopped();
   });
@@ -205,7 +205,7 @@ void LinePort::Release(Duration time, Now now) {
 
 void LinePort::TakeBack(Now now) {
   now_ = now;
-  loan_.TakeBack("the line was taken back", now);
+  loan_.TakeBack(std::string(kTakenBack), now);
   EndLoan();
 }
 
@@ -231,7 +231,7 @@ void LinePort::Lend(Duration time) {
   log::Info({.line = line_.name}, "{} is released for {}; its points are out of service",
             line_.port, FormatDuration(time));
   const std::string text = "released for " + FormatDuration(time);
-  display_.Show(LineStatus::Port::released, text, now_, now_.wall + time);
+  display_.Show(LineStatus::Port::released, text, now_, {.until = now_.wall + time});
   reporter_.OnNews({News::What::port_lent, false, {}, text}, now_);
 }
 
@@ -246,7 +246,7 @@ void LinePort::EndLoan() {
 // ---------------------------------------------------------------- the loan over the network
 
 std::optional<std::string> LinePort::WhyNot() const {
-  if (stopping_) return "the gateway stops";
+  if (stopping_) return stopping_;
   if (lent_until_) return "the port is released to another program";
   if (!transport_.is_open()) return "the port is not open: " + display_.text();
   return std::nullopt;
@@ -261,7 +261,7 @@ void LinePort::OnLent(const std::string& text, WallTime until, Now now) {
   check_at_.reset();
   telegrams_.OnClosed("the port is lent to a client");
   poller_.OnClosed(now, Quality::bad_out_of_service);
-  display_.Show(LineStatus::Port::released, text, now, until);
+  display_.Show(LineStatus::Port::released, text, now, {.until = until, .to_client = true});
 }
 
 void LinePort::OnReturned(Now now) {

@@ -8,6 +8,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "config/model/line.h"
 #include "gateway/daemon/line_reporter.h"
@@ -23,6 +24,9 @@
 
 namespace baudgate {
 
+/// By `release --end`.
+inline constexpr std::string_view kTakenBack = "the line was taken back";
+
 /// One thread at a time, but is_open(). `now` never goes back.
 class LinePort final : public RequestPort, public PortLoan::Line {
  public:
@@ -36,8 +40,8 @@ class LinePort final : public RequestPort, public PortLoan::Line {
 
   void Start(Now now);
   /// Closes the port, once the write under way has ended, and answers what is queued; then calls
-  /// `stopped`, within a second. Nothing opens the port after that.
-  void Stop(Now now, std::function<void()> stopped);
+  /// `stopped`, within a second. Nothing opens the port after that. `why`: "the gateway stops".
+  void Stop(const std::string& why, Now now, std::function<void()> stopped);
 
   // From the transport.
   void OnOpened(Now now);
@@ -118,7 +122,7 @@ class LinePort final : public RequestPort, public PortLoan::Line {
   bool out_of_service_ = false;            // the points, since the port was lent
   std::function<void()> after_write_;      // what waits for the end of the write under way
   std::optional<Instant> patience_until_;  // with that write
-  bool stopping_ = false;
+  std::optional<std::string> stopping_;    // why
 };
 
 }  // namespace baudgate

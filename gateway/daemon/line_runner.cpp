@@ -21,13 +21,13 @@ void LineRunner::Start() {
   });
 }
 
-void LineRunner::RequestStop() {
+void LineRunner::RequestStop(const std::string& why) {
   if (!started_ || std::exchange(stopping_, true)) return;
-  Post([this](LineParts& line, Now now) {
-    line.port.Stop(now, [this] {
+  Post([this, why](LineParts& line, Now now) {
+    line.port.Stop(why, now, [this, why] {
       timer_.cancel();
       offer_end_.cancel();
-      servers_.Stop();
+      servers_.Stop(why);
       // What was ready before, or is cancelled by this, stands before these two in the loop's
       // queue.
       asio::post(io_, [this] { asio::post(io_, [stopped = stopped_] { stopped->set_value(); }); });
@@ -85,7 +85,8 @@ void LineRunner::Offer(config::PortServer server, Duration time) {
     servers_.Offer(std::move(server), time, now);
     offer_end_.expires_at(now.instant + time);
     offer_end_.async_wait([this](const asio::error_code& error) {
-      if (!error) Handle([this](LineParts&, Now at) { servers_.Withdraw(at); });
+      if (error) return;
+      Handle([this](LineParts&, Now at) { servers_.Withdraw("the time of the loan is over", at); });
     });
   });
 }
@@ -93,7 +94,7 @@ void LineRunner::Offer(config::PortServer server, Duration time) {
 void LineRunner::TakeBack() {
   Post([this](LineParts& line, Now now) {
     offer_end_.cancel();
-    servers_.Withdraw(now);
+    servers_.Withdraw(std::string(kTakenBack), now);
     line.port.TakeBack(now);
   });
 }

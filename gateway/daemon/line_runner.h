@@ -34,7 +34,8 @@ class LineRunner final : public RouteTarget,
   /// The loop runs, or will soon.
   void Start();
   /// Closes the port and answers what is queued, soon; from any thread. Nobody submits after it.
-  void RequestStop();
+  /// `why`: of the log, for who is connected or waits.
+  void RequestStop(const std::string& why = "the gateway stops");
   /// The same, and waits for the end, after which nothing of this line is left on the loop: as long
   /// as the driver needs for a call that it is in. Any thread but the loop's.
   void Stop();

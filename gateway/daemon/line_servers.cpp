@@ -3,6 +3,8 @@
 
 #include <utility>
 
+#include "gateway/base/log.h"
+
 namespace baudgate {
 
 using serial_server::Server;
@@ -20,23 +22,29 @@ void LineServers::Start() {
   server_ = Make(*server, line_.serial_server ? Server::Use::served : Server::Use::lent);
 }
 
-void LineServers::Stop() {
+void LineServers::Stop(const std::string& why) {
   server_.reset();
-  offered_.reset();
+  Close(why);
 }
 
 void LineServers::Offer(config::PortServer server, Duration time, Now now) {
-  Withdraw(now);
+  Withdraw("another one takes its place", now);
   offer_ = std::move(server);
   loan_.Offer(offer_, time, now);
-  offered_ = Make(offer_, Server::Use::lent);
+  offered_ = Make(offer_, Server::Use::by_hand);
 }
 
-void LineServers::Withdraw(Now now) {
+void LineServers::Withdraw(const std::string& why, Now now) {
   if (!offered_) return;
-  loan_.Dismiss(*offered_, "the time of the loan is over", now);
-  offered_.reset();
+  loan_.TakeBackFrom(*offered_, why, now);
+  Close(why);
   loan_.Withdraw(offer_);
+}
+
+void LineServers::Close(const std::string& why) {
+  if (!offered_) return;
+  offered_.reset();
+  log::Info({.line = line_.name}, "clients can come in at {} no more: {}", offer_.Place(), why);
 }
 
 }  // namespace baudgate

@@ -5,6 +5,7 @@
 
 #include <asio/io_context.hpp>
 #include <memory>
+#include <string>
 
 #include "config/model/line.h"
 #include "gateway/daemon/port_loan.h"
@@ -20,13 +21,15 @@ class LineServers {
       : io_(io), line_(line), owner_(owner), loan_(loan) {}
 
   void Start();
-  void Stop();
+  /// `why`: "the gateway stops".
+  void Stop(const std::string& why);
   /// Until Withdraw, which is due after `time`.
   void Offer(config::PortServer server, Duration time, Now now);
   /// Nobody comes in there any more, and whoever has done loses the port.
-  void Withdraw(Now now);
+  void Withdraw(const std::string& why, Now now);
 
  private:
+  void Close(const std::string& why);
   std::unique_ptr<serial_server::Server> Make(const config::PortServer& server,
                                               serial_server::Server::Use use);
 

@@ -90,7 +90,9 @@ bool Lines::Remove(std::span<const std::uint32_t> lines) {
     auto runner = slots_[line].slot.Take();
     if (runner) ending.push_back({line, std::move(runner)});
   }
-  for (const Ending& one : ending) one.runner->RequestStop();
+  for (const Ending& one : ending) {
+    one.runner->RequestStop("a reload has changed or removed the line");
+  }
   const Instant deadline = ReadClocks().instant + kPatience;
   bool all = true;
   for (Ending& one : ending) {

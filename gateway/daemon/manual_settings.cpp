@@ -7,7 +7,9 @@ ManualSettings ManualSettingsOf(const PointStore& store, std::uint32_t line,
                                 const config::Line& config) {
   ManualSettings settings;
   const LineStatus status = store.ReadLine(line);
-  if (status.port == LineStatus::Port::released) settings.released_until = status.released_until;
+  // A client over the network has gone with the line.
+  const bool by_hand = status.port == LineStatus::Port::released && !status.lent_to_client;
+  if (by_hand) settings.released_until = status.released_until;
   for (std::uint32_t device = 0; device < store.device_count(); ++device) {
     if (store.gone(device) || store.line(device).name != config.name) continue;
     bool in_use = true;
@@ -22,7 +24,9 @@ ManualSettings ManualSettingsOf(const PointStore& store, std::uint32_t line,
 
 void Restore(const ManualSettings& before, Lines& lines, std::uint32_t line,
              std::uint32_t first_device, WallTime now) {
-  if (before.released_until > now) lines.Release(line, before.released_until - now);
+  if (before.released_until > now) {
+    lines.Release(line, std::chrono::ceil<std::chrono::seconds>(before.released_until - now));
+  }
   const std::vector<config::Device>& devices = lines.config(line).devices;
   for (std::size_t i = 0; i < devices.size(); ++i) {
     const auto set = before.in_use.find(devices[i].name);

@@ -1,5 +1,6 @@
 // What somebody has set at a line while it ran, by `release`, `disable` or `enable`: a reload that
-// begins the line anew carries it over. A loan that ended with it would put two masters on the bus.
+// begins the line anew carries it over. A loan that ended with it would put two masters on the bus,
+// but a client over the network loses its connection with the line, and polls go on.
 //
 //   bay-1 is lent until 12:00, its device a disabled; a reload changes the poll of a
 //   bay-1 begins anew: lent until 12:00, a disabled
@@ -16,7 +17,7 @@
 namespace baudgate {
 
 struct ManualSettings {
-  WallTime released_until{};             ///< the epoch: the port is not lent
+  WallTime released_until{};             ///< the epoch: the port is not lent by hand
   std::map<std::string, bool> in_use{};  ///< devices that are otherwise than `enabled` says
 };
 

@@ -12,20 +12,26 @@
 
 namespace baudgate {
 
+/// Of a port that is lent.
+struct ShownLoan {
+  WallTime until{};
+  bool to_client = false;  ///< over the network; else by hand to another program
+};
+
 class PortDisplay {
  public:
   /// Both outlive it. `line`: its number in the store.
   PortDisplay(PointStore& store, std::uint32_t line, LineRecorder& recorder)
       : store_(store), line_(line), recorder_(recorder) {}
 
-  /// `released_until`: of a port that is lent.
-  void Show(LineStatus::Port port, const std::string& text, Now now, WallTime released_until = {}) {
+  void Show(LineStatus::Port port, const std::string& text, Now now, ShownLoan loan = {}) {
     text_ = text;
     Update([&](LineStatus& status) {
       if (status.port != port || status.port_text.empty()) status.port_since = now.wall;
       status.port = port;
       status.port_text = text;
-      status.released_until = released_until;
+      status.released_until = loan.until;
+      status.lent_to_client = loan.to_client;
     });
     recorder_.OnPort(fmt::format("port {}: {}", Name(port), text), now);
   }

@@ -21,9 +21,17 @@ constexpr Duration kLongestWait = 10s;
 constexpr Duration kShowEvery = 1s;
 /// A bus that never falls silent.
 constexpr Duration kLongestRest = 10s;
+/// Between two loans the line polls so long: a client that comes again and again would keep the
+/// port beyond any limit.
+constexpr Duration kPolls = 5s;
 
 std::string WhoOf(const Visit& visit) {
   return fmt::format("{} at {}, {}", visit.client, visit.place, Name(visit.mode));
+}
+
+std::string TookText(Duration took) {
+  if (took >= 10s) return FormatDuration(std::chrono::floor<std::chrono::seconds>(took));
+  return FormatDuration(std::chrono::floor<std::chrono::milliseconds>(took));
 }
 
 std::string BytesOf(const Visit& visit) {
@@ -36,7 +44,7 @@ std::string BytesOf(const Visit& visit) {
 
 void PortLoan::Want(PortUser& user, const Visit& visit, Now now) {
   std::optional<std::string> why_not = line_.WhyNot();
-  if (!why_not && user_ != nullptr) why_not = "the port is in use by " + visit_.client;
+  if (!why_not) why_not = InUse();
   if (!why_not && lends() && links_.records.required && links_.records.log != nullptr &&
       !links_.records.log->Trouble().empty()) {
     why_not = "the loan cannot be recorded: " + links_.records.log->Trouble();
@@ -48,9 +56,23 @@ void PortLoan::Want(PortUser& user, const Visit& visit, Now now) {
   }
   user_ = &user;
   visit_ = visit;
-  wanted_at_ = now.instant;
-  if (state_ == State::rests) return HandOver(now);
+  if (state_ == State::rests) return;
+  if (now.instant < polls_until_) {
+    state_ = State::waits;
+  } else {
+    Await(now);
+  }
+}
+
+std::optional<std::string> PortLoan::InUse() const {
+  if (user_ == nullptr) return std::nullopt;
+  return "the port is in use by " + visit_.client;
+}
+
+/// The end of the exchange under way.
+void PortLoan::Await(Now now) {
   state_ = State::wanted;
+  wanted_at_ = now.instant;
   Settle(now);
 }
 
@@ -94,42 +116,45 @@ void PortLoan::HandOver(Now now) {
   if (user_ != nullptr) ShowVisit(now);
 }
 
-void PortLoan::Return(PortUser& user, const Visit& visit, const std::string& why, Now now) {
-  if (user_ != &user) return;
+/// Nobody wants or has the port any more. True: somebody had it.
+bool PortLoan::Part() {
   user_ = nullptr;
-  if (std::exchange(state_, State::free) != State::held) return;
+  const bool held = state_ == State::held;
+  if (state_ != State::rests) state_ = State::free;
+  return held;
+}
+
+void PortLoan::Return(PortUser& user, const Visit& visit, const std::string& why, Now now) {
+  if (user_ != &user || !Part()) return;
   Tell(visit, why, now);
   Restore(now);
 }
 
 void PortLoan::TakeBack(const std::string& why, Now now) {
-  if (user_ == nullptr) return;
-  PortUser& user = *user_;
-  const Visit visit = user.visit();
-  const bool held = state_ == State::held;
-  user_ = nullptr;
-  state_ = State::free;
-  if (held) Tell(visit, why, now);
-  user.TakeBack(now);
-  if (held && user_ == nullptr) Restore(now);
+  if (Dismiss(why, now) && user_ == nullptr) Restore(now);
 }
 
 void PortLoan::OnClosed(const std::string& reason, Now now) {
-  state_ = state_ == State::rests ? State::free : state_;
-  if (user_ == nullptr) return;
+  if (state_ == State::rests) state_ = State::free;
+  // Whoever opens the port next finds the settings of the line.
+  if (Dismiss(reason, now)) (void)links_.port.Reset(links_.config.serial);
+}
+
+/// Disconnects the client. True: it had the port.
+bool PortLoan::Dismiss(const std::string& why, Now now) {
+  if (user_ == nullptr) return false;
   PortUser& user = *user_;
   const Visit visit = user.visit();
-  user_ = nullptr;
-  if (std::exchange(state_, State::free) == State::held) Tell(visit, reason, now);
+  const bool held = Part();
+  if (held) Tell(visit, why, now);
   user.TakeBack(now);
+  return held;
 }
 
 /// Everybody who should know that a client has the port no more.
 void PortLoan::Tell(const Visit& visit, const std::string& why, Now now) {
   const Duration took = now.instant - visit.began.instant;
-  const std::string text = fmt::format(
-      "{} after {}; {}", why, FormatDuration(std::chrono::floor<std::chrono::milliseconds>(took)),
-      BytesOf(visit));
+  const std::string text = fmt::format("{} after {}; {}", why, TookText(took), BytesOf(visit));
   log::Info({.line = links_.config.name}, "{} has the port no more: {}", visit.client, text);
   if (lends() && links_.records.log != nullptr) {
     audit::EndLoan(*links_.records.log, {links_.config.name, visit.client, visit.began},
@@ -176,15 +201,19 @@ void PortLoan::OnTimer(Now now) {
   }
   if (state_ == State::held && show_at_ <= now.instant) ShowVisit(now);
   if (state_ == State::rests && (heard_ + links_.rest <= now.instant || until_ <= now.instant)) {
-    state_ = State::free;
+    state_ = user_ == nullptr ? State::free : State::waits;
+    polls_until_ = now.instant + kPolls;
     line_.OnReturned(now);
   }
+  if (state_ == State::waits && polls_until_ <= now.instant) Await(now);
 }
 
 std::optional<Instant> PortLoan::Deadline() const {
   switch (state_) {
     case State::free:
       return std::nullopt;
+    case State::waits:
+      return polls_until_;
     case State::wanted:
       return wanted_at_ + kLongestWait;
     case State::held:
@@ -228,6 +257,7 @@ void PortLoan::OnListening(const std::string& place, const std::string& trouble,
 void PortLoan::Offer(const config::PortServer& server, Duration time, Now now) {
   offered_at_ = server.Place();
   offered_until_ = now.instant + time;
+  polls_until_ = now.instant;  // somebody has just asked for it
   ShowService(server, now.wall + time);
 }
 

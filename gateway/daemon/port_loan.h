@@ -4,6 +4,8 @@
 //
 //   free → wanted (the exchange under way ends) → held → rests (until the bus is silent) → free
 //
+// Whoever wants it during a rest, or soon after, waits: between two loans the line polls.
+//
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -66,7 +68,7 @@ class PortLoan final : public serial_server::PortOwner {
   void OnListening(const std::string& place, const std::string& trouble, Now now) override;
   /// The server of the configuration.
   void Serve(const config::PortServer& server) { ShowService(server, std::nullopt); }
-  /// The server of `release --tcp`, for so long.
+  /// The server of `release --tcp`, for so long. Its first client need not wait.
   void Offer(const config::PortServer& server, Duration time, Now now);
   void Withdraw(const config::PortServer& server);
 
@@ -76,22 +78,27 @@ class PortLoan final : public serial_server::PortOwner {
   /// The port is gone, or is given away: the client is disconnected.
   void OnClosed(const std::string& reason, Now now);
   /// The same, if the port is with this server.
-  void Dismiss(serial_server::PortUser& user, const std::string& why, Now now) {
+  void TakeBackFrom(serial_server::PortUser& user, const std::string& why, Now now) {
     if (user_ == &user) TakeBack(why, now);
   }
   /// The client is disconnected, and the line goes on.
   void TakeBack(const std::string& why, Now now);
+  /// Which client wants the port, or has it: a sentence.
+  std::optional<std::string> InUse() const;
   /// Behind every input of the line. True: the line waits.
   bool Settle(Now now);
   void OnTimer(Now now);
   std::optional<Instant> Deadline() const;
 
  private:
-  enum class State : std::uint8_t { free, wanted, held, rests };
+  enum class State : std::uint8_t { free, waits, wanted, held, rests };
 
   bool lends() const { return !links_.config.serial_server.has_value(); }
   Duration TimeOf(const serial_server::Visit& visit, Now now) const;
+  void Await(Now now);
   void HandOver(Now now);
+  bool Part();
+  bool Dismiss(const std::string& why, Now now);
   void Restore(Now now);
   void Tell(const serial_server::Visit& visit, const std::string& why, Now now);
   void ShowVisit(Now now);
@@ -109,6 +116,7 @@ class PortLoan final : public serial_server::PortOwner {
   Instant show_at_{};        // what the status says of it
   std::string offered_at_;   // by `release --tcp`; empty: nowhere
   Instant offered_until_{};  // there
+  Instant polls_until_{};    // after the last loan
   Instant heard_{};          // a byte of the port, or the client has left
 };
 

@@ -22,12 +22,9 @@ void TelegramQueue::Answer(const WriteCommand& command, WriteEnd end, const std:
   command.End({.end = end, .reason = reason});
 }
 
-void TelegramQueue::Submit(WriteCommand command, bool open, Now now) {
-  if (!open) {
-    return Answer(command, WriteEnd::not_sent,
-                  "the port of the line is not open, or is lent; see 'baudgate status'",
-                  Outcome::line_down);
-  }
+void TelegramQueue::Submit(WriteCommand command, const std::optional<std::string>& why_not,
+                           Now now) {
+  if (why_not) return Answer(command, WriteEnd::not_sent, *why_not, Outcome::line_down);
   waiting_.push_back(std::move(command));
   Settle(now);
 }

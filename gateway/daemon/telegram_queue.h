@@ -25,8 +25,8 @@ class TelegramQueue {
   TelegramQueue(const config::Line& line, Poller& poller, Tap& tap, RequestPort& port)
       : line_(line), poller_(poller), tap_(tap), port_(port) {}
 
-  /// `open`: the port is; otherwise it is answered at once.
-  void Submit(WriteCommand command, bool open, Now now);
+  /// `why_not`: nothing can be sent now; it is answered at once.
+  void Submit(WriteCommand command, const std::optional<std::string>& why_not, Now now);
   /// False: nothing of it is on the line, and the bytes are the poller's.
   bool OnBytes(View bytes, Now now);
   void OnTimer(Now now);

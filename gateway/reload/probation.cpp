@@ -9,10 +9,11 @@ namespace baudgate::reload {
 
 void Probation::Begin(Instant now, Duration time, const Healths& before) {
   until_ = now + time;
-  settled_ = now + std::min(kPatience, time / 2);
+  patience_ = std::min(kPatience, time / 2);
   for (const auto& [device, health] : before) {
-    if (health == Health::well) well_.insert(device);
+    if (health == Health::well) well_.try_emplace(device);
   }
+  for (auto& [device, seen] : well_) seen = now;
 }
 
 void Probation::End() {
@@ -20,13 +21,15 @@ void Probation::End() {
   well_.clear();
 }
 
-std::optional<std::string> Probation::Look(Instant now, const Healths& healths) const {
+std::optional<std::string> Probation::Look(Instant now, const Healths& healths) {
   if (!until_) return std::nullopt;
-  for (const std::string& device : well_) {
+  for (auto& [device, seen] : well_) {
     const auto found = healths.find(device);
     if (found == healths.end()) continue;
     if (found->second == Health::ill) return device + " worked before, and does not any more";
-    if (found->second == Health::unknown && now >= settled_) {
+    if (found->second != Health::unknown) {
+      seen = now;
+    } else if (now >= seen + patience_) {
       return device + " worked before, and has not answered since";
     }
   }

@@ -11,7 +11,6 @@
 
 #include <map>
 #include <optional>
-#include <set>
 #include <string>
 
 #include "gateway/base/time.h"
@@ -20,9 +19,9 @@ namespace baudgate::reload {
 
 enum class Health : std::uint8_t {
   well,     ///< it answers, and is what it should be
-  unknown,  ///< it has not been asked long enough
+  unknown,  ///< it has not been asked long enough since the port was opened or came back
   ill,      ///< it does not answer, or is another one
-  unasked,  ///< out of use: nobody wants to know
+  unasked,  ///< out of use, or its port is lent: nobody wants to know
 };
 
 /// "bay-1.feeder-1" → how it is. Devices that are not there are not asked for any more.
@@ -30,7 +29,7 @@ using Healths = std::map<std::string, Health>;
 
 class Probation {
  public:
-  /// A device that has not answered so long after Begin is ill; of shorter times half.
+  /// A device of which nothing is known for so long is ill; of shorter times half.
   static constexpr Duration kPatience = 20s;
 
   /// Also while one runs, which it takes the place of: what was well before that counts on.
@@ -38,14 +37,15 @@ class Probation {
   bool running() const { return until_.has_value(); }
   Instant until() const { return until_.value_or(Instant::max()); }
   /// Why it is to be given up; nothing: it goes on, or none runs.
-  std::optional<std::string> Look(Instant now, const Healths& healths) const;
+  std::optional<std::string> Look(Instant now, const Healths& healths);
   /// It has ended, either way.
   void End();
 
  private:
   std::optional<Instant> until_;
-  Instant settled_{};
-  std::set<std::string> well_;  // before; empty while none runs
+  Duration patience_{};
+  /// What was well before: when it was last seen otherwise than unknown. Empty while none runs.
+  std::map<std::string, Instant> well_;
 };
 
 }  // namespace baudgate::reload

@@ -14,8 +14,9 @@ namespace baudgate::serial_server {
 
 class ClientSocket final : public Session::Connection {
  public:
-  /// A client that takes nothing for so long is disconnected.
-  static constexpr Duration kStall = 30s;
+  /// A client that takes nothing for so long is disconnected; TCP itself waits no longer
+  /// (transports/tcp_watch.h).
+  static constexpr Duration kStall = 15s;
 
   struct Heard {
     std::function<void(View)> bytes;

@@ -26,13 +26,8 @@ constexpr std::uint8_t kModemMask = 11;
 constexpr std::uint8_t kPurge = 12;
 constexpr std::uint8_t kAnswer = 100;
 
-// Values of SET-CONTROL.
-constexpr std::uint8_t kAskFlow = 0, kNoFlow = 1, kXonXoff = 2, kHardware = 3;
-constexpr std::uint8_t kAskBreak = 4, kBreakOn = 5, kBreakOff = 6;
-constexpr std::uint8_t kAskDtr = 7, kDtrOn = 8, kDtrOff = 9;
-constexpr std::uint8_t kAskRts = 10, kRtsOn = 11, kRtsOff = 12;
-constexpr std::uint8_t kAskInbound = 13, kNoInbound = 14, kInboundXonXoff = 15,
-                       kInboundHardware = 16;
+// Values of SET-CONTROL: the first of each kind asks, the others set.
+constexpr std::uint8_t kAskFlow = 0, kAskBreak = 4, kAskDtr = 7, kAskRts = 10, kAskInbound = 13;
 constexpr std::uint8_t kDcdFlow = 17, kDsrFlow = 19;
 
 // Bits of the modem state; the change of each is four bits below.
@@ -163,56 +158,41 @@ std::uint8_t ComPort::StopCode() const {
 
 // ---------------------------------------------------------------- flow and lines
 
-std::uint8_t ComPort::Flow(std::uint8_t none, std::uint8_t xonxoff, std::uint8_t hardware) const {
-  return serial_.rtscts ? hardware : serial_.xonxoff ? xonxoff : none;
-}
-
-std::uint8_t ComPort::Switch(PortSwitch which, bool& state, bool on, std::uint8_t on_code) {
-  if (port_.Set(which, on)) state = on;
-  return state ? on_code : static_cast<std::uint8_t>(on_code + 1);
-}
-
-/// A port has one flow control for both directions.
-Bytes ComPort::SetControl(std::uint8_t value) {
-  config::SerialSettings wanted = serial_;
-  const auto flow = [&](bool xonxoff, bool hardware) {
-    wanted.xonxoff = xonxoff;
-    wanted.rtscts = hardware;
+/// Behind the question for it, `ask`, stand the values none, XON/XOFF and hardware. A port has one
+/// flow control for both directions.
+std::uint8_t ComPort::Flow(std::uint8_t ask, std::uint8_t value) {
+  if (value != ask) {
+    config::SerialSettings wanted = serial_;
+    wanted.xonxoff = value == ask + 2;
+    wanted.rtscts = value == ask + 3;
     Try(wanted);
-  };
-  if (value >= kNoFlow && value <= kHardware) flow(value == kXonXoff, value == kHardware);
-  if (value >= kNoInbound && value <= kInboundHardware) {
-    flow(value == kInboundXonXoff, value == kInboundHardware);
   }
+  return static_cast<std::uint8_t>(ask + (serial_.rtscts ? 3 : serial_.xonxoff ? 2 : 1));
+}
+
+/// Behind the question for it, `ask`, stand the values on and off.
+std::uint8_t ComPort::Switch(PortSwitch which, bool& state, std::uint8_t ask, std::uint8_t value) {
+  const bool on = value == ask + 1;
+  if (value != ask && port_.Set(which, on)) state = on;
+  return static_cast<std::uint8_t>(ask + (state ? 1 : 2));
+}
+
+Bytes ComPort::SetControl(std::uint8_t value) {
   std::uint8_t answer = 0;
-  switch (value) {
-    case kBreakOn:
-    case kBreakOff:
-      answer = Switch(PortSwitch::break_signal, break_, value == kBreakOn, kBreakOn);
-      break;
-    case kAskBreak:
-      answer = break_ ? kBreakOn : kBreakOff;
-      break;
-    case kDtrOn:
-    case kDtrOff:
-      answer = Switch(PortSwitch::dtr, dtr_, value == kDtrOn, kDtrOn);
-      break;
-    case kAskDtr:
-      answer = dtr_ ? kDtrOn : kDtrOff;
-      break;
-    case kRtsOn:
-    case kRtsOff:
-      answer = Switch(PortSwitch::rts, rts_, value == kRtsOn, kRtsOn);
-      break;
-    case kAskRts:
-      answer = rts_ ? kRtsOn : kRtsOff;
-      break;
-    default:
-      if (value > kDsrFlow) return {};
-      answer = value >= kAskInbound && value < kDcdFlow
-                   ? Flow(kNoInbound, kInboundXonXoff, kInboundHardware)
-                   : Flow(kNoFlow, kXonXoff, kHardware);
-      break;
+  if (value < kAskBreak) {
+    answer = Flow(kAskFlow, value);
+  } else if (value < kAskDtr) {
+    answer = Switch(PortSwitch::break_signal, break_, kAskBreak, value);
+  } else if (value < kAskRts) {
+    answer = Switch(PortSwitch::dtr, dtr_, kAskDtr, value);
+  } else if (value < kAskInbound) {
+    answer = Switch(PortSwitch::rts, rts_, kAskRts, value);
+  } else if (value < kDcdFlow) {
+    answer = Flow(kAskInbound, value);
+  } else if (value <= kDsrFlow) {
+    answer = Flow(kAskFlow, kAskFlow);  // there is no such flow control
+  } else {
+    return {};
   }
   return Answer(kSetControl, answer);
 }

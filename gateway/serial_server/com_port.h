@@ -34,8 +34,8 @@ class ComPort {
   Bytes SetBaud(View value);
   Bytes SetOne(std::uint8_t command, std::uint8_t value);
   Bytes SetControl(std::uint8_t value);
-  std::uint8_t Flow(std::uint8_t none, std::uint8_t xonxoff, std::uint8_t hardware) const;
-  std::uint8_t Switch(PortSwitch which, bool& state, bool on, std::uint8_t on_code);
+  std::uint8_t Flow(std::uint8_t ask, std::uint8_t value);
+  std::uint8_t Switch(PortSwitch which, bool& state, std::uint8_t ask, std::uint8_t value);
   void Try(const config::SerialSettings& wanted);
   std::uint8_t ParityCode() const;
   std::uint8_t StopCode() const;

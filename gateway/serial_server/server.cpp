@@ -21,8 +21,21 @@ constexpr Duration kAcceptPause = 100ms;
 /// The most bytes that are kept of a client that waits for its turn.
 constexpr std::size_t kMostEarly = 4096;
 
+/// A listener for IPv6 shows clients of IPv4 as "::ffff:10.0.0.7".
+asio::ip::address AddressOf(const tcp::endpoint& peer) {
+  const asio::ip::address address = peer.address();
+  if (!address.is_v6() || !address.to_v6().is_v4_mapped()) return address;
+  return asio::ip::make_address_v4(asio::ip::v4_mapped, address.to_v6());
+}
+
 std::string NameOf(const tcp::endpoint& peer) {
-  return HostAndPort(peer.address().to_string(), peer.port());
+  return HostAndPort(AddressOf(peer).to_string(), peer.port());
+}
+
+/// Where its address stands.
+const char* KeyOf(Server::Use use) {
+  if (use == Server::Use::by_hand) return "release --tcp";
+  return use == Server::Use::served ? "serial_server.at" : "lend.at";
 }
 
 }  // namespace
@@ -44,8 +57,9 @@ void Server::Start() {
   const Status listens = Listen();
   const std::string trouble = listens ? std::string() : listens.error();
   if (trouble != std::exchange(told_, trouble) && !trouble.empty()) {
-    log::Warn({.line = line_}, "no client can come in at {}: {}; trying again until it works",
-              config_.Place(), trouble);
+    const bool is_told = use_ == Use::by_hand;  // to whoever has typed it, and withdraws it
+    log::Warn({.line = line_}, "no client can come in at {}: {}{}", config_.Place(), trouble,
+              is_told ? "" : "; trying again until it works");
   }
   owner_.OnListening(config_.Place(), trouble, ReadClocks());
   if (!listens) return Later(kTryEvery, &Server::Start);
@@ -59,8 +73,7 @@ Status Server::Listen() {
   const auto address = asio::ip::make_address(config_.at.host, failed);
   if (failed) return Error{"not an address of this machine"};
   const tcp::endpoint endpoint(address, config_.at.port);
-  return baudgate::Listen(acceptor_, endpoint,
-                          use_ == Use::served ? "serial_server.at" : "lend.at");
+  return baudgate::Listen(acceptor_, endpoint, KeyOf(use_));
 }
 
 void Server::Stop() {
@@ -96,7 +109,7 @@ void Server::Accept() {
 
 /// Why the client must not come in, if it must not.
 std::optional<std::string> Server::WhyNot(const tcp::endpoint& peer) {
-  const config::Network reach = config::ReachOf(peer.address().to_string());
+  const config::Network reach = config::ReachOf(AddressOf(peer).to_string());
   const bool allowed =
       config_.allow.empty() || std::ranges::any_of(config_.allow, [&](const auto& network) {
         return config::Covers(network, reach);
@@ -104,8 +117,21 @@ std::optional<std::string> Server::WhyNot(const tcp::endpoint& peer) {
   if (!allowed) return "its address is not in the allow list";
   const bool wait = use_ == Use::served && config_.busy == config::PortServer::Busy::wait;
   if (holder_ != nullptr && !wait) return "the port is in use by " + holder_->name;
-  if (clients_.size() >= kMostClients) return "too many clients are connected already";
+  if (clients_.size() >= kMostClients && !MakeRoom()) {
+    return "too many clients are connected already";
+  }
   return std::nullopt;
+}
+
+/// Of a lent port: the oldest client that has not asked for it yet goes.
+bool Server::MakeRoom() {
+  const auto silent = std::ranges::find_if(
+      clients_, [](const Client& one) { return one.session && !one.session->asks(); });
+  if (use_ == Use::served || silent == clients_.end()) return false;
+  log::WarnFolded(line_ + " room", "line {}: client {} has said nothing and makes room for another",
+                  line_, silent->name);
+  Remove(*silent);
+  return true;
 }
 
 void Server::Welcome(tcp::socket socket) {
@@ -116,7 +142,7 @@ void Server::Welcome(tcp::socket socket) {
   // Its leaving and the coming of the next may be seen in either order.
   if (holder_ != nullptr && holder_->socket->HasLeft()) OnEnd(*holder_, false, {});
   if (const auto why = WhyNot(peer)) {
-    log::WarnFolded(line_ + " refused " + peer.address().to_string(),
+    log::WarnFolded(line_ + " refused " + AddressOf(peer).to_string(),
                     "line {}: client {} is refused at {}: {}", line_, NameOf(peer), config_.Place(),
                     *why);
     return;
@@ -134,7 +160,7 @@ void Server::Welcome(tcp::socket socket) {
                 if (client.session) client.session->OnClientRoom();
               }});
   client.socket->Start();
-  if (use_ == Use::lent) {
+  if (use_ != Use::served) {
     BeginSession(client, now);
     Arm();
   } else if (holder_ == nullptr) {
@@ -163,6 +189,10 @@ void Server::OnBytes(Client& client, View bytes) {
 
 void Server::OnEnd(Client& client, bool failed, const std::string& how) {
   const Now now = ReadClocks();
+  if (!failed && !client.session && !client.early.empty()) {
+    client.has_ended = true;  // what it has sent is delivered all the same
+    return;
+  }
   if (failed || !client.session) return Leave(client, failed ? how : "it has left", now);
   client.session->OnClientEnd(now);
   Settle(client, now);
@@ -186,6 +216,7 @@ void Server::Grant(Transport& port, const config::SerialSettings& serial, Now no
     client.socket->Pause(false);
     client.session->OnClient(early, now);
   }
+  if (client.has_ended) client.session->OnClientEnd(now);
   Arm();
 }
 
@@ -216,7 +247,14 @@ void Server::Settle(Client& client, Now now) {
 }
 
 void Server::Leave(Client& client, std::string why, Now now) {
-  if (&client != holder_) return Remove(client);
+  if (&client != holder_) {
+    if (!client.early.empty()) {
+      log::Warn({.line = line_},
+                "client {} has waited for the port, and what it has sent is lost: {}", client.name,
+                why);
+    }
+    return Remove(client);
+  }
   const Visit its = visit();
   Remove(client);
   owner_.Return(*this, its, why, now);
@@ -230,7 +268,7 @@ void Server::Remove(Client& client) {
 
 /// Admits the next client that waits.
 void Server::AdmitNext(Now now) {
-  if (use_ == Use::lent || holder_ != nullptr || clients_.empty()) return;
+  if (use_ != Use::served || holder_ != nullptr || clients_.empty()) return;
   Want(clients_.front(), now);
 }
 

@@ -3,7 +3,8 @@
 //
 //   served   a client has the port as soon as it is connected; others are refused, or wait
 //   lent     several may be connected; the first that sends something gets the port, and the others
-//            keep their connection, as long as they are silent
+//            keep their connection, as long as they are silent and a newcomer does not need their
+//            place
 //
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -32,7 +33,11 @@ class Server final : public PortUser {
   static constexpr std::size_t kMostClients = 8;
   static constexpr Duration kTryEvery = 1s;
 
-  enum class Use : std::uint8_t { served, lent };
+  enum class Use : std::uint8_t {
+    served,
+    lent,
+    by_hand,  ///< lent by `release --tcp`
+  };
 
   /// `line`: its name. Io and owner outlive the server.
   Server(asio::io_context& io, config::PortServer config, Use use, std::string line,
@@ -58,6 +63,7 @@ class Server final : public PortUser {
     std::unique_ptr<ClientSocket> socket;
     std::optional<Session> session;  // nothing: it waits for its turn
     Bytes early;                     // what it has sent meanwhile
+    bool has_ended = false;          // behind that it sends no more
   };
   using Clients = std::list<Client>;
 
@@ -66,6 +72,7 @@ class Server final : public PortUser {
   void Later(Duration wait, void (Server::*then)());
   void Welcome(asio::ip::tcp::socket socket);
   std::optional<std::string> WhyNot(const asio::ip::tcp::endpoint& peer);
+  bool MakeRoom();
   void BeginSession(Client& client, Now now);
   void Want(Client& client, Now now);
   void OnBytes(Client& client, View bytes);

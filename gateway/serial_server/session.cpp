@@ -122,7 +122,7 @@ void Session::OnTimer(Now now) {
   const auto is_due = [&](const std::optional<Instant>& at) { return at && *at <= now.instant; };
   if (is_due(drained_at_)) {
     drained_at_ = now.instant + kDrainEvery;
-    if (port_ == nullptr || port_->IsDrained()) over_ = "it has left";
+    if (port_ == nullptr ? waiting_.empty() : port_->IsDrained()) over_ = "it has left";
     if (now.instant - *drains_since_ >= kLongestDrain) {
       over_ = "it has left, and the port did not take all that it had sent";
     }

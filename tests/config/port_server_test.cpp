@@ -58,6 +58,11 @@ TEST(PortServerConfig, SaysWhatIsWrong) {
       {"serial_server: {}", "serial_server needs 'at'; for example at: \"127.0.0.1:4001\""},
       {"serial_server: { at: here }",
        "at: 'here' is not host:port; write for example 127.0.0.1:4001"},
+      {"serial_server: { at: \"127.0.0.1:70000\" }",
+       "at: '127.0.0.1:70000' has no usable port number; allowed: 1…65535"},
+      {"lend: { at: \"127.0.0.1:4001\" }",
+       "lend: nobody polls this port, so it is not lent; write "
+       "serial_server in its place"},
       {"serial_server: { at: \"gate:4001\" }", "'gate' is not an address of this machine"},
       {"serial_server: { at: \"0.0.0.0:4001\" }",
        "serial_server: 0.0.0.0:4001 can be reached from other machines; say who may come in"},

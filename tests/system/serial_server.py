@@ -131,6 +131,15 @@ class Gateway:
                                         stdout=subprocess.DEVNULL, stderr=self.log())
         until("the gateway answers", lambda: self.ask("status", "--json").returncode == 0)
 
+    def reload(self, old, new, *words):
+        with open(self.file, encoding="utf-8") as file:
+            text = file.read()
+        assert old in text, old
+        with open(self.file, "w", encoding="utf-8") as file:
+            file.write(text.replace(old, new))
+        done = self.ask("reload", *words)
+        equal("reload: " + done.stdout + done.stderr, done.returncode, 0)
+
     def log(self):
         return open(os.path.join(self.folder, "log"), "a", encoding="utf-8")
 
@@ -361,6 +370,38 @@ def by_hand():
         until("polled again", lambda: gate.point() == [100, 192])
 
 
+def reloaded():
+    """A reload that begins the line anew disconnects its client; a trial goes on behind a loan."""
+    cable, port = Cable(), free_port()
+    Slave(cable)
+    more = f'lend: {{ at: "127.0.0.1:{port}" }}'
+    with Gateway(lambda gate: polled(cable, more, gate.listener)) as gate:
+        until("polled", lambda: gate.point() == [100, 192])
+        with connect(port) as client:
+            client.sendall(b"x")
+            until("lent", lambda: lent(gate))
+            gate.reload("poll: 50ms", "poll: 60ms")
+            assert is_closed(client)
+        until("polled again", lambda: gate.point() == [100, 192])
+        equal("the port", gate.line()["port_state"], "open")
+        back = [json.loads(text) for text in gate.ask("writes", "--json").stdout.splitlines()]
+        assert any("a reload has changed" in record["reason"] for record in back), back
+
+        gate.reload("poll: 60ms", "poll: 50ms", "--confirm", "60s")
+        until("polled on trial", lambda: gate.point() == [100, 192])
+        equal("release", gate.ask("release", "bay", "--for", "1s").returncode, 0)
+        until("polled again", lambda: gate.point() == [100, 192])
+        with connect(port) as client:
+            client.sendall(b"x")
+            until("lent on trial", lambda: lent(gate))
+            refused = gate.ask("release", "bay")
+            equal("release of a port that is in use", refused.returncode, 2)
+            assert "client 127.0.0.1:" in refused.stderr, refused.stderr
+        until("polled again", lambda: gate.point() == [100, 192])
+        state = json.loads(gate.ask("status", "--json").stdout)["configuration"]
+        assert state["confirm_until"], state["not_the_file"]
+
+
 def killed():
     cable, port = Cable(), free_port()
     Slave(cable)
@@ -479,7 +520,7 @@ def ser2net():
         other.terminate()
 
 
-PARTS = {part.__name__: part for part in (raw, wait, rfc2217, flow, lend, by_hand, killed, many,
+PARTS = {part.__name__: part for part in (raw, wait, rfc2217, flow, lend, by_hand, reloaded, killed, many,
                                           mbpoll, framing, ser2net)}
 
 if __name__ == "__main__":

@@ -7,6 +7,7 @@
 #include "tests/transports/serial_port_fixture.h"
 #include "transports/damage.h"
 #include "transports/parity.h"
+#include "transports/serial_settings.h"
 
 namespace baudgate {
 namespace {
@@ -73,6 +74,22 @@ TEST_F(SerialPortTest, ApplySwitchesTheOpenPort) {
   port_->Close();
   Open();
   EXPECT_EQ(port_->Counters().parity, 0U);
+}
+
+TEST_F(SerialPortTest, IsOpenedWithItsOwnSettingsWhateverWasAppliedBefore) {
+  Open();
+  config::SerialSettings other = serial_;
+  other.baud = 19200;
+  other.parity = config::Parity::none;
+  ASSERT_TRUE(port_->Apply(other).ok());
+  Unplug();
+  ASSERT_TRUE(test::RunUntil(io_, [&] { return !listener_.losses.empty(); }));
+  Plug();
+  Open();
+  EXPECT_EQ(port_->Describe(), "serial " + link_ + " 9600 7E1");
+  const auto now = ReadSerialSettings(far_->stream().native_handle());
+  ASSERT_TRUE(now.ok());
+  EXPECT_EQ(now->baud, 9600);
 }
 
 TEST_F(SerialPortTest, ApplyOfNonsenseChangesNothing) {

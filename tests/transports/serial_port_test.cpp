@@ -38,5 +38,17 @@ TEST_F(SerialPortTest, SendsMoreThanTheDriverTakesAtOnce) {
   EXPECT_EQ(far_->received(), much);
 }
 
+/// A pty says that nothing waits although the other side has read nothing.
+TEST_F(SerialPortTest, WhatIsOutIsNotTakenBackByAReset) {
+  stalled_ = true;
+  Plug();
+  Open();
+  port_->Send(Bytes(1000, 'x'));
+  ASSERT_TRUE(port_->IsDrained());
+  ASSERT_TRUE(port_->Reset(serial_).ok());
+  far_->Start();
+  EXPECT_TRUE(test::RunUntil(io_, [&] { return far_->received().size() >= 1000; }));
+}
+
 }  // namespace
 }  // namespace baudgate

@@ -288,6 +288,17 @@ TEST_F(StalledServer, ClosingEndsTheWaitingForIt) {
   test::RunReady(io_);
 }
 
+TEST_F(StalledServer, IsDrainedWhenTheServerHasTakenAll) {
+  EXPECT_FALSE(client_->IsDrained());
+  far_->Start();
+  ASSERT_TRUE(test::RunUntil(io_, [&] { return far_->received().size() >= given_; }));
+  for (int i = 0; i < 1000 && !client_->IsDrained(); ++i) test::RunReady(io_);
+  EXPECT_TRUE(client_->IsDrained());
+  ASSERT_TRUE(client_->Reset(serial_).ok());
+  test::RunReady(io_);
+  EXPECT_TRUE(client_->is_open());
+}
+
 /// A device may be silent while its serial server is well: the connection stays, whether the
 /// server's kernel acknowledges at once or a little later.
 TEST_F(TcpClientTest, AServerThatHasTheRequestKeepsItsConnection) {

@@ -73,10 +73,6 @@ int RunOffer(const ReleaseOptions& options, std::ostream& out, std::ostream& err
   out << options.line << ": a client can have " << answer.value("port", "the port") << " at " << at
       << (options.rfc2217 ? " (RFC 2217)" : "") << " until " << Clock(answer.value("until", ""))
       << ". Polls go on until it sends its first byte, and again when it has left\n";
-  if (answer.value("for_everybody", false)) {
-    err << "baudgate: warning: whoever reaches " << at
-        << " from other machines may write to the devices of this line; --allow ADDRESS says who\n";
-  }
   return 0;
 }
 

@@ -56,6 +56,12 @@ std::string_view Describe(config::Permit permit) {
   return "";
 }
 
+/// "everybody who reaches it", "10.0.0.7, 10.1.0.0/16".
+std::string Whom(const std::vector<config::Network>& allow) {
+  if (allow.empty()) return "everybody who reaches it";
+  return Joined(allow, [](const auto& network) { return network.text; });
+}
+
 std::string Describe(const config::Listener& listener) {
   std::string text = listener.Place() + ", ";
   if (listener.is_serial()) {
@@ -68,8 +74,7 @@ std::string Describe(const config::Listener& listener) {
   }
   text += Describe(listener.permit);
   if (listener.is_serial()) return text + ", for the master there";
-  if (listener.allow.empty()) return text + ", for everybody who reaches it";
-  return text + ", for " + Joined(listener.allow, [](const auto& network) { return network.text; });
+  return text + ", for " + Whom(listener.allow);
 }
 
 /// In the order in which they decide.
@@ -120,11 +125,19 @@ std::string Describe(const config::Dds& dds, bool events) {
                            : "; write: deny");
 }
 
+std::string Describe(const config::PortServer& server) {
+  return server.Place() + ", " + std::string(Name(server.mode)) + ", for " + Whom(server.allow);
+}
+
 std::string Describe(const config::Line& line) {
   std::string text = "line " + line.name + ": " + line.port;
   if (!line.port.starts_with("tcp://")) text += ", " + line.serial.ToString();
   if (line.serial.software_parity) text += " (software parity)";
-  return text + ", " + line.protocol + ", " + Plural(line.devices.size(), "device");
+  if (line.serial_server) return text + ", served at " + Describe(*line.serial_server);
+  text += ", " + line.protocol + ", " + Plural(line.devices.size(), "device");
+  if (!line.lend) return text;
+  return text + ", lent at " + Describe(*line.lend) + ", " + FormatDuration(line.lend->time) +
+         " at most";
 }
 
 std::vector<std::string> Row(const config::Device& device) {

@@ -41,13 +41,40 @@ TEST_F(ServiceTest, ReleaseOverTheNetworkOffersThePort) {
     return Ask(R"({"command":"release","target":"io","for_ms":60000,)" + more + "}");
   };
   EXPECT_THAT(release(R"("tcp":"localhost:4001","rfc2217":true)"),
-              HasSubstr(R"("at":"127.0.0.1:4001","for_everybody":false)"));
+              HasSubstr(R"("at":"127.0.0.1:4001")"));
   EXPECT_THAT(lines_.calls(), ElementsAre("offer 1 at 127.0.0.1:4001, rfc2217, for 1min"));
-  EXPECT_THAT(release(R"("tcp":"0.0.0.0:4001")"), HasSubstr(R"("for_everybody":true)"));
+  EXPECT_THAT(release(R"("tcp":"0.0.0.0:4001")"), AllOf(HasSubstr("usage"), HasSubstr("--allow")));
   EXPECT_THAT(release(R"("tcp":"0.0.0.0:4001","allow":"10.0.0.7")"),
-              HasSubstr(R"("for_everybody":false)"));
+              HasSubstr(R"("at":"0.0.0.0:4001")"));
   EXPECT_THAT(release(R"("tcp":"gate:4001")"), HasSubstr("is not ADDRESS:PORT of this machine"));
   EXPECT_THAT(release(R"("tcp":"127.0.0.1:4001","allow":"all")"), HasSubstr("usage"));
+}
+
+TEST_F(ServiceTest, APortThatSomebodyHasIsNotReleasedToAnother) {
+  const auto release = [this](const std::string& more) {
+    return Ask(R"({"command":"release","target":"io","for_ms":60000)" + more + "}");
+  };
+  EXPECT_THAT(release(""), HasSubstr("true"));
+  EXPECT_THAT(release(""), HasSubstr("true")) << "its time begins anew";
+  EXPECT_THAT(release(R"(,"tcp":"127.0.0.1:4001")"),
+              HasSubstr("is released to another program until"));
+  Ask(R"({"command":"take_back","target":"io"})");
+  const auto set = [this](const std::string& why) {
+    store_.UpdateLine(1, [&](LineStatus& status) {
+      PortService service;
+      service.place = "127.0.0.1:4002";
+      service.visit.emplace().client = "10.0.0.7:40000";
+      service.visit->why = why;
+      status.services = {service};
+    });
+  };
+  set("");
+  for (const char* more : {"", R"(,"tcp":"127.0.0.1:4001")"}) {
+    EXPECT_THAT(release(more), HasSubstr("client 10.0.0.7:40000 has the port of line 'io'"));
+  }
+  EXPECT_THAT(lines_.calls(), testing::SizeIs(3));
+  set("it has left");
+  EXPECT_THAT(release(""), HasSubstr("true"));
 }
 
 TEST_F(ServiceTest, NonsenseTimesAreRefused) {

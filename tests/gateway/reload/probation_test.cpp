@@ -53,6 +53,15 @@ TEST(Probation, OfAShortTimeWaitsHalfOfIt) {
   EXPECT_TRUE(probation.Look(kStart + 2s, {{"bay.a", Health::unknown}}));
 }
 
+TEST(Probation, ADeviceWhosePortWasLentHasTimeToBeAskedAgain) {
+  Probation probation;
+  probation.Begin(kStart, 60s, {{"bay.a", Health::well}});
+  EXPECT_FALSE(probation.Look(kStart + 30s, {{"bay.a", Health::unasked}}));
+  EXPECT_FALSE(probation.Look(kStart + 31s, {{"bay.a", Health::unknown}}));
+  EXPECT_FALSE(probation.Look(kStart + 49s, {{"bay.a", Health::unknown}}));
+  EXPECT_TRUE(probation.Look(kStart + 50s, {{"bay.a", Health::unknown}}));
+}
+
 // bay.a is asked again by the second, and its answer counts as that of the first would have.
 TEST(Probation, ThatTakesThePlaceOfAnotherKnowsWhatWasWellBeforeThat) {
   Probation probation;

@@ -130,6 +130,21 @@ TEST_F(ServerTest, AClientMayWaitForItsTurn) {
   EXPECT_EQ(line_.wanted.size(), 2U);
 }
 
+TEST_F(ServerTest, WhatAWaitingClientHasSentBeforeItClosedIsDelivered) {
+  config_.busy = Busy::wait;
+  Start(Server::Use::served);
+  auto first = Connect();
+  auto second = Connect();
+  second->Write({7, 8});
+  RunReady(io_);
+  second->stream().close();
+  RunReady(io_);
+  first->stream().close();
+  EXPECT_TRUE(Until([&] { return line_.returned.size() == 2; }));
+  EXPECT_THAT(line_.port.sent, ElementsAre(7, 8));
+  EXPECT_EQ(line_.last.to_port, 2U);
+}
+
 TEST_F(ServerTest, NotAllMayWait) {
   config_.busy = Busy::wait;
   Start(Server::Use::served);
@@ -165,6 +180,17 @@ TEST_F(ServerTest, ALentPortIsTakenByTheFirstByteAlone) {
   EXPECT_TRUE(Ends(*silent));
   EXPECT_TRUE(Ends(*Connect())) << "while it is in use";
   EXPECT_THAT(line_.port.sent, ElementsAre(1));
+}
+
+TEST_F(ServerTest, SilentClientsDoNotKeepOthersFromALentPort) {
+  Start(Server::Use::lent);
+  std::vector<std::unique_ptr<Client>> silent;
+  for (std::size_t i = 0; i < Server::kMostClients; ++i) silent.push_back(Connect());
+  const auto newcomer = Connect();
+  EXPECT_TRUE(Ends(*silent[0])) << "the oldest";
+  newcomer->Write({1});
+  EXPECT_TRUE(Until([&] { return line_.port.sent.size() == 1; }));
+  EXPECT_FALSE(silent[1]->ended());
 }
 
 TEST_F(ServerTest, WaitsForTheExchangeUnderWay) {

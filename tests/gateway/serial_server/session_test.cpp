@@ -136,6 +136,17 @@ TEST_F(SessionTest, LeavesWhenThePortHasSentAll) {
   EXPECT_EQ(over(), "it has left");
 }
 
+TEST_F(SessionTest, LeavesWhenWhatItHasSentBeforeItsTurnIsOut) {
+  FromClient({1, 2});
+  session_.OnClientEnd(now_);
+  Pass(1s);
+  EXPECT_EQ(over(), "");
+  Begin();
+  Pass(Session::kDrainEvery);
+  EXPECT_EQ(port_.sent, Bytes({1, 2}));
+  EXPECT_EQ(over(), "it has left");
+}
+
 TEST_F(SessionTest, LeavesAtLastWhereThePortTakesNothing) {
   Begin();
   port_.takes = false;

@@ -95,6 +95,20 @@ TEST(Check, GoodConfigurationIsSummedUp) {
   EXPECT_THAT(ran.out, Not(HasSubstr("hunter")));
 }
 
+TEST(Check, SaysWhereClientsCanHaveAPort) {
+  const Ran ran = Check(
+      "gateway: { name: g }\ndds: { enabled: false }\nmodbus: { enabled: false }\nlines:\n"
+      "  - { name: panel, port: /dev/p, serial: 9600 8N1, serial_server: { at: "
+      "\"127.0.0.1:4001\" } }\n"
+      "  - { name: bay, port: /dev/l, serial: 9600 8N1, protocol: fake, lend: { at: "
+      "\"127.0.0.1:4002\", mode: rfc2217, for: 5min } }\n");
+  EXPECT_THAT(ran.out, HasSubstr("line panel: /dev/p, 9600 8N1, served at 127.0.0.1:4001, raw, for "
+                                 "everybody who reaches it\n"))
+      << ran.err;
+  EXPECT_THAT(ran.out, HasSubstr("0 devices, lent at 127.0.0.1:4002, rfc2217, for everybody who "
+                                 "reaches it, 5min at most\n"));
+}
+
 TEST(Check, SaysThatDdsMayWrite) {
   const Ran ran = Check(std::string(kGood) + "dds: { write: allow }\n");
   EXPECT_EQ(ran.code, 0) << ran.err;
