@@ -89,7 +89,10 @@ std::string Closed(const config::Line& line, const LineStatus& status,
   const Duration closed = now.wall - status.port_since;
   const std::size_t lost = status.losses.Since(now.instant - 1h);
   const bool again = status.port_since != WallTime{} && closed < kMoment;
-  if (again && line.is_network() && lost >= kDrops) return Lost(line, lost, devices);
+  // A server that has never let a device answer is told by its own reason.
+  const auto answered = [](const DeviceRecord& one) { return one.status.last_ok.has_value(); };
+  const bool worked = std::ranges::any_of(devices, answered);
+  if (again && worked && line.is_network() && lost >= kDrops) return Lost(line, lost, devices);
   const std::string since =
       status.port_since == WallTime{} ? std::string() : " for " + FormatAge(closed);
   return fmt::format("port closed{}: {}", since,

@@ -237,6 +237,15 @@ Answer ReadAs(const Command& request, const DecodedReply& decoded, const Setting
   return answer;
 }
 
+/// Numbers of the usual width and two characters more: these may be a checksum.
+bool MayEndWithSum(const Command& request, View frame, const Settings& settings) {
+  if (EndsWithItsSum(frame)) return true;
+  const std::string_view text = Trim(AsText(frame));
+  if (text.size() < 3) return false;
+  const Bytes shorter = ToBytes(std::string(text.substr(0, text.size() - 2)) + "\r");
+  return DecodeReply(request, std::nullopt, 0, shorter, settings).outcome == Outcome::ok;
+}
+
 /// Numbers in hex words or of another width, and replies with `>` that carry the address (TRP-C68):
 /// as if the options said so.
 std::optional<Answer> ReadWithOtherSettings(const Command& request, View frame, const Reply& reply,
@@ -247,10 +256,10 @@ std::optional<Answer> ReadWithOtherSettings(const Command& request, View frame, 
     for (const Format format : {settings.format, Format::hex}) {
       if (format == Format::hex && !sampled) continue;
       for (const std::size_t width : {settings.width, kAnyWidth}) {
-        if (width == kAnyWidth && EndsWithItsSum(frame)) continue;
         Settings other = settings;
         other.data_address = address;
         other.format = format;
+        if (width == kAnyWidth && MayEndWithSum(request, frame, other)) continue;
         other.width = width;
         const DecodedReply decoded = DecodeReply(request, std::nullopt, 0, frame, other);
         if (decoded.outcome != Outcome::ok) continue;

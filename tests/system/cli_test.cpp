@@ -76,8 +76,6 @@ TEST_F(Cli, WhatWasMeantIsSaid) {
       {{"ask", "127.0.0.1:4001", "00"}, "tcp://127.0.0.1:4001"},
       {{"bridge", "/dev/x", "--listen", "15364"}, "write 127.0.0.1:15364"},
       {{"ask", "/dev/x", "SI", "--protocol", "telegram"}, "--profile is missing"},
-      {{"simulate", "--profile", "owen-mv110-8a-telegrams", "--pty", "x"},
-       "give the device its 'address'"},
   };
   for (const auto& [words, says] : kMeant) {
     const Finished wrong = Command(words);

@@ -69,7 +69,8 @@ TEST_F(History, IsKeptAndReadBack) {
     for (const Json& record : Records()) count += record.contains("gap") ? 1 : 0;
     return count;
   };
-  ASSERT_TRUE(Eventually([&] { return gaps() == 1 && !Records().back().contains("gap"); }));
+  ASSERT_TRUE(
+      Eventually([&] { return gaps() == 1 && Records().back()["quality_text"] == "good"; }));
   std::string before;
   for (const Json& record : Records()) {
     EXPECT_GE(record["time"].get<std::string>(), before);

@@ -112,7 +112,7 @@ TEST_F(Web, APortThatIsTakenIsSaidBeforeAnythingIsAsked) {
   Write("baudgate.yaml", WithWeb());
   const Finished run = Command({"run", "--config", file().string()});
   EXPECT_EQ(run.code, 4);
-  EXPECT_THAT(run.errors, HasSubstr("choose one with web.listen"));
+  EXPECT_THAT(run.errors, HasSubstr("choose another port under web.listen"));
 }
 
 }  // namespace
