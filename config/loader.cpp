@@ -65,7 +65,7 @@ RawProfile Complete(RawProfile raw, const Protocol& protocol, Problems& problems
   AssignIntervals(device, problems);
   raw.profile.points = device.points;
   ResolveRecords(raw.profile.records, device, problems);
-  Device of_this_type = DeviceFromProfile(raw.profile, protocol, "", "");
+  Device of_this_type = DeviceFromProfile(raw.profile, protocol, std::string(kOfThisType), "");
   of_this_type.mark = {raw.file, 1, 1};
   CheckFaults(of_this_type, protocol, problems);
   return raw;

@@ -8,9 +8,10 @@
 namespace baudgate::config {
 namespace {
 
-/// "device 'feeder-1'", or what stands for all devices of a profile.
+/// "device 'feeder-1'", or "device" if it has no usable name.
 std::string Called(const Device& device) {
-  return device.name.empty() ? "a device of this type" : "device '" + device.name + "'";
+  if (device.name == kOfThisType) return "a device of this type";
+  return device.name.empty() ? "device" : "device '" + device.name + "'";
 }
 
 /// `unasked`: it is not polled.

@@ -5,6 +5,7 @@
 
 #include <map>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "config/model/device.h"
@@ -13,6 +14,9 @@
 #include "protocols/protocol.h"
 
 namespace baudgate::config {
+
+/// The name of a device that stands for all devices of a profile.
+inline constexpr std::string_view kOfThisType = "of this type";
 
 /// The addresses of one line's devices.
 class LineAddresses {

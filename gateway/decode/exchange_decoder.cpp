@@ -123,13 +123,45 @@ ExchangeDecoder::ExchangeDecoder(config::Line line, const Protocol& protocol)
       conversation_(protocol.make_conversation(line_->devices.front(), options_, bus_.get())) {}
 
 DecodedExchange ExchangeDecoder::Decode(const Capture& capture) {
-  const config::Device& device = line_->devices.front();
   const bool masked = capture.request_masked || capture.reply_masked;
   Answer answer = masked ? InterpretMasked(capture, *protocol_, options_, *conversation_)
                          : InterpretTold(capture, *protocol_, options_, *conversation_);
+  return ToExchange(std::move(answer));
+}
+
+DecodedExchange ExchangeDecoder::ToExchange(Answer answer) const {
   DecodedExchange decoded{answer.outcome, std::move(answer.reason), {}};
-  for (const Reading& reading : answer.readings) decoded.values.push_back(ToValue(reading, device));
+  for (const Reading& reading : answer.readings) {
+    decoded.values.push_back(ToValue(reading, line_->devices.front()));
+  }
   return decoded;
+}
+
+std::vector<HeardMessage> ExchangeDecoder::Hear(View bytes) {
+  std::vector<HeardMessage> heard;
+  const Standing& standing = *conversation_->Listens();
+  Assembler assembler;
+  assembler.Begin(standing.rule, standing.expect);
+  std::size_t fed = 0;
+  const auto add_damaged = [&](std::size_t end) {
+    const std::string why(assembler.why());
+    const Outcome blame = assembler.TakeBlame();
+    if (blame != Outcome::none) heard.push_back({end, {blame, why, {}}});
+  };
+  // No more at once than a message has: more would overflow what is kept.
+  while (fed < bytes.size() || assembler.held() > 0) {
+    const std::size_t next = std::min(bytes.size() - fed, standing.expect.max_bytes);
+    assembler.Feed(bytes.subspan(fed, next));
+    fed += next;
+    while (const auto frame = assembler.Next(fed == bytes.size() && next == 0)) {
+      const std::size_t end = assembler.counters().delivered + assembler.counters().discarded;
+      add_damaged(end - frame->size());
+      heard.push_back({end, ToExchange(conversation_->OnUnasked(*frame, {}))});
+    }
+    if (next == 0) break;
+  }
+  add_damaged(bytes.size());
+  return heard;
 }
 
 std::size_t ExchangeDecoder::FirstFrame(const Capture& capture) const {

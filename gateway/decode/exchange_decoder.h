@@ -37,6 +37,12 @@ struct DecodedExchange {
   std::vector<DecodedValue> values;
 };
 
+/// What a device has said by itself.
+struct HeardMessage {
+  std::size_t end = 0;  ///< how many of the bytes it ends behind
+  DecodedExchange decoded;
+};
+
 class ExchangeDecoder {
  public:
   /// `line` has this one device, with every option; the protocol is the device's.
@@ -46,7 +52,15 @@ class ExchangeDecoder {
   /// How many bytes of the reply the first whole frame ends behind; all where there is none.
   std::size_t FirstFrame(const Capture& capture) const;
 
+  /// The device speaks by itself.
+  bool Listens() const { return conversation_->Listens() != nullptr; }
+  /// The messages in these bytes. What is none of them is said in front of the next one, or at
+  /// the end.
+  std::vector<HeardMessage> Hear(View bytes);
+
  private:
+  DecodedExchange ToExchange(Answer answer) const;
+
   std::unique_ptr<config::Line> line_;  // of the one device, which must not move
   const Protocol* protocol_;
   std::unique_ptr<Bus> bus_;

@@ -11,20 +11,6 @@
 namespace baudgate {
 namespace {
 
-/// The time since midnight of "04:05:06.123456".
-Duration TimeOfDay(std::string_view clock) {
-  constexpr std::size_t kDigits = 15;
-  if (clock.size() != kDigits) return {};
-  const auto part = [&](std::size_t at, std::size_t count) {
-    return ParseInteger<std::int64_t>(clock.substr(at, count)).value_or(0);
-  };
-  return std::chrono::hours(part(0, 2)) + std::chrono::minutes(part(3, 2)) +
-         std::chrono::seconds(part(6, 2)) + std::chrono::microseconds(part(9, 6));
-}
-
-/// Over midnight as well.
-Duration Between(Duration from, Duration to) { return to >= from ? to - from : to + 24h - from; }
-
 std::string MeaningOf(const DecodedExchange& decoded) {
   std::string text;
   for (const DecodedValue& value : decoded.values) {
@@ -79,6 +65,21 @@ std::vector<std::string> FrameLines::Flush() {
   return lines;
 }
 
+/// A device that speaks by itself has said this: a line for each of its messages.
+bool FrameLines::FlushMessages(const Held& held, std::vector<std::string>& lines) {
+  const bool masked = std::ranges::find(held.masked, true) != held.masked.end();
+  const auto decoder =
+      std::ranges::find_if(decoders_, [](const auto& named) { return named.second.Listens(); });
+  if (masked || decoder == decoders_.end()) return false;
+  std::size_t from = 0;
+  for (const HeardMessage& message : decoder->second.Hear(held.reply)) {
+    AddLine(held, from, message.end, MeaningOf(message.decoded), lines);
+    from = message.end;
+  }
+  AddLine(held, from, held.reply.size(), {}, lines);
+  return true;
+}
+
 void FrameLines::Hold(const TraceLine& piece) {
   const auto hex = ParseMaskedHex(piece.rest);
   if (!hex) return;
@@ -121,20 +122,23 @@ void FrameLines::End(const TraceLine& end, const std::string& record,
   lines.push_back(record);
 }
 
+void FrameLines::AddLine(const Held& held, std::size_t from, std::size_t to,
+                         const std::string& meaning, std::vector<std::string>& lines) {
+  if (from >= to) return;
+  std::string line = held.time + " " + held.device + " <";
+  for (std::size_t i = from; i < to; ++i) {
+    line += " " + (held.masked[i] ? "**" : HexByte(held.reply[i]));
+  }
+  lines.push_back(line + " | " + (meaning.empty() ? held.shown.substr(from, to - from) : meaning));
+}
+
 /// What stands behind the first frame has a line of its own.
 void FrameLines::FlushHeld(const std::string& meaning, std::size_t first_frame,
                            std::vector<std::string>& lines) {
   const Held held = std::exchange(held_, {});
-  const auto add = [&](std::size_t from, std::size_t to, const std::string& means) {
-    if (from >= to) return;
-    std::string line = held.time + " " + held.device + " <";
-    for (std::size_t i = from; i < to; ++i) {
-      line += " " + (held.masked[i] ? "**" : HexByte(held.reply[i]));
-    }
-    lines.push_back(line + " | " + (means.empty() ? held.shown.substr(from, to - from) : means));
-  };
-  add(0, first_frame, meaning);
-  add(first_frame, held.reply.size(), {});
+  if (!exchange_ && !held.reply.empty() && FlushMessages(held, lines)) return;
+  AddLine(held, 0, first_frame, meaning, lines);
+  AddLine(held, first_frame, held.reply.size(), {}, lines);
 }
 
 }  // namespace baudgate

@@ -35,8 +35,6 @@ Decoders DecodersOf(const config::Line& line, const ProtocolFinder& find,
 
 class FrameLines {
  public:
-  /// Bytes that nobody asked for and that come later than this stand in a line of their own.
-  static constexpr Duration kApart = 50ms;
   /// More than that is no frame: it stands in several lines.
   static constexpr std::size_t kMostBytes = 8192;
 
@@ -63,6 +61,9 @@ class FrameLines {
 
   void Hold(const TraceLine& piece);
   void End(const TraceLine& end, const std::string& record, std::vector<std::string>& lines);
+  bool FlushMessages(const Held& held, std::vector<std::string>& lines);
+  static void AddLine(const Held& held, std::size_t from, std::size_t to,
+                      const std::string& meaning, std::vector<std::string>& lines);
   void FlushHeld(const std::string& meaning, std::size_t first_frame,
                  std::vector<std::string>& lines);
 

@@ -21,6 +21,18 @@ std::string_view TakeWord(std::string_view& text) {
 
 }  // namespace
 
+Duration TimeOfDay(std::string_view clock) {
+  constexpr std::size_t kDigits = 15;
+  if (clock.size() != kDigits) return {};
+  const auto part = [&](std::size_t at, std::size_t count) {
+    return ParseInteger<std::int64_t>(clock.substr(at, count)).value_or(0);
+  };
+  return std::chrono::hours(part(0, 2)) + std::chrono::minutes(part(3, 2)) +
+         std::chrono::seconds(part(6, 2)) + std::chrono::microseconds(part(9, 6));
+}
+
+Duration Between(Duration from, Duration to) { return to >= from ? to - from : to + 24h - from; }
+
 TraceLine ReadTraceLine(std::string_view line) {
   TraceLine marked;
   std::string_view text = Trim(line);

@@ -12,6 +12,7 @@
 
 #include "gateway/base/bytes.h"
 #include "gateway/base/outcome.h"
+#include "gateway/base/time.h"
 
 namespace baudgate {
 
@@ -25,6 +26,13 @@ struct TraceLine {
   std::string_view shown;  ///< the characters behind '|'
 };
 TraceLine ReadTraceLine(std::string_view line);
+
+/// Bytes that nobody asked for and that come later than this belong to no message before them.
+inline constexpr Duration kApart = 50ms;
+/// The time since midnight of "04:05:06.123456"; zero: it is none.
+Duration TimeOfDay(std::string_view clock);
+/// From one time of day to the next, over midnight as well.
+Duration Between(Duration from, Duration to);
 
 struct MaskedHex {
   Bytes bytes;

@@ -30,6 +30,9 @@ class DayReader {
   DayReader(const fs::path& folder, Millis day, const std::string& point)
       : day_(day), database_((folder / DayFileName(day)).string(), Database::Mode::read) {
     if (!database_.is_open()) return;
+    Statement tables(database_, "SELECT count(*) FROM sqlite_master");
+    is_new_ = tables.Next() == Statement::Step::row && tables.Number(0) == 0;
+    if (is_new_) return;
     Statement row(database_, "SELECT point, type FROM points WHERE name=?");
     row.Bind(1, point);
     const Statement::Step step = row.Next();
@@ -42,6 +45,8 @@ class DayReader {
   }
 
   bool ok() const { return ok_; }
+  /// It is just being made, and holds nothing yet.
+  bool is_new() const { return is_new_; }
   const std::string& error() const { return database_.error(); }
   bool damaged_chunk() const { return damaged_chunk_; }
   bool knows() const { return point_.has_value(); }
@@ -109,6 +114,7 @@ class DayReader {
   Millis day_;
   Database database_;
   bool ok_ = false;
+  bool is_new_ = false;
   bool damaged_chunk_ = false;
   std::optional<std::int64_t> point_;
   config::Type type_ = config::Type::float64;
@@ -133,6 +139,7 @@ class PageReader {
     for (const FolderFiles::Day& day : ListFiles(folder_).days) {
       if (day.day >= query_.until || day.day + kDay <= query_.since) continue;
       auto reader = std::make_unique<DayReader>(folder_, day.day, query_.point);
+      if (reader->is_new()) continue;
       // One that is damaged hides nothing but itself; one that is being removed is no loss.
       if (!reader->ok() || !reader->ReadRuns(runs_)) {
         std::error_code none;

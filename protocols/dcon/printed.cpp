@@ -3,12 +3,20 @@
 
 #include <algorithm>
 
+#include "gateway/base/checksum.h"
 #include "gateway/base/text.h"
 
 namespace baudgate::protocols::dcon {
 namespace {
 
 constexpr std::size_t kAnyWidth = 0;
+
+/// The last two characters are the checksum that nobody has configured: they belong to no number.
+bool EndsWithItsSum(View frame) {
+  const std::string_view text = Trim(AsText(frame));
+  if (text.size() < 3) return false;
+  return HexByte(Sum8(frame.first(text.size() - 2))) == text.substr(text.size() - 2);
+}
 
 /// 'n' stands for one hex digit, a '*' at the end for any rest.
 bool FitsPrinted(std::string_view pattern, std::string_view command) {
@@ -129,7 +137,7 @@ std::optional<Answer> ReadAddressed(const Command& request, const Reply& reply,
 
 /// What `#**` has latched: `>AAS(data)` of an analog module, `!S(data)00` of a digital one; S is 1
 /// when the sample is fetched for the first time.
-std::optional<Answer> ReadSample(const Command& request, const Reply& reply,
+std::optional<Answer> ReadSample(const Command& request, View frame, const Reply& reply,
                                  const Settings& settings) {
   if (request.text != "$4") return std::nullopt;
   std::string_view text = reply.body;
@@ -149,7 +157,7 @@ std::optional<Answer> ReadSample(const Command& request, const Reply& reply,
     return answer;
   }
   Settings any = settings;
-  any.width = kAnyWidth;
+  if (!EndsWithItsSum(frame)) any.width = kAnyWidth;
   const Fields cut = CutFields(text, any, IsHexText(text));
   if (cut.outcome != Outcome::ok || cut.fields.size() != 1) return std::nullopt;
   answer.readings.push_back(
@@ -170,16 +178,16 @@ std::optional<Answer> ReadTenDigits(const Command& request, const Reply& reply) 
 
 /// The counter of a digital input that does not fill up with zeros: `#AAN` → `!AA` and fewer than
 /// five digits.
-std::optional<Answer> ReadShortCounter(const Command& request, const Reply& reply) {
+std::optional<Answer> ReadShortCounter(const Command& request, View frame, const Reply& reply) {
   const std::string who = HexByte(request.address);
   if (!FitsPrinted("#n", request.text) || reply.lead != '!' || !reply.body.starts_with(who)) {
     return std::nullopt;
   }
   const std::string_view text = std::string_view(reply.body).substr(who.size());
   if (text.empty() || text.size() > 4 || !IsDecimalText(text)) return std::nullopt;
+  if (EndsWithItsSum(frame)) return std::nullopt;
   Answer answer;
   answer.readings.push_back(Labelled(request, "counter", *ParseInteger<std::uint64_t>(text)));
-  if (text.size() == 2) answer.reason = "two digits may also be a checksum";
   return answer;
 }
 
@@ -239,6 +247,7 @@ std::optional<Answer> ReadWithOtherSettings(const Command& request, View frame, 
     for (const Format format : {settings.format, Format::hex}) {
       if (format == Format::hex && !sampled) continue;
       for (const std::size_t width : {settings.width, kAnyWidth}) {
+        if (width == kAnyWidth && EndsWithItsSum(frame)) continue;
         Settings other = settings;
         other.data_address = address;
         other.format = format;
@@ -257,9 +266,9 @@ std::optional<Answer> ReadWithOtherSettings(const Command& request, View frame, 
 std::optional<Answer> ReadPrinted(const Command& request, View frame, const Settings& settings) {
   const auto reply = ParseReply(frame, ReplyVariant(request.text, settings));
   if (!reply || reply->ambiguous || reply->lead == '?' || request.broadcast) return std::nullopt;
-  if (auto answer = ReadSample(request, *reply, settings)) return answer;
+  if (auto answer = ReadSample(request, frame, *reply, settings)) return answer;
   if (auto answer = ReadTenDigits(request, *reply)) return answer;
-  if (auto answer = ReadShortCounter(request, *reply)) return answer;
+  if (auto answer = ReadShortCounter(request, frame, *reply)) return answer;
   if (auto answer = ReadFifteenCharacters(request, *reply)) return answer;
   if (auto answer = ReadLongStatus(request, *reply)) return answer;
   if (auto answer = ReadWithOtherSettings(request, frame, *reply, settings)) return answer;

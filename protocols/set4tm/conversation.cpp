@@ -363,15 +363,20 @@ void MeterConversation::AddDrift(Step& step) {
   }
 }
 
+/// `request` need not be the latest: one that waits behind a probe may fail without having been
+/// sent.
 Then MeterConversation::OnFailure(const Task& task, const Request& request, Outcome outcome,
                                   Instant now) {
-  const auto asked = SplitFrame(request.bytes, settings_.checksum);
+  const auto parts = SplitFrame(request.bytes, settings_.checksum);
+  const View pdu = parts ? parts->body : View();
+  const bool opens = !pdu.empty() && pdu[0] == kOpenChannel;
   const bool was_sent = outcome != Outcome::line_down && outcome != Outcome::busy;
-  if (asked_ == Kind::record) archive_.OnNoRecord(outcome, now);
-  if (asked && was_sent) latched_.OnFailure(asked->body);
-  if (task.kind == Task::Kind::background && asked_ != Kind::latch_time) archive_.OnFailure(now);
-  session_.OnFailure(asked_ == Kind::open, outcome, now);
-  if (was_sent && asked_ == Kind::trial) {
+  if (task.kind == Task::Kind::events && IsJournal(pdu)) archive_.OnNoRecord(outcome, now);
+  if (was_sent) latched_.OnFailure(pdu);
+  const bool of_latch = Is(pdu, AskLatchTime());
+  if (task.kind == Task::Kind::background && !of_latch) archive_.OnFailure(now);
+  session_.OnFailure(opens, outcome, now);
+  if (was_sent && asked_ == Kind::trial && IsMasked(pdu)) {
     // Some are silent to what they do not know. It is asked as others are, and by that is there.
     reads_.EndTrial();
     return Then::ask_again;

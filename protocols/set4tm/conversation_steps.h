@@ -17,6 +17,10 @@ inline bool IsFloatRead(View pdu) {
   return pdu.size() == 4 && pdu[0] == kRead && pdu[1] == kFloats;
 }
 
+inline bool IsJournal(View pdu) {
+  return !pdu.empty() && (pdu[0] == kJournal || pdu[0] == kJournalExtended);
+}
+
 inline bool Is(View pdu, const Bytes& other) { return std::ranges::equal(pdu, other); }
 
 /// The task goes on, and this exchange brought nothing that anybody else need know.

@@ -143,11 +143,11 @@ Result<Request> TelegramConversation::AskProbe() {
   return AskStep();
 }
 
-/// Of two telegrams that look alike the device takes one, and the answer belongs to that one.
+/// If two telegrams look alike, the device takes one of them, and the answer belongs to that one.
 Result<Bytes> TelegramConversation::BytesOf(std::size_t telegram) const {
   auto bytes = Build(*TelegramOf(telegram).send, filled_);
   if (!bytes) return bytes;
-  const auto sent = description_->Recognise(*bytes);
+  const auto sent = settings_.description->Recognise(*bytes);
   if (sent && sent->telegram == telegram) return bytes;
   return Error{"'" + TelegramOf(telegram).name + "' with these values " +
                (sent ? "is the telegram '" + TelegramOf(sent->telegram).name + "'"

@@ -91,7 +91,8 @@ Cut CutTelegram(View held, const Expectation& expect, bool idle) {
   if (other != 0) return cut::OfAnother(other);
   if (unmarked) {
     // In front of a fixed byte the noise of a driver that is switched on hides nothing.
-    if (begins_fixed && cut::IsHarmless(held[0], "\r\n")) return Cut::Discard(1, Outcome::none, "");
+    if (begins_fixed && cut::IsHarmless(held[0], "\r\n"))
+      return Cut::Discard(1, Outcome::none, "noise of a driver");
     return DropLine(held, *awaited, expect.max_bytes, idle);
   }
   if (bad_checksum) return cut::BadChecksum();

@@ -71,6 +71,7 @@ Form FormOf(View text, std::uint8_t flags) {
   Form form{std::move(*parsed.pattern), {}, {}};
   if (form.pattern.Has(kChecksum))
     form.checksum.kind = &ChecksumKinds()[flags % ChecksumKinds().size()];
+  form.is_answer = (flags & 8U) != 0;
   form.checksum.skip = flags >> 4U & 1U;
   form.checksum.leave = flags >> 5U & 1U;
   const std::size_t at = flags & 3U;

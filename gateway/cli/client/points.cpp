@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/cli/client/points.h"
 
+#include <algorithm>
+
 #include "gateway/base/time.h"
 #include "gateway/cli/client/control_client.h"
 #include "gateway/cli/terminal/text_table.h"
@@ -72,12 +74,16 @@ int RunRead(const ReadOptions& options, std::ostream& out, std::ostream& err) {
   Json answer;
   const Json request = {{"command", "read"}, {"target", options.target}};
   if (const int code = Ask(options.socket, request, answer, err); code != 0) return code;
-  const bool read = answer.value("read", false);
   const Json points = answer.value("points", Json::array());
+  if (options.unasked) {
+    answer["read"] = std::ranges::none_of(
+        points, [](const Json& point) { return point.value("age_ms", Json()).is_null(); });
+  }
+  const bool read = answer.value("read", false);
   if (options.json) {
     out << answer.dump() << '\n';
   } else {
-    PrintPoints(points, read, out);
+    PrintPoints(points, read || options.unasked, out);
   }
   if (read) return 0;
   if (options.passing) return kNotDone;

@@ -13,6 +13,7 @@ struct ReadOptions {
   bool json = false;
   std::string socket;    ///< empty: the gateway in the default places
   bool passing = false;  ///< the gateway ends with this answer: whoever asked says what is wrong
+  bool unasked = false;  ///< the device speaks by itself, and has since the gateway began
 };
 
 struct WriteOptions {

@@ -127,7 +127,12 @@ void ExplainFailure(const ReadPortOptions& options, const std::string& serial,
         << " and the settings; 'baudgate scan " << options.port << "' tries other ones\n";
     return;
   }
-  err << "not all was read\n";
+  if (heard.requests == 0 && !heard.anything) {
+    err << "the device speaks by itself, and nothing came within " << FormatDuration(kPatience)
+        << (serial.empty() ? "" : " at " + serial) << ": check power, the wires and the settings\n";
+    return;
+  }
+  err << "not all was " << (heard.requests > 0 ? "read" : "said") << '\n';
   ControlClient::Json status;
   if (Ask(socket, {{"command", "status"}}, status, err) != kExitDone) return;
   for (const auto& line : status.value("lines", ControlClient::Json::array())) {
@@ -168,8 +173,14 @@ int RunReadPort(const ReadPortOptions& options, const config::Catalog& catalog, 
   if (open) {
     std::string target = std::string(kLine) + "." + kDevice;
     if (!options.point.empty()) target += "." + options.point;
-    code = RunRead({.target = target, .json = options.json, .socket = socket, .passing = true}, out,
-                   err);
+    bool unasked = false;
+    daemon.store().Read(0, [&](const DeviceRecord& record) { unasked = record.status.unasked; });
+    code = RunRead({.target = target,
+                    .json = options.json,
+                    .socket = socket,
+                    .passing = true,
+                    .unasked = unasked},
+                   out, err);
     if (code == kNotDone) ExplainFailure(options, serial, socket, err);
   } else {
     err << "baudgate: " << options.port << ": " << open.error()

@@ -9,11 +9,20 @@
 namespace baudgate {
 namespace {
 
+/// What was said unasked ends with a silence.
+bool Continues(const Capture& capture, const TraceLine& piece) {
+  if (!capture.unasked || piece.time.empty()) return true;
+  return Between(capture.heard_at, TimeOfDay(piece.time)) <= kApart;
+}
+
 /// An error says what is wrong with this line.
-Status TakeLine(std::string_view line, std::vector<Capture>& captures) {
+Status TakeLine(std::string_view line, int number, std::vector<Capture>& captures) {
   const TraceLine marked = ReadTraceLine(line);
   const bool of_trace = !marked.time.empty();
   if (of_trace && !captures.empty()) captures.back().last = false;
+  if (marked.mark != '<' && !captures.empty() && captures.back().unasked) {
+    captures.back().ended = true;
+  }
   // Where a slow reader has lost records, this belongs to another exchange.
   const bool known =
       !captures.empty() && !captures.back().ended && captures.back().device == marked.device;
@@ -26,20 +35,31 @@ Status TakeLine(std::string_view line, std::vector<Capture>& captures) {
   if (marked.mark != '>' && marked.mark != '<') return {};
   const auto hex = ParseMaskedHex(marked.rest);
   if (!hex) return Error{"these are not hex bytes"};
+  const bool continues =
+      !captures.empty() && !captures.back().ended && Continues(captures.back(), marked);
   if (marked.mark == '>') {
     Capture capture;
+    capture.line = number;
     capture.request = hex->bytes;
     capture.request_masked = hex->masked;
     capture.time = marked.time;
     capture.device = marked.device;
     capture.last = true;
     captures.push_back(std::move(capture));
-  } else if (!captures.empty() && !captures.back().ended) {
+  } else if (continues) {
     captures.back().last = true;
+    captures.back().heard_at = TimeOfDay(marked.time);
     Append(captures.back().reply, hex->bytes);
     captures.back().reply_masked = captures.back().reply_masked || hex->masked;
-  } else if (!of_trace) {  // a trace may begin in the midst of an exchange, and has stray bytes
-    return Error{"a reply before any request (\"> hex\")"};
+  } else {
+    captures.push_back({.unasked = true,
+                        .line = number,
+                        .reply = hex->bytes,
+                        .reply_masked = hex->masked,
+                        .time = std::string(marked.time),
+                        .heard_at = TimeOfDay(marked.time),
+                        .device = std::string(marked.device),
+                        .last = true});
   }
   return {};
 }
@@ -51,14 +71,11 @@ Result<Captures> ReadCaptures(std::istream& in) {
   std::string line;
   for (int number = 1; std::getline(in, line); ++number) {
     if (auto device = ReadTracedDevice(Trim(line))) captures.devices.push_back(std::move(*device));
-    if (const Status taken = TakeLine(line, captures.exchanges); !taken) {
+    if (const Status taken = TakeLine(line, number, captures.exchanges); !taken) {
       return Error{"line " + std::to_string(number) + ": " + taken.error()};
     }
   }
   if (in.bad()) return Error{"the captures cannot be read; is this a file?"};
-  if (captures.exchanges.empty()) {
-    return Error{"no exchange here; write lines \"> hex\" and \"< hex\""};
-  }
   return captures;
 }
 

@@ -17,7 +17,7 @@ struct Captures {
   std::vector<Capture> exchanges;
 };
 
-/// An error names the line that is no hex, or begins with a reply.
+/// An error names the line that is no hex.
 Result<Captures> ReadCaptures(std::istream& in);
 
 }  // namespace baudgate

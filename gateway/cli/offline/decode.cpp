@@ -89,6 +89,18 @@ class TracedDecoders {
     return {Status(), &found->second};
   }
 
+  /// The decoder of the device that speaks by itself; null: there is none, or not here.
+  ExchangeDecoder* Speaker() {
+    std::vector<std::string> names;
+    for (const auto& [name, device] : devices_) names.push_back(name);
+    if (names.empty()) names.emplace_back();
+    for (const std::string& name : names) {
+      ExchangeDecoder* const decoder = For(name).second;
+      if (decoder != nullptr && decoder->Listens()) return decoder;
+    }
+    return nullptr;
+  }
+
  private:
   /// Slaves that only routes reach are not in the head: they speak what the others of the line do.
   std::string ProtocolOfOthers() const {
@@ -121,18 +133,39 @@ int RunDecode(const DecodeOptions& options, const config::Catalog& catalog, std:
   if (const Status begun = decoders.Begin(captures->devices); !begun) {
     return fail(kExitUsage, begun.error());
   }
-  for (const Capture& capture : captures->exchanges) {
-    if (!options.device.empty() && capture.device != options.device) continue;
-    const auto [status, decoder] = decoders.For(capture.device);
-    if (decoder == nullptr) return fail(kExitBadConfiguration, status.error());
-    const DecodedExchange decoded = decoder->Decode(capture);
+  const auto print = [&](const DecodedExchange& decoded, const Capture& capture) {
     if (options.prose) {
       out << ToProse(decoded, capture, options.width);
     } else {
       out << ToJson(decoded, capture).dump(-1, ' ', false, Json::error_handler_t::replace) << "\n";
     }
+  };
+  bool any = false;
+  for (const Capture& capture : captures->exchanges) {
+    if (capture.unasked) {
+      ExchangeDecoder* const speaker = decoders.Speaker();
+      // A trace may begin in the midst of an exchange, and has stray bytes.
+      if (speaker == nullptr && !capture.time.empty()) continue;
+      if (speaker == nullptr) {
+        return fail(kExitUsage, "line " + std::to_string(capture.line) +
+                                    ": a reply before any request (\"> hex\"), and no device "
+                                    "that speaks by itself");
+      }
+      any = true;
+      if (capture.reply_masked) continue;
+      for (const HeardMessage& message : speaker->Hear(capture.reply)) {
+        print(message.decoded, capture);
+      }
+      continue;
+    }
+    any = true;
+    if (!options.device.empty() && capture.device != options.device) continue;
+    const auto [status, decoder] = decoders.For(capture.device);
+    if (decoder == nullptr) return fail(kExitBadConfiguration, status.error());
+    print(decoder->Decode(capture), capture);
   }
-  return kExitDone;
+  if (any) return kExitDone;
+  return fail(kExitUsage, "no exchange here; write lines \"> hex\" and \"< hex\"");
 }
 
 }  // namespace baudgate

@@ -70,7 +70,7 @@ int PrintRecorded(const Json& answer, const TraceOptions& options, TracePrinter&
 /// When to look again: at the end, or when nothing has followed bytes that wait.
 std::optional<Instant> NextLook(std::optional<Instant> until, const TracePrinter& printer) {
   if (!printer.waits()) return until;
-  const Instant soon = ReadClocks().instant + 2 * FrameLines::kApart;
+  const Instant soon = ReadClocks().instant + 2 * kApart;
   return until ? std::min(*until, soon) : soon;
 }
 

@@ -154,7 +154,7 @@ TEST_F(HistoryLogTest, AFileThatIsRemovedIsBegunAnew) {
   Await([&] { return log->state().counters.kept == 2 && !kept().empty(); });
   Await([&] { return !kept().back().gap; });
   EXPECT_EQ(kept().back().entry.value, Value(std::int64_t{7}));
-  ASSERT_EQ(heard().size(), 1U);
+  ASSERT_EQ(heard().size(), 1U) << heard().back();
   EXPECT_THAT(heard()[0], HasSubstr("warn: history: "));
   EXPECT_THAT(heard()[0], HasSubstr("it was removed, and all values in it"));
 }

@@ -98,7 +98,7 @@ class Rig : private PollerListener {
   Instant now() const { return now_.instant; }
 
   std::vector<WriteResult> results;
-  std::string why_not;
+  std::optional<std::string> why_not;
 
  private:
   static config::Config ConfigOf(const std::string& read) {

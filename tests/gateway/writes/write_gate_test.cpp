@@ -200,7 +200,7 @@ TEST_F(WriteGateTest, AnInterlockMayGuardOneValueAlone) {
   config_.lines[0].devices[0].points[kClosed].writing.allow_when[0].only = true;
   EXPECT_EQ(Write({{kClosed, true}}), Why::locked);
   EXPECT_EQ(Write({{kClosed, false}}), std::nullopt);
-  EXPECT_EQ(sink_.commands.at(0).why_not(now_), "");
+  EXPECT_EQ(sink_.commands.at(0).why_not(now_), std::nullopt);
 }
 
 /// 0.9 comes as the float32 0.899999976.

@@ -86,6 +86,16 @@ TEST(Set4tmSession, ProbeIsAnOpenAndNoEcho) {
   EXPECT_NE(echo.outcome, Outcome::ok);
 }
 
+TEST(Set4tmSession, AReadThatFailsBehindAProbeDoesNotCloseTheChannel) {
+  Talk talk = OpenTalk(OneFloat());
+  const Request read = *talk.Ask(Poll(0));
+  EXPECT_EQ(talk.Run(Probe(), Script({"00"})).outcome, Outcome::ok);
+  talk->OnFailure(Poll(0), read, Outcome::busy, talk.now);
+  TakeAsked(talk);
+  talk.Run(Poll(0), Script({"00 80 66 43"}));
+  EXPECT_THAT(TakeAsked(talk), ElementsAre("08 1B 00 11"));
+}
+
 TEST(Set4tmSession, AnEchoedFloatReadIsNoValue) {
   Talk talk = OpenTalk(OneFloat());
   const Answer answer =

@@ -7,6 +7,7 @@
 
 #include <sstream>
 
+#include "gateway/base/text.h"
 #include "gateway/cli/offline/decode.h"
 #include "gateway/cli/offline/traced_decoder.h"
 #include "protocols/all_protocols.h"
@@ -14,7 +15,9 @@
 namespace baudgate {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 const config::Catalog& Protocols() {
   static const config::Catalog catalog = [] {
@@ -93,6 +96,55 @@ const FrameCase kFrameCases[] = {
 
 TEST(FrameLines, AreWholeAndDecoded) {
   for (const FrameCase& one : kFrameCases) EXPECT_EQ(Frames(one.records), one.frames) << one.what;
+}
+
+std::string RecordOf(const std::string& time, const std::string& bytes) {
+  return time + " - < " + ToHex(ToBytes(bytes)) + " | " + Printable(ToBytes(bytes)) + "\n";
+}
+
+/// Messages that come unasked, in pieces and behind damage: in a trace, and decoded from the trace
+/// and from lines that somebody has written.
+TEST(FrameLines, WhatADeviceSaysByItselfIsDecoded) {
+  config::Catalog catalog = Protocols();
+  catalog.profile_dirs = {"config/profiles"};  // tests run at the root of the source tree
+  const std::string head = "# device wind, protocol telegram, profile nmea-0183-weather";
+  const std::string sentence = "$WIMWV,045,R,011.63,N,A*09\r\n";
+  const std::string records = RecordOf("12:00:00.000000", sentence.substr(0, 9)) +
+                              RecordOf("12:00:00.020000", sentence.substr(9)) +
+                              RecordOf("12:00:01.000000", "$WIMWV,046,R,011.63,N,A*09\r\n") +
+                              RecordOf("12:00:02.000000", sentence + sentence);
+  FrameLines frames(DecodersOf({head}, catalog));
+  std::vector<std::string> lines;
+  std::istringstream in(records);
+  for (std::string record; std::getline(in, record);) {
+    for (std::string& line : frames.Take(record)) lines.push_back(std::move(line));
+  }
+  for (std::string& line : frames.Flush()) lines.push_back(std::move(line));
+  const std::string means = " 0A | wind_angle 45 deg, wind_speed 11.63 kn";
+  ASSERT_EQ(lines.size(), 4U);
+  EXPECT_THAT(lines[0], AllOf(HasSubstr("12:00:00.000000 - < 24 57"), HasSubstr(means)));
+  EXPECT_THAT(lines[1], AllOf(HasSubstr("12:00:01"), Not(HasSubstr("wind_angle"))));
+  EXPECT_THAT(lines[2], HasSubstr(means));
+  EXPECT_THAT(lines[3], HasSubstr(means));
+
+  const auto decoded = [&](const DecodeOptions& options, const std::string& text) {
+    std::istringstream file(text);
+    std::ostringstream out;
+    std::ostringstream err;
+    RunDecode(options, catalog, file, out, err);
+    return out.str() + err.str();
+  };
+  const std::string good = R"({"point":"wind_angle","value":45.0,"unit":"deg","quality":192})";
+  const std::string of_trace = decoded({}, head + "\n" + records);
+  std::size_t found = 0;
+  for (auto at = of_trace.find(good); at != std::string::npos; at = of_trace.find(good, at + 1)) {
+    ++found;
+  }
+  EXPECT_EQ(found, 3U) << of_trace;
+  EXPECT_THAT(of_trace, HasSubstr(R"({"outcome":"corrupt")"));
+  const DecodeOptions wind{.protocol = "telegram", .profile = "nmea-0183-weather"};
+  EXPECT_THAT(decoded(wind, "< " + ToHex(ToBytes(sentence)) + "\n"), HasSubstr(good));
+  EXPECT_THAT(decoded({.protocol = "dcon"}, "< 41\n"), HasSubstr("line 1: a reply before any"));
 }
 
 TEST(FrameLines, OnlyBytesThatNobodyAskedForAreNotWaitedWith) {
