@@ -286,7 +286,7 @@ class Conversation {
   }
 
   /// What is worth keeping over restarts of the program, one line in its own words: "serial 12345".
-  /// Asked after each reply and failure, and after OnEnabled. Empty: nothing.
+  /// Asked after each reply and failure, after OnEnabled and OnUnsettledWrite. Empty: nothing.
   virtual const std::string& Memory() const {
     static const std::string kNothing;
     return kNothing;
@@ -298,7 +298,8 @@ class Conversation {
   virtual void Recall(std::string_view /*memory*/, Now /*now*/) {}
 
   /// A write that was begun before a restart has not ended, as far as the audit knows: a session or
-  /// a password may still be open in the device.
+  /// a password may still be open in the device. The audit tells it once: what a device that does
+  /// not answer still needs is in Memory.
   virtual void OnUnsettledWrite() {}
 
   /// One of the latest replies on the line was another request's: a refusal may have been, too.

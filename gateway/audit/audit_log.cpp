@@ -6,6 +6,11 @@
 #include <utility>
 
 namespace baudgate::audit {
+namespace {
+
+constexpr const char* kStalled = "the disk does not answer in time";
+
+}  // namespace
 
 AuditLog::AuditLog(Options options)
     : options_(std::move(options)),
@@ -66,10 +71,16 @@ WriteLog::Kept AuditLog::WaitFor(Ticket ticket, Instant until) {
     if (state_.disk == Disk::failing) return Kept::failing;
     if (state_.disk == Disk::stalled) return Kept::late;
     if (lock.WaitUntil(changed_, until) || book_.kept() >= ticket) continue;
-    if (state_.disk == Disk::fine) Show(Disk::stalled, "the disk does not answer in time");
+    if (state_.disk == Disk::fine) Show(Disk::stalled, kStalled);
     return Kept::late;
   }
   return Kept::yes;
+}
+
+void AuditLog::Watch() {
+  const MutexLock lock(mutex_);
+  looks_ = state_.disk == Disk::fine && book_.due() ? looks_ + 1 : 0;
+  if (looks_ > kMostLooks) Show(Disk::stalled, kStalled);
 }
 
 std::string AuditLog::Trouble() const {
@@ -147,6 +158,7 @@ void AuditLog::WriteDue() {
 void AuditLog::OnWritten(const Status& status, const std::vector<Draft>& drafts) {
   {
     const MutexLock lock(mutex_);
+    looks_ = 0;
     if (status) book_.Kept(drafts);
     Show(status ? Disk::fine : Disk::failing, status ? std::string() : status.error());
   }

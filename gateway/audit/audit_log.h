@@ -19,6 +19,8 @@ namespace baudgate::audit {
 class AuditLog final : public WriteLog, public AuditSource {
  public:
   static constexpr Duration kTick = 1s;
+  /// A disk for which a record waits at more looks in a row does not answer in time.
+  static constexpr int kMostLooks = 3;
 
   struct Options {
     std::filesystem::path file;  ///< empty: there is no place for it
@@ -45,6 +47,9 @@ class AuditLog final : public WriteLog, public AuditSource {
   void Note(WriteRecord record, Instant asked) override;
   std::string Trouble() const override;
 
+  /// Once a second, from any thread but the one that writes: that one may hang.
+  void Watch();
+
   AuditState state() const override;
   Result<Page> Read(const PageQuery& query) const override;
 
@@ -67,6 +72,7 @@ class AuditLog final : public WriteLog, public AuditSource {
   AuditState state_ BAUDGATE_GUARDED_BY(mutex_);
   std::string told_ BAUDGATE_GUARDED_BY(mutex_);   // the trouble that the log has; empty: none
   Instant look_at_ BAUDGATE_GUARDED_BY(mutex_){};  // a round is due then, whatever has come
+  int looks_ BAUDGATE_GUARDED_BY(mutex_) = 0;  // at which a record waited, and no round has ended
   Worker worker_;
 };
 

@@ -63,7 +63,7 @@ Reply MayWrite(Gateway& gateway, const Request& request) {
 
 Reply Ask(Gateway& gateway, const Request& request) {
   return Asked(AskManually(*gateway.config, gateway.control, gateway.sink, request.json,
-                         request.client, request.now.instant, request.later));
+                           request.client, request.now.instant, request.later));
 }
 
 }  // namespace
@@ -76,8 +76,8 @@ const std::vector<Command>& Commands() {
       {"write", {{"target"}, {"value"}, {"confirm", flag}}, Write},
       {"may_write", {{"target"}, {"value"}}, MayWrite},
       {"ask", {{"target"}, {"telegram"}, {"write", flag}}, Ask},
-      {"writes", {{"after", whole}, {"since_ms", whole}, {"order"}}, ShowWrites},
-      {"events", {{"after", whole}, {"since_ms", whole}, {"target"}}, ShowEvents},
+      {"writes", {{"after", whole}, {"since_ms", whole}, {"order"}}, ShowWrites, true},
+      {"events", {{"after", whole}, {"since_ms", whole}, {"target"}}, ShowEvents, true},
       {"alarms", {{"after", whole}}, ShowAlarms},
       {"history",
        {{"point"},
@@ -85,7 +85,8 @@ const std::vector<Command>& Commands() {
         {"since_ms", whole},
         {"until_ms", whole},
         {"every_ms", whole}},
-       ShowHistory},
+       ShowHistory,
+       true},
       {"kept_points", {{"pattern"}}, ShowKeptPoints},
       {"ack", {{"target"}}, Acknowledge},
       {"settings", {{"target"}}, ShowSettings},

@@ -22,6 +22,7 @@ struct Command {
   std::string_view name;
   std::vector<Member> members;
   Reply (*answer)(Gateway& gateway, const Request& request);
+  bool reads_disk = false;  ///< it answers at once, and as late as the disk does
 };
 
 /// In the order in which they are listed for people.

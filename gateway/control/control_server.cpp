@@ -10,6 +10,8 @@
 #include <filesystem>
 #include <utility>
 
+#include "gateway/base/log.h"
+#include "gateway/base/time.h"
 #include "gateway/control/socket_path.h"
 
 namespace baudgate::control {
@@ -57,11 +59,20 @@ ControlServer::ControlServer(const config::Config& config, const PointStore& sto
       limits_(limits),
       service_(config, store, control, sink, std::move(info)),
       acceptor_(io),
-      retry_(io) {}
+      retry_(io),
+      look_(io) {
+  service_.ReadApart();
+}
 
 ControlServer::~ControlServer() { Stop(); }
 
 Status ControlServer::Listen() {
+  Status status = BindAnywhere();
+  if (status) Watch();
+  return status;
+}
+
+Status ControlServer::BindAnywhere() {
   if (!config_.socket.empty()) return Bind(config_.socket);
   std::string tried;
   for (const std::string& path : SocketPaths(config_.name)) {
@@ -102,6 +113,38 @@ Status ControlServer::Bind(const std::string& path) {
   return {};
 }
 
+void ControlServer::Watch() {
+  look_.expires_after(limits_.look);
+  look_.async_wait([this](const asio::error_code& stopped) {
+    if (stopped || stopped_) return;
+    if (InodeOf(path_) != inode_) Rebind();
+    Watch();
+  });
+}
+
+/// Clients that are connected stay so.
+void ControlServer::Rebind() {
+  retry_.cancel();
+  asio::error_code ignored;
+  acceptor_.close(ignored);
+  const std::string path = path_;  // status and the log have named it
+  Status status;
+  if (config_.socket.empty()) {
+    status = PrepareDirectory(std::filesystem::path(path).parent_path().string());
+  }
+  if (status) status = Bind(path);
+  const std::string trouble = status ? std::string() : status.error();
+  if (status) {
+    log::Warn("control socket {} was removed, and is made again", path);
+  } else if (trouble != trouble_) {
+    log::Warn(
+        "control socket {} was removed and cannot be made again, so 'baudgate status' and "
+        "the like do not work: {}; it is tried every {}",
+        path, trouble, FormatDuration(limits_.look));
+  }
+  trouble_ = trouble;
+}
+
 void ControlServer::Apply(const config::Config& config, const history::HistorySource* history) {
   service_.Apply(config, history);
   const auto sessions = sessions_;  // one that is closed leaves
@@ -111,11 +154,13 @@ void ControlServer::Apply(const config::Config& config, const history::HistorySo
 void ControlServer::Stop() {
   if (std::exchange(stopped_, true)) return;
   retry_.cancel();
+  look_.cancel();
   asio::error_code ignored;
   acceptor_.close(ignored);
   for (const auto& [key, session] : std::exchange(sessions_, {})) {
     session->Close(R"({"end":"the gateway is stopping"})");
   }
+  service_.StopReading();
   if (reserve_ >= 0) ::close(std::exchange(reserve_, -1));
   if (!path_.empty() && InodeOf(path_) == inode_) ::unlink(path_.c_str());
 }

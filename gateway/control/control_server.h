@@ -39,7 +39,11 @@ class ControlServer {
   const std::string& path() const { return path_; }
 
  private:
+  Status BindAnywhere();
   Status Bind(const std::string& path);
+  /// Again and again: binds anew where somebody has removed the socket file.
+  void Watch();
+  void Rebind();
   void Accept();
   void MakeRoom();
   void HoldReserve();
@@ -50,10 +54,12 @@ class ControlServer {
   RequestHandler service_;
   asio::local::stream_protocol::acceptor acceptor_;
   asio::steady_timer retry_;
+  asio::steady_timer look_;
   std::map<ControlSession*, std::shared_ptr<ControlSession>> sessions_;
   int reserve_ = -1;  // a descriptor for one client more where the process has none left
   std::string path_;
   std::uint64_t inode_ = 0;  // of the socket file, so that only our own is removed
+  std::string trouble_;      // why it cannot be bound anew, as it was said last
   bool stopped_ = false;
 };
 

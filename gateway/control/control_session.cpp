@@ -47,7 +47,7 @@ ControlSession::ControlSession(Socket socket, RequestHandler& service, const Lim
       may_trace_(may_trace) {}
 
 void ControlSession::Start() {
-  BePatient();
+  BePatient(limits_.patience);
   Receive();
 }
 
@@ -71,11 +71,16 @@ void ControlSession::OnReload(const config::Config& config) {
   Close(R"({"end":"a reload has ended this line; one of its name may run anew"})");
 }
 
-void ControlSession::BePatient() {
-  patience_.expires_after(limits_.patience);
+void ControlSession::BePatient(Duration patience) {
+  patience_.expires_after(patience);
   patience_.async_wait([self = shared_from_this()](const asio::error_code& stopped) {
-    if (!stopped) self->Close();
+    if (!stopped) self->OnImpatience();
   });
+}
+
+void ControlSession::OnImpatience() {
+  if (!asked_ || late_.empty()) return Close();
+  Send(std::exchange(late_, {}), true);
 }
 
 void ControlSession::Receive() {
@@ -107,13 +112,18 @@ void ControlSession::Handle(std::string_view request) {
   // Called on a line's thread, maybe after this session has ended.
   auto later = [weak = weak_from_this(), executor = socket_.get_executor()](std::string text) {
     asio::post(executor, [weak, text = std::move(text)]() mutable {
-      if (const auto self = weak.lock(); self && !self->closed_) self->Send(std::move(text));
+      const auto self = weak.lock();
+      if (self && !self->closed_ && self->asked_) self->Send(std::move(text));
     });
   };
-  BePatient();
+  BePatient(limits_.patience);
   asked_ = true;
   Reply reply = service_.Answer(request, client_, ReadClocks(), later);
-  if (reply.text.empty()) return;
+  if (reply.text.empty()) {
+    late_ = std::move(reply.late);
+    if (!late_.empty()) BePatient(limits_.disk);
+    return;
+  }
   if (reply.trace && !may_trace_) return Send(TooMany(limits_));
   Send(std::move(reply.text));
   if (reply.trace) StartTrace(std::move(*reply.trace));
@@ -124,7 +134,7 @@ void ControlSession::Send(std::string text, bool last) {
   out_ += '\n';
   asked_ = false;
   sending_ = true;
-  if (!trace_) BePatient();
+  if (!trace_) BePatient(limits_.patience);
   asio::async_write(socket_, asio::buffer(out_),
                     [self = shared_from_this(), last](const asio::error_code& failed, std::size_t) {
                       if (self->closed_) return;
@@ -138,7 +148,7 @@ void ControlSession::OnSent(bool last) {
   out_ = {};
   if (last) return Close();
   if (trace_) return SendRecords();
-  BePatient();
+  BePatient(limits_.patience);
   OnReceived(0);  // the next request may be here already
 }
 

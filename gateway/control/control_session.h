@@ -21,6 +21,8 @@ struct Limits {
   std::size_t short_clients = 2;
   std::size_t request = 4096;  ///< bytes of one request line
   Duration patience = 10s;     ///< for a whole request, and for a whole answer
+  Duration disk = 5s;          ///< for an answer that is read from the disk
+  Duration look = 5s;          ///< so often it is looked whether the socket file is there
 };
 
 class ControlSession : public std::enable_shared_from_this<ControlSession> {
@@ -52,7 +54,8 @@ class ControlSession : public std::enable_shared_from_this<ControlSession> {
   void OnSent(bool last);
   void StartTrace(TraceWish wish);
   void SendRecords();
-  void BePatient();
+  void BePatient(Duration patience);
+  void OnImpatience();
 
   Socket socket_;
   asio::steady_timer patience_;
@@ -64,6 +67,7 @@ class ControlSession : public std::enable_shared_from_this<ControlSession> {
   std::string in_;        // what came and is not answered yet
   std::string out_;       // being sent
   bool asked_ = false;    // its request has no answer yet
+  std::string late_;      // see Reply
   bool sending_ = false;  // out_ belongs to the socket
   const bool may_trace_;
   TraceWish wish_;

@@ -24,6 +24,8 @@ struct TraceWish {
 struct Reply {
   std::string text;  ///< one line of JSON without its end; empty: it comes later
   std::optional<TraceWish> trace{};
+  /// What is said where the answer that comes later does not come in time. Empty: nothing.
+  std::string late{};
 };
 
 /// What requests are about. All outlive the requests.

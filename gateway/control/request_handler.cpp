@@ -44,6 +44,7 @@ Reply RequestHandler::Answer(std::string_view request, const Writer& client, Now
   if (const Status shape = CheckShape(*command, json); !shape) {
     return Refused(kUsage, shape.error());
   }
+  if (command->reads_disk && reader_) return reader_->Ask(*command, json, client, now, later);
   return command->answer(
       gateway_, {json, client, now, [later](const Json& answer) { later(OneLine(answer)); }});
 }
@@ -52,6 +53,9 @@ void RequestHandler::Apply(const config::Config& config, const history::HistoryS
   gateway_.config = &config;
   gateway_.info.history = history;
   gateway_.points.Apply(config);
+  if (reader_) reader_->Apply(config, history);
 }
+
+void RequestHandler::ReadApart() { reader_ = std::make_unique<RecordReader>(gateway_); }
 
 }  // namespace baudgate::control

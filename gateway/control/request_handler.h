@@ -5,10 +5,12 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <string>
 #include <string_view>
 
 #include "gateway/control/line_requests.h"
+#include "gateway/control/record_reader.h"
 #include "gateway/control/request.h"
 
 namespace baudgate::control {
@@ -26,11 +28,17 @@ class RequestHandler {
   LineControl& control() { return gateway_.control; }
   /// It outlives this; without it nothing is reloaded.
   void SetReload(ReloadService& service) { gateway_.reload = &service; }
+  /// What reads the disk is answered later, on a thread of its own, until StopReading.
+  void ReadApart();
+  void StopReading() {
+    if (reader_) reader_->Stop();
+  }
   /// A reload: what can be named, by the numbers of the store.
   void Apply(const config::Config& config, const history::HistorySource* history);
 
  private:
   Gateway gateway_;
+  std::unique_ptr<RecordReader> reader_;  // null: the disk is read at once
 };
 
 }  // namespace baudgate::control

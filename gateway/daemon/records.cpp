@@ -154,6 +154,8 @@ std::vector<AlarmService::DiskState> Records::LookAtDisks(Now now) {
   const auto add = [&](events::Trouble trouble, const auto& state) {
     disks.push_back({trouble, state.disk, state.trouble});
   };
+  if (keeps_events_) events_->log().Watch();
+  if (writes_) writes_->log().Watch();
   if (keeps_events_) add(events::Trouble::events_lost, events_->log().state());
   if (writes_) add(events::Trouble::writes_lost, writes_->log().state());
   if (history_) add(events::Trouble::values_lost, history_->state());

@@ -313,8 +313,24 @@ void Reloader::WatchFile() {
   file_timer_.async_wait([this](const asio::error_code& stopped) {
     if (stopped) return;
     LookAtFile();
+    LookAtCopy();
     WatchFile();
   });
+}
+
+/// A start takes it where the file is not confirmed.
+void Reloader::LookAtCopy() {
+  if (!open_) return;
+  const std::string copy = options_.kept->confirmed_file().string();
+  const auto written = options_.kept->Restore(confirmed_->text);
+  std::string trouble = written ? std::string() : written.error();
+  if (written && *written) {
+    log::Warn("{} was not what was confirmed, which is written to it again", copy);
+  } else if (!trouble.empty() && trouble != copy_trouble_) {
+    log::Warn("the confirmed configuration is not kept: {}; it is tried every {}", trouble,
+              FormatDuration(kLookAtFile));
+  }
+  copy_trouble_ = std::move(trouble);
 }
 
 /// What was taken back has a sentence of its own.

@@ -109,6 +109,7 @@ class Reloader final : public control::ReloadService {
   void Watch();
   void WatchFile();
   void LookAtFile();
+  void LookAtCopy();
   void TakeBack(const std::string& why);
   Status OpenFolder();
   Status Keep(const std::string& text, bool trial);
@@ -124,7 +125,8 @@ class Reloader final : public control::ReloadService {
   std::shared_ptr<const Applied> runs_;       // see SetRuns
   std::shared_ptr<const Applied> confirmed_;  // another than that while one is on trial
   bool started_ = false;
-  bool open_ = false;  // the folder is ours, and has what runs
+  bool open_ = false;         // the folder is ours, and has what runs
+  std::string copy_trouble_;  // why the confirmed copy cannot be written, as it was said last
   mutable Mutex mutex_;
   control::ReloadState state_ BAUDGATE_GUARDED_BY(mutex_);
   std::shared_ptr<const Applied> shown_ BAUDGATE_GUARDED_BY(mutex_);  // as runs_

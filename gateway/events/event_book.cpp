@@ -99,12 +99,26 @@ std::vector<Batch> EventBook::Due() {
     }
     if (batch.source != kGateway) after_.said[batch.source] = batch.said;
   }
+  expected_ = after_.alarms;
   return due;
+}
+
+std::vector<Batch> EventBook::Ahead() {
+  After being_written = std::exchange(after_, {});
+  std::vector<Batch> batches = Due();
+  after_ = std::move(being_written);
+  return batches;
+}
+
+void EventBook::TakeTold(std::vector<Batch>& batches) const {
+  for (std::size_t i = 0; i < std::min(batches.size(), waiting_.size()); ++i) {
+    batches[i].told = waiting_[i].told;
+  }
 }
 
 std::map<AlarmKey, Alarm> EventBook::Expected() const {
   std::map<AlarmKey, Alarm> alarms = alarms_;
-  Merge(after_.alarms, alarms);
+  Merge(expected_, alarms);
   return alarms;
 }
 

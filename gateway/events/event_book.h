@@ -60,6 +60,10 @@ class EventBook {
 
   /// What waits, in the order of Add, with its numbers, and what becomes of alarms. After OnOpened.
   std::vector<Batch> Due();
+  /// The same, while what Due said last is still being written.
+  std::vector<Batch> Ahead();
+  /// Marks those of the first that wait which were told meanwhile.
+  void TakeTold(std::vector<Batch>& batches) const;
   /// All that Due said last, so many, is on the disk. Their sources, in their order; kGateway is
   /// none.
   std::vector<Source> Kept(std::size_t batches);
@@ -80,7 +84,7 @@ class EventBook {
   std::uint64_t repeats() const { return repeats_; }  ///< events that came once more
   /// Those that are not normal, on the disk.
   const std::map<AlarmKey, Alarm>& alarms() const { return alarms_; }
-  /// As they will be when all that Due said last is kept.
+  /// As they will be when all that Due or Ahead said last is kept.
   std::map<AlarmKey, Alarm> Expected() const;
   static constexpr std::size_t kMostAlarms = 10'000;
 
@@ -106,6 +110,7 @@ class EventBook {
   std::map<AlarmKey, Alarm> alarms_;
   bool opened_ = false;
   After after_;
+  std::map<AlarmKey, Alarm> expected_;  // that will have changed
 };
 
 }  // namespace baudgate::events

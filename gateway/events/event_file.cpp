@@ -30,7 +30,13 @@ Status EventFile::Write(const std::vector<Batch>& batches, const Cursors* cursor
                         const std::vector<KeptRecord>& records) {
   Status status = connection_.CheckThere();
   const bool due = !batches.empty() || cursors != nullptr || !records.empty();
-  if (status && due && !table_->Write(batches, cursors, records)) status = connection_.Failed();
+  if (status && due) {
+    if (table_->Write(batches, cursors, records)) {
+      connection_.OnCommit();
+    } else {
+      status = connection_.Failed();
+    }
+  }
   if (!connection_.is_open()) table_.reset();
   return status;
 }

@@ -50,6 +50,10 @@ class EventLog final : public EventSource {
   /// What the last batch of the source that is kept has said; from any thread. When opened.
   std::string said(Source source) const { return queue_.said(source); }
 
+  /// Once a second, from any thread that does not write. While the disk does not answer in time,
+  /// that is said, and alarms are told all the same.
+  void Watch() { TellAlarms(queue_.Watch()); }
+
   EventsState state() const override;
   std::vector<Alarm> Alarms() const override { return queue_.Alarms(); }
   std::size_t Acknowledge(const AckQuery& query,

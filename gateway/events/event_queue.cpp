@@ -67,7 +67,7 @@ void EventQueue::End(Duration most) {
   MutexLock lock(mutex_);
   TellEnd();
   wake_();
-  while (!IsIdle() && state_.disk != Disk::failing && lock.WaitUntil(done_, until)) {
+  while (!IsIdle() && state_.trouble.empty() && lock.WaitUntil(done_, until)) {
   }
 }
 
@@ -176,6 +176,26 @@ Instant EventQueue::NextRoundAt() const {
   return std::min(book_.LeftOutAt().value_or(kWhenWoken), look_at_.value_or(kWhenWoken));
 }
 
+std::vector<Batch> EventQueue::Watch() {
+  std::vector<AckService::Ack> acks;
+  std::vector<Batch> batches;
+  std::string trouble;
+  {
+    const MutexLock lock(mutex_);
+    const bool waits = (state_.disk == Disk::fine || state_.disk == Disk::stalled) && !IsIdle();
+    looks_ = waits ? looks_ + 1 : 0;
+    if (looks_ <= kMostLooks) return {};
+    Show(Disk::stalled, "the disk does not answer in time");
+    batches = book_.Ahead();
+    book_.OnTold(batches.size());
+    acks = acks_.Take();
+    trouble = state_.trouble;
+  }
+  done_.notify_all();
+  AckService::Answer(acks, trouble);
+  return batches;
+}
+
 void EventQueue::Look(bool now) {
   {
     const MutexLock lock(mutex_);
@@ -251,6 +271,8 @@ std::vector<Source> EventQueue::Done(Round& round, const Status& status, std::in
   std::vector<Source> kept;
   {
     const MutexLock lock(mutex_);
+    looks_ = 0;
+    book_.TakeTold(round.batches);
     if (status) {
       kept = book_.Kept(round.batches.size());
       records_.erase(records_.begin(),

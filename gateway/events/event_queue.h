@@ -25,6 +25,8 @@ namespace baudgate::events {
 class EventQueue {
  public:
   static constexpr Duration kTick = 1s;
+  /// A disk for which something waits at more looks in a row does not answer in time.
+  static constexpr int kMostLooks = 3;
 
   /// `options` outlive it. `wake`: there is something to be written, or it is time to look.
   EventQueue(const LogOptions& options, std::function<void()> wake);
@@ -42,6 +44,9 @@ class EventQueue {
     return opened_;
   }
   void Renumber(SourceNames sources, Watched watches);
+  /// Once a second, from any thread but the one that writes: that one may hang. What waits while
+  /// the disk does not answer in time; else nothing. Those that are not `told` are about to be.
+  std::vector<Batch> Watch();
   /// A round is due: `now`, or within a tick.
   void Look(bool now);
 
@@ -95,7 +100,8 @@ class EventQueue {
   /// Calls `use` with the alarms as they are now.
   template <typename Use>
   auto WithAlarms(Use use) const BAUDGATE_REQUIRES(mutex_) {
-    return state_.disk == Disk::failing ? use(book_.Expected()) : use(book_.alarms());
+    const bool waits = state_.disk == Disk::failing || state_.disk == Disk::stalled;
+    return waits ? use(book_.Expected()) : use(book_.alarms());
   }
 
   const LogOptions& options_;
@@ -117,6 +123,7 @@ class EventQueue {
   bool tells_end_ BAUDGATE_GUARDED_BY(mutex_) = false;
   std::optional<Instant> look_at_ BAUDGATE_GUARDED_BY(mutex_);
   Instant rests_until_ BAUDGATE_GUARDED_BY(mutex_){};  // a disk that fails
+  int looks_ BAUDGATE_GUARDED_BY(mutex_) = 0;  // at which something waited, and no round has ended
 };
 
 }  // namespace baudgate::events

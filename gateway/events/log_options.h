@@ -37,7 +37,7 @@ struct LogOptions {
   /// first, and before `kept`; on the writing thread. Empty: nobody reads them.
   std::function<void(const std::vector<OwedRecord>& owed)> owed{};
   /// An alarm has changed, or was `raised`. While the disk fails it is told all the same, once; on
-  /// the writing thread. Empty: nobody hears of it.
+  /// the writing thread, or from Watch. Empty: nobody hears of it.
   std::function<void(const Alarm& alarm, bool raised)> alarm{};
   /// One line when the disk begins to fail, and one when it is well again; from any thread.
   std::function<void(const std::string&)> warn;

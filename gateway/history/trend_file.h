@@ -44,7 +44,7 @@ class TrendFile {
   const std::string& error() const { return error_; }
   bool damaged() const { return damaged_; }
   /// False: it was removed or replaced; what is written is lost.
-  bool there() const { return open_.there(); }
+  OpenFile::Found Look() { return open_.Look(*database_); }
   const std::filesystem::path& path() const { return path_; }
 
  private:

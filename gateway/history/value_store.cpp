@@ -108,12 +108,20 @@ void ValueStore::Number(Batch& batch) const {
 void ValueStore::FindRemoved() {
   bool lost = false;
   std::erase_if(days_, [&](const auto& day) {
-    if (day.second->there()) return false;
+    const OpenFile::Found found = day.second->Look();
+    if (found == OpenFile::Found::there) return false;
+    if (found == OpenFile::Found::log_gone) {
+      news_.push_back({day.second->path().string() + ": " + OpenFile::LogGone()});
+      return true;
+    }
     news_.push_back({day.second->path().string() + ": it was removed, and all values in it"});
     return lost = true;
   });
-  if (trends_ && !trends_->there()) {
-    news_.push_back({trends_->path().string() + ": it was removed, and all means in it"});
+  const auto trends = trends_ ? trends_->Look() : OpenFile::Found::there;
+  if (trends != OpenFile::Found::there) {
+    news_.push_back({trends_->path().string() + ": " +
+                     (trends == OpenFile::Found::gone ? "it was removed, and all means in it"
+                                                      : OpenFile::LogGone())});
     trends_.reset();
   }
   if (lost) CutRun();

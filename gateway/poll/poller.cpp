@@ -168,7 +168,9 @@ void Poller::OnHostClock(bool right) {
 }
 
 void Poller::OnUnsettledWrite(std::uint32_t index) {
-  roster_.DeviceAt(index).conversation->OnUnsettledWrite();
+  Device& device = roster_.DeviceAt(index);
+  device.conversation->OnUnsettledWrite();
+  ledger_.OnMemory(device);
 }
 
 void Poller::OnEventsKept(std::uint32_t index, const std::string& said, Now now) {

@@ -37,8 +37,13 @@ std::string KeptConfigs::why_taken_back() const {
   return ReadWhole(why_file()).value_or(std::string());
 }
 
+/// Whoever has emptied or damaged the copy has confirmed nothing.
 bool KeptConfigs::IsUnconfirmed(const std::string& text) const {
-  return ReadWhole(trial_file()) == text;
+  if (!IsThere(trial_file())) return false;
+  const auto on_trial = ReadWhole(trial_file());
+  if (on_trial && !on_trial->empty()) return *on_trial == text;
+  const auto good = confirmed();
+  return good && *good != text;
 }
 
 // The order of the steps counts: the power may fail behind each.
@@ -53,6 +58,16 @@ Status KeptConfigs::Add(const std::string& text, bool trial) {
   if (status && !trial) status = forget(trial_file());
   if (status && !trial) status = forget(why_file());
   return status;
+}
+
+Result<bool> KeptConfigs::Restore(const std::string& text) {
+  if (confirmed() == text) return false;
+  std::error_code error;
+  fs::create_directories(folder_, error);
+  if (error) return Error{folder_.string() + ": " + error.message()};
+  const Status status = StatusOf(confirmed_file(), WriteWhole(confirmed_file(), text));
+  if (!status) return Error{status.error()};
+  return true;
 }
 
 Status KeptConfigs::Confirm() {

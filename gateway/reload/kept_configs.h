@@ -36,10 +36,14 @@ class KeptConfigs {
   /// At a start also of a trial that still runs there: the gateway ended before its end.
   std::string why_taken_back() const;
   /// This very text is on trial, or was taken back: a start runs what was confirmed in its place.
+  /// If the copy of the trial is empty or cannot be read, that is any text but the confirmed one.
   bool IsUnconfirmed(const std::string& text) const;
 
   /// It is about to be applied: for good, or for a trial.
   Status Add(const std::string& text, bool trial);
+  /// Somebody has removed or changed the copy of what was confirmed: it is written again. Else
+  /// nothing is done. `text`: what it has to be. Whether it had to be written.
+  Result<bool> Restore(const std::string& text);
   /// What is on trial stays.
   Status Confirm();
   /// What is on trial is not wanted.

@@ -35,6 +35,7 @@ Database::Database(const std::string& path, Mode mode, const std::string& vfs) {
   if (code != SQLITE_OK) {
     Fail(code);
     handle_.reset();
+    if (auto why = vfs.empty() ? WhyNoAccess(path) : std::nullopt) error_ = *std::move(why);
     return;
   }
   if (mode == Mode::write && sqlite3_db_readonly(handle, "main") == 1) {
@@ -72,6 +73,12 @@ bool Database::Execute(const std::string& sql) {
 void Database::Rollback() {
   if (sqlite3_get_autocommit(handle_.get()) != 0) return;
   sqlite3_exec(handle_.get(), "ROLLBACK", nullptr, nullptr, nullptr);
+}
+
+void Database::Abandon() {
+  int on = 1;
+  sqlite3_file_control(handle_.get(), "main", SQLITE_FCNTL_PERSIST_WAL, &on);
+  sqlite3_db_config(handle_.get(), SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, nullptr);
 }
 
 Value Database::First(const std::string& sql) {

@@ -40,6 +40,10 @@ class Database {
   bool Execute(const std::string& sql);
   /// Ends a transaction that has failed; error() stays.
   void Rollback();
+  /// All that its write-ahead log holds goes to the file, as far as nobody reads.
+  bool EmptyLog() { return Execute("PRAGMA wal_checkpoint(TRUNCATE)"); }
+  /// Another file has its name by now: closing it touches no log.
+  void Abandon();
   /// First column of the first row. Nothing: there is none, or the statement failed.
   Value First(const std::string& sql);
 

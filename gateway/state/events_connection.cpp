@@ -32,6 +32,7 @@ EventsConnection::Opened EventsConnection::Open() {
   times_put_aside_ = writer_->times_put_aside;
   database_ = std::move(events.database);
   open_ = OpenFile(path_, vfs_);
+  log_gone_ = false;
   opened.ok = true;
   return opened;
 }
@@ -44,7 +45,13 @@ Error EventsConnection::Failed() {
 }
 
 Status EventsConnection::CheckThere() {
-  if (open_.there()) return {};
+  const OpenFile::Found found = open_.Look(*database_);
+  if (found == OpenFile::Found::there) return {};
+  if (found == OpenFile::Found::log_gone) {
+    // It is not opened anew: the other connection still has the log that is gone.
+    if (std::exchange(log_gone_, true)) return {};
+    return Error{path_.string() + ": " + OpenFile::LogGone()};
+  }
   gone_ = true;
   Close();
   return Error{path_.string() + ": it was removed, and all records in it"};

@@ -35,8 +35,13 @@ class EventsConnection {
   /// The last statement has failed: what to say of it. A damaged file is closed; whoever opens it
   /// next puts it aside.
   Error Failed();
-  /// The file that is open has been removed or replaced: closed, and an error.
+  /// The file that is open has been removed or replaced: closed, and an error. Its log has: an
+  /// error once, and until the next start each commit goes to the file at once.
   Status CheckThere();
+  /// Behind each commit.
+  void OnCommit() {
+    if (log_gone_) database_->EmptyLog();
+  }
   void Close() { database_.reset(); }
 
   bool is_open() const { return database_ != nullptr; }
@@ -51,7 +56,8 @@ class EventsConnection {
   std::uint64_t times_put_aside_ = 0;  ///< when this connection was opened last
   bool damaged_ = false;               ///< the file that was open then
   OpenFile open_;
-  bool gone_ = false;  ///< the last one that was open
+  bool gone_ = false;      ///< the last one that was open
+  bool log_gone_ = false;  ///< of the one that is open
 };
 
 }  // namespace baudgate

@@ -24,14 +24,6 @@ namespace fs = std::filesystem;
 constexpr std::size_t kFileHead = 100;
 constexpr std::string_view kFileMagic{"SQLite format 3\0", 16};
 
-std::string NameOfUser(uid_t user) {
-  std::array<char, 1024> texts{};
-  passwd entry{};
-  passwd* found = nullptr;
-  ::getpwuid_r(user, &entry, texts.data(), texts.size(), &found);
-  return found == nullptr ? std::to_string(user) : std::string(found->pw_name);
-}
-
 bool IsPageSize(std::uint32_t size) {
   return size >= 512 && size <= 65536 && (size & (size - 1)) == 0;
 }
@@ -81,6 +73,14 @@ class LogSum {
 
 }  // namespace
 
+std::string NameOfUser(uid_t user) {
+  std::array<char, 1024> texts{};
+  passwd entry{};
+  passwd* found = nullptr;
+  ::getpwuid_r(user, &entry, texts.data(), texts.size(), &found);
+  return found == nullptr ? std::to_string(user) : std::string(found->pw_name);
+}
+
 std::optional<std::string> WhyNoFile(const fs::path& file) {
   for (const char* part : {"", "-wal", "-shm"}) {
     std::error_code none;
@@ -91,6 +91,24 @@ std::optional<std::string> WhyNoFile(const fs::path& file) {
                        type == fs::file_type::fifo        ? "a FIFO"
                        : type == fs::file_type::directory ? "a folder"
                                                           : "a device or a socket");
+  }
+  return std::nullopt;
+}
+
+std::optional<std::string> WhyNoAccess(const fs::path& file) {
+  struct stat found {};
+  for (const char* part : {"", "-wal", "-shm"}) {
+    const std::string path = file.string() + part;
+    if (::access(path.c_str(), R_OK) == 0 || errno != EACCES) continue;
+    if (::stat(path.c_str(), &found) != 0) {
+      return fmt::format("permission denied: user {} may not enter its folder",
+                         NameOfUser(::geteuid()));
+    }
+    const std::string user = NameOfUser(::geteuid());
+    return fmt::format(
+        "permission denied: {} belongs to user {} and has mode {:04o}: sudo chown {} {} && sudo "
+        "chmod u+rw {}",
+        path, NameOfUser(found.st_uid), found.st_mode & 07777U, user, path, path);
   }
   return std::nullopt;
 }

@@ -4,6 +4,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <sys/types.h>
+
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -13,6 +15,12 @@ namespace baudgate {
 /// Why it must not be opened: the file, its log or its index is a FIFO, a folder or a device, which
 /// might block for ever. Nothing: all are regular files, or not there.
 std::optional<std::string> WhyNoFile(const std::filesystem::path& file);
+
+/// "baudgate"; of a user without a name its number.
+std::string NameOfUser(uid_t user);
+
+/// Why this process may not read a file that is there, and what helps. Nothing: it may.
+std::optional<std::string> WhyNoAccess(const std::filesystem::path& file);
 
 /// What keeps this process from writing to a file that is there, and what helps.
 std::string WhyReadOnly(const std::filesystem::path& file);

@@ -2,7 +2,9 @@
 #include "gateway/state/state_folder.h"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -14,6 +16,7 @@
 #include <utility>
 
 #include "gateway/base/worker.h"
+#include "gateway/state/file_health.h"
 #include "gateway/state/versions.h"
 
 namespace baudgate {
@@ -22,6 +25,22 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr mode_t kLockMode = 0644;
+constexpr const char* kLock = "lock";
+
+/// `open` is the file of this name, and not one that was removed.
+bool IsFile(int open, const fs::path& file) {
+  struct stat its {};
+  struct stat found {};
+  return ::fstat(open, &its) == 0 && ::stat(file.c_str(), &found) == 0 &&
+         its.st_dev == found.st_dev && its.st_ino == found.st_ino;
+}
+
+/// Behind an error of the system; empty: it would not help.
+std::string HowToMake(const fs::path& folder, int error) {
+  if (error != EACCES && error != EPERM) return {};
+  const std::string user = NameOfUser(::geteuid());
+  return fmt::format("; make it: sudo install -d -o {} {}", user, folder.string());
+}
 
 std::string Environment(const char* name) {
   const char* value = std::getenv(name);
@@ -118,15 +137,17 @@ fs::path HistoryFolderOf(const config::Config& config) {
 
 std::optional<StateFolder::Failure> StateFolder::Open() {
   const MutexLock guard(mutex_);
-  if (lock_ >= 0) return std::nullopt;
+  if (lock_ >= 0 && IsFile(lock_, path_ / kLock)) return std::nullopt;
+  if (lock_ >= 0) ::close(std::exchange(lock_, -1));  // somebody has removed the folder
   std::error_code error;
   fs::create_directories(path_, error);
-  const fs::path file = path_ / "lock";
+  const fs::path file = path_ / kLock;
   const int lock =
       error ? -1 : ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NONBLOCK, kLockMode);
   if (lock < 0) {
-    const std::string why = error ? error.message() : std::strerror(errno);
-    return Failure{false, path_.string() + ": " + why};
+    const int code = error ? error.value() : errno;
+    return Failure{false, fmt::format("{}: {}{}", path_.string(), std::strerror(code),
+                                      HowToMake(path_, code))};
   }
   if (::flock(lock, LOCK_EX | LOCK_NB) != 0) {
     ::close(lock);

@@ -69,7 +69,8 @@ class StateFolder {
   StateFolder(const StateFolder&) = delete;
   StateFolder& operator=(const StateFolder&) = delete;
 
-  /// Makes the folder where it is not there, and locks it, once. As long as the disk takes.
+  /// Makes the folder where it is not there, and locks it; again where somebody has removed it. As
+  /// long as the disk takes.
   std::optional<Failure> Open();
   /// The same; a disk that takes longer than `patience` goes on opening it meanwhile.
   static std::optional<Failure> OpenWithin(const std::shared_ptr<StateFolder>& folder,

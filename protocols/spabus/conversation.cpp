@@ -26,6 +26,8 @@ constexpr Address kIdentification{0, 'F', std::nullopt};
 /// All that is asked of a relay which is not what its profile says: what it is now.
 const Query kWhatIsIt{config::Group::slow, {}};
 constexpr int kOtherError = 9;
+/// What is remembered over restarts, and nothing else.
+constexpr std::string_view kMayBeOpen = "password may be open";
 
 class SpaConversation final : public Conversation {
  public:
@@ -138,6 +140,14 @@ class SpaConversation final : public Conversation {
   }
 
   void OnUnsettledWrite() override { writes_.OnUnsettledWrite(); }
+  const std::string& Memory() const override {
+    static const std::string kOpen(kMayBeOpen);
+    static const std::string kNothing;
+    return writes_.may_be_open() ? kOpen : kNothing;
+  }
+  void Recall(std::string_view memory, Now) override {
+    if (memory == kMayBeOpen) writes_.OnUnsettledWrite();
+  }
 
   void OnReconnect() override {
     repeated_ = sends_wildcard_ = false;

@@ -46,6 +46,8 @@ class WriteSession {
   /// The program was killed within a write: its password may be open. Only a device that takes the
   /// configured password is closed with it: in another one it would become the new password.
   void OnUnsettledWrite() { unsettled_ = password_ != 0; }
+  /// Its password may be open. Worth keeping over restarts: the device may be silent until then.
+  bool may_be_open() const { return unsettled_ || maybe_open_; }
 
   /// A person has looked: a refused password may be sent once more.
   void OnEnabled() { password_refused_ = false; }

@@ -125,9 +125,12 @@ void Publishers::CheckRivals(Names& of, const Point& before, const dds::Publishe
   gateway.rivals = Rivals{before.publisher, publisher, received, now + kPatience, point};
 }
 
+/// Without any reading a point is new: a reload has begun its line anew.
 void Publishers::CheckSeq(Names& of, const Point& before, const dds::PointSample& sample,
                           std::int64_t start) {
-  if (sample.seq >= before.seq || start != before.start || !of.second.counted_back.empty()) return;
+  if (sample.seq == 0 || sample.seq >= before.seq || start != before.start ||
+      !of.second.counted_back.empty())
+    return;
   of.second.counted_back = "ALARM: gateway " + of.first + ": seq of " + sample.device + " " +
                            sample.point + " went back from " + std::to_string(before.seq) + " to " +
                            std::to_string(sample.seq) + " without a new start of the gateway";

@@ -111,6 +111,21 @@ TEST_F(AuditLogTest, ADiskThatHangsHoldsUpNobody) {
   EXPECT_THAT(heard()[1], HasSubstr("inform: audit: writes are recorded again"));
 }
 
+TEST_F(AuditLogTest, ADiskThatHangsIsShownWhereNobodyWaitsForARecord) {
+  FaultyDisk disk;
+  const auto log = Start("/events.db", disk.vfs());
+  Await(*log, Disk::fine);
+  disk.Hang(true);
+  log->Begin(WrittenPoint("a"));
+  disk.WaitUntilItHangs();
+  for (int looks = 0; looks < AuditLog::kMostLooks; ++looks) log->Watch();
+  EXPECT_EQ(log->state().disk, Disk::fine);
+  log->Watch();
+  EXPECT_EQ(log->state().disk, Disk::stalled);
+  disk.Hang(false);
+  Await(*log, Disk::fine);
+}
+
 /// The table may not be there yet: whoever reads then is told that there is nothing so far.
 TEST_F(AuditLogTest, AFileThatIsBeingOpenedHasNothingYet) {
   FaultyDisk disk;

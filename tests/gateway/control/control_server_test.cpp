@@ -62,6 +62,19 @@ TEST_F(ControlTest, ASocketOfADeadProcessIsReplaced) {
   EXPECT_THAT(Ask(Connect(), kStatus), HasSubstr("substation-7"));
 }
 
+TEST_F(ControlTest, AFileThatIsRemovedIsMadeAgain) {
+  limits_.look = 1ms;
+  StartServer();
+  const RawClient before = Connect();
+  EXPECT_THAT(Ask(before, kStatus), HasSubstr("substation-7"));
+  for (int times = 0; times < 2; ++times) {
+    std::filesystem::remove(path());
+    while (!Connect().connected()) std::this_thread::yield();
+    EXPECT_THAT(Ask(Connect(), kStatus), HasSubstr("substation-7"));
+  }
+  EXPECT_THAT(Ask(before, kStatus), HasSubstr("substation-7")) << "who is connected stays so";
+}
+
 TEST_F(ControlTest, ALivingSocketAndOtherFilesAreLeftAlone) {
   StartServer();
   asio::io_context io;

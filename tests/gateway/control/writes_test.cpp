@@ -5,6 +5,7 @@
 
 #include <gmock/gmock.h>
 
+#include <semaphore>
 #include <sstream>
 
 #include "gateway/cli/client/status_view.h"
@@ -21,6 +22,10 @@ using ::testing::Not;
 struct FakeAudit final : audit::AuditSource {
   audit::AuditState state() const override { return shown; }
   Result<audit::Page> Read(const audit::PageQuery& query) const override {
+    if (hangs) {
+      reading.release();
+      goes_on.acquire();
+    }
     if (!trouble.empty()) return Error{trouble};
     audit::Page page;
     page.next = query.after;
@@ -34,6 +39,9 @@ struct FakeAudit final : audit::AuditSource {
     return page;
   }
   audit::AuditState shown;
+  bool hangs = false;  ///< as the disk does
+  mutable std::counting_semaphore<> reading{0};
+  mutable std::counting_semaphore<> goes_on{0};
   std::string trouble;
   std::vector<audit::WriteRecord> records;
 };
@@ -76,6 +84,24 @@ class WritesTest : public ControlTest {
   std::ostringstream out_;
   std::ostringstream err_;
 };
+
+TEST_F(WritesTest, ADiskThatHangsHoldsUpNobodyElse) {
+  audit_.hangs = true;
+  limits_.disk = 1ms;
+  Start();
+  const RawClient reader = Connect();
+  reader.Send("{\"command\":\"writes\"}\n");
+  audit_.reading.acquire();
+  EXPECT_THAT(Ask(Connect(), kStatus), HasSubstr("substation-7"));
+  EXPECT_THAT(reader.ReceiveLine().value_or(""), HasSubstr("does not answer in time"));
+  // Whoever asks again and again is refused at last.
+  for (std::size_t i = 0; i <= RecordReader::kMost; ++i) {
+    EXPECT_THAT(Ask(Connect(), R"({"command":"writes"})"), HasSubstr("does not answer in time"));
+  }
+  EXPECT_THAT(Ask(Connect(), kStatus), HasSubstr("substation-7"));
+  audit_.hangs = false;
+  audit_.goes_on.release();
+}
 
 TEST_F(WritesTest, AllPagesOneObjectALine) {
   Start();

@@ -15,6 +15,7 @@ namespace baudgate::events {
 namespace {
 
 using audit::FaultyDisk;
+using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
@@ -325,6 +326,33 @@ TEST_F(EventLogTest, AlarmsAreKnownWhileTheDiskFails) {
   EXPECT_THAT(AlarmsIn(heard()),
               ElementsAre("disk raised active", "disk acknowledged", "next raised active"));
   EXPECT_EQ(log->Alarms().size(), 2U);
+}
+
+TEST_F(EventLogTest, AlarmsAreKnownWhileTheDiskHangs) {
+  FaultyDisk disk;
+  const auto log = Start("/events.db", disk.vfs());
+  log->Add(BatchOf(0, "a"));
+  AwaitKept(1);
+  disk.Hang(true);
+  log->Tell(Raised("first"));
+  disk.WaitUntilItHangs();
+  for (int looks = 0; looks < EventQueue::kMostLooks; ++looks) log->Watch();
+  EXPECT_EQ(log->state().disk, Disk::fine) << "it may just be slow";
+  log->Tell(Raised("second"));
+  log->Watch();
+  EXPECT_EQ(log->state().disk, Disk::stalled);
+  EXPECT_EQ(log->state().alarms_active, 2U);
+  EXPECT_THAT(heard(), Contains(HasSubstr("warn: events: the disk does not answer in time")));
+  EXPECT_NE(Ack(*log, {.all = true, .by = "user:anna"}).trouble, "") << "nobody waits for it";
+  log->Watch();
+  disk.Hang(false);
+  while (log->state().disk != Disk::fine || log->state().waiting > 0) std::this_thread::yield();
+  log->Tell(Raised("third"));
+  while (AlarmsIn(heard()).size() < 5) std::this_thread::yield();
+  EXPECT_THAT(AlarmsIn(heard()),
+              ElementsAre("first raised active", "second raised active", "first acknowledged",
+                          "second acknowledged", "third raised active"))
+      << "each once";
 }
 
 TEST_F(EventLogTest, AlarmsAreKnownWhereThereIsNoPlaceForTheFile) {

@@ -52,6 +52,30 @@ TEST_F(KeptConfigsTest, WhatIsOnTrialAtAStartIsNotTaken) {
   EXPECT_FALSE(Again().IsUnconfirmed("c")) << "the file was changed since";
 }
 
+TEST_F(KeptConfigsTest, ACopyThatSomebodyHasRemovedIsWrittenAgain) {
+  ASSERT_TRUE(Add("a", false));
+  ASSERT_TRUE(Add("b", true));
+  ASSERT_TRUE(Again().TakeBack("why"));
+  EXPECT_EQ(Again().Restore("a").value(), false);
+  fs::remove(Again().confirmed_file());
+  EXPECT_EQ(Again().Restore("a").value(), true);
+  EXPECT_EQ(Again().confirmed(), "a");
+  EXPECT_EQ(Again().trial(), Trial::taken_back);
+  fs::remove_all(folder_);
+  EXPECT_EQ(Again().Restore("a").value(), true);
+  EXPECT_EQ(Again().confirmed(), "a");
+}
+
+TEST_F(KeptConfigsTest, AnEmptyCopyOfATrialConfirmsNothing) {
+  ASSERT_TRUE(Add("a", false));
+  ASSERT_TRUE(Add("b", true));
+  std::ofstream(folder_ / "trial.yaml", std::ios::trunc).flush();
+  EXPECT_TRUE(Again().IsUnconfirmed("b"));
+  EXPECT_FALSE(Again().IsUnconfirmed("a")) << "the confirmed one";
+  fs::remove(Again().confirmed_file());
+  EXPECT_FALSE(Again().IsUnconfirmed("b")) << "there is nothing that could run in its place";
+}
+
 TEST_F(KeptConfigsTest, WhatIsConfirmedIsTaken) {
   ASSERT_TRUE(Add("a", false));
   ASSERT_TRUE(Add("b", true));

@@ -119,5 +119,68 @@ TEST_F(EventsFileTest, ARemovedFileIsFoundOut) {
   EXPECT_TRUE(opened.new_file);
 }
 
+/// rm events.db-wal, or another file over it, while two connections write; then kill -9.
+TEST_F(EventsFileTest, WhatAGoneLogHoldsIsSavedAndSoIsWhatFollows) {
+  for (const bool replaced : {false, true}) {
+    const auto writer = std::make_shared<EventsWriter>();
+    EventsConnection one(file(), {}, writer);
+    EventsConnection other(file(), {}, writer);
+    ASSERT_TRUE(one.Open().ok);
+    ASSERT_TRUE(other.Open().ok);
+    const auto add = [](EventsConnection& to, const std::string& name) {
+      EXPECT_TRUE(to.database().Execute("INSERT INTO event_cursors VALUES ('" + name + "', 1, 1)"));
+      to.OnCommit();
+    };
+    add(one, "before");
+    EXPECT_TRUE(one.CheckThere());
+    EXPECT_TRUE(other.CheckThere());
+    const std::string log = file().string() + "-wal";
+    std::filesystem::remove(log);
+    if (replaced) std::ofstream(log) << "of another database";
+    EXPECT_NE(one.CheckThere().error().find("(-wal) was removed or replaced"), std::string::npos);
+    EXPECT_TRUE(one.CheckThere()) << "it is said once";
+    EXPECT_FALSE(other.CheckThere());
+    add(one, "behind");
+    add(other, "last");
+    EXPECT_FALSE(std::filesystem::exists(log));
+    const auto copy = file().string() + ".copy";
+    std::filesystem::copy_file(file(), copy);
+    Database alone(copy, Database::Mode::read);
+    EXPECT_EQ(First(alone, "SELECT group_concat(name) FROM event_cursors"), "before,behind,last");
+    one.Close();
+    other.Close();
+    std::filesystem::remove(copy);
+    std::filesystem::remove(file());
+  }
+}
+
+/// mv backup.db events.db, with a gateway running.
+TEST_F(EventsFileTest, AnotherFileInItsPlaceIsLeftAsItIs) {
+  const auto backup = file().string() + ".backup";
+  {
+    EventsConnection connection(file());
+    ASSERT_TRUE(connection.Open().ok);
+    ASSERT_TRUE(connection.database().Execute("INSERT INTO event_cursors VALUES ('backup', 1, 1)"));
+  }
+  std::filesystem::copy_file(file(), backup);
+  const auto writer = std::make_shared<EventsWriter>();
+  EventsConnection one(file(), {}, writer);
+  EventsConnection other(file(), {}, writer);
+  ASSERT_TRUE(one.Open().ok);
+  ASSERT_TRUE(other.Open().ok);
+  ASSERT_TRUE(one.database().Execute("UPDATE event_cursors SET name='old'"));
+  ASSERT_TRUE(one.CheckThere());
+  ASSERT_TRUE(other.CheckThere());
+  std::filesystem::rename(backup, file());
+  EXPECT_FALSE(one.CheckThere());
+  ASSERT_TRUE(one.Open().ok);
+  EXPECT_EQ(First(one.database(), "SELECT name FROM event_cursors"), "backup");
+  ASSERT_TRUE(one.database().Execute("UPDATE event_cursors SET seq=2"));
+  EXPECT_FALSE(other.CheckThere());
+  ASSERT_TRUE(other.Open().ok);
+  EXPECT_EQ(First(other.database(), "SELECT seq FROM event_cursors"), "2");
+  EXPECT_TRUE(one.CheckThere()) << "its log is there";
+}
+
 }  // namespace
 }  // namespace baudgate

@@ -47,6 +47,16 @@ TEST(StateFolder, IsMadeAndLockedUntilItsOwnerEnds) {
   EXPECT_FALSE(second.Open());
 }
 
+TEST(StateFolder, IsMadeAgainWhereSomebodyHasRemovedIt) {
+  const fs::path path = Scratch("removed") / "plant";
+  StateFolder folder(path);
+  ASSERT_FALSE(folder.Open());
+  fs::remove_all(path);
+  EXPECT_FALSE(folder.Open());
+  EXPECT_TRUE(fs::is_directory(path));
+  EXPECT_TRUE(StateFolder(path).Open()) << "and locked";
+}
+
 TEST(StateFolder, IsWantedWhereSomethingCanBeWritten) {
   config::Config config;
   EXPECT_FALSE(CanWrite(config));

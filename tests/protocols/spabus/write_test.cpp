@@ -366,6 +366,25 @@ TEST(SpaWrite, AWriteBeforeARestartMayHaveLeftItOpen) {
   EXPECT_EQ(again.Exchange(kPoll, *relay.twin).readings.size(), 1U);
 }
 
+/// The audit tells it at the first start only.
+TEST(SpaWrite, ADeviceThatIsSilentOverASecondRestartIsClosedAfterIt) {
+  Interrupted relay(1);
+  ASSERT_TRUE(relay.is_open());
+  EXPECT_FALSE(relay.talk->Memory().empty()) << "before it is closed";
+  Talk first(SpabusProtocol(), Device(345));
+  first->OnUnsettledWrite();
+  Asked(first, kPoll);
+  first.Fail(kPoll, Outcome::no_reply);
+  const std::string memory = first->Memory();
+  EXPECT_EQ(memory.find("345"), std::string::npos) << "a password is not for a file";
+
+  Talk second(SpabusProtocol(), Device(345));
+  second->Recall(memory, {});
+  second.Run(kPoll, *relay.twin);
+  EXPECT_FALSE(relay.is_open());
+  EXPECT_EQ(second->Memory(), "");
+}
+
 TEST(SpaWrite, WhatIsUnsettledIsClosedOnlyWithAPasswordThatFits) {
   for (const std::int64_t password : {0, 346}) {
     Interrupted relay(1);

@@ -138,6 +138,14 @@ TEST(Publishers, SeqMayJumpForwardButNotBack) {
   EXPECT_THAT(story.Told(), ElementsAre(HasSubstr("seq of d p went back from 900 to 899")));
 }
 
+TEST(Publishers, SeqBeginsAnewWithALineThatAReloadHasBegun) {
+  Story story;
+  story.Sample('A', 48, 0s).Sample('A', 0, 1s).Sample('A', 1, 2s);
+  EXPECT_THAT(story.Told(), IsEmpty());
+  EXPECT_THAT(story.Sample('A', 48, 3s).Sample('A', 47, 4s).Told(),
+              ElementsAre(HasSubstr("from 48 to 47")));
+}
+
 TEST(Publishers, SeqBeginsAnewAfterANewStart) {
   EXPECT_THAT(Story().Start('A', 100).Sample('A', 9, 0s).Start('A', 200).Sample('A', 1, 1s).Told(),
               IsEmpty());
