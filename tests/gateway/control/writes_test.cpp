@@ -5,6 +5,7 @@
 
 #include <gmock/gmock.h>
 
+#include <atomic>
 #include <semaphore>
 #include <sstream>
 
@@ -39,7 +40,7 @@ struct FakeAudit final : audit::AuditSource {
     return page;
   }
   audit::AuditState shown;
-  bool hangs = false;  ///< as the disk does
+  std::atomic<bool> hangs = false;  ///< as the disk does
   mutable std::counting_semaphore<> reading{0};
   mutable std::counting_semaphore<> goes_on{0};
   std::string trouble;
@@ -48,6 +49,7 @@ struct FakeAudit final : audit::AuditSource {
 
 class WritesTest : public ControlTest {
  protected:
+  ~WritesTest() override { StopServer(); }  // while there is a disk to read
   WritesTest() {
     audit_.shown.disk = Disk::fine;
     for (int i = 1; i <= 5; ++i) {
