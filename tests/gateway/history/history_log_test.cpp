@@ -70,7 +70,8 @@ class HistoryLogTest : public FolderTest {
     const std::lock_guard lock(mutex_);
     return heard_;
   }
-  /// Looks again whenever the log has looked at the clock, as it does in each of its rounds.
+  /// Looks again whenever the log has looked at the clock, as it does in each of its rounds; and a
+  /// moment later, as what is awaited may be the end of its last round.
   template <typename Ready>
   void Await(Ready ready) {
     for (;;) {
@@ -79,7 +80,7 @@ class HistoryLogTest : public FolderTest {
       lock.unlock();
       if (ready()) return;
       lock.lock();
-      round_.wait(lock, [&] { return rounds_ != rounds; });
+      round_.wait_for(lock, 100ms, [&] { return rounds_ != rounds; });
     }
   }
 
