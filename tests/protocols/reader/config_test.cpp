@@ -102,7 +102,7 @@ TEST(ReaderConfig, WrongOptionsAreNamedWithTheirPlace) {
   EXPECT_THAT(ProblemsOf("{ name: g, address: 1, profile: olimex-mod-rfid125, form: text }"),
               HasSubstr("'high' needs form: tag"));
   EXPECT_THAT(ProblemsOf("{ name: g, address: gate, profile: bar-code }"),
-              HasSubstr("a reader has none, give it a number from 1 to 255"));
+              HasSubstr("a reader has none; leave it out, or give a number from 1 to 255"));
 }
 
 }  // namespace
