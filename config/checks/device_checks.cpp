@@ -55,7 +55,7 @@ void CheckDoubts(const Device& device, const Protocol& protocol, const Keys& key
 
 void CheckFaults(const Device& device, const Protocol& protocol, Problems& problems) {
   if (protocol.faults == nullptr) return;
-  // What the device as a whole lacks may only not have been read.
+  // After other errors a part of the description may not have been read: it is not called missing.
   const bool known = !problems.has_error();
   for (const Doubt& fault : protocol.faults(device)) {
     if (fault.point >= device.points.size()) {

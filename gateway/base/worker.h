@@ -89,7 +89,7 @@ class Worker {
 /// hang. The error: the system has no thread left.
 Status StartDetached(const std::string& name, std::function<void()> work);
 
-/// What waits for a worker: a bounded number of items, in their order. What finds no room is
+/// Items that wait for a worker, first in, first out. If there is no room for an item, it is
 /// dropped and counted. From any thread.
 template <typename Item>
 class WorkQueue {

@@ -41,7 +41,7 @@ class ControlServer {
  private:
   Status BindAnywhere();
   Status Bind(const std::string& path);
-  /// Again and again: binds anew where somebody has removed the socket file.
+  /// Looks every few seconds whether the socket file is there, and binds anew if it was removed.
   void Watch();
   void Rebind();
   void Accept();

@@ -50,7 +50,7 @@ Result<config::PortServer> OfferedAt(const Json& request, const config::Line& li
   return server;
 }
 
-/// Why the port cannot be released now, if somebody has it already.
+/// Nothing if the port is free; otherwise a sentence that says who has it.
 std::optional<std::string> InUse(const config::Line& line, const LineStatus& status, bool by_tcp) {
   const std::string end = "; 'baudgate release " + line.name + " --end' takes it back";
   for (const PortService& service : status.services) {

@@ -18,7 +18,7 @@ Reply TakeBack(Gateway& gateway, const Request& request);
 Reply Enable(Gateway& gateway, const Request& request);
 Reply Disable(Gateway& gateway, const Request& request);
 Reply Trace(Gateway& gateway, const Request& request);
-/// What the flight recorder of a line holds.
+/// Shows the records in the flight recorder of a line.
 Reply ShowRecorded(Gateway& gateway, const Request& request);
 
 /// {"record":"…"}: a record of a trace as it travels.

@@ -24,11 +24,11 @@ struct TraceWish {
 struct Reply {
   std::string text;  ///< one line of JSON without its end; empty: it comes later
   std::optional<TraceWish> trace{};
-  /// What is said where the answer that comes later does not come in time. Empty: nothing.
+  /// The answer if the later one does not come in time. Empty: the client waits on.
   std::string late{};
 };
 
-/// What requests are about. All outlive the requests.
+/// The parts of the gateway that requests use. All outlive the requests.
 struct Gateway {
   const config::Config* config;  ///< another one after a reload
   const PointStore& store;

@@ -28,7 +28,7 @@ class RequestHandler {
   LineControl& control() { return gateway_.control; }
   /// It outlives this; without it nothing is reloaded.
   void SetReload(ReloadService& service) { gateway_.reload = &service; }
-  /// What reads the disk is answered later, on a thread of its own, until StopReading.
+  /// From now on commands that read the disk are answered by another thread, until StopReading.
   void ReadApart();
   void StopReading() {
     if (reader_) reader_->Stop();

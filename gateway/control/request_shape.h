@@ -1,5 +1,5 @@
 // Whether a request has the members of its command (gateway/control/commands.h), with their types.
-// What is misspelt or of another type is refused, and never taken for absent.
+// A member that is misspelt or has another type is refused. It is never ignored.
 //
 //   {"command":"reload","dry_run":"yes"}   'dry_run' of 'reload' is true or false, and not "yes"
 //   {"command":"release","for":"10m"}      'for' is no member of 'release'; …

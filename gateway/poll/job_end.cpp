@@ -57,7 +57,9 @@ EndEffects::Write EndOfWrite(const Job& job, const Job::Write& write, const JobE
   const auto answer = [&](WriteEnd what, const std::string& why) {
     effects.result = {what, why.empty() && what != WriteEnd::ok ? std::string(Name(outcome)) : why,
                       false, ok ? write.next : write.first, write.next};
-    effects.result.unfit = what == WriteEnd::refused && !write.sent && write.first == 0;
+    // A device or a session that refuses has been asked before.
+    effects.result.unfit =
+        outcome == Outcome::unsupported && job.exchange_began == Instant{} && write.first == 0;
   };
   if (!ok) {
     answer(how, end.reason);

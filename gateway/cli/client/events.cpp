@@ -57,7 +57,7 @@ std::string ValueText(const Json& value) {
   return text;
 }
 
-/// What was kept with an event, and what became of it.
+/// Values that were kept with an event, and whether they are complete.
 struct Kept {
   std::string title{};  ///< "trip, read 2026-11-23T12:00:03.120Z"; empty: nothing belongs to it
   std::vector<std::string> values{};

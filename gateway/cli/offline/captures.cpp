@@ -9,7 +9,7 @@
 namespace baudgate {
 namespace {
 
-/// What was said unasked ends with a silence.
+/// A message that came unasked ends with a silence.
 bool Continues(const Capture& capture, const TraceLine& piece) {
   if (!capture.unasked || piece.time.empty()) return true;
   return Between(capture.heard_at, TimeOfDay(piece.time)) <= kApart;

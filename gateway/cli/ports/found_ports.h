@@ -13,7 +13,7 @@ namespace baudgate {
 struct FoundPort {
   std::string name;    ///< "ttyUSB0"
   std::string driver;  ///< "ftdi_sio"; empty: unknown
-  /// What a USB adapter says of itself; else empty.
+  /// Only of a USB adapter, from its descriptors; else empty.
   std::string at;       ///< where it is plugged, as the kernel counts: "1-1.2"
   std::string vendor;   ///< "0403"
   std::string product;  ///< "6001"

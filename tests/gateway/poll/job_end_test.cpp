@@ -96,8 +96,11 @@ TEST_F(JobEndTest, OfAWrite) {
     bool unfit = false;
   };
   const Row kRows[] = {
-      {"no form", 1, 1, false, Outcome::refused, Next::answer, WriteEnd::refused, 0, false, true},
-      {"no form for the second", 2, 2, false, Outcome::refused, Next::answer, WriteEnd::refused, 0,
+      {"no form", 1, 1, false, Outcome::unsupported, Next::answer, WriteEnd::refused, 0, false,
+       true},
+      {"no form for the second", 2, 2, false, Outcome::unsupported, Next::answer, WriteEnd::refused,
+       0, false},
+      {"another meter answers", 1, 1, false, Outcome::refused, Next::answer, WriteEnd::refused, 0,
        false},
       {"the last point", 2, 2, true, Outcome::ok, Next::confirm, WriteEnd::ok, 1, false},
       {"points remain", 3, 2, true, Outcome::ok, Next::go_on, WriteEnd::ok, 1, false},
