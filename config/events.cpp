@@ -81,7 +81,7 @@ void ReadDeviceEvents(MapReader& map, bool given, Device& device) {
   const auto wanted = map.Flag("events");
   device.events = wanted.value_or(given && has_table);
   device.point_events = has_points && wanted.value_or(given);
-  if (has_points && !wanted && !given && point->mark.file == device.mark.file) {
+  if (has_points && !wanted && !given && *point->mark.file == *device.mark.file) {
     map.problems().Warning(point->mark, "events of '" + point->name +
                                             "' are not kept: write 'events: {}' at the top level");
   }

@@ -94,7 +94,7 @@ void ReadMeaning(MapReader& map, Point& point) {
     Assign(point.on_fault, ReadOnFault(*node, map.problems()));
   }
   if (const auto node = map.Get("simulate")) {
-    point.simulate = ReadSimulate(*node, point.type, map.problems());
+    Assign(point.simulate, ReadSimulate(*node, point.type, map.problems()));
   }
 }
 

@@ -82,7 +82,7 @@ Result<OptionValue> ParsePairs(const OptionSpec& spec, std::string_view text) {
   for (const std::string& one : ParseTexts(text)) {
     const std::size_t equal = one.find('=');
     if (equal == 0 || equal == std::string::npos) {
-      return Wrong(spec, one, "is no pair; write channel=2");
+      return Wrong(spec, one, "is no pair; write channel=2, or { channel: 2 } in the file");
     }
     pairs.insert_or_assign(one.substr(0, equal), one.substr(equal + 1));
   }

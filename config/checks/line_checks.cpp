@@ -136,10 +136,10 @@ void CheckOrder(const Line& line, const Catalog& catalog, Problems& problems) {
     problems.Warning(
         device.mark,
         "device '" + device.name +
-            "': none of its replies proves to which request it belongs, so after one "
-            "lost reply its values flicker and its line has less time for others; " +
+            "': its replies do not show which request they answer, so after a lost reply "
+            "its values are in doubt for some exchanges, which take line time; " +
             (device.options.Has("identify") ? "set identify: true if it tells its name, "
-                                            : "let it be identified, ") +
+                                            : "let its profile identify it, ") +
             "or trust_order: true where no serial server or radio can hold replies back");
   }
 }

@@ -17,6 +17,8 @@
 #include <string_view>
 #include <vector>
 
+#include "config/model/shared.h"
+
 namespace baudgate::config {
 
 /// "jump" of &Point::jump: what the compiler calls it, between the last "::" and the end of the
@@ -58,6 +60,11 @@ bool Same(const T& a, const T& b);
 template <typename T>
 bool Same(const std::vector<T>& a, const std::vector<T>& b) {
   return std::ranges::equal(a, b, [](const T& one, const T& other) { return Same(one, other); });
+}
+
+template <typename T>
+bool Same(const Shared<T>& a, const Shared<T>& b) {
+  return Same(*a, *b);
 }
 
 template <typename T>

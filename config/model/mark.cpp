@@ -4,7 +4,7 @@
 namespace baudgate::config {
 
 std::string Mark::ToString() const {
-  return file + ":" + std::to_string(line) + ":" + std::to_string(column);
+  return *file + ":" + std::to_string(line) + ":" + std::to_string(column);
 }
 
 const Mark& Keys::MarkOf(std::string_view key) const {

@@ -7,11 +7,13 @@
 #include <string>
 #include <string_view>
 
+#include "config/model/shared.h"
+
 namespace baudgate::config {
 
 /// Where something stands in a file, for messages: "file:line:column". Line 0 = not from a file.
 struct Mark {
-  std::string file;
+  Shared<std::string> file;
   int line = 0;
   int column = 0;
 

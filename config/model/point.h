@@ -14,6 +14,7 @@
 #include "config/model/mark.h"
 #include "config/model/point_event.h"
 #include "config/model/recheck.h"
+#include "config/model/shared.h"
 #include "gateway/base/decimal.h"
 #include "gateway/base/quality.h"
 #include "gateway/base/time.h"
@@ -123,11 +124,11 @@ void VisitFields(const AllowWhen*, Visit visit) {
 struct Writing {
   /// `access` has a w, and the device says `write: allow` or names the point.
   bool allowed = false;
+  bool select = false;  ///< only within `select_time` after it was selected
   std::optional<Decimal> min;
   std::optional<Decimal> max;
   std::optional<Decimal> step;  ///< only multiples of it, counted from 0
   std::optional<int> decimals;  ///< digits that the device takes behind the decimal point
-  bool select = false;          ///< only within `select_time` after it was selected
   Duration select_time = std::chrono::seconds(10);
   std::vector<AllowWhen> allow_when;  ///< all have to hold
 };
@@ -144,32 +145,33 @@ void VisitFields(const Writing*, Visit visit) {
   visit(Field<&Writing::allow_when>());
 }
 
+/// A large gateway has 100,000 of them: the small members stand side by side.
 struct Point {
   std::string name;
   std::string read;   ///< the protocol's own address; checked by the plugin
   std::string write;  ///< where it differs from read, else empty
+  std::string unit;   ///< of the value after scale and offset: "A", "xIn"
   Type type = Type::float32;
-  std::size_t text_length = 0;  ///< of string(n), bytes
   TimeType time_type = TimeType::none;
-  std::string unit;              ///< of the value after scale and offset: "A", "xIn"
   Access access = Access::read;  ///< what the device can do
-  Writing writing;
   Group group = Group::fast;
-  std::optional<Duration> poll;         ///< its own period; then `group` is one of Group::own
-  std::optional<std::uint16_t> modbus;  ///< 0-based PDU address; nothing = not on Modbus
+  Recheck recheck = Recheck::off;
   Table table = Table::registers;
-  Decimal scale = 1;  ///< value = raw * scale + offset
+  std::optional<std::uint16_t> modbus;  ///< 0-based PDU address; nothing = not on Modbus
+  std::size_t text_length = 0;          ///< of string(n), bytes
+  Writing writing;
+  std::optional<Duration> poll;  ///< its own period; then `group` is one of Group::own
+  Decimal scale = 1;             ///< value = raw * scale + offset
   Decimal offset = 0;
   std::vector<Sentinel> sentinels;  ///< compared with the raw value
   OnFault on_fault;
   /// A reading that differs by more counts only when a second one agrees; in units of the value.
   /// Nothing: the gateway judges by earlier values (gateway/poll/jump_check.h).
   std::optional<Decimal> jump;
-  Recheck recheck = Recheck::off;
   Decimal deadband = 0;  ///< DDS: smaller changes are not published, in units of the value
   std::vector<PointEvent> events;
-  std::optional<Simulate> simulate;
-  std::string description;
+  Shared<Simulate> simulate;
+  Shared<std::string> description;
   Mark mark;
 };
 

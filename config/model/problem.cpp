@@ -52,7 +52,7 @@ void HideBehind(const std::string& secret, char quote, std::string& message) {
 }  // namespace
 
 std::string ToString(const Problem& problem) {
-  const std::string place = problem.mark.line == 0 ? problem.mark.file : problem.mark.ToString();
+  const std::string place = problem.mark.line == 0 ? *problem.mark.file : problem.mark.ToString();
   return place + (problem.warning ? ": warning: " : ": error: ") + problem.message;
 }
 
@@ -71,9 +71,9 @@ void Problems::Add(const Mark& mark, std::string message, bool warning) {
     for (const char quote : {'\'', '"'}) HideBehind(secret, quote, message);
   }
   message = WithoutControls(message);
-  if (!seen_.emplace(mark.file, mark.line, mark.column, message).second) return;
-  if (std::find(files_.begin(), files_.end(), mark.file) == files_.end()) {
-    files_.push_back(mark.file);
+  if (!seen_.emplace(*mark.file, mark.line, mark.column, message).second) return;
+  if (std::find(files_.begin(), files_.end(), *mark.file) == files_.end()) {
+    files_.push_back(*mark.file);
   }
   problems_.push_back({mark, std::move(message), warning});
 }
@@ -89,13 +89,13 @@ std::string Problems::ShownKey(const std::string& key) const {
 
 bool Problems::HasErrorIn(const std::string& file) const {
   return std::any_of(problems_.begin(), problems_.end(),
-                     [&](const Problem& p) { return !p.warning && p.mark.file == file; });
+                     [&](const Problem& p) { return !p.warning && *p.mark.file == file; });
 }
 
 std::vector<Problem> Problems::Sorted() const {
   std::vector<Problem> sorted = problems_;
   const auto file_index = [this](const Mark& mark) {
-    return std::find(files_.begin(), files_.end(), mark.file) - files_.begin();
+    return std::find(files_.begin(), files_.end(), *mark.file) - files_.begin();
   };
   const bool overflow = sorted.size() > kMost;
   std::stable_sort(sorted.begin(), overflow ? sorted.end() - 1 : sorted.end(),

@@ -13,6 +13,7 @@
 
 #include "config/model/line.h"
 #include "config/model/problem.h"
+#include "config/model/shared.h"
 #include "gateway/base/result.h"
 
 namespace baudgate::config {
@@ -27,7 +28,7 @@ class Source {
  public:
   Source(std::string name, std::string text);
 
-  const std::string& name() const { return name_; }
+  const std::string& name() const { return *name_; }
   /// Columns count characters, as editors do, where yaml-cpp counts bytes.
   Place At(const YAML::Mark& mark) const;
   Mark MarkAt(Place place) const { return {name_, place.line, place.column}; }
@@ -37,7 +38,7 @@ class Source {
   const std::string& text() const { return text_; }
 
  private:
-  std::string name_;
+  Shared<std::string> name_;
   std::string text_;
   std::vector<std::size_t> line_starts_;
 };

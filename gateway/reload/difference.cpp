@@ -31,7 +31,7 @@ void WithoutOutputs(config::Line& line) {
       point.modbus.reset();
       point.table = {};
       point.deadband = 0;
-      point.description.clear();
+      point.description = {};
     }
   }
 }

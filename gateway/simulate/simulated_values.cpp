@@ -18,7 +18,7 @@ SimulatedValues::SimulatedValues(const std::vector<config::Point>& points, std::
 Value SimulatedValues::Get(std::size_t index, Instant now) const {
   if (HasValue(written_[index])) return written_[index];
   const config::Point& point = points_[index];
-  const config::Simulate simulate = point.simulate.value_or(config::Simulate{});
+  const config::Simulate& simulate = *point.simulate;
   if (point.type == config::Type::string) return simulate.text.value_or(std::string());
   const double seconds = std::chrono::duration<double>(now.time_since_epoch()).count();
   const double phase = 0.7 * static_cast<double>(index) + 2.1 * static_cast<double>(seed_);

@@ -262,7 +262,8 @@ std::string SayNoTcp(const Evidence& evidence) {
 
 std::string SayNoise(const Evidence& evidence) {
   if (evidence.first().status.unasked) {
-    return "they come damaged: noise or a bad wire, or its options form, start, end and length";
+    return "they come damaged: noise or a bad wire, or its profile or options describe another "
+           "format";
   }
   const std::string reason = LastReason(evidence);
   const bool plain = reason.starts_with("checksum") || reason.starts_with("syntax");

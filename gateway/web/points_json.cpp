@@ -19,7 +19,7 @@ bool Fits(const config::Line& line, const config::Device& device, const config::
   if (text.empty()) return true;
   const std::string name = config::Lower(line.name + "." + device.name + "." + point.name);
   return name.find(text) != std::string::npos ||
-         config::Lower(point.description).find(text) != std::string::npos;
+         config::Lower(*point.description).find(text) != std::string::npos;
 }
 
 Json PointJson(const DeviceRecord& record, std::size_t index, std::uint32_t id, Now now) {
@@ -29,7 +29,7 @@ Json PointJson(const DeviceRecord& record, std::size_t index, std::uint32_t id, 
   json["point"] = std::move(status["point"]);
   json["unit"] = std::move(status["unit"]);
   json["type"] = config::Name(point.type);
-  json["description"] = point.description;
+  json["description"] = *point.description;
   json["access"] = AccessWord(point.access);
   for (const char* key : {"value", "quality", "quality_text", "age_ms"}) {
     json[key] = std::move(status[key]);

@@ -204,13 +204,13 @@ TEST(DeviceChecks, ModbusTcpHasNoSerialLine) {
 /// "#2" is answered by one number, and so is every other read of it.
 TEST(CheckOrder, NamesADeviceOfWhichNothingProvesWhoseReplyItIs) {
   const std::string points = "points: [{ name: one, read: \"#2\", type: float32 }]";
-  EXPECT_EQ(
-      ProblemsOf("dcon", "identify: false, " + points),
-      "t.yaml:3:3: warning: device 'd': none of its replies proves to which request it belongs, so "
-      "after one lost reply its values flicker and its line has less time for others; set "
-      "identify: "
-      "true if it tells its name, or trust_order: true where no serial server or radio can hold "
-      "replies back\n");
+  EXPECT_EQ(ProblemsOf("dcon", "identify: false, " + points),
+            "t.yaml:3:3: warning: device 'd': its replies do not show which request they answer, "
+            "so after "
+            "a lost reply its values are in doubt for some exchanges, which take line time; set "
+            "identify: true if it tells its name, or trust_order: true where no serial server or "
+            "radio can hold "
+            "replies back\n");
   EXPECT_EQ(ProblemsOf("dcon", "identify: false, trust_order: true, " + points), "");
   EXPECT_EQ(ProblemsOf("dcon", points), "");
   EXPECT_EQ(

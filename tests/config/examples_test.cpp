@@ -99,7 +99,7 @@ TEST(Profiles, AllShippedLoadWithoutProblems) {
     EXPECT_EQ(Shown(loaded.problems), "") << file.path;
     EXPECT_FALSE(loaded.profile.points.empty()) << file.path;
     for (const config::Point& point : loaded.profile.points) {
-      EXPECT_FALSE(point.description.empty()) << file.path << ' ' << point.name;
+      EXPECT_FALSE(point.description->empty()) << file.path << ' ' << point.name;
     }
   }
 }

@@ -68,7 +68,7 @@ TEST(Loader, ProfileFillsWhatTheDeviceLeavesOpen) {
   EXPECT_EQ(device.timing.gap, 30ms) << "from the profile";
   EXPECT_FALSE(device.timing.quiet);
   ASSERT_EQ(device.points.size(), 3U);
-  EXPECT_EQ(device.points[0].description, "current");
+  EXPECT_EQ(*device.points[0].description, "current");
 }
 
 TEST(Loader, EveryOptionIsPresentAndTyped) {

@@ -53,7 +53,7 @@ TEST(Points, EveryKey) {
   ASSERT_TRUE(point.simulate);
   EXPECT_EQ(point.simulate->low, 1);
   EXPECT_EQ(point.simulate->high, 2.5);
-  EXPECT_EQ(point.description, "power");
+  EXPECT_EQ(*point.description, "power");
   EXPECT_EQ(point.mark.line, 2);
 }
 
@@ -89,9 +89,9 @@ TEST(Points, InlineKeysReplaceThoseOfTheProfileAndOthersStay) {
   EXPECT_EQ(points[0].name, "current");
   EXPECT_EQ(points[0].modbus, 20) << "replaced";
   EXPECT_EQ(points[0].deadband, 0.1) << "added";
-  EXPECT_EQ(points[0].description, "current") << "kept";
-  EXPECT_EQ(points[0].mark.file, "t.yaml");
-  EXPECT_EQ(points[1].mark.file, "tests/config/profiles/fake/relay.yaml");
+  EXPECT_EQ(*points[0].description, "current") << "kept";
+  EXPECT_EQ(*points[0].mark.file, "t.yaml");
+  EXPECT_EQ(*points[1].mark.file, "tests/config/profiles/fake/relay.yaml");
   EXPECT_EQ(points[3].name, "extra") << "at the end, so that indices of the profile stay";
 }
 

@@ -31,7 +31,7 @@ void RunIn(asio::io_context& io, Work work) {
 /// The twin measures `value` for ever.
 void Pin(config::Point& point, const Value& value) {
   if (!point.simulate || point.simulate->text) return;
-  point.simulate->low = point.simulate->high = ToDouble(value);
+  point.simulate = config::Simulate{ToDouble(value), ToDouble(value), std::nullopt};
 }
 
 Fault MakeFault(const std::string& text) {

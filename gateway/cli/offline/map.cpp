@@ -169,7 +169,7 @@ void PrintJson(const config::Config& config, std::ostream& out) {
                         {"access", AccessText(point)},
                         {"group", config::PeriodText(point)},
                         {"read", point.read},
-                        {"description", point.description},
+                        {"description", *point.description},
                         {"modbus", ModbusJson(device, point, PlaceOf(device, point))},
                         {"dds_key", Key(config, device, point)}});
     }

@@ -54,7 +54,7 @@ Json ToJson(const config::Profile& profile) {
                 {"access", config::Name(point.access)},
                 {"group", config::PeriodText(point)},
                 {"read", point.read},
-                {"description", point.description}};
+                {"description", *point.description}};
     if (!point.write.empty()) one["write"] = point.write;
     points.push_back(std::move(one));
   }

@@ -55,6 +55,12 @@ void Change(T& word) { word = static_cast<T>(word == T{} ? 1 : 0); }
 template <HasFields T>
 void Change(T& its);
 template <typename T>
+void Change(Shared<T>& value) {
+  T other = *value;
+  Change(other);
+  value = std::move(other);
+}
+template <typename T>
 void Change(std::optional<T>& value) {
   if (value) return Change(*value);
   value.emplace();

@@ -41,7 +41,7 @@ class DconProfile : public ::testing::TestWithParam<std::string> {
     for (std::size_t i = 0; i < device.points.size(); ++i) {
       values.values[i] = Simulated(device.points[i]);
       EXPECT_TRUE(HasValue(values.values[i])) << device.points[i].name << " has no simulate";
-      EXPECT_FALSE(device.points[i].description.empty()) << device.points[i].name;
+      EXPECT_FALSE(device.points[i].description->empty()) << device.points[i].name;
     }
     DconTwin twin(device, values);
     Talk talk(DconProtocol(), device);

@@ -47,7 +47,7 @@ TEST_P(ModbusProfile, EveryPointIsGoodAgainstTheTwin) {
   for (std::size_t i = 0; i < device.points.size(); ++i) {
     values.values[i] = Simulated(device.points[i]);
     EXPECT_TRUE(HasValue(values.values[i])) << device.points[i].name << " has no simulate";
-    EXPECT_FALSE(device.points[i].description.empty()) << device.points[i].name;
+    EXPECT_FALSE(device.points[i].description->empty()) << device.points[i].name;
   }
   ModbusTwin twin(framing, device, values);
   Talk talk(ProtocolOf(framing), device);

@@ -325,7 +325,7 @@ TEST_P(TelegramProfile, IsAnsweredByItsTwinPointForPoint) {
   for (std::size_t i = 0; i < device.points.size(); ++i) {
     const config::Point& point = device.points[i];
     ASSERT_TRUE(point.simulate) << point.name;
-    EXPECT_FALSE(point.description.empty()) << point.name;
+    EXPECT_FALSE(point.description->empty()) << point.name;
     values.values[i] = point.simulate->text                  ? Value(*point.simulate->text)
                        : point.type == config::Type::boolean ? Value(point.simulate->low != 0)
                                                              : Value(point.simulate->low);
