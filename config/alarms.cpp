@@ -145,7 +145,8 @@ void ReadEventAlarms(MapReader& map, Device& device) {
     if (const auto event = ReadEventAlarm(entry, device, problems)) events.push_back(*event);
   }
   // Those of one channel come after those of all.
-  std::ranges::stable_partition(events, [](const EventAlarm& one) { return !one.channel; });
+  std::stable_partition(events.begin(), events.end(),
+                        [](const EventAlarm& one) { return !one.channel; });
   for (const EventAlarm& event : events) ApplyAlarm(event, device.event_texts);
   if (device.events) return;
   problems.Warning(node->mark(),

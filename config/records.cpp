@@ -6,6 +6,7 @@
 
 #include "config/history.h"
 #include "gateway/base/spelling.h"
+#include "gateway/base/text.h"
 
 namespace baudgate::config {
 namespace {

@@ -212,7 +212,7 @@ std::vector<config::SerialSettings> OtherFormats(const config::SerialSettings& s
     }
   }
   // A pty does not tell 7E1 from 8E1: those come first that devices of the protocol have.
-  std::ranges::stable_partition(others, is_listed);
+  std::stable_partition(others.begin(), others.end(), is_listed);
   return others;
 }
 

@@ -10,7 +10,7 @@
 // kTable.specs() goes into the Protocol; kTable.Read(device.options) gives the Settings. The
 // functions of the protocol take the Settings; kWithSettings makes of them what the Protocol has:
 //
-//   .parse = kParseWith<ReadSettings>, .expect = kWithSettings<Expect>
+//   .parse = ParseWith<ReadSettings>, .expect = kWithSettings<Expect>
 //
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -109,16 +109,13 @@ struct Untyped<kFunction, Outcome (*)(View, View, const Settings&)> {
   }
 };
 
-template <auto kRead>
-ParsedOptions Parse(const config::Options& options) {
-  return ParsedOptions::Of(kRead(options));
-}
-
 }  // namespace settings
 
 /// A function that reads Settings out of options, as Protocol::parse.
 template <auto kRead>
-inline constexpr auto kParseWith = &settings::Parse<kRead>;
+ParsedOptions ParseWith(const config::Options& options) {
+  return ParsedOptions::Of(kRead(options));
+}
 
 /// A function of bytes and Settings, as a function of bytes and ParsedOptions.
 template <auto kFunction>

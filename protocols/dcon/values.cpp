@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "gateway/base/text.h"
+#include "protocols/dcon/codec.h"
 
 namespace baudgate::protocols::dcon {
 namespace {

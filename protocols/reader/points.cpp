@@ -6,6 +6,7 @@
 #include <string>
 
 #include "gateway/base/text.h"
+#include "protocols/reader/codec.h"
 #include "protocols/reader/settings.h"
 
 namespace baudgate::protocols::reader {

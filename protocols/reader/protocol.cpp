@@ -39,7 +39,7 @@ const Protocol& ReaderProtocol() {
                  .longest = 128},
       .request_rule = RequestRule,
       .reply_rule = MessageRule,
-      .parse = kParseWith<ReadSettings>,
+      .parse = ParseWith<ReadSettings>,
       .expect = kWithSettings<Expect>,
       .recognise = kWithSettings<Recognise>,
       .unasked = [](const config::Options&) { return true; },

@@ -197,7 +197,7 @@ const Protocol& Set4tmProtocol() {
       .timing = kTiming,
       .request_rule = RequestRule,
       .reply_rule = ReplyRule,
-      .parse = kParseWith<ReadSettings>,
+      .parse = ParseWith<ReadSettings>,
       .expect = kWithSettings<Expect>,
       .recognise = kWithSettings<Recognise>,
       .remembers = [](const config::Device&) { return true; },

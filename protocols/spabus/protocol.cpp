@@ -68,7 +68,7 @@ const Protocol& SpabusProtocol() {
       .timing = kTiming,
       .request_rule = RequestRule,
       .reply_rule = ReplyRule,
-      .parse = kParseWith<ReadSettings>,
+      .parse = ParseWith<ReadSettings>,
       .expect = kWithSettings<Expect>,
       .recognise = kWithSettings<Recognise>,
       .weak_check = true,

@@ -46,7 +46,7 @@ Answer TelegramConversation::Interpret(View request, View frame) {
   AddReadings(sent->telegram, sent->values, reply, answer);
   if (reply.outcome != Outcome::ok) return answer;
   for (const auto& [name, field] : reply.fields) {
-    const bool shown = std::ranges::any_of(reads_, [&](const auto& read) {
+    const bool shown = std::ranges::any_of(reads_, [&, &name = name](const auto& read) {
       return read && read->field == name &&
              IsCallOf(read->call, TelegramOf(sent->telegram), sent->values);
     });

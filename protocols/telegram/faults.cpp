@@ -215,10 +215,11 @@ class FaultFinder {
       }
     }
     for (const auto& [name, text] : device_.options.Pairs(std::string(kParametersOption))) {
-      const bool known = std::ranges::any_of(description_.telegrams, [&](const Telegram& telegram) {
-        return (telegram.send && telegram.send->pattern.Has(name)) ||
-               (telegram.listen && telegram.FindField(name) != nullptr);
-      });
+      const bool known =
+          std::ranges::any_of(description_.telegrams, [&, &name = name](const Telegram& telegram) {
+            return (telegram.send && telegram.send->pattern.Has(name)) ||
+                   (telegram.listen && telegram.FindField(name) != nullptr);
+          });
       if (known) continue;
       Tell("has a parameter '" + name + "', which no telegram has" +
            (names.empty() ? "" : ";" + config::DidYouMean(name, names)) +

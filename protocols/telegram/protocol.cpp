@@ -37,7 +37,7 @@ const Protocol& TelegramProtocol() {
                  .longest = 256},
       .request_rule = CutTelegram,
       .reply_rule = CutTelegram,
-      .parse = kParseWith<ReadSettings>,
+      .parse = ParseWith<ReadSettings>,
       .expect = kWithSettings<Expect>,
       .unasked =
           [](const config::Options& options) {

@@ -50,8 +50,7 @@ Value WithBits(const Value& whole, const ReadPlace& place, const Value& bits) {
 }  // namespace
 
 TelegramTwin::TelegramTwin(const config::Device& device, TwinValues& values)
-    : device_(device),
-      values_(values),
+    : values_(values),
       description_(DescriptionOf(device.options)),
       bound_(BoundOf(ReadSettings(device.options), device.address)) {
   for (const config::Point& point : device.points) {

@@ -28,7 +28,6 @@ class TelegramTwin final : public Twin {
   void PutValue(const Telegram& telegram, const Example& usual, const Element& element,
                 std::size_t point, Instant now, Bound& values) const;
 
-  const config::Device& device_;
   TwinValues& values_;
   const std::shared_ptr<const Description> description_;  // null: it never answers
   const Bound bound_;

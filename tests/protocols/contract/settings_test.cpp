@@ -83,7 +83,7 @@ TEST(SettingsTable, WhatAFunctionRefusesIsSaidByCheckAndLeftAsItWas) {
 }
 
 TEST(SettingsTable, ParsedOptionsReachTheFunctionsOfTheProtocol) {
-  constexpr auto kParse = kParseWith<ReadSome>;
+  constexpr auto kParse = ParseWith<ReadSome>;
   constexpr auto kExpect = kWithSettings<ExpectWidth>;
   EXPECT_EQ(kExpect(Bytes{1, 2}, kParse(SomeOptions())).max_bytes, 9U + 2);
 }
