@@ -10,7 +10,7 @@ packages=(
 )
 # Only for tests: build_tests.
 test_packages=(
-  libgtest-dev libgmock-dev mbpoll socat cyclonedds-dev cyclonedds-tools
+  libgtest-dev libgmock-dev mbpoll socat iproute2 cyclonedds-dev cyclonedds-tools
   # pymodbus only recommends the other two, and imports them all the same.
   python3-pymodbus python3-serial python3-serial-asyncio
   # What systemd thinks of our units, and their system calls refused without it.

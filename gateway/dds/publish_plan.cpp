@@ -113,11 +113,4 @@ Duration PublishPlan::Period(std::uint32_t slot) const {
   return options_.heartbeat - options_.heartbeat / 4 * scattered / 1024;
 }
 
-bool Pacer::Take(Instant now) {
-  const Instant reserved = std::max(reserved_until_, now);
-  if (reserved - now > allowance_ - interval_) return false;
-  reserved_until_ = reserved + interval_;
-  return true;
-}
-
 }  // namespace baudgate::dds

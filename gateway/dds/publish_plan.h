@@ -1,5 +1,5 @@
 // Decides what the DDS publisher sends and when: change beyond the deadband, change of quality,
-// heartbeat, pace. Pure: values and time come in as arguments; gateway/dds/sample_sender.h acts
+// heartbeat. Pure: values and time come in as arguments; gateway/dds/sample_sender.h acts
 // on it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -83,24 +83,6 @@ class PublishPlan {
   std::vector<Device> devices_;
   DueQueue due_points_;
   DueQueue due_devices_;
-};
-
-/// Keeps bursts below what socket buffers hold (a burst that overflows them is lost and costs
-/// seconds of retransmission): `burst` samples at once, then one every `interval`.
-class Pacer {
- public:
-  Pacer(Duration interval, std::uint32_t burst)
-      : interval_(interval), allowance_(interval * burst) {}
-
-  /// One sample may go now.
-  bool Take(Instant now);
-  /// When half a burst may go: waking for each single sample would cost more than sending it.
-  Instant ReadyAt() const { return reserved_until_ - allowance_ / 2; }
-
- private:
-  Duration interval_;
-  Duration allowance_;
-  Instant reserved_until_{};
 };
 
 }  // namespace baudgate::dds

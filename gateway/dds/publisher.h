@@ -9,6 +9,7 @@
 #include "config/model/config.h"
 #include "gateway/base/result.h"
 #include "gateway/base/worker.h"
+#include "gateway/dds/pacer.h"
 #include "gateway/dds/sample_sender.h"
 #include "gateway/dds/sample_writer.h"
 #include "gateway/store/change_feed.h"

@@ -11,7 +11,7 @@
 
 #include "gateway/base/guarded.h"
 #include "gateway/base/time.h"
-#include "gateway/dds/publish_plan.h"
+#include "gateway/dds/pacer.h"
 #include "gateway/dds/samples.h"
 #include "gateway/dds/writer_id.h"
 

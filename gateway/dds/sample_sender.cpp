@@ -19,9 +19,6 @@ constexpr Duration kEndTime = 700ms;
 constexpr std::size_t kDueBatch = 64;
 constexpr Duration kRetry = 1s;  // of the gateway and of an event
 constexpr std::size_t kEventBatch = 64;
-// A writer that wants a sample later is asked again after 1, 2, 4, 8, 10, 10 … ms.
-constexpr Duration kShortestHold = 1ms;
-constexpr Duration kLongestHold = 10ms;
 
 // A reader that is connected in the middle of a long image gets its end before its beginning; one
 // on Fast DDS 2.9 then searches all that it holds for each sample, for ten seconds and more.
@@ -33,26 +30,6 @@ Instant ImageTime(std::size_t points, Instant now) {
   return points > kLongImage ? now + kDiscoveryTime : now;
 }
 
-std::vector<std::uint32_t> FirstSlots(const PointStore& store) {
-  std::vector<std::uint32_t> first{0};
-  for (std::uint32_t device = 0; device < store.device_count(); ++device) {
-    const std::size_t points = store.gone(device) ? 0 : store.device(device).points.size();
-    first.push_back(first.back() + static_cast<std::uint32_t>(points));
-  }
-  return first;
-}
-
-std::vector<double> Deadbands(const PointStore& store) {
-  std::vector<double> deadbands;
-  for (std::uint32_t device = 0; device < store.device_count(); ++device) {
-    if (store.gone(device)) continue;
-    for (const config::Point& point : store.device(device).points) {
-      deadbands.push_back(point.deadband.ToDouble());
-    }
-  }
-  return deadbands;
-}
-
 }  // namespace
 
 SampleSender::SampleSender(const config::Config& config, const PointStore& store,
@@ -61,9 +38,9 @@ SampleSender::SampleSender(const config::Config& config, const PointStore& store
       store_(store),
       writer_(writer),
       log_(std::move(log)),
-      first_slot_(FirstSlots(store)),
+      slots_(store),
       plan_(NewPlan(now.instant)),
-      pacer_(kPaceInterval, kPaceBurst),
+      pace_(Pacer(kPaceInterval, kPaceBurst)),
       gateway_due_(now.instant),
       events_(events),
       events_due_(now.instant + kDiscoveryTime),
@@ -76,44 +53,33 @@ SampleSender::SampleSender(const config::Config& config, const PointStore& store
 
 PublishPlan SampleSender::NewPlan(Instant now) const {
   return {{.heartbeat = config_.dds.heartbeat},
-          Deadbands(store_),
+          DeadbandsBySlot(store_),
           store_.device_count(),
-          ImageTime(first_slot_.back(), now)};
+          ImageTime(slots_.size(), now)};
 }
 
 void SampleSender::StartAnew(Instant now) {
   plan_ = NewPlan(now);
   round_ = {};
-  held_until_ = {};
+  pace_.ForgetHold();
   gateway_due_ = now;
   events_.StartAnew();
   alarms_.StartAnew();
   alarms_due_ = events_due_ = now + kDiscoveryTime;
 }
 
-/// By "device.point": the slots of what is not gone.
-std::unordered_map<std::string, std::uint32_t> SampleSender::SlotsByName() const {
-  std::unordered_map<std::string, std::uint32_t> slots;
-  for (std::uint32_t slot = 0; slot < first_slot_.back(); ++slot) slots[NameOf(slot)] = slot;
-  return slots;
-}
-
-std::string SampleSender::NameOf(std::uint32_t slot) const {
-  const PointRef ref = RefOf(slot);
-  const config::Device& device = store_.device(ref.device);
-  return device.name + "." + device.points[ref.point].name;
-}
-
 // One that finds no room for its end is lost, as at a stop.
 void SampleSender::Renumber(Instant now) {
   std::vector<std::pair<std::string, PointRef>> sent;
-  for (std::uint32_t slot = 0; slot < first_slot_.back(); ++slot) {
-    if (plan_.WasSent(slot)) sent.emplace_back(NameOf(slot), RefOf(slot));
+  for (std::uint32_t slot = 0; slot < slots_.size(); ++slot) {
+    if (!plan_.WasSent(slot)) continue;
+    const PointRef ref = slots_.RefOf(slot);
+    sent.emplace_back(NameOf(store_, ref), ref);
   }
-  first_slot_ = FirstSlots(store_);
+  slots_ = PointSlots(store_);
   plan_ = NewPlan(now);
   round_ = {};
-  const auto slots = SlotsByName();
+  const auto slots = SlotsByName(store_, slots_);
   for (const auto& [name, ref] : sent) {
     const auto found = slots.find(name);
     if (found == slots.end()) {
@@ -126,7 +92,7 @@ void SampleSender::Renumber(Instant now) {
 
 void SampleSender::Add(Changes& changes) {
   const auto gone = [this](std::uint32_t device) {
-    return device + 1 >= first_slot_.size() || store_.gone(device);
+    return device >= slots_.devices() || store_.gone(device);
   };
   std::erase_if(changes.points, [&](const PointRef& ref) { return gone(ref.device); });
   std::erase_if(changes.devices, gone);
@@ -143,23 +109,24 @@ bool SampleSender::idle() const {
 }
 
 Instant SampleSender::Send(Instant now) {
-  if (!SendGateway(now)) return GoOnAt();
-  if (!SendFrom(events_, events_due_, now) || !SendFrom(alarms_, alarms_due_, now)) return GoOnAt();
-  if (!SendRound(now)) return GoOnAt();
+  if (!SendGateway(now)) return pace_.ReadyAt();
+  if (!SendFrom(events_, events_due_, now) || !SendFrom(alarms_, alarms_due_, now))
+    return pace_.ReadyAt();
+  if (!SendRound(now)) return pace_.ReadyAt();
   // What has changed meanwhile goes before the next few that are due: it does not wait for the
   // whole start-up image.
   if (!std::exchange(due_may_follow_, false)) return now;
   TakeDue(now);
-  if (!SendRound(now)) return GoOnAt();
+  if (!SendRound(now)) return pace_.ReadyAt();
   return std::min({plan_.NextDue(), gateway_due_, EventsDue()});
 }
 
 /// False: the pace or the writer does not allow it now.
 bool SampleSender::SendGateway(Instant now) {
   if (now < gateway_due_) return true;
-  if (!MaySend(now)) return false;
+  if (!pace_.MayWrite(now)) return false;
   const Sent sent = writer_.Write(gateway_sample_);
-  if (!Keep(sent, now)) return false;
+  if (!pace_.Took(sent, now)) return false;
   gateway_due_ = sent == Sent::yes ? Instant::max() : now + kRetry;
   Count(sent, "gateway ", config_.name);
   return true;
@@ -173,9 +140,9 @@ bool SampleSender::SendFrom(Sender& sender, Instant& due, Instant now) {
   for (std::size_t sent = 0; sent < kEventBatch; ++sent) {
     const auto* sample = sender.Next();
     if (sample == nullptr) return true;
-    if (!MaySend(now)) return false;
+    if (!pace_.MayWrite(now)) return false;
     const Sent said = writer_.Write(*sample);
-    if (!Keep(said, now)) return false;
+    if (!pace_.Took(said, now)) return false;
     Count(said, "device ", sample->device);
     if (said == Sent::refused) {
       due = now + kRetry;
@@ -196,23 +163,8 @@ void SampleSender::TakeDue(Instant now) {
   round_.next_point = round_.next_device = 0;
   plan_.TakeDuePoints(now, kDueBatch, due_);
   std::ranges::sort(due_);
-  for (const std::uint32_t slot : due_) round_.points.push_back(RefOf(slot));
+  for (const std::uint32_t slot : due_) round_.points.push_back(slots_.RefOf(slot));
   plan_.TakeDueDevices(now, kDueBatch, round_.devices);
-}
-
-bool SampleSender::MaySend(Instant now) { return now >= held_until_ && pacer_.Take(now); }
-
-Instant SampleSender::GoOnAt() const { return std::max(held_until_, pacer_.ReadyAt()); }
-
-/// False: the writer wants the same sample later, so it has not been sent.
-bool SampleSender::Keep(Sent sent, Instant now) {
-  if (sent != Sent::later) {
-    hold_ = {};
-    return true;
-  }
-  hold_ = std::clamp(2 * hold_, kShortestHold, kLongestHold);
-  held_until_ = now + hold_;
-  return false;
 }
 
 /// False: the pace or the writer allows no more now.
@@ -242,7 +194,7 @@ void SampleSender::StageNextDevice(Instant now) {
   round_.next_point += refs.size();
   const auto stage = [&, this](const DeviceRecord& record) {
     for (const PointRef& ref : refs) {
-      const std::uint32_t slot = first_slot_[device] + ref.point;
+      const std::uint32_t slot = slots_.SlotOf(ref);
       const Quality quality = QualityAt(record, ref.point, now);
       const PointState state = PointState::Of(record.points[ref.point].value, quality);
       if (!plan_.WantsPoint(slot, state)) continue;
@@ -258,10 +210,10 @@ void SampleSender::StageNextDevice(Instant now) {
 }
 
 bool SampleSender::SendStaged(Instant now) {
-  if (!MaySend(now)) return false;
+  if (!pace_.MayWrite(now)) return false;
   const Staged& staged = round_.staged[round_.next_staged];
   const Sent sent = writer_.Write(staged.sample);
-  if (!Keep(sent, now)) {
+  if (!pace_.Took(sent, now)) {
     Unstage();
     return false;
   }
@@ -280,7 +232,7 @@ void SampleSender::Unstage() {
   const std::size_t left = round_.staged_count - round_.next_staged;
   round_.next_point -= left;
   for (std::size_t i = 0; i < left; ++i) {
-    round_.points[round_.next_point + i] = RefOf(round_.staged[round_.next_staged + i].slot);
+    round_.points[round_.next_point + i] = slots_.RefOf(round_.staged[round_.next_staged + i].slot);
   }
   round_.staged_count = round_.next_staged = 0;
 }
@@ -302,9 +254,9 @@ bool SampleSender::SendDevice(std::uint32_t device, Instant now) {
   };
   store_.Read(device, std::cref(look));
   if (!wanted) return true;
-  if (!MaySend(now)) return false;
+  if (!pace_.MayWrite(now)) return false;
   const Sent sent = writer_.Write(device_sample_);
-  if (!Keep(sent, now)) return false;
+  if (!pace_.Took(sent, now)) return false;
   if (sent == Sent::yes) {
     plan_.DeviceSent(device, state, now);
   } else {
@@ -319,11 +271,11 @@ std::optional<Instant> SampleSender::End(Instant now) {
   if (const auto next = EndOf(events_, now)) return next;
   if (const auto next = EndOf(alarms_, now)) return next;
   Ending& at = *ending_;
-  for (; at.slot < first_slot_.back(); ++at.slot) {
+  for (; at.slot < slots_.size(); ++at.slot) {
     if (!plan_.WasSent(at.slot)) continue;
     if (now >= at.deadline) return std::nullopt;
     if (!at.pacer.Take(now)) return at.pacer.ReadyAt();
-    if (EndPoint(RefOf(at.slot)) == Sent::later) return now + kLongestHold;
+    if (EndPoint(slots_.RefOf(at.slot)) == Sent::later) return now + WritePace::kLongestHold;
   }
   return std::nullopt;
 }
@@ -335,7 +287,7 @@ std::optional<Instant> SampleSender::EndOf(Sender& sender, Instant now) {
     if (now >= ending_->deadline) return std::nullopt;
     if (!ending_->pacer.Take(now)) return ending_->pacer.ReadyAt();
     const Sent said = writer_.Write(*sample);
-    if (said == Sent::later) return now + kLongestHold;
+    if (said == Sent::later) return now + WritePace::kLongestHold;
     if (said == Sent::refused) return std::nullopt;
     sender.OnSent();
   }
@@ -369,12 +321,6 @@ void SampleSender::Count(Sent sent, std::string_view whose, const std::string& n
     log_(log::Level::warning,
          "a sample of " + std::string(whose) + name + " was refused; it will be repeated");
   }
-}
-
-PointRef SampleSender::RefOf(std::uint32_t slot) const {
-  const auto after = std::ranges::upper_bound(first_slot_, slot);
-  const auto device = static_cast<std::uint32_t>(after - first_slot_.begin()) - 1;
-  return {device, slot - first_slot_[device]};
 }
 
 }  // namespace baudgate::dds

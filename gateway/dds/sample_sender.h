@@ -9,16 +9,17 @@
 #include <optional>
 #include <span>
 #include <string>
-#include <unordered_map>
 #include <vector>
 
 #include "config/model/config.h"
 #include "gateway/base/log.h"
 #include "gateway/dds/alarm_sender.h"
 #include "gateway/dds/event_sender.h"
+#include "gateway/dds/point_slots.h"
 #include "gateway/dds/publish_plan.h"
 #include "gateway/dds/sample_writer.h"
 #include "gateway/dds/samples.h"
+#include "gateway/dds/write_pace.h"
 #include "gateway/store/change_feed.h"
 #include "gateway/store/point_store.h"
 
@@ -100,8 +101,6 @@ class SampleSender {
   };
 
   PublishPlan NewPlan(Instant now) const;
-  std::unordered_map<std::string, std::uint32_t> SlotsByName() const;
-  std::string NameOf(std::uint32_t slot) const;
   bool SendGateway(Instant now);
   template <typename Sender>
   bool SendFrom(Sender& sender, Instant& due, Instant now);
@@ -109,9 +108,6 @@ class SampleSender {
   template <typename Sender>
   std::optional<Instant> EndOf(Sender& sender, Instant now);
   bool SendRound(Instant now);
-  bool MaySend(Instant now);
-  bool Keep(Sent sent, Instant now);
-  Instant GoOnAt() const;
   void TakeDue(Instant now);
   void StageNextDevice(Instant now);
   bool SendStaged(Instant now);
@@ -119,17 +115,14 @@ class SampleSender {
   bool SendDevice(std::uint32_t device, Instant now);
   Sent EndPoint(PointRef ref);
   void Count(Sent sent, std::string_view whose, const std::string& name);
-  PointRef RefOf(std::uint32_t slot) const;
 
   const config::Config& config_;
   const PointStore& store_;
   SampleWriter& writer_;
   const Log log_;
-  std::vector<std::uint32_t> first_slot_;  ///< by device, and one more: the number of points
+  PointSlots slots_;
   PublishPlan plan_;
-  Pacer pacer_;
-  Instant held_until_{};  ///< the writer said `later`
-  Duration hold_{};       ///< how long that time; doubles while it says so
+  WritePace pace_;
   Round round_;
   bool due_may_follow_ = false;
   std::vector<std::uint32_t> due_;  ///< kept to save its memory

@@ -1,7 +1,8 @@
-// The published types, field by field, as baudgate.idl says them. The wire form
-// (gateway/dds/cdr.h), the key hashes, and what is announced to generic tools
-// (gateway/dds/fast/type_objects.h) follow from this list. tests/gateway/dds/type_fields_test.cpp
-// compares it with the IDL and with baudgate_types.xml.
+// The published types, field by field, as baudgate.idl says them. From this list follow the wire
+// form (gateway/dds/cdr.h), the key hashes, what is announced to generic tools
+// (gateway/dds/fast/type_objects.h), baudgate_types.xml (gateway/dds/types_xml.h), and the JSON of
+// `watch` (gateway/dds/watch/sample_json.h). tests/gateway/dds/type_fields_test.cpp compares it
+// with the IDL.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -198,5 +199,17 @@ inline constexpr auto kTypeFields =
 
 template <typename Sample>
 inline constexpr TypeDescription kTypeOf = {contract::Contract<Sample>::kName, kTypeFields<Sample>};
+
+/// Every published type, in the order of the IDL.
+template <typename Use>
+void ForEachType(Use use) {
+  use(kTypeOf<PointSample>);
+  use(kTypeOf<EventSample>);
+  use(kTypeOf<DeviceSample>);
+  use(kTypeOf<GatewaySample>);
+  use(kTypeOf<AlarmSample>);
+  use(kTypeOf<RequestSample>);
+  use(kTypeOf<ReplySample>);
+}
 
 }  // namespace baudgate::dds

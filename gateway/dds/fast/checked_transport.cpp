@@ -2,6 +2,7 @@
 #include "gateway/dds/fast/checked_transport.h"
 
 #include <fastdds/rtps/network/SenderResource.h>
+#include <fastrtps/utils/IPLocator.h>
 
 #include <utility>
 
@@ -9,6 +10,7 @@ namespace baudgate::dds {
 namespace {
 
 namespace rtps = eprosima::fastdds::rtps;
+using eprosima::fastrtps::rtps::IPLocator;
 using eprosima::fastrtps::rtps::Locator_t;
 using eprosima::fastrtps::rtps::LocatorsIterator;
 using eprosima::fastrtps::rtps::octet;
@@ -55,6 +57,16 @@ void CheckedTransport::receive(rtps::TransportReceiverInterface* next, const oct
       descriptor_.gate->LetIn(datagram, SenderOf(remote), std::chrono::steady_clock::now());
   if (passed.empty()) return;
   next->OnDataReceived(passed.data(), static_cast<std::uint32_t>(passed.size()), local, remote);
+}
+
+bool CheckedTransport::transform_remote_locator(const Locator_t& announced,
+                                                Locator_t& reached) const {
+  if (!IsLocatorSupported(announced)) return false;
+  reached = announced;
+  if (!is_local_locator(announced) || is_locator_allowed(announced)) return true;
+  // We have no socket at this address of this machine, so we have heard its owner on loopback.
+  IPLocator::setIPv4(reached, "127.0.0.1");
+  return is_locator_allowed(reached);
 }
 
 }  // namespace baudgate::dds

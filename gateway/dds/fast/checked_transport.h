@@ -1,5 +1,6 @@
 // A transport of Fast DDS that hands on only what gateway/dds/fast/datagram_gate.h lets in. What is
-// sent goes through untouched, one datagram at a time.
+// sent goes through untouched, one datagram at a time. Decides at which address a participant of
+// this machine is reached.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -40,6 +41,12 @@ class CheckedTransport : public eprosima::fastdds::rtps::ChainingTransport {
                const eprosima::fastrtps::rtps::octet* bytes, std::uint32_t size,
                const eprosima::fastrtps::rtps::Locator_t& local,
                const eprosima::fastrtps::rtps::Locator_t& remote) override;
+
+  /// The address at which `announced` is reached. Fast DDS 2.9 itself ignores an address of this
+  /// machine that it does not use, and takes loopback for all others, although nobody may listen
+  /// there. False: it cannot be reached.
+  bool transform_remote_locator(const eprosima::fastrtps::rtps::Locator_t& announced,
+                                eprosima::fastrtps::rtps::Locator_t& reached) const override;
 
  private:
   CheckedTransportDescriptor descriptor_;

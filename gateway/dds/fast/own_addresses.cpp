@@ -21,7 +21,8 @@ OwnAddresses FindOwnAddresses() {
     const auto* address = reinterpret_cast<const sockaddr_in*>(at->ifa_addr);
     std::array<char, INET_ADDRSTRLEN> text{};
     inet_ntop(AF_INET, &address->sin_addr, text.data(), text.size());
-    own.emplace(text.data(), if_nametoindex(at->ifa_name));
+    auto& index = own[text.data()];
+    if ((at->ifa_flags & IFF_RUNNING) != 0) index = if_nametoindex(at->ifa_name);
   }
   return own;
 }
@@ -30,6 +31,13 @@ bool IsOwn(const OwnAddresses& own, const std::string& address) {
   in_addr wanted{};
   if (inet_pton(AF_INET, address.c_str(), &wanted) != 1) return false;
   return ntohl(wanted.s_addr) >> 24U == 127 || own.contains(address);
+}
+
+std::optional<std::string> WhyUnused(const OwnAddresses& own, const std::string& address) {
+  if (!IsOwn(own, address)) return "no interface of this machine has it now";
+  const auto at = own.find(address);
+  if (at == own.end() || at->second) return std::nullopt;
+  return "its interface is down or unplugged";
 }
 
 }  // namespace baudgate::dds

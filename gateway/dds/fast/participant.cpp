@@ -19,6 +19,7 @@
 #include "gateway/dds/fast/own_addresses.h"
 #include "gateway/dds/fast/participant_security.h"
 #include "gateway/dds/fast/peers.h"
+#include "gateway/dds/fast/unanswered.h"
 
 namespace baudgate::dds {
 namespace {
@@ -168,9 +169,9 @@ Neighbours NeighboursOf(const fast::DomainParticipant& participant,
   Neighbours neighbours;
   const OwnAddresses own = FindOwnAddresses();
   for (const std::string& address : options.interfaces) {
-    if (MeansAll(options.interfaces) || IsOwn(own, address)) continue;
-    neighbours.remarks.push_back("nothing is sent from " + address +
-                                 " (dds.interfaces): no interface of this machine has it now");
+    const auto why = MeansAll(options.interfaces) ? std::nullopt : WhyUnused(own, address);
+    if (!why) continue;
+    neighbours.remarks.push_back("nothing is sent from " + address + " (dds.interfaces): " + *why);
   }
   const auto gate = GateOf(participant);
   if (!gate) return neighbours;
@@ -182,11 +183,7 @@ Neighbours NeighboursOf(const fast::DomainParticipant& participant,
   if (options.security.on()) return neighbours;
   for (const UdpAddress& at : known.unanswered) {
     const std::string host = HostOf(at);
-    neighbours.remarks.push_back(
-        host + " was heard and cannot be answered: " +
-        (IsOwn(own, host) ? "it is on this machine, so name 127.0.0.1 and " + host
-                          : std::string("name the address of this machine in its network")) +
-        " in dds.interfaces");
+    neighbours.remarks.push_back(UnansweredRemark(host, IsOwn(own, host), options.interfaces));
   }
   return neighbours;
 }

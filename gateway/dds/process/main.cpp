@@ -23,11 +23,12 @@
 #include "gateway/cli/terminal/output.h"
 #include "gateway/cli/terminal/stop_signals.h"
 #include "gateway/dds/fast/fast_writer.h"
+#include "gateway/dds/fast/interface_watch.h"
 #include "gateway/dds/fast/own_addresses.h"
 #include "gateway/dds/link/link_keeper.h"
 #include "gateway/dds/process/confine.h"
-#include "gateway/dds/process/interface_watch.h"
 #include "gateway/dds/process/serve.h"
+#include "gateway/dds/types_xml.h"
 #include "gateway/dds/watch/guarded.h"
 #include "gateway/dds/watch/watch_words.h"
 
@@ -163,12 +164,18 @@ int main(int argc, char** argv) {
   app.add_option("--parent", options.parent, "End with this process")->needs(link);
   app.add_option("--memory", options.memory, "Most address space in bytes")->needs(link);
   app.add_option("--socket", options.socket, "Path of the daemon's socket")->excludes(link);
+  bool types = false;
+  app.add_flag("--types-xml", types, "Print the published types as DDS-XML");
   WatchOptions watch;
   const auto* watches = AddWatch(app, watch);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? AfterOutput(kExitDone) : kExitUsage;
+  }
+  if (types) {
+    std::cout << TypesXml();
+    return AfterOutput(kExitDone);
   }
   ::mallopt(M_ARENA_MAX, kMostArenas);
   if (watches->parsed()) return Watch(watch);

@@ -43,11 +43,15 @@ class Mailbox {
     room_.notify_all();
     return std::exchange(items_, {});
   }
-  /// Nothing waits in Put from now on.
+  /// Nothing waits in Put from now on, and what is put is dropped.
   void Close() {
     const MutexLock lock(mutex_);
     closed_ = true;
     room_.notify_all();
+  }
+  void Reopen() {
+    const MutexLock lock(mutex_);
+    closed_ = false;
   }
   /// Readable when something is in it.
   int descriptor() const { return wake_; }

@@ -78,6 +78,14 @@ void Publishers::OnLeft(const dds::PublisherId& publisher) {
   }
 }
 
+void Publishers::OnDeaf() {
+  for (auto& [name, gateway] : gateways_) {
+    gateway.live.clear();
+    gateway.starts.clear();
+    gateway.rivals.reset();
+  }
+}
+
 void Publishers::Tick(Instant now) {
   for (Names& of : gateways_) {
     const auto& rivals = of.second.rivals;

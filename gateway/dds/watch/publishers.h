@@ -32,6 +32,8 @@ class Publishers {
   void OnSample(const dds::PointSample& sample, const dds::Origin& origin, Instant now);
   void OnStart(const dds::GatewaySample& start, const dds::PublisherId& publisher);
   void OnLeft(const dds::PublisherId& publisher);
+  /// Nothing was heard for a while: whoever published may have left meanwhile.
+  void OnDeaf();
   void Tick(Instant now);
 
   /// What is new since the last call.

@@ -5,22 +5,18 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <atomic>
 #include <fstream>
-#include <map>
 #include <optional>
-#include <tuple>
 #include <utility>
-#include <variant>
 
 #include "gateway/base/exit_code.h"
 #include "gateway/base/shown.h"
 #include "gateway/base/text.h"
 #include "gateway/cli/terminal/live_screen.h"
 #include "gateway/cli/terminal/stop_signals.h"
-#include "gateway/dds/fast/subscriber.h"
-#include "gateway/dds/watch/mailbox.h"
-#include "gateway/dds/watch/point_order.h"
+#include "gateway/dds/watch/listening.h"
+#include "gateway/dds/watch/point_feed.h"
+#include "gateway/dds/watch/point_image.h"
 #include "gateway/dds/watch/publishers.h"
 #include "gateway/dds/watch/watch_any.h"
 #include "gateway/dds/watch/watch_events.h"
@@ -34,56 +30,37 @@ constexpr Duration kOthersOnly = 2s;
 constexpr Duration kRedraw = 500ms;
 constexpr std::size_t kMostAlarms = 5;
 
-struct Started {
-  dds::GatewaySample sample;
-  dds::PublisherId publisher;
-};
-using Event = std::variant<PointEvent, Started, dds::PublisherId>;  ///< the last one has left
-
 Instant Clock() { return std::chrono::steady_clock::now(); }
+
+PointOrder OrderOf(const WatchOptions& options) {
+  std::ifstream profiles(options.point_order);
+  return profiles ? PointOrder(profiles) : PointOrder();
+}
 
 class Watch {
  public:
   Watch(const WatchOptions& options, std::ostream& out, std::ostream& err)
-      : options_(options), out_(out), err_(err) {
-    std::ifstream profiles(options.point_order);
-    if (profiles) order_ = PointOrder(profiles);
-  }
+      : options_(options),
+        out_(out),
+        err_(err),
+        image_(OrderOf(options)),
+        feed_(ParticipantOf(options)),
+        listening_(options.interfaces, [this] {
+          publishers_.OnDeaf();
+          return feed_.Open();
+        }) {}
 
   int Run() {
     // Before the library's threads, which inherit the mask.
     const StopSignals signals(Live() ? StopSignals::And::resize : StopSignals::And::nothing);
-    Mailbox<Event> mailbox;
-    std::atomic<std::uint64_t> rejected = 0;
-    auto subscriber = dds::DdsSubscriber::Create(
-        {.participant = ParticipantOf(options_)},
-        {.on_point =
-             [&](const dds::PointSample& sample, const dds::Origin& origin) {
-               mailbox.Put(PointEvent{sample, origin, {}});
-             },
-         .on_point_gone =
-             [&](const dds::PointSample& sample, dds::Gone gone) {
-               mailbox.Put(PointEvent{sample, {}, gone});
-             },
-         .on_device = {},
-         .on_device_gone = {},
-         .on_gateway =
-             [&](const dds::GatewaySample& sample, const dds::Origin& origin) {
-               mailbox.Put(Started{sample, origin.writer.publisher});
-             },
-         .on_gateway_gone = {},
-         .on_gateways = {},
-         .on_publisher_left = [&](const dds::PublisherId& id) { mailbox.Put(id); },
-         .on_rejected = [&](std::uint64_t samples) { rejected = samples; }});
-    if (!subscriber) {
-      err_ << "watch: " << subscriber.error() << '\n';
+    if (const Status status = listening_.Start(); !status) {
+      err_ << "watch: " << status.error() << '\n';
       return kExitCanNot;
     }
-    subscriber_ = subscriber->get();
-    const int exit_code = Loop(signals, mailbox);
+    const int exit_code = Loop(signals);
     screen_.reset();
-    mailbox.Close();
-    if (const std::uint64_t lost = rejected; lost > 0) {
+    feed_.Close();
+    if (const std::uint64_t lost = feed_.rejected(); lost > 0) {
       err_ << "watch: " << lost
            << " samples were left out: there are too many points to hold; watch "
            << "one domain with fewer gateways\n";
@@ -95,14 +72,15 @@ class Watch {
   }
 
  private:
-  int Loop(const StopSignals& signals, Mailbox<Event>& mailbox) {
+  int Loop(const StopSignals& signals) {
     started_ = Clock();
     if (Live()) screen_.emplace(out_);
     for (;;) {
-      pollfd waited[] = {{signals.descriptor(), POLLIN, 0}, {mailbox.descriptor(), POLLIN, 0}};
+      if (const auto told = listening_.Look(Clock())) Say(*told);
+      pollfd waited[] = {{signals.descriptor(), POLLIN, 0}, {feed_.descriptor(), POLLIN, 0}};
       ::poll(waited, 2, PollTime());
       const Instant now = Clock();
-      for (const Event& event : mailbox.TakeAll()) {
+      for (const HeardEvent& event : feed_.TakeAll()) {
         std::visit([&](const auto& it) { Take(it, now); }, event);
       }
       publishers_.Tick(now);
@@ -133,41 +111,40 @@ class Watch {
 
   void Take(const dds::PublisherId& left, Instant) { publishers_.OnLeft(left); }
 
-  void Take(const Started& started, Instant) {
-    if (options_.gateway.empty() || options_.gateway == started.sample.gateway) {
-      publishers_.OnStart(started.sample, started.publisher);
+  void Take(const GatewayStart& start, Instant) {
+    if (options_.gateway.empty() || options_.gateway == start.sample.gateway) {
+      publishers_.OnStart(start.sample, start.publisher);
     }
   }
 
   void Take(const PointEvent& event, Instant now) {
     // People need no row for what never has a value; programs get all that is published.
-    const bool never_read = event.sample.seq == 0 && order_.IsWriteOnly(event.sample.point);
+    const bool never_read = event.sample.seq == 0 && image_.order().IsWriteOnly(event.sample.point);
     if (!options_.json && never_read) return;
     if (!Matches(event.sample)) {
       if (filtered_++ == 0) first_filtered_ = Clock();
       return;
     }
     if (!event.gone) publishers_.OnSample(event.sample, event.origin, now);
-    const Key key{event.sample.gateway, event.sample.device, event.sample.point};
-    const auto before = image_.find(key);
-    const bool news =
-        before == image_.end() || (options_.json ? !IsSameReading(before->second, event)
-                                                 : !LooksAlike(before->second, event));
-    if (before == image_.end()) last_new_ = Clock();
-    image_.insert_or_assign(key, event);
-    if (news && !options_.once && !Live()) Print(event);
+    const News news = image_.Put(event);
+    if (news == News::point) last_new_ = Clock();
+    const bool is_shown = news >= (options_.json ? News::reading : News::value);
+    if (is_shown && !options_.once && !Live()) Print(event);
   }
 
   /// The live table has the alarms at its foot; who publishes is only news beside plain lines.
   void Tell(const Remark& remark) {
-    if (Live()) return;
     const bool streams_text = !options_.once && !options_.json;
     if (remark.weight == Remark::Weight::note && !streams_text) return;
-    err_ << Harmless("watch: " + remark.text) << std::endl;
+    Say(remark.text);
+  }
+
+  void Say(const std::string& text) {
+    if (!Live()) err_ << Harmless("watch: " + text) << std::endl;
   }
 
   std::string RefusedText() const {
-    const std::uint64_t refused = subscriber_->counters().refused;
+    const std::uint64_t refused = feed_.refused();
     if (refused == 0) return {};
     return std::to_string(refused) +
            " samples were left out: longer than the contract allows, or in an unknown encoding";
@@ -179,55 +156,15 @@ class Watch {
 
   int PrintImage() {
     if (options_.json) {
-      for (const PointEvent* event : Ordered()) Print(*event);
+      for (const PointEvent* event : image_.Ordered()) Print(*event);
     } else {
-      out_ << RenderPoints(Rows(), options_.terminal ? TableView{options_.terminal->width, 0,
-                                                                 options_.terminal->colour}
-                                                     : TableView{});
+      out_ << RenderPoints(image_.Rows(ReadClocks().wall),
+                           options_.terminal
+                               ? TableView{options_.terminal->width, 0, options_.terminal->colour}
+                               : TableView{});
     }
     out_.flush();
     return kExitDone;
-  }
-
-  /// By gateway and device, and the points of each as its profile has them.
-  std::vector<const PointEvent*> Ordered() const {
-    std::vector<const PointEvent*> ordered;
-    for (auto first = image_.begin(); first != image_.end();) {
-      const auto& [gateway, device, point] = first->first;
-      std::vector<std::string> points;
-      auto last = first;
-      while (last != image_.end() && std::get<0>(last->first) == gateway &&
-             std::get<1>(last->first) == device) {
-        points.push_back(std::get<2>((last++)->first));
-      }
-      order_.Sort(points);
-      for (const std::string& name : points) {
-        ordered.push_back(&image_.at({gateway, device, name}));
-      }
-      first = last;
-    }
-    return ordered;
-  }
-
-  std::vector<PointRow> Rows() const {
-    const WallTime now = ReadClocks().wall;
-    const bool several = !image_.empty() &&
-                         std::get<0>(image_.begin()->first) != std::get<0>(image_.rbegin()->first);
-    std::vector<PointRow> rows;
-    rows.reserve(image_.size());
-    for (const PointEvent* event : Ordered()) {
-      const dds::PointSample& sample = event->sample;
-      PointRow row;
-      row.device = several ? sample.gateway + "/" + sample.device : sample.device;
-      row.point = sample.point;
-      row.value = ValueText(sample);
-      row.unit = sample.unit;
-      row.quality = QualityOf(sample);
-      if (sample.source_time_ns > 0) row.age = now - SourceTime(sample);
-      row.gone = event->gone.has_value();
-      rows.push_back(std::move(row));
-    }
-    return rows;
   }
 
   void Draw(Instant now) {
@@ -240,7 +177,7 @@ class Watch {
     const std::string text = image_.empty() ? "waiting for a gateway in DDS domain " +
                                                   std::to_string(options_.domain) + " on " +
                                                   Interfaces() + " ...\n"
-                                            : RenderPoints(Rows(), view);
+                                            : RenderPoints(image_.Rows(ReadClocks().wall), view);
     screen_->Draw(text + foot, height);
   }
 
@@ -249,6 +186,7 @@ class Watch {
     std::vector<std::string> lines = publishers_.Alarms();
     if (lines.size() > kMostAlarms) lines.resize(kMostAlarms);
     if (const std::string refused = RefusedText(); !refused.empty()) lines.push_back(refused);
+    if (listening_.failure()) lines.push_back(*listening_.failure());
     std::string text;
     for (const std::string& line : lines) {
       text +=
@@ -298,21 +236,19 @@ class Watch {
     return static_cast<int>(std::max<std::int64_t>(0, left.count()));
   }
 
-  using Key = std::tuple<std::string, std::string, std::string>;
-
   const WatchOptions& options_;
   std::ostream& out_;
   std::ostream& err_;
-  PointOrder order_;
-  std::map<Key, PointEvent> image_;
+  PointImage image_;
   Publishers publishers_;
   std::optional<LiveScreen> screen_;
-  const dds::DdsSubscriber* subscriber_ = nullptr;
   std::uint64_t filtered_ = 0;
   Instant first_filtered_{};
   Instant started_{};
   Instant last_new_{};
   Instant next_draw_{};
+  PointFeed feed_;
+  Listening listening_;
 };
 
 }  // namespace

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/dds/watch/watch_any.h"
 
-#include <poll.h>
-
 #include <algorithm>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -11,8 +10,8 @@
 #include "gateway/base/shown.h"
 #include "gateway/cli/terminal/stop_signals.h"
 #include "gateway/dds/fast/participant.h"
+#include "gateway/dds/watch/line_loop.h"
 #include "gateway/dds/watch/mailbox.h"
-#include "gateway/dds/watch/time_left.h"
 
 namespace baudgate {
 namespace {
@@ -67,24 +66,24 @@ int RunWatchAny(const WatchOptions& options, std::ostream& out, std::ostream& er
     const std::string what = why.empty() ? "is read" : "is not read: " + why;
     mailbox.Put({Harmless("watch: topic " + topic + " (" + type + ") " + what), true});
   };
-  const auto subscriber = dds::AnySubscriber::Create(ParticipantOf(options), {on_sample, on_topic});
-  if (!subscriber) {
-    err << "watch: " << subscriber.error() << '\n';
+  std::unique_ptr<dds::AnySubscriber> subscriber;
+  Listening listening(options.interfaces, [&] {
+    return MakeAnew(subscriber, mailbox, [&] {
+      return dds::AnySubscriber::Create(ParticipantOf(options), {on_sample, on_topic});
+    });
+  });
+  if (const Status status = listening.Start(); !status) {
+    err << "watch: " << status.error() << '\n';
     return kExitCanNot;
   }
   bool heard = false;
-  std::optional<Instant> until;
-  if (options.seconds) until = ReadClocks().instant + *options.seconds;
-  while (!until || ReadClocks().instant < *until) {
-    pollfd waited[] = {{signals.descriptor(), POLLIN, 0}, {mailbox.descriptor(), POLLIN, 0}};
-    ::poll(waited, 2, MillisecondsLeft(until));
+  const auto print = [&] {
     for (const Line& line : mailbox.TakeAll()) {
       heard = true;
       (line.is_news ? err : out) << line.text << '\n';
     }
-    out.flush();
-    if ((waited[0].revents & POLLIN) != 0 || !out) break;
-  }
+  };
+  RunLineLoop({signals, options.seconds, mailbox.descriptor(), print}, listening, out, err);
   mailbox.Close();
   if (heard) return kExitDone;
   err << "watch: no topic whose type is announced in DDS domain " << options.domain

@@ -1,22 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/dds/watch/watch_events.h"
 
-#include <poll.h>
-
 #include <array>
 #include <map>
-#include <nlohmann/json.hpp>
-#include <optional>
+#include <memory>
 #include <span>
 #include <string_view>
 #include <utility>
+#include <variant>
 
 #include "gateway/base/exit_code.h"
 #include "gateway/base/shown.h"
 #include "gateway/base/time.h"
 #include "gateway/cli/terminal/stop_signals.h"
+#include "gateway/dds/watch/line_loop.h"
 #include "gateway/dds/watch/mailbox.h"
-#include "gateway/dds/watch/time_left.h"
+#include "gateway/dds/watch/sample_json.h"
 
 namespace baudgate {
 namespace {
@@ -54,10 +53,6 @@ std::string PriorityOf(const dds::AlarmSample& alarm) {
   return NameOf(kNames, alarm.priority);
 }
 
-std::string Dump(const nlohmann::ordered_json& line) {
-  return line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
-}
-
 /// Which events were not printed yet: a gateway that starts may publish some once more. By the
 /// number, which counts anew where the gateway's file is a new one.
 class Unseen {
@@ -80,19 +75,7 @@ class Unseen {
 
 }  // namespace
 
-std::string JsonLine(const dds::EventSample& event) {
-  nlohmann::ordered_json line;
-  line["gateway"] = event.gateway;
-  line["device"] = event.device;
-  line["seq"] = event.seq;
-  line["receive_time"] = TimeText(event.receive_time_ns);
-  line["device_time"] = TimeText(event.device_time_ns);
-  line["clock_quality"] = event.clock_quality;
-  line["channel"] = event.channel;
-  line["code"] = event.code;
-  line["text"] = event.text;
-  return Dump(line);
-}
+std::string JsonLine(const dds::EventSample& event) { return Dump(JsonOf(event)); }
 
 std::string PlainLine(const dds::EventSample& event) {
   return Harmless(TimeText(event.device_time_ns) + "  " + event.gateway + "  " + event.device +
@@ -100,21 +83,22 @@ std::string PlainLine(const dds::EventSample& event) {
                   "  code " + std::to_string(event.code) + "  " + event.text);
 }
 
+/// The words are those of `baudgate alarms --json`.
 std::string JsonLine(const dds::AlarmSample& alarm) {
-  nlohmann::ordered_json line;
-  line["gateway"] = alarm.gateway;
-  line["seq"] = alarm.seq;
-  line["state"] = StateOf(alarm);
-  line["priority"] = PriorityOf(alarm);
-  line["line"] = alarm.line;
-  line["device"] = alarm.device;
-  line["point"] = alarm.point;
-  line["name"] = alarm.name;
-  line["raised"] = TimeText(alarm.raised_time_ns);
-  line["changed"] = TimeText(alarm.changed_time_ns);
-  line["text"] = alarm.text;
-  line["acknowledged_by"] = alarm.acknowledged_by;
-  return Dump(line);
+  return Dump(JsonOf(alarm, [&alarm](std::string_view field, Json& line) {
+    if (field == "state") {
+      line["state"] = StateOf(alarm);
+    } else if (field == "priority") {
+      line["priority"] = PriorityOf(alarm);
+    } else if (field == "raised_time_ns") {
+      line["raised"] = TimeText(alarm.raised_time_ns);
+    } else if (field == "changed_time_ns") {
+      line["changed"] = TimeText(alarm.changed_time_ns);
+    } else {
+      return false;
+    }
+    return true;
+  }));
 }
 
 std::string PlainLine(const dds::AlarmSample& alarm) {
@@ -126,31 +110,33 @@ std::string PlainLine(const dds::AlarmSample& alarm) {
 }
 
 int RunWatchEvents(const WatchOptions& options, std::ostream& out, std::ostream& err) {
+  using Sample = std::variant<dds::EventSample, dds::AlarmSample>;
   const StopSignals signals;  // before the library's threads, which inherit the mask
-  Mailbox<std::string> mailbox;
-  Unseen unseen;  // of the subscriber's thread
+  Mailbox<Sample> mailbox;
   const auto put = [&](const auto& sample, const dds::Origin&) {
-    if (!Matches(sample, options) || !unseen.Take(sample)) return;
-    mailbox.Put(options.json ? JsonLine(sample) : PlainLine(sample));
+    if (Matches(sample, options)) mailbox.Put(sample);
   };
   dds::SubscriberCallbacks callbacks;
   if (options.events) callbacks.on_event = put;
   if (options.alarms) callbacks.on_alarm = put;
-  const auto subscriber =
-      dds::DdsSubscriber::Create({.participant = ParticipantOf(options)}, std::move(callbacks));
-  if (!subscriber) {
-    err << "watch: " << subscriber.error() << '\n';
+  std::unique_ptr<dds::DdsSubscriber> subscriber;
+  Listening listening(options.interfaces, [&] {
+    return MakeAnew(subscriber, mailbox, [&] {
+      return dds::DdsSubscriber::Create({.participant = ParticipantOf(options)}, callbacks);
+    });
+  });
+  if (const Status status = listening.Start(); !status) {
+    err << "watch: " << status.error() << '\n';
     return kExitCanNot;
   }
-  std::optional<Instant> until;
-  if (options.seconds) until = ReadClocks().instant + *options.seconds;
-  while (!until || ReadClocks().instant < *until) {
-    pollfd waited[] = {{signals.descriptor(), POLLIN, 0}, {mailbox.descriptor(), POLLIN, 0}};
-    ::poll(waited, 2, MillisecondsLeft(until));
-    for (const std::string& line : mailbox.TakeAll()) out << line << '\n';
-    out.flush();
-    if ((waited[0].revents & POLLIN) != 0 || !out) break;
-  }
+  Unseen unseen;
+  const auto show = [&](const auto& sample) {
+    if (unseen.Take(sample)) out << (options.json ? JsonLine(sample) : PlainLine(sample)) << '\n';
+  };
+  const auto print = [&] {
+    for (const Sample& sample : mailbox.TakeAll()) std::visit(show, sample);
+  };
+  RunLineLoop({signals, options.seconds, mailbox.descriptor(), print}, listening, out, err);
   mailbox.Close();
   return kExitDone;
 }

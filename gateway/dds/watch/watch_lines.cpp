@@ -2,9 +2,9 @@
 #include "gateway/dds/watch/watch_lines.h"
 
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "gateway/base/shown.h"
+#include "gateway/dds/watch/sample_json.h"
 
 namespace baudgate {
 namespace {
@@ -41,29 +41,24 @@ bool IsSameReading(const PointEvent& before, const PointEvent& now) {
 
 std::string JsonLine(const PointEvent& event) {
   const dds::PointSample& sample = event.sample;
-  nlohmann::ordered_json line;
-  line["gateway"] = sample.gateway;
-  line["device"] = sample.device;
-  line["point"] = sample.point;
   if (event.gone) {
+    Json line = KeyOf(sample);
     line["gone"] = GoneText(*event.gone);
-  } else {
-    if (std::isfinite(sample.value)) {
-      line["value"] = sample.value;
-    } else {
-      line["value"] = nullptr;
-    }
-    if (!sample.text.empty()) line["text"] = sample.text;
-    line["unit"] = sample.unit;
-    line["quality"] = sample.quality;
-    line["quality_text"] = Name(QualityOf(sample));
-    line["source_time"] = nullptr;
-    if (sample.source_time_ns > 0) line["source_time"] = FormatWallTime(SourceTime(sample));
-    line["seq"] = sample.seq;
-    line["rtt_us"] = sample.rtt_us;
-    line["writer"] = Text(event.origin.writer);
+    return Dump(line);
   }
-  return line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+  Json line = JsonOf(sample, [&sample](std::string_view field, Json& made) {
+    if (field == "text") {
+      if (!sample.text.empty()) made["text"] = sample.text;
+    } else if (field == "quality") {
+      made["quality"] = sample.quality;
+      made["quality_text"] = Name(QualityOf(sample));
+    } else {
+      return false;
+    }
+    return true;
+  });
+  line["writer"] = Text(event.origin.writer);
+  return Dump(line);
 }
 
 std::string PlainLine(const PointEvent& event) {

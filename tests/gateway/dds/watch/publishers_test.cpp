@@ -130,6 +130,14 @@ TEST(Publishers, AnAlarmEndsWhenOneLeaves) {
   EXPECT_THAT(story.publishers.Alarms(), IsEmpty());
 }
 
+TEST(Publishers, WhoMayHaveLeftUnheardIsNoRival) {
+  Story story;
+  story.Start('A', 100).Sample('A', 9, 0s);
+  story.publishers.OnDeaf();
+  story.Start('B', 100).Sample('B', 10, 20s).Tick(60s);
+  EXPECT_THAT(story.Told(), ElementsAre(HasSubstr("took over from 41.")));
+}
+
 TEST(Publishers, SeqMayJumpForwardButNotBack) {
   Story story;
   story.Sample('A', 9, 0s).Sample('A', 900, 1s);

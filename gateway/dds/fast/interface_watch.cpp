@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/dds/process/interface_watch.h"
+#include "gateway/dds/fast/interface_watch.h"
 
 #include <algorithm>
 
@@ -13,9 +13,10 @@ bool InterfaceWatch::Uses(const std::string& address) const {
 
 std::optional<std::string> InterfaceWatch::Look(const OwnAddresses& now) const {
   for (const auto& [address, index] : now) {
-    if (!Uses(address)) continue;
+    if (!index || !Uses(address)) continue;
     const auto was = own_.find(address);
     if (was == own_.end()) return "this machine has a new address, " + address;
+    if (!was->second) return "the interface of " + address + " is up now";
     if (was->second != index) return "the interface of " + address + " was made anew";
   }
   return std::nullopt;

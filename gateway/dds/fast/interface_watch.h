@@ -1,10 +1,11 @@
-// Notices that an interface was deleted and made anew, or that an address has come: the library
-// has joined its multicast groups on the old ones, and sends nothing on the new ones. Pure:
-// addresses come in, see gateway/dds/fast/own_addresses.h.
+// Notices that an interface was deleted and made anew or has come up, or that an address has come:
+// the library has joined its multicast groups on the old ones, and sends nothing on the new ones.
+// Pure: addresses come in, see gateway/dds/fast/own_addresses.h.
 //
 //   at the start 10.0.0.5 at 2     later 10.0.0.5 at 2    nothing
-//                                  later gone             nothing yet: others may still be reached
+//                                  later gone, or down    nothing yet: others may still be reached
 //                                  later 10.0.0.5 at 7    the participant must be made anew
+//   at the start 10.0.0.5 down     later 10.0.0.5 at 2    the same
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/dds/point_slots.h"
+
+#include <algorithm>
+
+namespace baudgate::dds {
+
+PointSlots::PointSlots(const PointStore& store) : first_{0} {
+  for (std::uint32_t device = 0; device < store.device_count(); ++device) {
+    const std::size_t points = store.gone(device) ? 0 : store.device(device).points.size();
+    first_.push_back(first_.back() + static_cast<std::uint32_t>(points));
+  }
+}
+
+PointRef PointSlots::RefOf(std::uint32_t slot) const {
+  const auto after = std::ranges::upper_bound(first_, slot);
+  const auto device = static_cast<std::uint32_t>(after - first_.begin()) - 1;
+  return {device, slot - first_[device]};
+}
+
+std::string NameOf(const PointStore& store, PointRef ref) {
+  const config::Device& device = store.device(ref.device);
+  return device.name + "." + device.points[ref.point].name;
+}
+
+std::unordered_map<std::string, std::uint32_t> SlotsByName(const PointStore& store,
+                                                           const PointSlots& slots) {
+  std::unordered_map<std::string, std::uint32_t> by_name;
+  for (std::uint32_t slot = 0; slot < slots.size(); ++slot) {
+    by_name[NameOf(store, slots.RefOf(slot))] = slot;
+  }
+  return by_name;
+}
+
+std::vector<double> DeadbandsBySlot(const PointStore& store) {
+  std::vector<double> deadbands;
+  for (std::uint32_t device = 0; device < store.device_count(); ++device) {
+    if (store.gone(device)) continue;
+    for (const config::Point& point : store.device(device).points) {
+      deadbands.push_back(point.deadband.ToDouble());
+    }
+  }
+  return deadbands;
+}
+
+}  // namespace baudgate::dds

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/gateway/dds/own_network.h"
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <ifaddrs.h>
+#include <net/if.h>
+#include <sched.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <thread>
+
+#include "gateway/base/time.h"
+
+namespace baudgate::dds::testing {
+namespace {
+
+const std::string kInterface = "cable0";
+
+void Ip(const std::string& words) {
+  EXPECT_EQ(std::system(("ip " + words).c_str()), 0) << "ip " << words;
+}
+
+bool IsRunning() {
+  ifaddrs* raw = nullptr;
+  if (getifaddrs(&raw) != 0) return false;
+  const std::unique_ptr<ifaddrs, decltype(&freeifaddrs)> list(raw, &freeifaddrs);
+  for (const ifaddrs* at = raw; at != nullptr; at = at->ifa_next) {
+    const bool has_address = at->ifa_addr != nullptr && at->ifa_addr->sa_family == AF_INET;
+    if (has_address && std::string_view(at->ifa_name) == kInterface) {
+      return (at->ifa_flags & IFF_RUNNING) != 0;
+    }
+  }
+  return false;
+}
+
+/// What the library looks for. The kernel finds the other end a moment late.
+void AwaitInterface() {
+  for (int i = 0; i < 1000 && !IsRunning(); ++i) std::this_thread::sleep_for(10ms);
+  EXPECT_TRUE(IsRunning());
+}
+
+int CurrentNetwork() { return ::open("/proc/thread-self/ns/net", O_RDONLY | O_CLOEXEC); }
+
+/// Others than root get a network only with a user of their own, who is root there.
+bool BecomeRoot() {
+  const uid_t user = ::geteuid();
+  if (user == 0) return true;
+  if (::unshare(CLONE_NEWUSER) != 0) return false;
+  std::ofstream("/proc/self/uid_map") << "0 " << user << " 1";
+  return true;
+}
+
+/// A new network for this thread; -1: it may not have one.
+int NewNetwork() {
+  if (::unshare(CLONE_NEWNET) != 0) return -1;
+  Ip("link set lo up");
+  return CurrentNetwork();
+}
+
+}  // namespace
+
+OwnNetwork::OwnNetwork() : before_(CurrentNetwork()) {
+  if (!BecomeRoot()) return;
+  here_ = NewNetwork();
+  if (here_ >= 0) there_ = NewNetwork();
+  if (!ok()) return;
+  ComeBack();
+  AddCable();
+}
+
+OwnNetwork::~OwnNetwork() {
+  ::setns(before_, CLONE_NEWNET);
+  for (const int network : {before_, here_, there_}) {
+    if (network >= 0) ::close(network);
+  }
+}
+
+void OwnNetwork::GoThere() const { EXPECT_EQ(::setns(there_, CLONE_NEWNET), 0); }
+void OwnNetwork::ComeBack() const { EXPECT_EQ(::setns(here_, CLONE_NEWNET), 0); }
+
+void OwnNetwork::AddCable() const {
+  const std::string there = "/proc/" + std::to_string(::getpid()) + "/fd/" + std::to_string(there_);
+  Ip("link add " + kInterface + " type veth peer name " + kInterface + " netns " + there);
+  const auto set_up = [](const std::string& address) {
+    Ip("address add " + address + "/24 dev " + kInterface);
+    Ip("link set " + kInterface + " up");
+  };
+  set_up(kHere);
+  GoThere();
+  set_up(kThere);
+  AwaitInterface();
+  ComeBack();
+  AwaitInterface();
+}
+
+void OwnNetwork::RemoveCable() const { Ip("link delete " + kInterface); }
+
+}  // namespace baudgate::dds::testing
