@@ -42,17 +42,21 @@ void LateAnswers::OnEnd(const Asked& asked, Outcome outcome, Instant now) {
   state.late_from.reset();
   state.end = End::silent;
   state.behind = 0;
+  state.retried = {};
+  if (!asked.retry) state.due.reset();
   const Instant due = SentAt(asked) + asked.member->times.reply;
   if (outcome == Outcome::no_reply) {
     state.late_from = now;
-    if (!asked.retry) state.due = due;
+    if (!state.due) state.due = due;
   }
   if (outcome == Outcome::corrupt) state.end = End::corrupt;
   if (outcome == Outcome::partial) state.end = End::cut_short;
   if (!ProvesLife(outcome)) return;
-  // The late answer to the first try was taken for that to its retry, whose own is still to come.
-  state.retried = asked.retry ? now - state.due : Duration();
-  if (asked.retry) state.late_from = state.due = due;
+  // The late answer to an earlier try was taken for that to its retry, whose own is still to come.
+  if (asked.retry && state.due) {
+    state.retried = now - *state.due;
+    state.late_from = state.due = due;
+  }
   if (!state.unanswered) state.end = End::answered;
 }
 
@@ -67,10 +71,10 @@ LateAnswers::Stray LateAnswers::OnStray(const StrayBytes& stray, Instant now) {
   if (state.end == End::corrupt) return told;
   // The repetition is answered as well: what came before was the late answer to its first try.
   patience_.OnLate(member, std::exchange(state.retried, {}));
-  if (state.late_from && *state.late_from <= now) {
+  if (state.late_from && state.due && *state.late_from <= now) {
     told.late = &member;
     state.late_from.reset();
-    told.lateness = now - state.due;
+    told.lateness = now - *state.due;
     patience_.OnLate(member, told.lateness);
   }
   const Duration needed = std::min(stray.since_end + times.gap, times.ceiling);

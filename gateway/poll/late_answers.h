@@ -35,6 +35,8 @@ class LateAnswers {
     std::string warning;
   };
   Stray OnStray(const StrayBytes& stray, Instant now);
+  /// Its late answer was found in the exchange of another device.
+  void OnLate(const Member& member, Duration lateness) { patience_.OnLate(member, lateness); }
 
   /// What the end means for the next requests. `in_step`: its replies are proven to belong to their
   /// requests, so that it owes none.
@@ -82,7 +84,9 @@ class LateAnswers {
     Instant late_until{};               // until then an answer to a failed request may come
     std::optional<Instant> unanswered;  // start of the first exchange since its last answer
     std::optional<Instant> late_from;  // bytes from here on are the late answer to its last request
-    Instant due{};        // when the answer to the first try of its last request was due
+    // When the answer was due to the first try of its last request that met silence. A damaged reply
+    // is no late one: behind that nothing is due.
+    std::optional<Instant> due;
     Duration retried{};   // its last reply came to a repetition, so long after that
     Duration lateness{};  // how much longer than its drain time its bytes were seen to
                           // take behind the end of an exchange that had failed

@@ -140,6 +140,49 @@ TEST_F(LateAnswersTest, LatenessIsThatOfTheFirstTry) {
   EXPECT_GT(late_.OnStray({9, 400ms}, kStart + 1200ms).lateness, 990ms) << "due at 200 ms";
 }
 
+TEST_F(LateAnswersTest, LatenessCountsFromTheFirstTryThatMetSilence) {
+  struct Try {
+    Duration began;
+    Outcome outcome;
+  };
+  struct Case {
+    std::vector<Try> tries;
+    Duration late;  // of bytes 980 ms after the first try began, at least; zero: they are none
+  };
+  const Case cases[] = {
+      {{{0ms, Outcome::corrupt}, {300ms, Outcome::no_reply}}, 470ms},
+      {{{0ms, Outcome::corrupt}, {300ms, Outcome::no_reply}, {600ms, Outcome::no_reply}}, 470ms},
+      {{{0ms, Outcome::no_reply}, {300ms, Outcome::corrupt}, {600ms, Outcome::ok}}, 170ms},
+      {{{0ms, Outcome::corrupt}, {600ms, Outcome::ok}}, 0ms},
+      {{{0ms, Outcome::ok}, {600ms, Outcome::ok}}, 0ms},  // asked again, whosever the first was
+  };
+  Duration began = 2s;
+  for (const Case& one : cases) {
+    SCOPED_TRACE(std::to_string(&one - cases));
+    Exchange(a, began - 2s, began - 1800ms, Outcome::no_reply);  // of an earlier request
+    Duration ended{};
+    for (const Try& each : one.tries) {
+      ended = began + each.began + (each.outcome == Outcome::no_reply ? 200ms : 50ms);
+      Exchange(a, began + each.began, ended, each.outcome, each.began > 0ms);
+    }
+    const Duration came = began + 980ms;
+    const LateAnswers::Stray told = late_.OnStray({9, came - ended}, kStart + came);
+    EXPECT_EQ(told.late != nullptr, one.late > 0ms);
+    EXPECT_GE(told.lateness, one.late);
+    EXPECT_LT(told.lateness, one.late + 20ms);
+    began += 10s;
+  }
+}
+
+TEST_F(LateAnswersTest, NoiseBehindTheRepetitionOfADamagedReplyIsNoLateReply) {
+  for (const Duration began : {100s, 200s}) {
+    Exchange(a, began, began + 20ms, Outcome::corrupt);
+    Exchange(a, began + 100ms, began + 120ms, Outcome::ok, true);
+    EXPECT_EQ(late_.OnStray({1, 5ms}, kStart + began + 125ms).late, nullptr);
+  }
+  EXPECT_EQ(late_.PatienceFor(a), 0ms);
+}
+
 TEST_F(LateAnswersTest, WhatFollowsAGoodAnswerLengthensTheSilenceBehindGoodAnswers) {
   Exchange(a, 0ms, 20ms, Outcome::ok);
   const LateAnswers::Stray told = late_.OnStray({4, 30ms}, kStart + 50ms);
