@@ -33,6 +33,7 @@
 //   sending, await_first, receiving: collision drain, corrupt; counted from the end of transmission
 //   drain        bytes                         drain anew, but never longer than the ceiling
 //   drain        timer                         idle
+//   quiet        closed                        closed; the exchange does not take place
 //   any          closed                        closed; an exchange under way ends as line_down
 // clang-format on
 //
@@ -65,8 +66,9 @@ void Line::OnOpened(Instant now, bool keeps_bit_rate) {
 
 LineNews Line::OnClosed() {
   const State was = std::exchange(state_, State::closed);
-  const bool under_way = was != State::closed && was != State::idle && was != State::drain;
-  if (under_way) news_.end = {Outcome::line_down, "the port was lost", {}, 0};
+  const bool sent = was != State::closed && was != State::idle && was != State::quiet &&
+                    was != State::drain;
+  if (sent) news_.end = {Outcome::line_down, "the port was lost", {}, 0};
   if (standing_ != nullptr) unasked_.Begin(*standing_, last_activity_);
   return Told();
 }

@@ -105,7 +105,7 @@ class Line {
   /// else. Not so on a pty, or behind a network; a port that only claims to (in a virtual machine)
   /// is found out by the first early reply that nothing follows.
   void OnOpened(Instant now, bool keeps_bit_rate = false);
-  /// From anywhere; an exchange under way ends as line_down.
+  /// From anywhere. An exchange ends as line_down, unless nothing of it has been sent yet.
   LineNews OnClosed();
   LineNews OnBytes(View bytes, Instant now);
   /// The echo of the request under way differs from it: the exchange ends as corrupt, whatever may

@@ -180,7 +180,7 @@ bool Examiner::Answers(Open& open) const {
 }
 
 /// To an earlier request: one without an answer, or once more to one that has its answer.
-const Examiner::Open* Examiner::WhoseReply() {
+Examiner::Open* Examiner::WhoseReply() {
   for (Asked& asked : open_) {
     for (Open* open : {&asked.last, &asked.before}) {
       if (Answers(*open)) return open;
@@ -277,11 +277,13 @@ Finding Examiner::Look() {
 
 /// The finding of this exchange, where what came may be the reply to another request.
 Finding Examiner::Attribute(Finding finding) {
-  const Open* const whose = WhoseReply();
+  Open* const whose = WhoseReply();
   if (whose == nullptr || arrivals_.empty()) return finding;
   const bool answered = IsAnswered(finding.symptom);
-  const Duration reply = std::max(times_.reply, request_.reply);
-  const Duration after = sent_ + arrivals_.back().after - whose->sent;
+  const Duration reply = std::max(whose->member->times.reply, whose->request.reply);
+  const bool in_front = !BesideReply().first.empty();  // of the reply that was taken
+  const Arrival& came = in_front ? arrivals_.front() : arrivals_.back();
+  const Duration after = sent_ + came.after - whose->sent;
   const bool late = !whose->answered && after > reply;
   if (whose->member->IsSame(*member_)) {
     if (answered && !whose->answered) return {};
@@ -298,7 +300,11 @@ Finding Examiner::Attribute(Finding finding) {
   // Its own name in a reply to somebody else's request is no second reply.
   if (!late && !(answered && whose->answered)) return finding;
   const Symptom again = whose->repeated ? Symptom::copies : Symptom::others_beside;
-  late_.push_back({whose->member, {.symptom = late ? Symptom::late : again, .time = after}});
+  const bool news = late && !std::exchange(whose->late, true);
+  late_.push_back({whose->member,
+                   {.symptom = late ? Symptom::late : again, .time = after},
+                   0,
+                   news ? after - reply : Duration::zero()});
   if (answered) return {};
   const Device* const other = whose->member->device;
   return {.symptom = Symptom::late_other,

@@ -51,6 +51,7 @@ class Examiner {
     const Member* member = nullptr;
     Finding finding{};
     std::size_t back = 0;
+    Duration lateness{};  ///< since it was due; zero: it was not late
   };
   /// A reply to another member, late or once more, or the rest of an earlier reply, found in the
   /// exchange that was looked at last. Nothing: no more of that.
@@ -63,6 +64,7 @@ class Examiner {
     Instant sent{};
     bool answered = false;
     bool silent = false;    // and not a byte came
+    bool late = false;      // its reply has come in the exchange of another member
     bool repeated = false;  // what was found is the same reply once more
     Bytes reply;
   };
@@ -98,7 +100,7 @@ class Examiner {
   bool FindRest();
   Finding Look();
   Finding Attribute(Finding finding);
-  const Open* WhoseReply();
+  Open* WhoseReply();
   bool IsLateEcho() const;
   bool Answers(Open& open) const;
 

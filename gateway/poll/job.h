@@ -98,6 +98,7 @@ struct Job {
   int steps = 0;         ///< requests of the task, without repetitions
   int broadcasts = 0;    ///< those of them that nobody answers
   int parkings = 0;      ///< how often the device has asked to wait with it
+  bool out = false;      ///< a request of it has been sent
   Instant exchange_began{};
   std::optional<ExchangeEnd> end;  ///< of the present request
   Answer answer;                   ///< to it

@@ -26,12 +26,13 @@ std::optional<ExchangeEnd> JobRun::TakeEnd() {
 
 void JobRun::Conclude(ExchangeEnd end, const Finding& finding) {
   Job& job = *job_;
-  if (!job.answer.reason.empty()) end.reason = job.answer.reason;
+  const bool cut_off = end.outcome == Outcome::line_down;
+  if (!cut_off && !job.answer.reason.empty()) end.reason = job.answer.reason;
   job.mute = job.request.expect.reply == Expectation::Reply::none;
   const bool answered = ProvesLife(end.outcome);
   upkeep_.OnExchange(job, end, finding, now_.instant);
   if (answered) job.wire += now_.instant - job.exchange_began;
-  if (end.outcome == Outcome::line_down) return Finish(end.outcome, end.reason);
+  if (cut_off) return Finish(end.outcome, end.reason);
   if (answered && GoesOnBehindBroadcast()) return Ask(job.attempts);
   answered ? OnAnswered(end) : OnFailed(end);
 }

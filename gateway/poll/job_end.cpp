@@ -59,13 +59,16 @@ EndEffects::Write EndOfWrite(const Job& job, const Job::Write& write, const JobE
                       false, ok ? write.next : write.first, write.next};
     // A device or a session that refuses has been asked before.
     effects.result.unfit =
-        outcome == Outcome::unsupported && job.exchange_began == Instant{} && write.first == 0;
+        outcome == Outcome::unsupported && !job.out && write.first == 0;
   };
+  const bool closed = end.outcome == Outcome::line_down;
   if (!ok) {
     answer(how, end.reason);
   } else if (write.next == all.size()) {
-    effects.next = end.port_open ? Next::confirm : Next::answer;
+    effects.next = closed ? Next::answer : Next::confirm;
     answer(WriteEnd::ok, {});
+  } else if (closed) {
+    answer(WriteEnd::not_sent, end.reason);
   } else if (!job.member->in_use) {
     answer(WriteEnd::not_sent, "the device was disabled before all points were written");
   } else if (write.command.deadline <= now) {
@@ -77,15 +80,14 @@ EndEffects::Write EndOfWrite(const Job& job, const Job::Write& write, const JobE
 }
 
 void EndOfRouted(const Job& job, Job::Routed& routed, const JobEnd& end, EndEffects& effects) {
-  const bool sent = job.exchange_began != Instant{};
   bool shared = false;
   for (RoutedRequest& request : routed.batch) {
     RoutedReply reply{
         end.outcome, {}, end.reason.empty() ? std::string(Name(end.outcome)) : end.reason};
     if (end.outcome == Outcome::ok || end.outcome == Outcome::refused) reply.pdu = routed.reply;
-    reply.sent = sent;
+    reply.sent = job.out;
     reply.shared = std::exchange(shared, true);
-    if (sent) reply.waited = job.exchange_began - request.arrived;
+    if (job.out) reply.waited = job.exchange_began - request.arrived;
     effects.replies.emplace_back(std::move(request), std::move(reply));
   }
 }

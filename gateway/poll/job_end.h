@@ -27,7 +27,6 @@ namespace baudgate {
 struct JobEnd {
   Outcome outcome = Outcome::none;
   std::string reason{};
-  bool port_open = true;
 };
 
 /// Moves the requests of routes out of the job; everything else of it stays as it is.

@@ -12,7 +12,7 @@ namespace baudgate {
 void JobRun::Finish(Outcome outcome, const std::string& reason) {
   const std::unique_ptr<Job> done = std::move(job_);
   if (done->behind) return Resume(*done, outcome, reason);
-  const JobEnd end{outcome, reason, open_};
+  const JobEnd end{outcome, reason};
   Apply(*done, EffectsOf(*done, end, now_.instant), end);
 }
 

@@ -37,8 +37,6 @@
 namespace baudgate {
 
 void JobRun::OnClosed(const std::string& reason) {
-  open_ = false;
-  if (job_ && job_->end) owed_.late.OnClosed(*job_->member, now_.instant);
   if (job_) Finish(Outcome::line_down, reason);
 }
 
@@ -50,9 +48,8 @@ void JobRun::Forget(std::uint64_t client) {
   for (Job* job = job_.get(); job != nullptr; job = job->behind.get()) {
     auto* routed = job->As<Job::Routed>();
     if (routed == nullptr) continue;
-    const bool sent = job->exchange_began != Instant{};
-    std::erase_if(routed->batch, [client, sent](const RoutedRequest& request) {
-      if (request.client == client) request.done(ClientHasLeft(sent));
+    std::erase_if(routed->batch, [client, job](const RoutedRequest& request) {
+      if (request.client == client) request.done(ClientHasLeft(job->out));
       return request.client == client;
     });
   }
@@ -209,6 +206,7 @@ const Request& JobRun::Send() {
   chooser_.turns().OnSent(IsUrgent(job_->goal()));
   owed_.whose.OnSent(job_->asked(), now_.instant);
   ledger_.OnSent(*job_->member, request);
+  job_->out = true;
   return request;
 }
 
@@ -217,7 +215,6 @@ const Request& JobRun::Send() {
 bool JobRun::Withdraw() {
   if (!job_ || job_->end) return false;
   if (const char* why = WhyNotSend(*job_, now_.instant)) {
-    job_->exchange_began = {};
     BreakOff(why);
     return true;
   }

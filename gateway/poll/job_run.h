@@ -39,8 +39,8 @@ class JobRun {
 
   /// Before each input of the line.
   void SetTime(Now now) { now_ = now; }
-  void OnOpened() { open_ = true; }
-  /// `reason`: why the port is closed. The job under way has ended by it.
+  /// `reason`: why the port is closed. The job that waits for the line has ended by it; that of an
+  /// exchange under way has ended before.
   void OnClosed(const std::string& reason);
 
   /// Null: nothing is to be done.
@@ -105,7 +105,6 @@ class JobRun {
   Upkeep& upkeep_;
   Intake& intake_;
   std::unique_ptr<Job> job_;  // under way
-  bool open_ = false;         // the port
   Now now_{};                 // of the input that is being handled
 };
 

@@ -175,6 +175,7 @@ void Ledger::CountMissed() {
 void Ledger::OnExchange(const Member& member, const ExchangeEnd& end, const Finding& finding,
                         bool mute, bool probe, bool routed, LineUse use) {
   const bool answered = ProvesLife(end.outcome) && !mute;
+  const bool cut_off = end.outcome == Outcome::line_down;
   under_way_.OnEnd(ProvesLife(end.outcome) ? use : LineUse::silence);
   Of(member).symptom = finding.symptom;
   const Outcome outcome = routed && ProvesLife(end.outcome) ? Outcome::ok : end.outcome;
@@ -184,7 +185,7 @@ void Ledger::OnExchange(const Member& member, const ExchangeEnd& end, const Find
   if (answered) {
     counters_.round_trips.Add(end.round_trip);
     silent_from_.reset();
-  } else if (!ProvesLife(end.outcome) && end.outcome != Outcome::line_down) {
+  } else if (!ProvesLife(end.outcome) && !cut_off) {
     if (!silent_from_) silent_from_ = now_.instant;
     last_failure_ = now_.instant;
   }
@@ -192,14 +193,13 @@ void Ledger::OnExchange(const Member& member, const ExchangeEnd& end, const Find
     ++status.exchanges;
     ++status.outcomes[static_cast<std::size_t>(outcome)];
     status.last_outcome = outcome;
-    if (!probe) status.recent.Add(outcome);
+    if (!probe && !cut_off) status.recent.Add(outcome);
     status.busy = Of(member).busy;
     if (outcome != Outcome::ok) status.last_reason = end.reason;
     status.learned = member.device->conversation->WhatIsLearned();
-    if (!mute && end.outcome != Outcome::line_down) {
-      status.findings.Add(finding);
-      Count(member, answered, status);
-    }
+    // Whoever has ended the connection with it may have said why.
+    if (!mute && (!cut_off || finding.bytes > 0)) status.findings.Add(finding);
+    if (!mute && !cut_off) Count(member, answered, status);
     if (!answered) return;
     status.last_ok = now_.instant;
     status.last_ok_wall = now_.wall;
@@ -226,11 +226,6 @@ void Ledger::Count(const Member& member, bool answered, DeviceStatus& status) {
 void Ledger::OnMore(const Member& member, const Finding& finding, std::size_t back) {
   if (back == 0) Of(member).symptom = finding.symptom;
   Change(member, [&](DeviceStatus& status) { status.findings.Amend(finding, back); });
-}
-
-void Ledger::OnCutOff(const Member& member, const Finding& finding) {
-  if (finding.bytes == 0) return;
-  Change(member, [&](DeviceStatus& status) { status.findings.Add(finding); });
 }
 
 void Ledger::OnTask(const Member& member, bool answered) {

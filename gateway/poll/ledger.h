@@ -75,8 +75,6 @@ class Ledger {
   /// More has come behind its last exchange, or behind the one that is `back` before it: that looks
   /// otherwise now.
   void OnMore(const Member& member, const Finding& finding, std::size_t back = 0);
-  /// The connection has ended with its exchange: whoever ended it may have said why.
-  void OnCutOff(const Member& member, const Finding& finding);
   /// A task has ended, all its repeats included.
   void OnTask(const Member& member, bool answered);
   /// A poll has.

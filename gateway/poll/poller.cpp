@@ -57,7 +57,6 @@ void Poller::OnOpened(Now now, bool keeps_bit_rate) {
   paused_ = false;
   idle_since_ = now.instant;
   ledger_.OnOpened();
-  run_.OnOpened();
   judge_.OnOpened();
   line_.OnOpened(now.instant, keeps_bit_rate);
   chooser_.probes().OnOpened();
@@ -74,9 +73,9 @@ void Poller::OnClosed(Now now, Override why) {
   ledger_.OnClosed(why);
   const std::string reason = ledger_.WhyClosed();
   LineNews news = line_.OnClosed();
-  const bool cut_off = news.end.has_value() && run_.job() != nullptr;
-  if (cut_off) ledger_.OnCutOff(*run_.job()->member, examiner_.End(Outcome::line_down));
+  if (news.end) news.end->reason = reason;
   Hear(std::move(news));
+  Conclude();
   echo_.OnClosed();
   run_.OnClosed(reason);
   for (const auto& device : roster_.devices()) {

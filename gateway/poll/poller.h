@@ -105,6 +105,7 @@ class Poller : private LineClient {
   void OnUnasked(const UnaskedInput& heard);
   void TakeUnasked(Speaker::Said said);
   void OnStray(const StrayBytes& stray);
+  void TellLate(const Member& member, Duration lateness);
   void Conclude();
   bool is_open() const { return line_.state() != Line::State::closed; }
   Chooser::Idle idle() const { return {now_.instant, idle_since_}; }

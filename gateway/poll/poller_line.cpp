@@ -35,6 +35,10 @@ void Poller::Send() {
   if (const auto more = examiner_.More()) ledger_.OnMore(*examiner_.member(), *more);
   while (const auto late = examiner_.TakeLate()) {
     ledger_.OnMore(*late->member, late->finding, late->back);
+    if (late->lateness > Duration::zero()) {
+      owed_.late.OnLate(*late->member, late->lateness);
+      TellLate(*late->member, late->lateness);
+    }
   }
   const Request& request = run_.Send();
   examiner_.Begin(*run_.job()->member, request, run_.job()->member->times, now_.instant);
@@ -85,12 +89,14 @@ void Poller::TakeUnasked(Speaker::Said said) {
 void Poller::OnStray(const StrayBytes& stray) {
   const LateAnswers::Stray told = owed_.late.OnStray(stray, now_.instant);
   if (told.counts) ledger_.OnStray(stray.count);
-  if (told.late != nullptr) {
-    ledger_.OnLate(*told.late, told.lateness);
-    ledger_.OnPatience(*told.late, owed_.late.PatienceFor(*told.late));
-    upkeep_.ShowLine(now_.instant);
-  }
+  if (told.late != nullptr) TellLate(*told.late, told.lateness);
   if (told.warned != nullptr) listener_.OnWarning(told.warned->index, told.warning);
+}
+
+void Poller::TellLate(const Member& member, Duration lateness) {
+  ledger_.OnLate(member, lateness);
+  ledger_.OnPatience(member, owed_.late.PatienceFor(member));
+  upkeep_.ShowLine(now_.instant);
 }
 
 void Poller::Conclude() {

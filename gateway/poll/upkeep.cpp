@@ -54,7 +54,11 @@ void Upkeep::OnExchange(const Job& job, const ExchangeEnd& end, const Finding& f
   if (!job.mute) member.health.OnExchange(end.outcome);
   // Replies that are behind by count are owed, and no silence helps against that.
   const bool in_step = owed_.whose.Lags(member) || owed_.whose.IsInStep(member);
-  owed_.late.Conclude(asked, end, in_step, now);
+  if (cut_off) {
+    owed_.late.OnClosed(member, now);
+  } else {
+    owed_.late.Conclude(asked, end, in_step, now);
+  }
   ledger_.OnPatience(member, owed_.late.PatienceFor(member));
   if (answered && !owed_.late.IsClear(member, now)) HoldBack(member);
   owed_.whose.OnEnd(asked, end.outcome, !cut_off && !job.mute, now);

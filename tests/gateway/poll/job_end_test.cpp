@@ -22,9 +22,7 @@ class JobEndTest : public ::testing::Test, protected ToyMembers {
     job.wire = 40ms;
     return job;
   }
-  EndEffects End(Job job, Outcome outcome, bool port_open = true) {
-    return EffectsOf(job, {outcome, "", port_open}, kStart);
-  }
+  EndEffects End(Job job, Outcome outcome) { return EffectsOf(job, {outcome}, kStart); }
 };
 
 TEST_F(JobEndTest, OfAPoll) {
@@ -128,16 +126,6 @@ TEST_F(JobEndTest, OfAWrite) {
   }
 }
 
-TEST_F(JobEndTest, AConfirmedWriteIsNotReadBackThroughAClosedPort) {
-  Job::Write write;
-  write.command.writes.push_back({0, 1.0});
-  write.next = 1;
-  write.sent = true;
-  const EndEffects effects = End(Make(std::move(write), Task::Kind::write), Outcome::ok, false);
-  EXPECT_EQ(effects.write->next, Next::answer);
-  EXPECT_EQ(effects.write->result.end, WriteEnd::ok);
-}
-
 TEST_F(JobEndTest, OfARoutedRequest) {
   const auto end = [this](const std::string& pdu, Outcome outcome) {
     RoutedRequest request;
@@ -148,6 +136,7 @@ TEST_F(JobEndTest, OfARoutedRequest) {
     job.As<Job::Routed>()->batch.push_back(std::move(request));
     job.As<Job::Routed>()->batch.push_back(std::move(same));
     job.exchange_began = kStart;
+    job.out = true;
     return End(std::move(job), outcome);
   };
   const EndEffects read = end("03 00 00 00 01", Outcome::ok);

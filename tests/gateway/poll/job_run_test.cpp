@@ -20,7 +20,6 @@ class Rig : private PollerListener {
   explicit Rig(const std::string& read) : config_(ConfigOf(read)) {
     SetTime();
     ledger_.OnOpened();
-    run_.OnOpened();
     upkeep_.OnOpened(now_.instant);
     while (agenda_.schedule.Next(now_.instant)) continue;  // nothing is due for a second
     Poll(1);
@@ -53,8 +52,7 @@ class Rig : private PollerListener {
       End(Go() ? Outcome::corrupt : Outcome::none);
     } else if (what == "lost") {
       if (!Go()) return;
-      run_.OnEnd({Outcome::line_down, "the port was lost", {}, 0});
-      run_.OnClosed("the port is closed");
+      End(Outcome::line_down);
     } else if (Go()) {
       End(Judge(what.substr(1)));
     }
@@ -202,6 +200,8 @@ TEST(JobRunTest, WhatAWriteComesTo) {
         "S1",
         {"!A9", "!A1", "silence", "silence", "silence"},
         "ended"}},
+      {{"nor does a port that is lost meanwhile", "S1", {"!A9", "!A1", "lost"}, "ended"},
+       WriteEnd::ok},
   };
   for (const WriteRow& row : kRows) {
     SCOPED_TRACE(row.what);
@@ -293,6 +293,15 @@ TEST(JobRunTest, ACommandOfTwoPointsIsConfirmedBehindTheSecond) {
   EXPECT_EQ(rig.Next(), "ended");
   EXPECT_TRUE(rig.results.empty()) << "answered when it was read back";
   EXPECT_EQ(rig.writes().read_backs().size(), 2U);
+}
+
+TEST(JobRunTest, WhatRemainsOfACommandIsNotKeptForThePortToOpen) {
+  Rig rig("S1");
+  rig.Write({0, 1});
+  for (const char* what : {"!A9", "!A1", "lost"}) rig.Hear(what);
+  EXPECT_EQ(rig.Next(), "ended");
+  ASSERT_EQ(rig.results.size(), 1U);
+  EXPECT_EQ(rig.results[0].end, WriteEnd::not_sent);
 }
 
 TEST(JobRunTest, WhatIsNotPermittedAnyMoreIsNotBegun) {

@@ -55,6 +55,23 @@ TEST(PollerLate, IsFoundOutThoughItMeetsTheRetry) {
   EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
 }
 
+/// Replies carry a name, so the line asks b meanwhile, and the reply of a meets that exchange.
+TEST(PollerLate, AReplyThatMeetsTheExchangeOfAnotherDeviceIsCounted) {
+  config::Device a = ToyDevice("a", "A", {"1"});
+  a.retries = 0;
+  VirtualLine line(ToyLine({a, ToyDevice("b", "B", {"1"})}), {&ToyProtocol()});
+  line.Open();
+  line.RunFor(1500ms);
+  line.twin(0).manner.think = 400ms;
+  line.twin(1).manner.think = 150ms;
+  line.RunFor(1s);
+  const DeviceStatus status = line.StatusOf(0);
+  EXPECT_EQ(status.late, 1U);
+  EXPECT_GE(status.lateness, 200ms);
+  EXPECT_LT(status.lateness, 220ms);
+  EXPECT_EQ(line.StatusOf(1).late, 0U);
+}
+
 TEST(PollerLate, ADeviceThatIsLateFromTheBeginning) {
   for (Duration think = 150ms; think < 900ms; think += 13ms) {
     VirtualLine line(ToyLine({ToyDevice("a", "A", {"U1", "U2"})}), {&ToyProtocol()});

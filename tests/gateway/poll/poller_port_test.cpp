@@ -48,6 +48,35 @@ TEST(Poller, PortLostAtAnyMomentAndReopened) {
   }
 }
 
+struct EndTap : Tap {
+  void OnSent(std::uint32_t, const Request&, Now) override { ++sent; }
+  void OnReceived(View, Now) override {}
+  void OnExchangeEnd(std::uint32_t, const ExchangeEnd& end, Now) override { ends.push_back(end); }
+  void OnDeviceState(std::uint32_t, DeviceState, const std::string&, Now) override {}
+  std::size_t sent = 0;
+  std::vector<ExchangeEnd> ends;
+};
+
+TEST(Poller, AnExchangeThatIsCutOffIsCountedAndHasItsEnd) {
+  for (Duration lost = 0ms; lost < 1s; lost += 7ms) {
+    SCOPED_TRACE(FormatDuration(lost));
+    VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
+    EndTap tap;
+    line.poller().Attach(tap);
+    line.Open();
+    line.RunFor(2s + lost);
+    const bool cut_off = line.asking();
+    line.Close();
+    EXPECT_EQ(tap.ends.size(), tap.sent);
+    EXPECT_EQ(tap.ends.back().outcome == Outcome::line_down, cut_off);
+    const LineCounters& counters = line.poller().ledger().counters();
+    EXPECT_EQ(counters.exchanges, tap.sent);
+    EXPECT_EQ(counters.Count(Outcome::line_down), cut_off ? 1U : 0U);
+    EXPECT_EQ(line.StatusOf(0).Count(Outcome::line_down), cut_off ? 1U : 0U);
+    EXPECT_EQ(line.StatusOf(0).recent.Count(Outcome::line_down), 0U) << "it says nothing of a";
+  }
+}
+
 TEST(Poller, WhatOfARequestHasNotLeftIsDroppedWhenNobodyAnswers) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
   line.Open();

@@ -61,6 +61,19 @@ TEST(PollerRouted, NobodyIsAskedBehindAClosedPort) {
   EXPECT_EQ(line.sent.size(), 1U) << "nothing is sent late";
 }
 
+TEST(PollerRouted, WhatStillWaitsForAQuietLineWasNotSent) {
+  for (const bool leaves : {false, true}) {
+    RoutedLine line;
+    line.Ask("first", kRead);
+    ASSERT_TRUE(line.RunUntil([&] { return line.replies.size() == 1; }, 1s));
+    line.Ask("start", kStartDrive, 20, 2);
+    leaves ? line.poller().Forget(2, line.now()) : line.Close();
+    EXPECT_FALSE(line.Of("start").sent);
+    line.RunFor(1s);
+    EXPECT_EQ(line.sent.size(), 1U);
+  }
+}
+
 TEST(PollerRouted, ALateReplyIsNotGivenToTheNextRequest) {
   RoutedLine line;
   line.twin(0).values.Set(0, std::uint64_t{1});
