@@ -18,6 +18,7 @@ ReloadService::Answered Answer(const Request& request) {
            {"applied", end.applied},
            {"exit", end.exit_code},
            {"changes", end.changes},
+           {"warnings", end.warnings},
            {"text", end.text},
            {"confirm_ms", end.confirm / 1ms}});
   };

@@ -3,7 +3,7 @@
 //
 //   {"command":"reload","dry_run":false,"confirm_ms":60000}
 //   {"ok":true,"applied":true,"changes":["line bay-1: changed: poll of device feeder-1"],
-//    "text":"1 line changed, 3 go on"}
+//    "warnings":[],"text":"1 line changed, 3 go on"}
 //   {"ok":false,"exit":2,"text":"…baudgate.yaml:7:3: …"}
 //
 // SPDX-License-Identifier: Apache-2.0
@@ -28,6 +28,7 @@ struct ReloadAnswer {
   bool applied = false;              ///< something is another than before
   int exit_code = 0;                 ///< of the command: 2: a bad file, 4: it cannot be had
   std::vector<std::string> changes;  ///< one sentence each
+  std::vector<std::string> warnings{};  ///< of the file: "…baudgate.yaml:7:3: warning: …"
   std::string text;                  ///< one or more lines
   Duration confirm{};                ///< time left for it; zero: it needs none
 };

@@ -42,9 +42,9 @@ void LogChanges(const reload::Difference& difference) {
   }
 }
 
-std::string Joined(const std::vector<std::string>& sentences) {
+std::string Joined(const std::vector<std::string>& sentences, const char* between = "; ") {
   std::string all;
-  for (const std::string& one : sentences) all += (all.empty() ? "" : "; ") + one;
+  for (const std::string& one : sentences) all += (all.empty() ? "" : between) + one;
   return all;
 }
 
@@ -153,17 +153,28 @@ control::ReloadAnswer Reloader::Do(const control::ReloadAsk& ask) {
   if (!text) return Failed(kBadFile, options_.file + ": " + text.error());
   LoadedText loaded = options_.load(*text);
   if (!loaded.config) {
-    if (!ask.dry_run) log::Act(Level::error, "reload: nothing is changed: {}", loaded.problems);
-    return Failed(kBadFile, loaded.problems);
+    const std::string problems = Joined(loaded.problems, "\n");
+    if (!ask.dry_run) log::Act(Level::error, "reload: nothing is changed: {}", problems);
+    return Failed(kBadFile, problems);
   }
-  if (ask.confirm == Duration::zero() && WasTakenBack(*text)) {
+  if (!ask.dry_run) {
+    for (const std::string& one : loaded.problems) log::Act(Level::warning, "reload: {}", one);
+  }
+  control::ReloadAnswer answer = Take(ask, *text, *std::move(loaded.config));
+  answer.warnings = std::move(loaded.problems);
+  return answer;
+}
+
+control::ReloadAnswer Reloader::Take(const control::ReloadAsk& ask, const std::string& text,
+                                     config::Config next) {
+  if (ask.confirm == Duration::zero() && WasTakenBack(text)) {
     const std::string taken_back =
         state().not_the_file + "; to try it once more, write: baudgate reload --confirm 60s";
     if (!ask.dry_run) log::Act(Level::error, "reload: nothing is changed: {}", taken_back);
     return Failed(kBadFile, taken_back);
   }
-  reload::Difference difference = reload::Compare(*links_.running(), *loaded.config);
-  links_.examine(*loaded.config, difference);
+  reload::Difference difference = reload::Compare(*links_.running(), next);
+  links_.examine(next, difference);
   const std::optional<std::string> why_not = reload::WhyNot(difference);
   if (ask.dry_run || why_not) {
     control::ReloadAnswer answer;
@@ -174,8 +185,8 @@ control::ReloadAnswer Reloader::Do(const control::ReloadAsk& ask) {
     if (!ask.dry_run) log::Act(Level::error, "reload: {}: {}", options_.file, answer.text);
     return answer;
   }
-  return difference.empty() ? Unchanged(ask, *text)
-                            : Apply(ask, *text, *std::move(loaded.config), difference);
+  return difference.empty() ? Unchanged(ask, text)
+                            : Apply(ask, text, std::move(next), difference);
 }
 
 bool Reloader::WasTakenBack(const std::string& text) const {

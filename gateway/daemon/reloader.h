@@ -26,7 +26,7 @@ namespace baudgate {
 /// A text as a configuration, or why it is none.
 struct LoadedText {
   std::optional<config::Config> config;
-  std::string problems;  ///< "…yaml:7:3: …", a line each
+  std::vector<std::string> problems;  ///< "…yaml:7:3: …"; with a configuration: warnings
 };
 
 /// The sentence of a configuration that was given up, for log, event and status.
@@ -95,6 +95,8 @@ class Reloader final : public control::ReloadService {
   };
 
   control::ReloadAnswer Do(const control::ReloadAsk& ask);
+  control::ReloadAnswer Take(const control::ReloadAsk& ask, const std::string& text,
+                             config::Config next);
   control::ReloadAnswer Apply(const control::ReloadAsk& ask, const std::string& text,
                               config::Config next, const reload::Difference& difference);
   bool WasTakenBack(const std::string& text) const;

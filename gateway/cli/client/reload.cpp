@@ -10,6 +10,9 @@ using Json = ControlClient::Json;
 
 int Tell(const Json& answer, std::ostream& out, std::ostream& err) {
   const bool ok = answer.value("ok", false);
+  for (const Json& warning : answer.value("warnings", Json::array())) {
+    err << warning.get<std::string>() << '\n';
+  }
   for (const Json& change : answer.value("changes", Json::array())) {
     out << change.get<std::string>() << '\n';
   }

@@ -70,11 +70,9 @@ Result<std::string> ReadAgain(const std::string& file) {
   return ReadText(file);
 }
 
-std::string ProblemsText(const config::Loaded& loaded) {
-  std::ostringstream text;
-  PrintProblems(loaded.problems, text);
-  std::string all = text.str();
-  while (!all.empty() && all.back() == '\n') all.pop_back();
+std::vector<std::string> ProblemsOf(const config::Loaded& loaded) {
+  std::vector<std::string> all;
+  for (const config::Problem& problem : loaded.problems) all.push_back(ToString(problem));
   return all;
 }
 
@@ -91,7 +89,7 @@ Choice Choose(const std::string& file, const config::Catalog& catalog, std::ostr
   reload.read = [file] { return ReadAgain(file); };
   reload.load = [file, &catalog](const std::string& text) {
     config::Loaded loaded = config::LoadText(text, file, catalog);
-    std::string problems = ProblemsText(loaded);
+    std::vector<std::string> problems = ProblemsOf(loaded);
     if (!loaded.ok()) return LoadedText{{}, std::move(problems)};
     return LoadedText{std::move(loaded.config), std::move(problems)};
   };

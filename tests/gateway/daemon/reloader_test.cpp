@@ -43,7 +43,7 @@ class ReloaderTest : public ::testing::Test {
     options.running = "a";
     options.read = [this]() -> Result<std::string> { return file_; };
     options.load = [this](const std::string& text) {
-      return LoadedText{ConfigOf(text, profile_), {}};
+      return LoadedText{ConfigOf(text, profile_), warnings_};
     };
     options.notify = [](const std::string&) {};
     options.summary = [] { return "runs"; };
@@ -92,6 +92,7 @@ class ReloaderTest : public ::testing::Test {
   const fs::path folder_ = fs::path(::testing::TempDir()) / "baudgate-reloader/configurations";
   std::string file_ = "a";
   std::string profile_;
+  std::vector<std::string> warnings_;
   std::vector<std::string> troubles_;
   config::Config running_ = ConfigOf("a");
   std::unique_ptr<Reloader> reloader_;
@@ -138,6 +139,15 @@ TEST_F(ReloaderTest, AProfileMayBeOnTrialAlone) {
   EXPECT_EQ(Reload("a").confirm, kNever);
   EXPECT_EQ(Runs(), "a");
   EXPECT_EQ(Confirm().exit_code, 2);
+}
+
+TEST_F(ReloaderTest, WarningsOfTheFileAreInTheAnswer) {
+  Start();
+  warnings_ = {"baudgate.yaml:7:3: warning: max_age: 5s is shorter than slow (2min)"};
+  EXPECT_EQ(Reload("b").warnings, warnings_);
+  EXPECT_EQ(Reload("b").warnings, warnings_) << "also where nothing has changed";
+  troubles_ = {"listener 0.0.0.0:502: address already in use"};
+  EXPECT_EQ(Reload("c").warnings, warnings_);
 }
 
 TEST_F(ReloaderTest, WhatIsMissingIsRefusedAndATrialGoesOn) {
