@@ -85,13 +85,6 @@ Pace ReadTimes(MapReader& map, const Profile& profile, const Pace& line, Device&
   return all;
 }
 
-/// The silence of such a device is normal, and ages nothing.
-void SetNeverOld(const Protocol& protocol, Device& device) {
-  if (device.max_age || !protocol.never_old || !SpeaksUnasked(protocol, device.options)) return;
-  device.max_age = kNeverOld;
-  device.dead_age = device.dead_age.value_or(kNeverOld);
-}
-
 void ReadModbusSide(MapReader& map, const Profile& profile, Device& device, LoadContext& context) {
   device.unit = map.Integer<std::uint8_t>("unit", 1, kLastSlave);
   if (device.unit) context.uniques.Unit(*device.unit, device.name, map.MarkOf("unit"));
@@ -175,6 +168,10 @@ const Protocol* ReadProtocol(const YamlNode& node, const std::string& port, Load
   return context.catalog.MeantProtocol(*name, port);
 }
 
+bool IsNeverOld(const Protocol& protocol, const Options& options) {
+  return protocol.never_old && SpeaksUnasked(protocol, options);
+}
+
 Device ReadDevice(const YamlNode& node, const LineContext& of, LoadContext& context) {
   Device device;
   device.mark = node.mark();
@@ -212,7 +209,7 @@ Device ReadDevice(const YamlNode& node, const LineContext& of, LoadContext& cont
   }
   ReadModbusSide(map, profile, device, context);
   ReadDeviceOptions(map, protocol, of.options, profile, protocol == of.protocol, device);
-  if (protocol) SetNeverOld(*protocol, device);
+  if (protocol) device.never_old = IsNeverOld(*protocol, device.options);
   ReadPoints(map, raw, protocol, device, context);
   ReadDeviceEvents(map, context.events, device);
   device.alarms = ReadAlarmSetting(map, of.line.alarms);

@@ -8,9 +8,6 @@
 
 namespace baudgate::config {
 
-/// The max_age of devices that speak unasked: their silence is normal.
-inline constexpr Duration kNeverOld = std::chrono::hours(24 * 365 * 50);
-
 /// The protocol that a `protocol:` names. Where it is not installed, a problem and the one that is
 /// meant, so that the rest is checked as well; null: none is near. `port`: of the line.
 const Protocol* ReadProtocol(const YamlNode& node, const std::string& port, LoadContext& context);
@@ -26,6 +23,9 @@ struct LineContext {
 
 /// Where nobody says `recheck`: jump, where neither a strong check value nor parity guards replies.
 Recheck DefaultRecheck(const Protocol& protocol, const SerialSettings& serial);
+
+/// Its protocol and its options say whether its silence is normal.
+bool IsNeverOld(const Protocol& protocol, const Options& options);
 
 Device ReadDevice(const YamlNode& node, const LineContext& of, LoadContext& context);
 

@@ -149,9 +149,7 @@ Device DeviceFromProfile(const Profile& profile, const Protocol& protocol, std::
   Problems known;  // they were told when the profile was read
   AssignIntervals(device, known);
   device.event_texts = profile.event_texts;
-  if (protocol.never_old && SpeaksUnasked(protocol, device.options)) {
-    device.max_age = device.dead_age = kNeverOld;
-  }
+  device.never_old = IsNeverOld(protocol, device.options);
   return device;
 }
 

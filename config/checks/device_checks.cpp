@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/checks/device_checks.h"
 
-#include <algorithm>
+#include <optional>
+#include <set>
 
 #include "gateway/base/spelling.h"
 
@@ -14,9 +15,33 @@ std::string Called(const Device& device) {
   return device.name.empty() ? "device" : "device '" + device.name + "'";
 }
 
+/// Points that are read more seldom than their values may grow old.
+void CheckSeldomGroups(const Device& device, const Keys& keys, Problems& problems) {
+  std::set<Group> told;
+  for (const Point& point : device.points) {
+    const Duration period = PeriodOf(device, point.group);
+    const std::optional<Duration> max_age = MaxAgeOf(device, point.group);
+    if (!max_age || *max_age >= period || !told.insert(point.group).second) continue;
+    const std::string shorter = "max_age: " + FormatDuration(*max_age) + " is shorter than ";
+    problems.Warning(keys.MarkOf("max_age"),
+                     point.group == Group::slow
+                         ? shorter + "slow (" + FormatDuration(period) +
+                               "): slow points will often be uncertain"
+                         : shorter + "poll of point '" + point.name + "' (" +
+                               FormatDuration(period) + "): it will often be uncertain");
+  }
+}
+
 /// `unasked`: it is not polled.
 void CheckAges(const Device& device, bool unasked, const Keys& keys, Problems& problems) {
-  const Duration max_age = device.max_age.value_or(3 * device.poll);
+  const std::optional<Duration> limit = MaxAgeOf(device, Group::fast);
+  if (!limit) {
+    if (!device.dead_age) return;
+    return problems.Error(keys.MarkOf("dead_age"),
+                          "dead_age: give max_age too; without it no value of a device that speaks "
+                          "unasked grows old");
+  }
+  const Duration max_age = *limit;
   if (max_age < device.poll && !unasked) {
     problems.Error(keys.MarkOf("max_age"),
                    "max_age: " + FormatDuration(max_age) + " is shorter than poll (" +
@@ -27,14 +52,7 @@ void CheckAges(const Device& device, bool unasked, const Keys& keys, Problems& p
                                                 " is shorter than max_age (" +
                                                 FormatDuration(max_age) + ")");
   }
-  const bool has_slow = std::any_of(device.points.begin(), device.points.end(),
-                                    [](const Point& p) { return p.group == Group::slow; });
-  if (device.max_age && has_slow && !unasked && *device.max_age < device.slow &&
-      max_age >= device.poll) {
-    problems.Warning(keys.MarkOf("max_age"),
-                     "max_age: " + FormatDuration(max_age) + " is shorter than slow (" +
-                         FormatDuration(device.slow) + "): slow points will often be uncertain");
-  }
+  if (!unasked && max_age >= device.poll) CheckSeldomGroups(device, keys, problems);
 }
 
 /// What is right in form and yet hardly meant.

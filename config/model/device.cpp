@@ -44,4 +44,12 @@ Duration PeriodOf(const Device& device, Group group) {
   return interval < device.intervals.size() ? device.intervals[interval] : device.poll;
 }
 
+std::optional<Duration> MaxAgeOf(const Device& device, Group group) {
+  if (group == Group::once) return std::nullopt;
+  const Duration usual = 3 * PeriodOf(device, group);
+  if (group == Group::daily) return usual;
+  if (device.never_old && !device.max_age) return std::nullopt;
+  return device.max_age.value_or(usual);
+}
+
 }  // namespace baudgate::config

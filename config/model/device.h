@@ -78,8 +78,9 @@ struct Device {
   Duration slow = std::chrono::minutes(1);  ///< period of the slow group
   Duration daily = std::chrono::hours(24);  ///< period of the daily group
   std::vector<Duration> intervals;          ///< of points with a `poll` of their own
-  std::optional<Duration> max_age;          ///< nothing: 3 x the point's period
+  std::optional<Duration> max_age;          ///< nothing: see MaxAgeOf
   std::optional<Duration> dead_age;         ///< nothing: 3 x max_age
+  bool never_old = false;                   ///< it speaks unasked, and its silence is normal
   OnBad on_bad = OnBad::exception;
   WordOrder word_order = WordOrder::abcd;
   std::optional<int> retries;  ///< device before profile; nothing: the line's
@@ -113,6 +114,7 @@ void VisitFields(const Device*, Visit visit) {
   visit(Derived<&Device::intervals>());
   visit(Field<&Device::max_age>());
   visit(Field<&Device::dead_age>());
+  visit(Derived<&Device::never_old>());
   visit(Field<&Device::on_bad>());
   visit(Field<&Device::word_order>());
   visit(Field<&Device::retries>());
@@ -131,6 +133,9 @@ void VisitFields(const Device*, Visit visit) {
 
 /// How often the group is read; zero: once.
 Duration PeriodOf(const Device& device, Group group);
+/// From which age values of the group are doubted; nothing: from none. The `max_age` of the device
+/// is meant for what is read all the time.
+std::optional<Duration> MaxAgeOf(const Device& device, Group group);
 
 /// `records: { trip: { points: [ trip_phases, "record?_*" ] } }` of a profile.
 struct RecordPattern {

@@ -20,13 +20,16 @@ const config::Line* Find(const config::Config& config, const std::string& name) 
   return found == config.lines.end() ? nullptr : &*found;
 }
 
-/// What only outputs and alarms look at. A point without an address can still be asked.
+/// What only outputs, alarms and the point store look at. A point without an address can still be
+/// asked.
 void WithoutOutputs(config::Line& line) {
   line.alarms = {};
   for (config::Device& device : line.devices) {
     device.unit.reset();
     device.alarms = {};
     device.on_bad = {};
+    device.max_age.reset();
+    device.dead_age.reset();
     for (config::Point& point : device.points) {
       point.modbus.reset();
       point.table = {};

@@ -47,8 +47,9 @@ Sentences DiagnosePoints(const LineStatus& line, const DeviceRecord& record, Now
     // What a reader has not read yet is not missing.
     if (said && record.status.unasked && quality.reason == Reason::not_ready) continue;
     const auto group = static_cast<std::size_t>(record.device->points[i].group);
-    const Duration max_age = record.age_limits[group].max_age;
-    const bool waits = max_age != Duration::max() && open < max_age;  // else it does not age
+    const AgeLimits& limits = record.age_limits[group];
+    // The port is open for a shorter time than that: the polls have not had their chance.
+    const bool waits = limits.ages() && open < limits.max_age;
     if (!said && !in_doubt && waits) continue;
     ++(said ? reported : in_doubt ? doubted : stale);
     if (said && quality.reason != Reason::none) ++reasons[quality.reason];

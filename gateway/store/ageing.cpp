@@ -6,19 +6,15 @@
 namespace baudgate {
 namespace {
 
-/// A point that is read once only does not age. `max_age` and `dead_age` are meant for what is read
-/// all the time.
 AgeLimits LimitsOfGroup(const config::Device& device, config::Group group, Duration line_cycle) {
-  if (group == config::Group::once) return {};
+  const std::optional<Duration> max_age = MaxAgeOf(device, group);
+  if (!max_age) return {};
   AgeLimits limits;
-  if (group == config::Group::daily) {
-    limits.max_age = std::max(3 * device.daily, 2 * line_cycle);
-    limits.dead_age = 3 * limits.max_age;
-    return limits;
+  limits.max_age = std::max(*max_age, 2 * line_cycle);
+  limits.dead_age = 3 * limits.max_age;
+  if (device.dead_age && group != config::Group::daily) {
+    limits.dead_age = std::max(*device.dead_age, limits.max_age);
   }
-  const Duration period = PeriodOf(device, group);
-  limits.max_age = std::max(device.max_age.value_or(3 * period), 2 * line_cycle);
-  limits.dead_age = std::max(device.dead_age.value_or(3 * limits.max_age), limits.max_age);
   return limits;
 }
 
@@ -63,8 +59,8 @@ std::optional<Instant> NextAgeing(const DeviceRecord& record, std::size_t point,
   const PointRecord& held = record.points[point];
   if (!held.read_at || IsBad(std::min(held.reported, held.at_best))) return std::nullopt;
   const AgeLimits& limits = LimitsAt(record, point);
+  if (!limits.ages()) return std::nullopt;
   for (const Duration limit : {limits.max_age, limits.dead_age}) {
-    if (limit == Duration::max()) continue;
     const Instant due = *held.read_at + limit + 1ns;
     if (due > now) return due;
   }

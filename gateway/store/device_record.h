@@ -29,9 +29,11 @@ struct PointRecord {
 
 /// From which ages values of one group are doubted and given up.
 struct AgeLimits {
-  Duration max_age = Duration::max();
-  Duration dead_age = Duration::max();
+  static constexpr Duration kNever = Duration::max();
+  Duration max_age = kNever;
+  Duration dead_age = kNever;
 
+  bool ages() const { return max_age != kNever; }
   bool operator==(const AgeLimits&) const = default;
 };
 
@@ -44,6 +46,7 @@ struct DeviceRecord {
   std::vector<PointRecord> points;  ///< as device->points
   DeviceStatus status;
   Override override_quality;
+  Duration line_cycle{};  ///< measured: the line reads all its fast points once in this time
   std::array<AgeLimits, config::kGroups> age_limits;  ///< by config::Group
   /// Raised with every reading, override and age limit: while it stays, only age changes a quality.
   std::uint64_t version = 0;

@@ -41,6 +41,8 @@ void PointStore::Show(std::uint32_t line, const config::Line& as) {
       const MutexLock lock(entry.mutex);
       entry.line = entry.record.line = &as;
       entry.device = entry.record.device = &as.devices[i];
+      entry.record.age_limits = LimitsOf(as.devices[i], entry.record.line_cycle);
+      entry.next_ageing = Instant::min();  // some may age sooner now
       ++entry.record.version;
     }
     std::vector<std::uint32_t> all(as.devices[i].points.size());
@@ -140,9 +142,9 @@ void PointStore::SetOverride(std::uint32_t device, Override why) {
 void PointStore::SetLineCycle(std::uint32_t device, Duration cycle, Instant now) {
   Entry& entry = devices_[device];
   const MutexLock lock(entry.mutex);
-  const auto before = entry.record.age_limits;
+  entry.record.line_cycle = cycle;
   const auto after = LimitsOf(*entry.device, cycle);
-  if (after == before) return;
+  if (after == entry.record.age_limits) return;
   // What was too old stays so until it is read again.
   for (std::size_t point = 0; point < entry.record.points.size(); ++point) {
     PointRecord& held = entry.record.points[point];

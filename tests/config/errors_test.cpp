@@ -162,11 +162,22 @@ TEST(DeviceErrors, MissingKeys) {
             "profile or points\n");
 }
 
-TEST(DeviceErrors, SlowPointsAndMaxAgeIsAWarning) {
-  const std::string problems = ProblemsOfDevice("profile: relay, max_age: 5s");
-  EXPECT_EQ(problems,
+TEST(DeviceErrors, PointsThatAreReadMoreSeldomThanMaxAgeAreAWarning) {
+  EXPECT_EQ(ProblemsOfDevice("profile: relay, max_age: 5s"),
             "t.yaml:6:53: warning: max_age: 5s is shorter than slow (2min): slow points will "
             "often be uncertain\n");
+  const auto with = [](const std::string& point) {
+    return Shown(Load("lines:\n- { name: l, port: /dev/l, protocol: fake,\n"
+                      "    devices: [{ name: d, address: 1, max_age: 5s,\n"
+                      "      points: [{ name: x, read: A1, type: int16, " +
+                      point + " }] }] }\n")
+                     .problems);
+  };
+  EXPECT_EQ(with("poll: 30s"),
+            "t.yaml:3:47: warning: max_age: 5s is shorter than poll of point 'x' (30s): it will "
+            "often be uncertain\n");
+  EXPECT_EQ(with("poll: 5s"), "");
+  EXPECT_EQ(with("group: daily"), "") << "it has a limit of its own";
 }
 
 TEST(LineErrors, OneSentenceEach) {

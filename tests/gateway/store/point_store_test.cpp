@@ -150,6 +150,25 @@ TEST_F(PointStoreTest, WhatWasTooOldStaysSoOnASlowerLine) {
   EXPECT_EQ(QualityAfter(kFast, 200s), Quality::good);
 }
 
+/// As a reload does it: the line goes on, and so does the age of its values.
+TEST_F(PointStoreTest, WithOtherLimitsTheSameAgeIsJudgedAnew) {
+  store_.SetLineCycle(0, 10s, kStart);
+  Update(kFast, 1.0, 0s);
+  ASSERT_EQ(AgedAt(25s), Points{kFast});
+  config::Line patient = config_.lines[0];
+  patient.devices[0].max_age = 1min;
+  store_.Show(0, patient);
+  EXPECT_EQ(QualityAfter(kFast, 25s), Quality::good);
+  EXPECT_EQ(QualityAfter(kFast, 61s), Quality::uncertain_last_usable) << "counted as before";
+  config::Line strict = config_.lines[0];
+  strict.devices[0].max_age = 5s;
+  store_.Show(0, strict);
+  EXPECT_EQ(QualityAfter(kFast, 19s), Quality::good) << "two rounds of the line, as before";
+  EXPECT_EQ(QualityAfter(kFast, 21s), Quality::uncertain_last_usable);
+  Told();
+  EXPECT_EQ(AgedAt(61s), Points{kFast}) << "and the feed hears of it";
+}
+
 TEST_F(PointStoreTest, TheLastGoodValueIsKeptUnderBadQuality) {
   Update(kFast, 1.5, 0s);
   Update(kFast, {}, 1s, Quality::bad_sensor_failure);

@@ -56,11 +56,12 @@ TEST(ReaderConfig, NothingGrowsOldUnlessItIsSaid) {
     return LimitsOf(loaded.config.lines[0].devices[0],
                     {})[static_cast<std::size_t>(config::Group::fast)];
   };
-  EXPECT_GT(limits("").max_age, std::chrono::hours(24 * 365 * 10));
-  EXPECT_GT(limits("").dead_age, std::chrono::hours(24 * 365 * 10));
+  EXPECT_FALSE(limits("").ages());
   EXPECT_EQ(limits(", max_age: 5s").max_age, 5s);
   EXPECT_EQ(limits(", max_age: 5s").dead_age, 15s);
   EXPECT_EQ(limits(", max_age: 200ms").max_age, 200ms) << "it is not polled every second";
+  EXPECT_THAT(ProblemsOf("{ name: g, address: 1, profile: weighing, dead_age: 5s }"),
+              HasSubstr("error: dead_age: give max_age too"));
 }
 
 TEST(ReaderConfig, TheEightTagsStandInOneRow) {

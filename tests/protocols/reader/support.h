@@ -39,7 +39,7 @@ inline config::Device Reader(const std::vector<std::pair<std::string, std::strin
       if (spec.name == name) device.options.Set(name, config::ParseOption(spec, text).value());
     }
   }
-  device.max_age = device.dead_age = std::chrono::hours(24 * 365);
+  device.never_old = true;
   device.events = true;
   using config::Type;
   device.points = {ReaderPoint("tag", Type::string),

@@ -31,7 +31,7 @@ config::Line GateLine() {
   device.protocol = "reader";
   device.options = config::DefaultOptions(ReaderProtocol());
   device.options.Set("commands", std::string("ask"));
-  device.max_age = device.dead_age = std::chrono::hours(24 * 365);
+  device.never_old = true;
   device.events = true;
   for (const char* read : {"message", "present"}) {
     config::Point point;
