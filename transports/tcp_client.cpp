@@ -284,7 +284,7 @@ void TcpClient::OnEnd(const std::error_code& error) {
   const bool reset = error == asio::error::connection_reset;
   if (error == asio::error::eof || reset) {
     Close();
-    return listener_.OnEnded(port_ + (reset ? " reset" : " closed") + " the connection");
+    return listener_.OnEnded(port_ + (reset ? " reset" : " closed") + " the connection", reset);
   }
   Lose(full ? port_ + " takes no data or does not answer"
             : "the connection to " + port_ + " is lost: " + error.message());

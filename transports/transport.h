@@ -30,8 +30,9 @@ class TransportListener {
   virtual void OnRoom() {}
   /// The port or connection is gone (unplugged, hung up); the transport has closed itself.
   virtual void OnLost(const std::string& reason) = 0;
-  /// The other end has closed or reset the connection; the transport has closed itself.
-  virtual void OnEnded(const std::string& reason) { OnLost(reason); }
+  /// The other end has closed the connection, or `reset` it, which drops what it has not read; the
+  /// transport has closed itself.
+  virtual void OnEnded(const std::string& reason, bool /*reset*/) { OnLost(reason); }
 };
 
 /// Errors that the driver counts, since the port was opened; all zero where it does not.

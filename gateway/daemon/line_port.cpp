@@ -138,7 +138,7 @@ void LinePort::CountLoss() {
   });
 }
 
-void LinePort::OnEnded(const std::string& reason, Now now) {
+void LinePort::OnEnded(const std::string& reason, bool reset, Now now) {
   const bool several = line_.devices.size() > 1;
   if (rest_.IsDrop(Answers(), now.instant - used_)) {
     display_.Update([&](LineStatus& status) { status.drops.Add(now.instant); });
@@ -146,13 +146,17 @@ void LinePort::OnEnded(const std::string& reason, Now now) {
                     "line {}: {}, which was in use; it is opened again with the next request",
                     line_.name, reason);
   }
-  if (listens_ || !rest_.OnEnded(Answers(), several)) return OnLost(reason, now);
+  if (listens_ || !rest_.OnEnded(Answers(), several)) {
+    now_ = now;
+    CountLoss();
+    return Lost(reason, reset ? Loss::reset : Loss::port);
+  }
   now_ = now;
   if (connection_ != Connection::proven && !rest_.in_vain()) Prove();
   poller_.OnEnded(now);
 }
 
-void LinePort::Lost(const std::string& reason) {
+void LinePort::Lost(const std::string& reason, Loss loss) {
   open_ = false;
   const bool asked = rest_.asks();
   rest_.End();
@@ -161,22 +165,24 @@ void LinePort::Lost(const std::string& reason) {
   telegrams_.OnClosed("the port was lost");
   loan_.OnClosed("the port is lost: " + reason, now_);
   poller_.OnClosed(now_);
-  if (connection_ == Connection::proven) return Down(reason);
+  if (connection_ == Connection::proven) return Down(reason, loss);
   connection_ = Connection::useless;
   // One that resets it has not even read the request.
-  const bool read = asked && !reason.ends_with("reset the connection");
+  const bool read = asked && loss != Loss::reset;
   Down(reason + (read ? ", before it had worked: check its protocol (" + line_.protocol +
                             "), the address, and other clients"
                       : ", before it had worked; is the server in use by another client, or at its "
-                        "connection limit?"));
+                        "connection limit?"),
+       loss);
 }
 
-void LinePort::Down(const std::string& reason) {
+void LinePort::Down(const std::string& reason, Loss loss) {
   if (retries_.OnDown(reason)) {
     log::Warn({.line = line_.name, .outcome = std::string(Name(Outcome::line_down))},
               "down: {}; trying again until it works", reason);
   }
   if (reason != display_.text()) display_.Show(LineStatus::Port::closed, reason, now_);
+  display_.Update([&](LineStatus& status) { status.silent = loss == Loss::silence; });
   reporter_.OnNews({News::What::port_down, false, {}, reason}, now_);
 }
 
@@ -192,7 +198,8 @@ void LinePort::CheckConnection() {
   }
   transport_.Close();
   Lost("no device behind it has answered for " + FormatDuration(kSilenceLimit) +
-       "; the connection is made anew");
+           "; the connection is made anew",
+       Loss::silence);
 }
 
 // ---------------------------------------------------------------- the loan

@@ -48,7 +48,7 @@ class LinePort final : public RequestPort, public PortLoan::Line {
   void OnOpenFailed(const std::string& reason, Now now);
   void OnBytes(View bytes, Now now);
   void OnLost(const std::string& reason, Now now);
-  void OnEnded(const std::string& reason, Now now);
+  void OnEnded(const std::string& reason, bool reset, Now now);
 
   // From the poller and the telegrams by hand.
   void Send(View bytes, const config::SerialSettings& serial, Now now) override;
@@ -87,9 +87,15 @@ class LinePort final : public RequestPort, public PortLoan::Line {
   void Announce();
   void Prove();
   void CheckConnection();
-  void Lost(const std::string& reason);
+  /// How the port was lost, where more depends on it than a text.
+  enum class Loss : std::uint8_t {
+    port,
+    reset,    ///< the server has dropped what it had not read
+    silence,  ///< closed here, because no device behind it has answered
+  };
+  void Lost(const std::string& reason, Loss loss = Loss::port);
   void CountLoss();
-  void Down(const std::string& reason);
+  void Down(const std::string& reason, Loss loss = Loss::port);
   void ClosePort();
   // The loan, and the stop.
   void AfterTheWrite(std::function<void()> then);

@@ -76,10 +76,6 @@ bool LineRunner::Submit(RoutedRequest request) {
   return true;
 }
 
-void LineRunner::Forget(std::uint64_t client) {
-  Post([client](LineParts& line, Now now) { line.poller.Forget(client, now); });
-}
-
 void LineRunner::Offer(config::PortServer server, Duration time) {
   Post([this, server = std::move(server), time](LineParts&, Now now) mutable {
     servers_.Offer(std::move(server), time, now);
@@ -128,8 +124,8 @@ void LineRunner::OnLost(const std::string& reason) {
   Handle([&](LineParts& line, Now now) { line.port.OnLost(reason, now); });
 }
 
-void LineRunner::OnEnded(const std::string& reason) {
-  Handle([&](LineParts& line, Now now) { line.port.OnEnded(reason, now); });
+void LineRunner::OnEnded(const std::string& reason, bool reset) {
+  Handle([&](LineParts& line, Now now) { line.port.OnEnded(reason, reset, now); });
 }
 
 /// A timer that ends early once costs less than one that is set anew at every input.

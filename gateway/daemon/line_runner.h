@@ -21,9 +21,7 @@
 
 namespace baudgate {
 
-class LineRunner final : public RouteTarget,
-                         private TransportListener,
-                         private serial_server::PortOwner {
+class LineRunner final : private TransportListener, private serial_server::PortOwner {
  public:
   /// All references outlive the runner. Nothing happens before Start.
   LineRunner(asio::io_context& loop, const config::Line& line, std::uint32_t first_device,
@@ -51,12 +49,9 @@ class LineRunner final : public RouteTarget,
     return since == WallTime{} ? std::nullopt : std::optional(since);
   }
 
-  /// From any thread; see CommandSink.
+  // From any thread; see CommandSink and RouteTarget.
   bool Submit(WriteCommand command);
-
-  // See RouteTarget.
-  bool Submit(RoutedRequest request) override;
-  void Forget(std::uint64_t client) override;
+  bool Submit(RoutedRequest request);
 
   /// Calls `call` with the parts of the line and the time on the loop, soon; from any thread.
   template <typename Call>
@@ -76,7 +71,7 @@ class LineRunner final : public RouteTarget,
   void OnOpenFailed(const std::string& reason) override;
   void OnBytes(View bytes) override;
   void OnLost(const std::string& reason) override;
-  void OnEnded(const std::string& reason) override;
+  void OnEnded(const std::string& reason, bool reset) override;
   void OnRoom() override { line_.loan.OnRoom(); }
 
   // From the servers of its port.

@@ -30,6 +30,7 @@ class PortDisplay {
       if (status.port != port || status.port_text.empty()) status.port_since = now.wall;
       status.port = port;
       status.port_text = text;
+      status.silent = false;
       status.released_until = loan.until;
       status.lent_to_client = loan.to_client;
     });

@@ -29,8 +29,6 @@ constexpr std::size_t kDrops = 3;
 constexpr Duration kRecently = 5min;
 /// A connection is opened again so soon.
 constexpr Duration kMoment = 5s;
-/// The text of a port that gateway/daemon/line_driver.cpp opens anew.
-constexpr std::string_view kNobodyAnswers = "no device behind it has answered";
 /// So many errors of the driver for an exchange.
 constexpr double kNotableErrors = 0.02;
 
@@ -68,7 +66,7 @@ std::string Lost(const config::Line& line, std::size_t times,
 
 std::string Closed(const config::Line& line, const LineStatus& status,
                    std::span<const DeviceRecord> devices, Now now) {
-  if (status.port == LineStatus::Port::released && status.port_text.starts_with("lent to ")) {
+  if (status.port == LineStatus::Port::released && status.lent_to_client) {
     return fmt::format(
         "{} until {}, its points are out of service; 'baudgate release {} --end' takes it back",
         status.port_text, ClockText(status.released_until), line.name);
@@ -81,7 +79,7 @@ std::string Closed(const config::Line& line, const LineStatus& status,
   if (std::string other = SayOtherService(line, devices); !other.empty()) return other;
   // Made anew as nobody answers: that is what is wrong.
   const auto absent = [](const DeviceRecord& one) { return IsAbsent(one.status); };
-  if (status.port_text.starts_with(kNobodyAnswers) && std::ranges::any_of(devices, absent)) {
+  if (status.silent && std::ranges::any_of(devices, absent)) {
     const Evidence evidence = GatherAbsent(status, devices, now);
     const auto judged = Judge(evidence);
     if (!judged.empty()) return "nobody answers: " + judged.front()->say(evidence);

@@ -115,7 +115,7 @@ class LinePortTest : public testing::Test {
   void End() {
     port_.open = false;
     port_.sent.clear();  // nobody is there any more
-    Handle([&] { line_->port.OnEnded("closed", now_); });
+    Handle([&] { line_->port.OnEnded("closed", false, now_); });
   }
   void Say(std::string_view text) {
     Handle([&] { line_->port.OnBytes(ToBytes(text), now_); });
