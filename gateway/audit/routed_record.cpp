@@ -81,33 +81,6 @@ Ending EndingOf(const RoutedReply& reply, bool broadcast) {
 
 }  // namespace
 
-bool Writes(View pdu) {
-  switch (pdu[0]) {
-    case modbus::kReadCoils:
-    case modbus::kReadDiscretes:
-    case modbus::kReadHolding:
-    case modbus::kReadInput:
-    case modbus::kExceptionStatus:
-    case modbus::kEventCounter:
-    case modbus::kEventLog:
-    case modbus::kServerId:
-    case modbus::kReadFile:
-    case modbus::kReadQueue:
-      return false;
-    case modbus::kEncapsulated:
-      return pdu.size() < 2 || pdu[1] != modbus::kIdentification;
-    case modbus::kDiagnostics: {
-      constexpr unsigned kFirstCounter = 11;
-      constexpr unsigned kLastCounter = 18;
-      constexpr unsigned kRegister = 2;
-      const unsigned what = pdu.size() < 3 ? 1 : WordAt(pdu, 1);
-      return what != 0 && what != kRegister && (what < kFirstCounter || what > kLastCounter);
-    }
-    default:
-      return true;
-  }
-}
-
 WriteRecord RecordOf(const RoutedWrite& write) {
   WriteRecord record;
   record.kind = Kind::route;

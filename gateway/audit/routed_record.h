@@ -22,9 +22,6 @@ struct RoutedWrite {
   Now asked;
 };
 
-/// The request may change its slave: all functions but those that are known to read.
-bool Writes(View pdu);
-
 /// Function, address and values, of which 16 at most are told: "06 holding 100", 7;
 /// "16 holding 100-101", "1 2". Of functions other than 5, 6, 15, 16, 22 and 23 only the code.
 WriteRecord RecordOf(const RoutedWrite& write);

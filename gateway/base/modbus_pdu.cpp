@@ -332,6 +332,18 @@ bool IsRepeatable(View request) {
   return IsRead(request[0]) || std::ranges::find(kHarmless, request[0]) != std::end(kHarmless);
 }
 
+bool MayChangeSlave(View request) {
+  constexpr std::uint8_t kReads[] = {kExceptionStatus, kEventCounter, kEventLog,
+                                     kServerId,        kReadFile,     kReadQueue};
+  if (request[0] == kEncapsulated) return request.size() < 2 || request[1] != kIdentification;
+  if (request[0] == kDiagnostics) {
+    // 0 is a loopback, 2 reads the register, 11 to 18 read counters.
+    const std::size_t what = CountAt(request, 1).value_or(1);
+    return what != 0 && what != 2 && (what < 11 || what > 18);
+  }
+  return !IsRead(request[0]) && std::ranges::find(kReads, request[0]) == std::end(kReads);
+}
+
 Verdict CheckReply(View request, View reply) {
   if (request.empty() || reply.empty()) return Unexpected("there is no function code");
   if (reply[0] == (request[0] | kExceptionBit) && request[0] < kExceptionBit) {

@@ -67,7 +67,19 @@ inline constexpr std::size_t kWriteReply = 5;
 
 /// 1…127: what may stand at the head of a request.
 constexpr bool IsFunction(std::uint8_t code) { return code > 0 && code < kExceptionBit; }
-/// 1…4: functions that only read, whoever the slave is. Any other may change it.
+
+// Whether a request is a write has four answers, each for its question:
+//
+//   request               03     08 00 00    08 00 01    06     16 (mask)   41 (unknown)
+//   IsRead                yes    no          no          no     no          no
+//   IsRepeatable          yes    yes         no          no     no          no
+//   MayChangeSlave        no     no          yes         yes    yes         yes
+//   IsPlainWrite          no     no          no          yes    no          no
+//
+// The queue of a line keeps the order of all but IsRead. What MayChangeSlave is recorded. What
+// IsPlainWrite is permitted by `write` alone, and is a broadcast where it goes to unit 0.
+
+/// 1…4: functions that only read, whoever the slave is.
 constexpr bool IsRead(std::uint8_t function) {
   return function >= kReadCoils && function <= kReadInput;
 }
@@ -129,6 +141,8 @@ bool HasByteCount(std::uint8_t function);
 
 /// Whether the request is harmless to repeat.
 bool IsRepeatable(View request);
+/// All functions but those that are known to read.
+bool MayChangeSlave(View request);
 /// Whether a good reply equals its request.
 bool IsMirrored(View request);
 /// False where no reply can equal its request: functions of which that is known. Some devices

@@ -18,7 +18,7 @@
 
 namespace baudgate {
 
-/// What is not known to read may change the slave.
+/// It keeps its order among the requests of its slave (gateway/base/modbus_pdu.h has the table).
 inline bool IsWrite(const RoutedRequest& request) { return !modbus::IsRead(request.pdu[0]); }
 
 class RouteQueue {

@@ -141,7 +141,7 @@ bool RequestService::Broadcast(View frame, std::size_t index, const RouteTargets
 
 std::shared_ptr<audit::Witness> RequestService::WitnessOf(View frame, const RouteTarget* target,
                                                           const Now& now, bool broadcast) const {
-  if (points_.writes() == nullptr || !audit::Writes(PduOf(frame))) return nullptr;
+  if (points_.writes() == nullptr || !MayChangeSlave(PduOf(frame))) return nullptr;
   const audit::RoutedWrite write{
       record_->peer, points_.targets().NameOf(target), UnitOf(frame), broadcast, PduOf(frame), now};
   return std::make_shared<audit::Witness>(*points_.writes(), write);

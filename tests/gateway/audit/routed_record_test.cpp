@@ -46,17 +46,6 @@ TEST(RoutedRecord, OfManyValuesSixteenAreTold) {
   EXPECT_THAT(Said(pdu), HasSubstr("0 0 0 … (100)"));
 }
 
-TEST(RoutedRecord, FunctionsThatReadAreNoWrites) {
-  for (const Bytes& pdu : {Bytes{3, 0, 0, 0, 1}, Bytes{7}, Bytes{11}, Bytes{12}, Bytes{17},
-                           Bytes{20}, Bytes{24}, Bytes{43, 14, 1, 0}, Bytes{8, 0, 0, 1, 1}}) {
-    EXPECT_FALSE(Writes(pdu)) << static_cast<int>(pdu[0]);
-  }
-  for (const Bytes& pdu : {Bytes{6, 0, 0, 0, 1}, Bytes{21}, Bytes{23}, Bytes{65}, Bytes{43, 13},
-                           Bytes{43}, Bytes{8, 0, 1, 0, 0}, Bytes{8}}) {
-    EXPECT_TRUE(Writes(pdu)) << static_cast<int>(pdu[0]);
-  }
-}
-
 class WitnessTest : public ::testing::Test {
  protected:
   const WriteRecord& After(const RoutedReply& reply, bool broadcast = false) {

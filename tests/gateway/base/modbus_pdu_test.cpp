@@ -116,6 +116,17 @@ TEST(ModbusPdu, FunctionCodesByKind) {
   EXPECT_FALSE(IsFunction(128));
 }
 
+TEST(ModbusPdu, WhatMayChangeItsSlave) {
+  for (const char* reads : {"03 00 00 00 01", "07", "0B", "0C", "11", "14", "18", "2B 0E 01 00",
+                            "08 00 00 01 01", "08 00 0B 00 00"}) {
+    EXPECT_FALSE(MayChangeSlave(Hex(reads))) << reads;
+  }
+  for (const char* changes : {"06 00 00 00 01", "15", "16 00 04 00 F2 00 25", "17", "41", "2B 0D",
+                              "2B", "08 00 01 00 00", "08"}) {
+    EXPECT_TRUE(MayChangeSlave(Hex(changes))) << changes;
+  }
+}
+
 struct Refused {
   const char* what;
   Bytes request;
