@@ -312,8 +312,9 @@ class Conversation {
   /// taken only where nothing else is owed.
   virtual Outcome Check(View request, View frame) const = 0;
 
-  /// For `baudgate decode`: what a recorded reply to a recorded request means. The same checks and
-  /// readings as in OnFrame, but no task and no memory. What fits no point gets a label.
+  /// What a reply to a request means: for `baudgate decode`, for routed requests, and for a frame
+  /// that OnFrame cannot be asked about. The same checks and readings as in OnFrame, but no task
+  /// and no memory. What fits no point gets a label.
   virtual Answer Interpret(View request, View frame) = 0;
 
   /// The least times that the device needs, as it has said itself; nothing = as configured. The

@@ -93,7 +93,7 @@ struct Cut {
 ///
 /// Two drop a damaged burst whole instead of 2, as bytes inside it may look like a frame: listeners
 /// that carry out what they hear on a shared bus (protocols/modbus/rtu_frame_rule.cpp), and Modbus
-/// TCP, which has no check value (tcp_frame_rule.cpp beside it).
+/// TCP, which has no check value (protocols/modbus/tcp_frame_rule.cpp).
 using FrameRule = Cut (*)(View held, const Expectation& expect, bool idle);
 
 }  // namespace baudgate

@@ -23,12 +23,12 @@ void CheckSeldomGroups(const Device& device, const Keys& keys, Problems& problem
     const std::optional<Duration> max_age = MaxAgeOf(device, point.group);
     if (!max_age || *max_age >= period || !told.insert(point.group).second) continue;
     const std::string shorter = "max_age: " + FormatDuration(*max_age) + " is shorter than ";
-    problems.Warning(keys.MarkOf("max_age"),
-                     point.group == Group::slow
-                         ? shorter + "slow (" + FormatDuration(period) +
-                               "): slow points will often be uncertain"
-                         : shorter + "poll of point '" + point.name + "' (" +
-                               FormatDuration(period) + "): it will often be uncertain");
+    problems.Warning(
+        keys.MarkOf("max_age"),
+        point.group == Group::slow
+            ? shorter + "slow (" + FormatDuration(period) + "): slow points will often be uncertain"
+            : shorter + "poll of point '" + point.name + "' (" + FormatDuration(period) +
+                  "): it will often be uncertain");
   }
 }
 

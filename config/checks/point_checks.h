@@ -17,8 +17,8 @@ namespace baudgate::config {
 /// left out.
 void CheckPoint(const Point& point, const Protocol* protocol, const Keys& keys, Problems& problems);
 
-/// The register tables of one device: no point outside the areas of values (modbus_addresses.h),
-/// and no two in one place.
+/// The register tables of one device: no point outside the areas of values
+/// (config/model/modbus_addresses.h), and no two in one place.
 class RegisterClaims {
  public:
   explicit RegisterClaims(Problems& problems) : problems_(problems) {}

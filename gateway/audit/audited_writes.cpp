@@ -39,7 +39,7 @@ bool AuditedWrites::Submit(WriteCommand command) {
     return false;
   }
   Waiting waiting;
-  waiting.until = now.instant + kPatience;
+  waiting.until = now.instant + kWaitForRecord;
   std::vector<Ticket> tickets;  // 0: there was no room for it
   for (WriteRecord& record : RecordsOf(command, now)) {
     const auto ticket = log_.Begin(std::move(record));

@@ -15,7 +15,7 @@
 #include "gateway/audit/write_log.h"
 #include "gateway/base/guarded.h"
 #include "gateway/base/worker.h"
-#include "gateway/requests/commands.h"
+#include "gateway/requests/write_command.h"
 #include "gateway/store/point_store.h"
 
 namespace baudgate::audit {
@@ -23,7 +23,7 @@ namespace baudgate::audit {
 class AuditedWrites final : public CommandSink {
  public:
   /// A line never waits for a disk, nor does whoever submits.
-  static constexpr Duration kPatience = 500ms;
+  static constexpr Duration kWaitForRecord = 500ms;
   /// Commands that may wait for their records.
   static constexpr std::size_t kLimit = 1024;
 

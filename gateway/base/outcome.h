@@ -10,7 +10,7 @@ namespace baudgate {
 enum class Outcome : std::uint8_t {
   none = 0,         ///< no exchange has ended yet
   ok = 1,           ///< a good reply
-  no_reply = 2,     ///< not one byte came
+  no_reply = 2,     ///< no reply came, or it was not asked
   partial = 3,      ///< the reply stopped mid-frame
   corrupt = 4,      ///< checksum or syntax is wrong
   unexpected = 5,   ///< a valid frame, but of another address or shape

@@ -1,5 +1,5 @@
 // The subcommands of baudgate: their words and help, and which function of gateway/cli does each.
-// Words come from main.cpp; what is to be done goes back to it.
+// Words come from gateway/main.cpp; what is to be done goes back to it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -11,7 +11,7 @@ namespace baudgate::control {
 namespace {
 
 /// How long a line has for what a person asks.
-constexpr Duration kPatience = 5s;
+constexpr Duration kWaitForDevice = 5s;
 
 Json ToJson(const WriteResult& result) {
   return {{"end", Name(result.end)}, {"reason", result.reason}, {"read_back", result.read_back}};
@@ -60,7 +60,7 @@ Status PointRequests::Write(const Json& request, const Writer& writer, Instant n
   const config::Point& point = store_.device(ask->device).points[ask->parts.front().point];
   const auto confirm = request.find("confirm");
   ask->confirmed = confirm != request.end() && confirm->is_boolean() && confirm->get<bool>();
-  ask->deadline = now + kPatience;
+  ask->deadline = now + kWaitForDevice;
   ask->done = [answered](const WriteResult& result) { answered(ToJson(result)); };
   if (const auto refusal = gate_.Submit(writer, std::move(*ask), now)) {
     const bool busy = refusal->why == WriteRefusal::Why::busy;
@@ -81,7 +81,7 @@ Status PointRequests::Read(const Json& request, const Writer& writer, Now now, A
   command.device = target->device;
   command.client = writer.name;
   command.reads = target->points;
-  command.deadline = now.instant + kPatience;
+  command.deadline = now.instant + kWaitForDevice;
   const Instant asked = now.instant;
   command.done = [this, answered, target = *target, asked](const WriteResult& result) {
     answered(

@@ -17,7 +17,7 @@
 #include <functional>
 #include <string>
 
-#include "gateway/requests/commands.h"
+#include "gateway/requests/write_command.h"
 #include "gateway/status/status_json.h"
 #include "gateway/status/target.h"
 #include "gateway/writes/write_gate.h"

@@ -25,12 +25,12 @@ struct ReloadAsk {
 
 struct ReloadAnswer {
   bool ok = false;
-  bool applied = false;              ///< something is another than before
-  int exit_code = 0;                 ///< of the command: 2: a bad file, 4: it cannot be had
-  std::vector<std::string> changes;  ///< one sentence each
+  bool applied = false;                 ///< something is another than before
+  int exit_code = 0;                    ///< of the command: 2: a bad file, 4: it cannot be had
+  std::vector<std::string> changes;     ///< one sentence each
   std::vector<std::string> warnings{};  ///< of the file: "…baudgate.yaml:7:3: warning: …"
-  std::string text;                  ///< one or more lines
-  Duration confirm{};                ///< time left for it; zero: it needs none
+  std::string text;                     ///< one or more lines
+  Duration confirm{};                   ///< time left for it; zero: it needs none
 };
 
 class ReloadService {

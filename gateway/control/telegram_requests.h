@@ -9,8 +9,8 @@
 
 #include <functional>
 
-#include "gateway/requests/commands.h"
 #include "gateway/requests/line_control.h"
+#include "gateway/requests/write_command.h"
 #include "gateway/status/status_json.h"
 #include "gateway/writes/write_gate.h"
 

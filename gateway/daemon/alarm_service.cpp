@@ -13,7 +13,7 @@ namespace {
 
 using events::OwnAlarms;
 using events::Trouble;
-using modbus::RouteEnd;
+using modbus::RouteOutcome;
 
 /// Two requests without a reply that are so far apart are as good as many.
 constexpr Duration kLongSilence = 30s;
@@ -79,10 +79,10 @@ void AlarmService::OnUnused(const std::string& line, const std::string& device, 
 
 /// Nobody knows what a slave would have said to a request that was not sent. Where the line is
 /// down its own alarm says so.
-void AlarmService::OnRouted(const modbus::RoutedEnd& end, Now now) {
+void AlarmService::OnRouted(const modbus::RoutedReport& end, Now now) {
   const config::Route& route = end.route;
   const OwnAlarms::Place unit{route.line, events::UnitName(end.unit)};
-  const bool answered = end.end == RouteEnd::ok || end.end == RouteEnd::refused;
+  const bool answered = end.end == RouteOutcome::ok || end.end == RouteOutcome::refused;
   const MutexLock lock(mutex_);
   if (route.line.empty()) {
     const OwnAlarms::Place server{"", HostAndPort(route.host, route.port)};
@@ -97,7 +97,7 @@ void AlarmService::OnRouted(const modbus::RoutedEnd& end, Now now) {
     OnAnswered(unit, now);
   } else if (answered) {
     OnUnanswered(unit, "the gateway there answers exception " + HexByte(end.reply.pdu[1]), now);
-  } else if (end.end == RouteEnd::no_reply) {
+  } else if (end.end == RouteOutcome::no_reply) {
     OnUnanswered(unit, WhyOf(end.reply.reason), now);
   }
 }

@@ -14,7 +14,7 @@
 #include "config/model/config.h"
 #include "gateway/base/guarded.h"
 #include "gateway/events/own_alarms.h"
-#include "gateway/modbus/service/routed_end.h"
+#include "gateway/modbus/service/routed_report.h"
 #include "gateway/poll/poller_listener.h"
 #include "gateway/state/disk.h"
 
@@ -29,7 +29,7 @@ class AlarmService {
 
   /// `device`: its name; empty: it is of the line.
   void OnNews(const std::string& line, const std::string& device, const News& news, Now at);
-  void OnRouted(const modbus::RoutedEnd& end, Now now);
+  void OnRouted(const modbus::RoutedReport& end, Now now);
   /// A device that the configuration does not use.
   void OnUnused(const std::string& line, const std::string& device, Now now);
 

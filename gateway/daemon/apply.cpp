@@ -28,8 +28,8 @@ reload::Health HealthOf(const DeviceRecord& record) {
   return well ? Health::well : Health::unknown;
 }
 
-bool Begins(reload::Effect fate) {
-  return fate == reload::Effect::added || fate == reload::Effect::changed;
+bool Begins(reload::Fate fate) {
+  return fate == reload::Fate::added || fate == reload::Fate::changed;
 }
 
 void CountClients(const modbus::TrafficStatus& traffic, reload::ModbusDifference& difference) {
@@ -43,7 +43,7 @@ void CountClients(const modbus::TrafficStatus& traffic, reload::ModbusDifference
 
 void Daemon::Impl::SetReload(ReloadOptions options) {
   Reloader::Links links;
-  links.running = [this] { return slots; };
+  links.running = [this] { return running; };
   links.keeps = [this] { return records.open(); };
   links.open_folder = [this]() -> Status {
     if (Status status = records.OpenFolder(config); !status) return status;
@@ -116,9 +116,9 @@ std::vector<std::string> Daemon::Impl::Apply(config::Config next,
                                              const reload::Difference& difference,
                                              const modbus::Renewal& renewal, const Threads& threads,
                                              WebOutput::Prepared page) {
-  reload::Slots placed = reload::PlaceInSlots(*slots, std::move(next), difference);
+  reload::Placement placed = reload::PlaceInSlots(*running, std::move(next), difference);
   const auto before =
-      std::exchange(slots, std::make_shared<const config::Config>(std::move(placed.config)));
+      std::exchange(running, std::make_shared<const config::Config>(std::move(placed.config)));
   std::map<std::string, ManualSettings> manual;
   for (const std::uint32_t line : placed.gone) {
     const config::Line& ends = before->lines[line];
@@ -127,17 +127,17 @@ std::vector<std::string> Daemon::Impl::Apply(config::Config next,
   lines.Remove(placed.gone);
   for (const std::uint32_t line : placed.gone) store.Retire(line);
   for (const std::uint32_t line : placed.shown) {
-    shown.push_back(std::make_shared<const config::Line>(slots->lines[line]));
+    shown.push_back(std::make_shared<const config::Line>(running->lines[line]));
     store.Show(line, *shown.back());
   }
   std::vector<std::shared_ptr<const config::Line>> begun;
   const std::uint32_t first_device = store.device_count();
   for (const std::uint32_t line : placed.begun) {
-    begun.push_back(std::make_shared<const config::Line>(slots->lines[line]));
+    begun.push_back(std::make_shared<const config::Line>(running->lines[line]));
     store.Append(*begun.back());
   }
-  records.Renumber(slots, begun);
-  clocks->Renumber(*slots);
+  records.OnReload(running, begun);
+  clocks->OnReload(*running);
   std::uint32_t device = first_device;
   for (const auto& line : begun) {
     const auto own = threads.find(line->name);
@@ -147,13 +147,13 @@ std::vector<std::string> Daemon::Impl::Apply(config::Config next,
     device += static_cast<std::uint32_t>(line->devices.size());
   }
   std::vector<std::string> missing;
-  if (modbus) missing = modbus->Apply(*slots, Targets(), renewal);
+  if (modbus) missing = modbus->Apply(*running, Targets(), renewal);
 #ifdef BAUDGATE_WITH_DDS
-  if (dds) dds->Renumber(*slots);
+  if (dds) dds->OnReload(*running);
 #endif
   ApplyHistory(*before);
   if (web) {
-    const std::string trouble = web->Apply(*slots, std::move(page));
+    const std::string trouble = web->Apply(*running, std::move(page));
     if (!trouble.empty()) missing.push_back(trouble);
   }
   lines.Start();
@@ -165,13 +165,13 @@ std::vector<std::string> Daemon::Impl::Apply(config::Config next,
 
 /// Points of the history are numbers, too. Nobody may read it while it is made anew.
 void Daemon::Impl::ApplyHistory(const config::Config& before) {
-  if (before.history.on() || slots->history.on()) {
-    if (control) control->Apply(*slots, nullptr);
-    if (web) web->ApplyHistory(*slots, nullptr);
-    records.RenewHistory(*slots, store);
+  if (before.history.on() || running->history.on()) {
+    if (control) control->Apply(*running, nullptr);
+    if (web) web->ApplyHistory(*running, nullptr);
+    records.RenewHistory(*running, store);
   }
-  if (control) control->Apply(*slots, records.history());
-  if (web) web->ApplyHistory(*slots, records.history());
+  if (control) control->Apply(*running, records.history());
+  if (web) web->ApplyHistory(*running, records.history());
 }
 
 reload::Healths Daemon::Impl::Healths() const {

@@ -59,11 +59,11 @@ std::uint32_t DevicesOf(const config::Config& config) {
 ClockCorrector::ClockCorrector(Links links)
     : links_(std::move(links)), gate_(links_.store, links_.commands) {}
 
-void ClockCorrector::Renumber(const config::Config& config) {
+void ClockCorrector::OnReload(const config::Config& config) {
   const MutexLock lock(mutex_);
   devices_ = DevicesOf(config);
   if (tries_) {
-    tries_->Renumber(config);
+    tries_->OnReload(config);
   } else if (WantsCare(config)) {
     if (links_.open) {
       tries_ = links_.open(config);

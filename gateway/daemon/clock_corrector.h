@@ -23,7 +23,7 @@
 #include "gateway/base/guarded.h"
 #include "gateway/base/time.h"
 #include "gateway/base/write_result.h"
-#include "gateway/requests/commands.h"
+#include "gateway/requests/write_command.h"
 #include "gateway/state/device_memory.h"
 #include "gateway/store/point_store.h"
 #include "gateway/writes/write_gate.h"
@@ -52,7 +52,7 @@ class ClockCorrector {
 
   /// At the start, and when a reload has given the devices numbers: before that the new ones are
   /// not looked at.
-  void Renumber(const config::Config& config);
+  void OnReload(const config::Config& config);
   /// This machine's clock is known to be right, or not any more. From any thread.
   void OnHostClock(bool right);
   /// As often as wanted.

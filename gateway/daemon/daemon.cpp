@@ -43,14 +43,14 @@ Status Daemon::Start() {
   EventPath* const events = impl_->records.events();
   if (events != nullptr) events->Started();
   impl_->MakeClocks();
-  impl_->ageing->Start();
+  impl_->ticker->Start();
   impl_->lines.Start();
   impl_->host_clock = std::make_unique<HostClock>([impl = impl_.get()](bool right) {
     impl->lines.OnHostClock(right);
     impl->clocks->OnHostClock(right);
   });
   if (events != nullptr) events->Start();
-  if (WritePath* const writes = impl_->records.writes()) writes->Start();
+  if (WritePath* const writes = impl_->records.write_path()) writes->Start();
   impl_->StartControl();
   if (Status status = impl_->StartWeb(std::move(page)); !status) return status;
   if (impl_->reloader) impl_->reloader->Start();
@@ -67,7 +67,7 @@ bool Daemon::Stop() {
   if (impl_->dds) impl_->dds->StopWrites();
 #endif
   if (impl_->clocks) impl_->clocks->Stop();
-  if (WritePath* const writes = impl_->records.writes()) writes->Stop();
+  if (WritePath* const writes = impl_->records.write_path()) writes->Stop();
   impl_->records.EndHistory();
   const std::vector<std::string> hang = impl_->lines.Stop();
   for (const std::string& line : hang) {
@@ -92,7 +92,7 @@ void Daemon::Reload(const std::string& by) {
   impl_->reloader->Reload(ask, [](const control::ReloadAnswer&) {});
 }
 
-const config::Config& Daemon::config() const { return impl_->config; }
+const config::Config& Daemon::config_at_start() const { return impl_->config; }
 const PointStore& Daemon::store() const { return impl_->store; }
 LineControl& Daemon::control() { return impl_->lines; }
 
@@ -145,7 +145,7 @@ void Daemon::Impl::TellUnsettled(const std::set<audit::Target>& devices) {
 
 void Daemon::Impl::MakeLines() {
   LineParts::Links links{{}, records.memory(), records.events()};
-  if (WritePath* const writes = records.writes()) {
+  if (WritePath* const writes = records.write_path()) {
     links.loans = {&writes->log(), config.audit == config::Audit::require};
   }
   if (const auto folder = Recordings::FolderOf(config); !folder.empty()) {
@@ -154,7 +154,7 @@ void Daemon::Impl::MakeLines() {
     links.recordings = [this](Recording recording) { recordings->Save(std::move(recording)); };
   }
   lines.Link(std::move(links));
-  ageing = std::make_unique<AgeTimer>(lines.io(), [this](Instant now) {
+  ticker = std::make_unique<Ticker>(lines.io(), [this](Instant now) {
     store.Age(now);
     const Now both{now, ReadClocks().wall};
     clocks->Tick(both);
@@ -193,7 +193,7 @@ void Daemon::Impl::MakeClocks() {
     };
   }
   clocks = std::make_unique<ClockCorrector>(std::move(links));
-  clocks->Renumber(config);
+  clocks->OnReload(config);
 }
 
 /// Waits for every driver.
@@ -210,11 +210,11 @@ Status Daemon::Impl::StartModbus() {
   modbus::ModbusLinks links;
   links.lines = Targets();
   links.frames = {catalog.FramesOf(modbus::Framing::rtu), catalog.FramesOf(modbus::Framing::ascii)};
-  if (records.writes() != nullptr) links.writes = &records.writes()->log();
+  if (records.write_path() != nullptr) links.writes = &records.write_path()->log();
   if (records.events() != nullptr) {
     links.events = records.events()->feed();
     links.alarms = &records.events()->log();
-    links.routed = [events = records.events()](const modbus::RoutedEnd& end, Now now) {
+    links.routed = [events = records.events()](const modbus::RoutedReport& end, Now now) {
       events->OnRouted(end, now);
     };
   }
@@ -228,7 +228,7 @@ Status Daemon::Impl::StartModbus() {
 
 control::GatewayInfo Daemon::Impl::GatewayForStatus() {
   control::GatewayInfo info{kVersion, started, modbus ? &modbus->server() : nullptr};
-  if (records.writes() != nullptr) info.audit = &records.writes()->log();
+  if (records.write_path() != nullptr) info.audit = &records.write_path()->log();
   if (records.events() != nullptr) info.events = &records.events()->log();
   info.history = records.history();
   if (reloader) info.reload = [this] { return reloader->state(); };

@@ -37,7 +37,7 @@ class Daemon {
   /// needs hangs. A line that hangs is told in log and status, and the rest goes on.
   bool Look();
 
-  const config::Config& config() const;
+  const config::Config& config_at_start() const;
   const PointStore& store() const;
   /// Between Start and Stop.
   LineControl& control();

@@ -10,7 +10,6 @@
 #include <utility>
 #include <vector>
 
-#include "gateway/daemon/age_timer.h"
 #include "gateway/daemon/clock_corrector.h"
 #include "gateway/daemon/control_output.h"
 #include "gateway/daemon/daemon.h"
@@ -20,6 +19,7 @@
 #include "gateway/daemon/placement.h"
 #include "gateway/daemon/records.h"
 #include "gateway/daemon/reloader.h"
+#include "gateway/daemon/ticker.h"
 #include "gateway/daemon/web_output.h"
 #include "gateway/reload/slots.h"
 #include "gateway/trace/recordings.h"
@@ -78,14 +78,14 @@ struct Daemon::Impl {
 
   const config::Config config;  // of the start: what only a restart can change is in it
   /// By the numbers of the store. Replaced by the reloader's thread, which alone uses it then.
-  std::shared_ptr<const config::Config> slots{std::shared_ptr<void>(), &config};
+  std::shared_ptr<const config::Config> running{std::shared_ptr<void>(), &config};
   const config::Catalog& catalog;
   PointStore store;
   std::unique_ptr<Recordings> recordings;  // nothing: nowhere to keep them
   Records records;
   Lines lines;
   std::unique_ptr<ClockCorrector> clocks;
-  std::unique_ptr<AgeTimer> ageing;
+  std::unique_ptr<Ticker> ticker;
   std::unique_ptr<HostClock> host_clock;
   Instant started = ReadClocks().instant;
   modbus::ModbusLimits limits;
@@ -95,7 +95,7 @@ struct Daemon::Impl {
 #ifdef BAUDGATE_WITH_DDS
   std::unique_ptr<DdsOutput> dds;
 #endif
-  /// Lines as they are shown now, where they were made with another configuration.
+  /// Every line that was ever shown otherwise than it began: pointers to them are still out.
   std::vector<std::shared_ptr<const config::Line>> shown;
   std::unique_ptr<Reloader> reloader;  // nothing: nothing is reloaded
 };

@@ -91,9 +91,9 @@ std::optional<std::string> DdsOutput::WhyNot(const config::Config& next) const {
   return std::nullopt;
 }
 
-void DdsOutput::Renumber(const config::Config& config) {
+void DdsOutput::OnReload(const config::Config& config) {
   seen_.merge(NamesOf(config));
-  publisher_->Renumber();
+  publisher_->OnReload();
 }
 
 void DdsOutput::StopWrites() {

@@ -14,7 +14,7 @@
 #include "gateway/dds/publisher.h"
 #include "gateway/dds/writes/dds_writes.h"
 #include "gateway/events/event_feed.h"
-#include "gateway/requests/commands.h"
+#include "gateway/requests/write_command.h"
 #include "gateway/store/point_store.h"
 
 namespace baudgate {
@@ -31,7 +31,7 @@ class DdsOutput {
   ~DdsOutput();  ///< as Stop
 
   /// A reload: the store has other devices, those of `config`.
-  void Renumber(const config::Config& config);
+  void OnReload(const config::Config& config);
   /// What of `next` cannot be published before a restart, if anything.
   std::optional<std::string> WhyNot(const config::Config& next) const;
 

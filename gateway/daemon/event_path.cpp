@@ -113,7 +113,7 @@ void EventPath::AddPlaces(const config::Line& line) {
   records_.Add(line);
 }
 
-void EventPath::Renumber(const std::shared_ptr<const config::Config>& config,
+void EventPath::OnReload(const std::shared_ptr<const config::Config>& config,
                          std::span<const std::shared_ptr<const config::Line>> begun) {
   log_.Renumber(SourcesOf(*config), [config](const events::Alarm& alarm) {
     return events::PriorityOf(*config, alarm);

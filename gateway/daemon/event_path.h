@@ -35,7 +35,7 @@ class EventPath final : public EventSink {
   void Start();
   /// A reload: `config` has the lines of the store; `begun`, the last of them, outlive this. Before
   /// these start; then Begun.
-  void Renumber(const std::shared_ptr<const config::Config>& config,
+  void OnReload(const std::shared_ptr<const config::Config>& config,
                 std::span<const std::shared_ptr<const config::Line>> begun);
   /// The lines of these devices have started: they can hear what is kept from before, and are
   /// asked for what their events owe.
@@ -56,7 +56,7 @@ class EventPath final : public EventSink {
     records_.OnDrained(device, asked);
   }
   /// A request of a client to a route has ended.
-  void OnRouted(const modbus::RoutedEnd& end, Now now) { alarms_.OnRouted(end, now); }
+  void OnRouted(const modbus::RoutedReport& end, Now now) { alarms_.OnRouted(end, now); }
   /// See AlarmService.
   void Look(std::span<const AlarmService::DiskState> disks, Now now) { alarms_.Look(disks, now); }
   events::EventLog& log() { return log_; }

@@ -19,7 +19,7 @@ constexpr Duration kSilenceLimit = 30s;
 constexpr Duration kGreeting = 500ms;
 /// A write under way is ended in order before the port is given up, so that no password stays open;
 /// but not for longer.
-constexpr Duration kPatience = 1s;
+constexpr Duration kWaitForWrite = 1s;
 
 }  // namespace
 
@@ -219,7 +219,7 @@ void LinePort::TakeBack(Now now) {
 void LinePort::AfterTheWrite(std::function<void()> then) {
   after_write_ = std::move(then);
   poller_.WindUp();
-  patience_until_ = now_.instant + kPatience;
+  patience_until_ = now_.instant + kWaitForWrite;
 }
 
 void LinePort::GoOn() {

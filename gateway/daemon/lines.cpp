@@ -51,15 +51,15 @@ asio::io_context& Lines::LoopFor(Place& place) {
   if (!place.own) return shared_[turn_++ % shared_.size()]->io();
   const config::Line& line = *place.config;
   const MutexLock lock(watch_mutex_);
-  watch_.Add("line " + line.name, static_cast<std::uint32_t>(slots_.size() - 1),
+  watch_.Add("line " + line.name, static_cast<std::uint32_t>(places_.size() - 1),
              AskOn(place.own->io()));
   return place.own->io();
 }
 
 void Lines::Add(std::shared_ptr<const config::Line> line, std::shared_ptr<LoopThread> own) {
-  const auto number = static_cast<std::uint32_t>(slots_.size());
+  const auto number = static_cast<std::uint32_t>(places_.size());
   const auto first_device = static_cast<std::uint32_t>(line_of_.size());
-  Place& place = slots_.Append(std::move(line));
+  Place& place = places_.Append(std::move(line));
   place.own = std::move(own);
   for (std::size_t i = 0; i < place.config->devices.size(); ++i) line_of_.Append(number);
   place.slot.Put(std::make_unique<LineRunner>(LoopFor(place), *place.config, first_device, find_,
@@ -72,8 +72,8 @@ void Lines::Start() {
   }
   const MutexLock lock(clock_mutex_);
   const std::optional<bool> right = clock_right_;
-  for (std::size_t i = 0; i < slots_.size(); ++i) {
-    Place& place = slots_[i];
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    Place& place = places_[i];
     if (std::exchange(place.started, true)) continue;
     place.slot.With([](LineRunner& runner) { runner.Start(); });
     if (right) place.slot.Post([right](LineParts& line, Now) { line.poller.OnHostClock(*right); });
@@ -87,16 +87,16 @@ bool Lines::Remove(std::span<const std::uint32_t> lines) {
   };
   std::vector<Ending> ending;
   for (const std::uint32_t line : lines) {
-    auto runner = slots_[line].slot.Take();
+    auto runner = places_[line].slot.Take();
     if (runner) ending.push_back({line, std::move(runner)});
   }
   for (const Ending& one : ending) {
     one.runner->RequestStop("a reload has changed or removed the line");
   }
-  const Instant deadline = ReadClocks().instant + kPatience;
+  const Instant deadline = ReadClocks().instant + kWaitForLines;
   bool all = true;
   for (Ending& one : ending) {
-    Place& place = slots_[one.line];
+    Place& place = places_[one.line];
     {
       const MutexLock lock(watch_mutex_);
       watch_.Remove(one.line);
@@ -119,7 +119,7 @@ bool Lines::Remove(std::span<const std::uint32_t> lines) {
 
 std::vector<LineRunner*> Lines::All() const {
   std::vector<LineRunner*> all;
-  for (std::size_t i = 0; i < slots_.size(); ++i) all.push_back(slots_[i].slot.mine());
+  for (std::size_t i = 0; i < places_.size(); ++i) all.push_back(places_[i].slot.mine());
   for (const auto& runner : hanging_) all.push_back(runner.get());
   std::erase(all, nullptr);
   return all;
@@ -127,11 +127,11 @@ std::vector<LineRunner*> Lines::All() const {
 
 std::vector<std::string> Lines::Stop() {
   for (LineRunner* const runner : All()) runner->RequestStop();
-  const Instant deadline = ReadClocks().instant + kPatience;
+  const Instant deadline = ReadClocks().instant + kWaitForLines;
   std::vector<std::string> hang;
-  for (std::size_t i = 0; i < slots_.size(); ++i) {
-    LineRunner* const runner = slots_[i].slot.mine();
-    if (runner != nullptr && !runner->StopBefore(deadline)) hang.push_back(slots_[i].config->name);
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    LineRunner* const runner = places_[i].slot.mine();
+    if (runner != nullptr && !runner->StopBefore(deadline)) hang.push_back(places_[i].config->name);
   }
   for (const auto& runner : hanging_) {
     if (!runner->StopBefore(deadline))
@@ -146,23 +146,23 @@ void Lines::End() {
 
 void Lines::StopLoops() {
   for (const auto& loop : shared_) loop->Stop();
-  for (std::size_t i = 0; i < slots_.size(); ++i) {
-    if (slots_[i].own) slots_[i].own->Stop();
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    if (places_[i].own) places_[i].own->Stop();
   }
 }
 
 std::size_t Lines::present() const {
   std::size_t present = 0;
-  for (std::size_t i = 0; i < slots_.size(); ++i) {
-    present += slots_[i].slot.With([](LineRunner&) {}) ? 1 : 0;
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    present += places_[i].slot.With([](LineRunner&) {}) ? 1 : 0;
   }
   return present;
 }
 
 std::size_t Lines::open() const {
   std::size_t open = 0;
-  for (std::size_t i = 0; i < slots_.size(); ++i) {
-    slots_[i].slot.With([&](LineRunner& runner) { open += runner.is_open() ? 1 : 0; });
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    places_[i].slot.With([&](LineRunner& runner) { open += runner.is_open() ? 1 : 0; });
   }
   return open;
 }
@@ -176,8 +176,8 @@ std::optional<WallTime> Lines::stuck_since(std::uint32_t line) const {
 void Lines::OnHostClock(bool right) {
   const MutexLock lock(clock_mutex_);
   clock_right_ = right;
-  for (std::size_t i = 0; i < slots_.size(); ++i) {
-    slots_[i].slot.Post([right](LineParts& line, Now) { line.poller.OnHostClock(right); });
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    places_[i].slot.Post([right](LineParts& line, Now) { line.poller.OnHostClock(right); });
   }
 }
 

@@ -16,8 +16,8 @@
 #include "gateway/base/result.h"
 #include "gateway/daemon/line_slot.h"
 #include "gateway/daemon/loop_watch.h"
-#include "gateway/requests/commands.h"
 #include "gateway/requests/line_control.h"
+#include "gateway/requests/write_command.h"
 #include "gateway/store/point_store.h"
 #include "gateway/store/steady_vector.h"
 #include "gateway/trace/recordings.h"
@@ -28,7 +28,7 @@ namespace baudgate {
 class Lines final : public CommandSink, public LineControl {
  public:
   /// For lines to end: a second for a write under way (line_port.cpp), and some room.
-  static constexpr Duration kPatience = 1300ms;
+  static constexpr Duration kWaitForLines = 1300ms;
 
   /// `loops`: so many threads for lines that never block (placement.h), at least one. All
   /// references outlive it; lines have the numbers of the store.
@@ -55,9 +55,9 @@ class Lines final : public CommandSink, public LineControl {
   /// After End: nothing runs any more.
   void StopLoops();
 
-  std::size_t size() const { return slots_.size(); }
-  LineSlot& at(std::uint32_t line) const { return slots_[line].slot; }
-  const config::Line& config(std::uint32_t line) const { return *slots_[line].config; }
+  std::size_t size() const { return places_.size(); }
+  LineSlot& at(std::uint32_t line) const { return places_[line].slot; }
+  const config::Line& config(std::uint32_t line) const { return *places_[line].config; }
   LineSlot& OfDevice(std::uint32_t device) const { return at(line_of_[device]); }
   /// Never blocks, and runs as long as any line.
   asio::io_context& io() { return shared_.front()->io(); }
@@ -101,7 +101,7 @@ class Lines final : public CommandSink, public LineControl {
   std::vector<std::unique_ptr<LoopThread>> shared_;
   bool running_ = false;
   std::size_t turn_ = 0;  // of the shared loops
-  SteadyVector<Place> slots_;
+  SteadyVector<Place> places_;
   SteadyVector<std::uint32_t> line_of_;               // by device
   std::vector<std::unique_ptr<LineRunner>> hanging_;  // their loops stay, too
   Mutex watch_mutex_;

@@ -17,7 +17,7 @@
 #include "config/model/line.h"
 #include "gateway/audit/write_log.h"
 #include "gateway/poll/poller_listener.h"
-#include "gateway/serial_server/line_port.h"
+#include "gateway/serial_server/port_owner.h"
 #include "gateway/store/point_store.h"
 #include "transports/transport.h"
 

@@ -250,7 +250,7 @@ void RecordService::Do(Steps steps) {
     command.device = debt->device;
     command.client = "events";
     command.reads = debt->record->points;
-    command.deadline = now + kPatience;
+    command.deadline = now + kWaitForPoints;
     command.done = [this, debt, now](const WriteResult& result) { OnAnswer(*debt, now, result); };
     if (ends_.ask(std::move(command))) continue;
     const MutexLock lock(mutex_);

@@ -27,7 +27,7 @@
 #include "config/model/config.h"
 #include "gateway/base/guarded.h"
 #include "gateway/events/kept_record.h"
-#include "gateway/requests/commands.h"
+#include "gateway/requests/write_command.h"
 #include "gateway/store/point_store.h"
 
 namespace baudgate {
@@ -37,7 +37,7 @@ class RecordService {
  public:
   static constexpr int kTries = 5;
   static constexpr Duration kAgain = 5s;
-  static constexpr Duration kPatience = 30s;
+  static constexpr Duration kWaitForPoints = 30s;
   /// A device that tells events, and has not said for so long that there are no more: what was read
   /// may be of a later one.
   static constexpr Duration kUnproven = 1min;

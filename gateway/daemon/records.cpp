@@ -116,10 +116,10 @@ void Records::StartHistory(const config::Config& config, PointStore& store) {
   history_ = std::move(history);
 }
 
-void Records::Renumber(const std::shared_ptr<const config::Config>& config,
+void Records::OnReload(const std::shared_ptr<const config::Config>& config,
                        std::span<const std::shared_ptr<const config::Line>> begun) {
-  if (memory_) memory_->Renumber(*config);
-  if (EventPath* const its = events()) its->Renumber(config, begun);
+  if (memory_) memory_->OnReload(*config);
+  if (EventPath* const its = events()) its->OnReload(config, begun);
 }
 
 void Records::RenewHistory(const config::Config& config, PointStore& store) {

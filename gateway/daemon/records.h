@@ -19,7 +19,7 @@
 #include "gateway/daemon/events_place.h"
 #include "gateway/daemon/write_path.h"
 #include "gateway/history/history_log.h"
-#include "gateway/requests/commands.h"
+#include "gateway/requests/write_command.h"
 #include "gateway/state/device_memory.h"
 #include "gateway/state/state_folder.h"
 #include "gateway/store/point_store.h"
@@ -44,7 +44,7 @@ class Records {
   bool open() const { return writes_ != nullptr; }
 
   /// A reload; see EventPath.
-  void Renumber(const std::shared_ptr<const config::Config>& config,
+  void OnReload(const std::shared_ptr<const config::Config>& config,
                 std::span<const std::shared_ptr<const config::Line>> begun);
   /// The history of other points; whoever reads it has to be given the new one. As long as the disk
   /// takes.
@@ -52,7 +52,7 @@ class Records {
 
   /// Where writes go in that are recorded; null: none are.
   CommandSink* entrance() { return writes_ ? &writes_->entrance() : nullptr; }
-  WritePath* writes() const { return writes_.get(); }
+  WritePath* write_path() const { return writes_.get(); }
   DeviceMemory* memory() const { return memory_.get(); }
   /// Null: it was not opened.
   EventPath* events() const {

@@ -70,8 +70,8 @@ Reloader::Reloader(ReloadOptions options, Links links)
 void Reloader::Start() {
   started_ = true;
   confirmed_ =
-      std::make_shared<const Applied>(Applied{std::move(options_.running), links_.running()});
-  SetRuns(confirmed_);
+      std::make_shared<const Applied>(Applied{std::move(options_.text_at_start), links_.running()});
+  SetApplied(confirmed_);
   if (options_.kept && (links_.keeps() || !options_.kept->empty())) {
     const Status status = OpenFolder();
     if (!status) log::Warn("the configuration is not kept: {}", status.error());
@@ -119,17 +119,17 @@ control::ReloadState Reloader::state() const {
   return state;
 }
 
-void Reloader::SetRuns(std::shared_ptr<const Applied> runs) {
-  runs_ = std::move(runs);
+void Reloader::SetApplied(std::shared_ptr<const Applied> runs) {
+  applied_ = std::move(runs);
   const MutexLock lock(mutex_);
-  shown_ = runs_;
+  applied_for_readers_ = applied_;
 }
 
 Result<std::string> Reloader::ConfigurationText() const {
   std::shared_ptr<const Applied> shown;
   {
     const MutexLock lock(mutex_);
-    shown = shown_;
+    shown = applied_for_readers_;
   }
   if (!shown || !options_.masked) return Error{"the gateway was not started with a file"};
   return options_.masked(shown->text);
@@ -185,8 +185,7 @@ control::ReloadAnswer Reloader::Take(const control::ReloadAsk& ask, const std::s
     if (!ask.dry_run) log::Act(Level::error, "reload: {}: {}", options_.file, answer.text);
     return answer;
   }
-  return difference.empty() ? Unchanged(ask, text)
-                            : Apply(ask, text, std::move(next), difference);
+  return difference.empty() ? Unchanged(ask, text) : Apply(ask, text, std::move(next), difference);
 }
 
 bool Reloader::WasTakenBack(const std::string& text) const {
@@ -195,12 +194,12 @@ bool Reloader::WasTakenBack(const std::string& text) const {
 
 /// The text may be another all the same. What is on trial stays there.
 control::ReloadAnswer Reloader::Unchanged(const control::ReloadAsk& ask, const std::string& text) {
-  const Duration trial = probation_.running() ? TrialOf(ask, *runs_->config) : Duration::zero();
+  const Duration trial = probation_.running() ? TrialOf(ask, *applied_->config) : Duration::zero();
   Status kept;
-  if (text != runs_->text || !state().not_the_file.empty()) {
+  if (text != applied_->text || !state().not_the_file.empty()) {
     kept = Keep(text, trial > Duration::zero());
     if (!kept && trial > Duration::zero()) return CanNotBeTakenBack(kept);
-    SetRuns(std::make_shared<const Applied>(Applied{text, runs_->config}));
+    SetApplied(std::make_shared<const Applied>(Applied{text, applied_->config}));
   }
   BeginTrial(trial, links_.healths());
   return Done(ask, {}, NotKept(kept));
@@ -222,7 +221,7 @@ control::ReloadAnswer Reloader::Apply(const control::ReloadAsk& ask, const std::
   options_.notify(fmt::format("RELOADING=1\nMONOTONIC_USEC={}\nSTATUS=reads {}",
                               ReadClocks().instant.time_since_epoch() / 1us, options_.file));
   prepared.apply();
-  SetRuns(std::make_shared<const Applied>(
+  SetApplied(std::make_shared<const Applied>(
       Applied{text, std::make_shared<const config::Config>(std::move(next))}));
   Show([](control::ReloadState& state) { state.applied = ReadClocks().wall; });
   BeginTrial(trial, before);
@@ -263,7 +262,7 @@ void Reloader::BeginTrial(Duration time, const reload::Healths& before) {
   } else {
     probation_.End();
     timer_.cancel();
-    confirmed_ = runs_;
+    confirmed_ = applied_;
   }
   const MutexLock lock(mutex_);
   state_.not_the_file.clear();
@@ -350,7 +349,7 @@ void Reloader::LookAtFile() {
   std::string note;
   if (!text) {
     note = options_.file + " " + text.error();
-  } else if (*text != runs_->text && state().not_the_file.empty()) {
+  } else if (*text != applied_->text && state().not_the_file.empty()) {
     note = options_.file +
            " differs from what runs; 'baudgate reload --dry-run' says in what, "
            "'baudgate reload --confirm 60s' takes it";
@@ -369,7 +368,7 @@ void Reloader::TakeBack(const std::string& why) {
   difference.restart.clear();  // what ran before can run again
   std::vector<std::string> missing;
   if (!difference.empty()) missing = links_.prepare(*confirmed_->config, difference).apply();
-  SetRuns(confirmed_);
+  SetApplied(confirmed_);
   BeginTrial(Duration::zero(), {});
   LogChanges(difference);
   const std::string said = TakenBack(options_.file, why);

@@ -1,4 +1,5 @@
-// Takes a changed configuration file in while the gateway runs: reads it, says what it changes, has
+// Takes a changed configuration file in while the gateway runs, when asked (SIGHUP,
+// `baudgate reload`); of an edit alone it only tells. Reads it, says what it changes, has
 // it applied, keeps what was applied, and takes it back where nobody confirms it. On a thread of
 // its own; lines, outputs and the watchdog do not wait for it.
 // SPDX-License-Identifier: Apache-2.0
@@ -41,7 +42,7 @@ struct ReloadOptions {
   std::function<std::string()> summary;                     ///< what runs, for READY=1
   /// A text without its secrets; empty: nobody can tell.
   std::function<Result<std::string>(const std::string& text)> masked{};
-  std::string running;                        ///< the text that runs
+  std::string text_at_start;                  ///< the text that runs
   std::string not_the_file;                   ///< see ReloadState
   std::unique_ptr<reload::KeptConfigs> kept;  ///< null: there is no folder
 };
@@ -115,7 +116,7 @@ class Reloader final : public control::ReloadService {
   void TakeBack(const std::string& why);
   Status OpenFolder();
   Status Keep(const std::string& text, bool trial);
-  void SetRuns(std::shared_ptr<const Applied> runs);
+  void SetApplied(std::shared_ptr<const Applied> runs);
   void Show(const std::function<void(control::ReloadState&)>& change);
 
   ReloadOptions options_;
@@ -124,15 +125,15 @@ class Reloader final : public control::ReloadService {
   asio::steady_timer timer_{loop_.io()};
   asio::steady_timer file_timer_{loop_.io()};
   reload::Probation probation_;
-  std::shared_ptr<const Applied> runs_;       // see SetRuns
+  std::shared_ptr<const Applied> applied_;    // see SetApplied
   std::shared_ptr<const Applied> confirmed_;  // another than that while one is on trial
   bool started_ = false;
   bool open_ = false;         // the folder is ours, and has what runs
   std::string copy_trouble_;  // why the confirmed copy cannot be written, as it was said last
   mutable Mutex mutex_;
   control::ReloadState state_ BAUDGATE_GUARDED_BY(mutex_);
-  std::shared_ptr<const Applied> shown_ BAUDGATE_GUARDED_BY(mutex_);  // as runs_
-  std::optional<Instant> until_ BAUDGATE_GUARDED_BY(mutex_);          // of the trial
+  std::shared_ptr<const Applied> applied_for_readers_ BAUDGATE_GUARDED_BY(mutex_);  // as applied_
+  std::optional<Instant> until_ BAUDGATE_GUARDED_BY(mutex_);                        // of the trial
 };
 
 }  // namespace baudgate

@@ -14,7 +14,7 @@
 #include "config/model/line.h"
 #include "gateway/poll/poller.h"
 #include "gateway/poll/telegram_exchange.h"
-#include "gateway/requests/commands.h"
+#include "gateway/requests/write_command.h"
 #include "gateway/trace/tap.h"
 
 namespace baudgate {

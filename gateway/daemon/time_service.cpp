@@ -9,7 +9,7 @@
 namespace baudgate {
 namespace {
 
-constexpr std::chrono::microseconds kPatience = std::chrono::seconds(2);
+constexpr std::chrono::microseconds kWaitForReply = std::chrono::seconds(2);
 
 }  // namespace
 
@@ -22,7 +22,7 @@ std::optional<bool> AskTimeService() {
 }
 
 std::optional<bool> AskTimeService(sd_bus& bus) {
-  sd_bus_set_method_call_timeout(&bus, static_cast<std::uint64_t>(kPatience.count()));
+  sd_bus_set_method_call_timeout(&bus, static_cast<std::uint64_t>(kWaitForReply.count()));
   int synchronised = 0;
   if (sd_bus_get_property_trivial(&bus, "org.freedesktop.timedate1", "/org/freedesktop/timedate1",
                                   "org.freedesktop.timedate1", "NTPSynchronized", nullptr, 'b',

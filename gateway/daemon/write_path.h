@@ -13,7 +13,7 @@
 #include "gateway/audit/audited_writes.h"
 #include "gateway/base/guarded.h"
 #include "gateway/daemon/events_place.h"
-#include "gateway/requests/commands.h"
+#include "gateway/requests/write_command.h"
 #include "gateway/store/point_store.h"
 
 namespace baudgate {

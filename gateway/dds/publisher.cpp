@@ -73,7 +73,7 @@ DdsPublisher::~DdsPublisher() {
   writer_->OnSession({});  // they may outlive this
 }
 
-void DdsPublisher::Renumber() {
+void DdsPublisher::OnReload() {
   renumbered_ = true;
   feed_->Wake();
 }
@@ -107,7 +107,7 @@ void DdsPublisher::Renew(std::uint64_t session) {
   const bool other_session = std::exchange(session_, session) != session;
   const bool other_devices = renumbered_.exchange(false);
   if (other_session) sender_.StartAnew(now);
-  if (other_devices) sender_.Renumber(now);
+  if (other_devices) sender_.OnReload(now);
   if (other_session || other_devices) next_sending_ = rests_until_ = {};
 }
 

@@ -36,7 +36,7 @@ class DdsPublisher {
   static Status CheckNames(const config::Config& config);
 
   /// A reload: the store has other devices; taken in soon.
-  void Renumber();
+  void OnReload();
   /// Tells subscribers that all points are gone and ends; within about a second. Idempotent.
   void Stop();
 

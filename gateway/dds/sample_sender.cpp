@@ -69,7 +69,7 @@ void SampleSender::StartAnew(Instant now) {
 }
 
 // One that finds no room for its end is lost, as at a stop.
-void SampleSender::Renumber(Instant now) {
+void SampleSender::OnReload(Instant now) {
   std::vector<std::pair<std::string, PointRef>> sent;
   for (std::uint32_t slot = 0; slot < slots_.size(); ++slot) {
     if (!plan_.WasSent(slot)) continue;

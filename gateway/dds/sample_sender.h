@@ -52,7 +52,7 @@ class SampleSender {
 
   /// A reload: the store has other devices. Subscribers are told of points that are gone, and
   /// everything is due again. What was added and is not sent yet is among that.
-  void Renumber(Instant now);
+  void OnReload(Instant now);
 
   /// Takes over what has changed; also when nothing has. Only while idle, and before each Send
   /// then.

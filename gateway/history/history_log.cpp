@@ -133,7 +133,7 @@ Instant HistoryLog::Record(bool last) {
   const MutexLock lock(mutex_);
   HandOver(std::move(batch));
   const bool opening = state_.disk == Disk::opening;  // which takes as long as reading the file
-  if (!opening && writing_since_ && now.instant - *writing_since_ > kPatience) {
+  if (!opening && writing_since_ && now.instant - *writing_since_ > kLongestWrite) {
     Show(Disk::stalled, "the disk does not answer in time");
   }
   return now.instant + kLook;

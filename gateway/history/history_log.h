@@ -25,7 +25,7 @@ class HistoryLog final : public HistorySource {
   /// What changes within it is looked at together.
   static constexpr Duration kLook = 20ms;
   /// A disk that takes longer does not answer in time.
-  static constexpr Duration kPatience = 3s;
+  static constexpr Duration kLongestWrite = 3s;
 
   struct Options {
     const config::Config* config = nullptr;

@@ -66,8 +66,8 @@ void Line::OnOpened(Instant now, bool keeps_bit_rate) {
 
 LineNews Line::OnClosed() {
   const State was = std::exchange(state_, State::closed);
-  const bool sent = was != State::closed && was != State::idle && was != State::quiet &&
-                    was != State::drain;
+  const bool sent =
+      was != State::closed && was != State::idle && was != State::quiet && was != State::drain;
   if (sent) news_.end = {Outcome::line_down, "the port was lost", {}, 0};
   if (standing_ != nullptr) unasked_.Begin(*standing_, last_activity_);
   return Told();
@@ -205,7 +205,7 @@ void Line::TakeTimer(Instant now) {
       break;
     case State::await_first:
       if (TakeEarly(now)) break;
-      // Only whole replies of others are told of what came before.
+      // Noise alone counts as silence; whole replies of others make it unexpected.
       if (assembler_.blame() == Outcome::unexpected) {
         FinishSilent(now);
       } else {

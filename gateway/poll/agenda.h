@@ -11,7 +11,7 @@ namespace baudgate {
 
 struct Agenda {
   Schedule schedule;
-  WriteQueue writes;
+  WriteQueue write_queue;
   RoutedSide routes;
 };
 

@@ -29,7 +29,12 @@ void AnswerOrder::OnStranger(Instant now) {
   }
 }
 
-/// a ? ? b, where one of "?" or a was answered last: of a b, a was.
+/// What strangers ("?") sent is taken out. Who was answered last, at the latest, is marked:
+///
+///   sent        a ? ? b      a ? ? b      a ? ? b
+///   marked        ^ ^        ^ ^ ^              ^
+///   then        a b          a b          a b
+///   marked      ^            ^              ^
 void AnswerOrder::ForgetStrangers() {
   std::vector<SentRequest> ours;  // the latest first
   std::uint64_t answered = 0;

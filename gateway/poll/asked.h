@@ -8,8 +8,8 @@
 
 namespace baudgate {
 
-/// Beyond retries. A server that answers three requests late gives the fourth try its own reply, a
-/// fifth what was lost.
+/// At most so many tries beyond `retries`. Example: a server that is three replies late gives the
+/// fourth try the reply to the first, and one more try makes up for a lost one.
 inline constexpr int kMostTriesMore = 4;
 /// To find out how far it is behind.
 inline constexpr int kMostProbesMore = 16;
@@ -22,7 +22,7 @@ struct Asked {
   bool retry = false;       ///< the same request had failed before
   bool probe = false;       ///< the task is a probe
   bool lone_probe = false;  ///< and nothing waits behind it: a look whether the device is back
-  bool renews = false;      ///< a proof that still holds is renewed before it
+  bool renews = false;      ///< the line has time: the proof of the device is renewed early
 
   /// The reply says whose it is.
   bool named() const { return !request->expect.address.empty(); }

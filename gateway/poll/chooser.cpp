@@ -74,11 +74,11 @@ std::optional<Instant> Chooser::NextAt(const Idle& idle) const {
   sooner(background_.NextAt(idle.now));
   sooner(probes_.NextAt(facts));
   for (const Parked& parked : parked_) sooner(parked.until);
-  for (const QueryRef& query : agenda_.writes.read_backs()) {
+  for (const QueryRef& query : agenda_.write_queue.read_backs()) {
     const Instant held = agenda_.schedule.held_until(query.device);
     if (held > idle.now) sooner(held);
   }
-  for (const WriteCommand& command : agenda_.writes.waiting()) {
+  for (const WriteCommand& command : agenda_.write_queue.waiting()) {
     when_clear(roster_.DeviceAt(command.device));
   }
   for (const std::uint8_t slave : agenda_.routes.queue().Slaves()) {
@@ -123,7 +123,7 @@ std::unique_ptr<Job> Chooser::TakeWriteProbe(const Idle& idle) {
 
 std::unique_ptr<Job> Chooser::TakeReadBack(Instant now) {
   while (true) {
-    const auto next = agenda_.writes.TakeReadBack([this, now](std::size_t device) {
+    const auto next = agenda_.write_queue.TakeReadBack([this, now](std::size_t device) {
       return late_.IsClear(roster_.device(device), now) &&
              agenda_.schedule.held_until(device) <= now;
     });
@@ -139,14 +139,15 @@ std::unique_ptr<Job> Chooser::TakeReadBack(Instant now) {
 /// The first command whose device may be asked now; commands to one device keep their order, and so
 /// do writes to one slave, whichever way they came.
 std::unique_ptr<Job> Chooser::TakeCommand(Instant now) {
-  std::optional<WriteCommand> next = agenda_.writes.Take([this, now](const WriteCommand& command) {
-    const Device& device = roster_.DeviceAt(command.device);
-    const auto routed =
-        device.slave == 0 ? std::nullopt : agenda_.routes.queue().FirstWrite(device.slave);
-    if (routed && *routed < command.sequence) return false;
-    if (agenda_.schedule.GoesFirst(device.place, now)) return false;
-    return late_.IsClear(device, now);
-  });
+  std::optional<WriteCommand> next =
+      agenda_.write_queue.Take([this, now](const WriteCommand& command) {
+        const Device& device = roster_.DeviceAt(command.device);
+        const auto routed =
+            device.slave == 0 ? std::nullopt : agenda_.routes.queue().FirstWrite(device.slave);
+        if (routed && *routed < command.sequence) return false;
+        if (agenda_.schedule.GoesFirst(device.place, now)) return false;
+        return late_.IsClear(device, now);
+      });
   if (!next) return nullptr;
   Device& device = roster_.DeviceAt(next->device);
   return std::make_unique<Job>(device, Job::Write{.command = std::move(*next)}, Task{}, now);
@@ -252,7 +253,7 @@ bool Chooser::MayProbe(const Member& member, const Idle& idle) const {
 }
 
 Duration Chooser::Waited(Instant from, Instant to) const {
-  if (!agenda_.writes.empty() || RoutedWaits(to)) return to - from;
+  if (!agenda_.write_queue.empty() || RoutedWaits(to)) return to - from;
   const auto due = agenda_.schedule.NextDue();
   if (!due || *due >= to) return Duration::zero();
   return to - std::max(from, *due);
@@ -260,7 +261,7 @@ Duration Chooser::Waited(Instant from, Instant to) const {
 
 bool Chooser::MayRepeat(const Job& job, int more, Instant now) const {
   const Member& member = *job.member;
-  const bool looked_for = job.is_probe() && !job.behind;
+  const bool looked_for = job.is_probe() && !job.postponed;
   const bool once = looked_for || member.health.state() == DeviceState::never_seen;
   if (job.attempts >= (once ? 0 : member.retries) + more) return false;
   if (const auto* write = job.goal().As<Job::Write>()) return now < write->command.deadline;
@@ -290,7 +291,7 @@ bool Chooser::MayAsk(const RoutedRequest& request, Instant now) const {
   if (!IsWrite(request)) return true;
   const Device* device = member == nullptr ? nullptr : member->device;
   if (device != nullptr && agenda_.schedule.GoesFirst(device->place, now)) return false;
-  return !agenda_.writes.HasAny([&](const WriteCommand& command) {
+  return !agenda_.write_queue.HasAny([&](const WriteCommand& command) {
     const std::uint8_t slave = roster_.DeviceAt(command.device).slave;
     const bool same = slave != 0 && (slave == request.slave || request.slave == 0);
     return same && command.sequence < request.sequence;

@@ -36,7 +36,7 @@ class Chooser {
   /// When Next may have something although nothing happens meanwhile.
   std::optional<Instant> NextAt(const Idle& idle) const;
 
-  /// The device has asked to wait with this job.
+  /// The job waits until then: its device has asked for that, or a late reply of it is due.
   void Park(std::unique_ptr<Job> job, Instant until);
   bool IsParked(const Member& member) const;
   void DropParked(const Member& member);

@@ -11,8 +11,8 @@
 #include "config/model/point.h"
 #include "gateway/base/time.h"
 #include "gateway/poll/schedule.h"
-#include "gateway/requests/commands.h"
 #include "gateway/requests/routed.h"
+#include "gateway/requests/write_command.h"
 
 namespace baudgate {
 

@@ -37,7 +37,7 @@ void Examiner::Begin(const Member& member, const Request& request, const LineTim
   last_ = sent_;
   if (broken_.member == &member) ++broken_.began;
   if (open_.size() <= member.place) open_.resize(member.place + 1);
-  Asked& asked = open_[member.place];
+  LastTwo& asked = open_[member.place];
   if (asked.last.member != nullptr && asked.last.request.bytes != request.bytes) {
     asked.before = std::move(asked.last);
   }
@@ -180,8 +180,8 @@ bool Examiner::Answers(Open& open) const {
 }
 
 /// To an earlier request: one without an answer, or once more to one that has its answer.
-Examiner::Open* Examiner::WhoseReply() {
-  for (Asked& asked : open_) {
+Examiner::Open* Examiner::FindEarlier() {
+  for (LastTwo& asked : open_) {
     for (Open* open : {&asked.last, &asked.before}) {
       if (Answers(*open)) return open;
     }
@@ -209,7 +209,7 @@ bool Examiner::IsCopy() const {
 
 /// What has come is what came to other requests before, one after another, and it was `right` once.
 bool Examiner::IsSameAgain(bool right) {
-  Asked& asked = open_[member_->place];
+  LastTwo& asked = open_[member_->place];
   const View heard = heard_;
   const View came =
       heard.subspan(std::min(heard.size(), member_->protocol->tcp ? kTransaction : std::size_t{0}));
@@ -229,7 +229,7 @@ bool Examiner::IsSameAgain(bool right) {
 
 /// A request of this gateway has come back so late that it seems somebody else's.
 bool Examiner::IsLateEcho() const {
-  return std::ranges::any_of(open_, [this](const Asked& asked) {
+  return std::ranges::any_of(open_, [this](const LastTwo& asked) {
     const Bytes& own = asked.last.request.bytes;
     return !own.empty() &&
            std::search(heard_.begin(), heard_.end(), own.begin(), own.end()) != heard_.end();
@@ -277,7 +277,7 @@ Finding Examiner::Look() {
 
 /// The finding of this exchange, where what came may be the reply to another request.
 Finding Examiner::Attribute(Finding finding) {
-  Open* const whose = WhoseReply();
+  Open* const whose = FindEarlier();
   if (whose == nullptr || arrivals_.empty()) return finding;
   const bool answered = IsAnswered(finding.symptom);
   const Duration reply = std::max(whose->member->times.reply, whose->request.reply);

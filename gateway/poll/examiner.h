@@ -1,7 +1,8 @@
 // Keeps what comes from a line between one request and the next, and says what it looked like
-// (gateway/line/examine.h). Told by gateway/poll/poller_line.cpp. Bounded memory.
+// (gateway/line/examine.h). For the status only: whose_reply.h decides what counts. Told by
+// gateway/poll/poller_line.cpp. Bounded memory.
 //
-//   Begin(job)     its request goes out; More() has told what came behind the one before
+//   Begin          a request goes out; More() has told what came behind the one before
 //   Hear(bytes)    at any time
 //   End(outcome)   what the exchange looked like
 //   More()         what it looks like now, where more has come behind its end
@@ -69,7 +70,7 @@ class Examiner {
     Bytes reply;
   };
   /// The last exchange of a member, and the one before it; and what came to them.
-  struct Asked {
+  struct LastTwo {
     Open last;
     Open before;
     Bytes came;              // to the last one, without the number of its transaction
@@ -100,7 +101,7 @@ class Examiner {
   bool FindRest();
   Finding Look();
   Finding Attribute(Finding finding);
-  Open* WhoseReply();
+  Open* FindEarlier();
   bool IsLateEcho() const;
   bool Answers(Open& open) const;
 
@@ -113,11 +114,11 @@ class Examiner {
   Duration idle_{};  // silence before the request
   Outcome outcome_ = Outcome::none;
   Symptom told_ = Symptom::clean;
-  Bytes frame_;              // the reply that was taken
-  std::size_t judged_ = 0;   // bytes that had come when the exchange ended
-  std::deque<Asked> open_;   // by place
-  std::deque<Taken> taken_;  // the latest replies
-  bool fresh_ = true;        // no exchange has ended since the port was opened
+  Bytes frame_;               // the reply that was taken
+  std::size_t judged_ = 0;    // bytes that had come when the exchange ended
+  std::deque<LastTwo> open_;  // by place
+  std::deque<Taken> taken_;   // the latest replies
+  bool fresh_ = true;         // no exchange has ended since the port was opened
   bool negotiated_ = false;
   Bytes greeting_;  // came before the first request behind the opening of the port
   Bytes heard_;

@@ -55,7 +55,7 @@ ReplyEffects Intake::Take(const Job& job, Device& device, Answer answer, Instant
 /// old as its request.
 void Intake::Store(const Job& job, Device& device, const Answer& answer, Instant now,
                    ReplyEffects& effects) {
-  const Duration older = job.verdict.older + (job.late ? job.round_trip : Duration());
+  const Duration older = job.verdict.older + (job.took_patience ? job.round_trip : Duration());
   std::vector<Sample> samples = SamplesOf(*device.config, answer.readings);
   if (samples.empty()) return;
   const JumpCheck::Result jumps = CheckJumps(job, device, samples, effects);

@@ -14,8 +14,8 @@
 #include "gateway/poll/probes.h"
 #include "gateway/poll/roster.h"
 #include "gateway/poll/whose_reply.h"
-#include "gateway/requests/commands.h"
 #include "gateway/requests/route_queue.h"
+#include "gateway/requests/write_command.h"
 #include "gateway/store/line_use.h"
 #include "protocols/conversation.h"
 
@@ -61,8 +61,8 @@ struct Job {
   const Kind* As() const {
     return std::get_if<Kind>(&kind);
   }
-  /// What is done in the end: the job behind, where this is the probe before it.
-  const Job& goal() const { return behind ? *behind : *this; }
+  /// What is done in the end: the postponed job, where this is the probe before it.
+  const Job& goal() const { return postponed ? *postponed : *this; }
   /// Something of it has been sent.
   bool begun() const { return steps > 1 || attempts > 0; }
   bool is_probe() const { return task.kind == Task::Kind::probe; }
@@ -78,7 +78,7 @@ struct Job {
             .first = steps == 1 + broadcasts && attempts == 0 && !is_probe(),
             .retry = attempts > 0,
             .probe = is_probe(),
-            .lone_probe = is_probe() && !behind,
+            .lone_probe = is_probe() && !postponed,
             .renews = renews};
   }
 
@@ -97,7 +97,7 @@ struct Job {
   bool missed = false;   ///< a request of it had no answer: who answers since may be another
   int steps = 0;         ///< requests of the task, without repetitions
   int broadcasts = 0;    ///< those of them that nobody answers
-  int parkings = 0;      ///< how often the device has asked to wait with it
+  int parkings = 0;      ///< how often its device has asked to wait with it
   bool out = false;      ///< a request of it has been sent
   Instant exchange_began{};
   std::optional<ExchangeEnd> end;  ///< of the present request
@@ -107,10 +107,10 @@ struct Job {
   Duration round_trip{};           ///< of it
   bool doubted = false;            ///< its reply was not taken: it may answer an earlier request
   std::string said{};              ///< what the device refuses in that reply, and why
-  bool late = false;               ///< it came behind the reply time, waited for in patience
+  bool took_patience = false;      ///< it came behind the reply time, waited for in patience
   Duration wire{};                 ///< line time of its answered exchanges
 
-  std::unique_ptr<Job> behind;  ///< goes on when this probe has shown that replies are in order
+  std::unique_ptr<Job> postponed;  ///< goes on when this probe has shown that replies are in order
 };
 
 /// False: its device has fewer queries since it began. Example: a poll of query 7 waits behind a

@@ -57,17 +57,17 @@ void JobRun::OnAnswered(const ExchangeEnd& end) {
   Device& device = *job.member->device;
   job.answered = {now_.instant - end.since_reply, now_.wall - end.since_reply};
   job.round_trip = end.round_trip;
-  job.late = LateAnswers::TookUntilReply(job.asked(), end) > job.member->times.reply;
+  job.took_patience = LateAnswers::TookUntilReply(job.asked(), end) > job.member->times.reply;
   if (job.verdict.replaced) {
     upkeep_.OnReplaced(device, now_);
     intake_.OnReplaced(device);
-    if (job.behind) job.behind->answer = {};
+    if (job.postponed) job.postponed->answer = {};
   }
   const bool reads = IsReading(job) && job.request.expect.repeatable;
   const bool late = owed_.whose.Lags(*job.member) && job.verdict.older > job.member->times.ceiling;
   const bool old = reads && late && chooser_.MayRepeat(job, kMostTriesMore, now_.instant);
   const bool peace = job.answer.outcome == Outcome::busy || job.answer.wait > Duration::zero();
-  const bool alike = job.behind && !peace && !owed_.whose.IsOfLatest(job.asked()) &&
+  const bool alike = job.postponed && !peace && !owed_.whose.IsOfLatest(job.asked()) &&
                      chooser_.MayRepeat(job, kMostProbesMore, now_.instant);
   if (old || alike) {
     ++job.attempts;

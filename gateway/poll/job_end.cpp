@@ -45,7 +45,7 @@ EndEffects::Write EndOfWrite(const Job& job, const Job::Write& write, const JobE
   // A closing that nobody answers takes nothing back.
   const bool closing = job.request.closes && !ProvesLife(end.outcome);
   const Outcome outcome = closing ? write.told.value_or(end.outcome) : end.outcome;
-  const WriteEnd how = EndOf(outcome, write.sent, write.may_have_acted);
+  const WriteEnd how = WriteEndOf(outcome, write.sent, write.may_have_acted);
   const bool ok = how == WriteEnd::ok;
   const auto all = std::span(write.command.writes);
 
@@ -58,8 +58,7 @@ EndEffects::Write EndOfWrite(const Job& job, const Job::Write& write, const JobE
     effects.result = {what, why.empty() && what != WriteEnd::ok ? std::string(Name(outcome)) : why,
                       false, ok ? write.next : write.first, write.next};
     // A device or a session that refuses has been asked before.
-    effects.result.unfit =
-        outcome == Outcome::unsupported && !job.out && write.first == 0;
+    effects.result.unfit = outcome == Outcome::unsupported && !job.out && write.first == 0;
   };
   const bool closed = end.outcome == Outcome::line_down;
   if (!ok) {

@@ -11,7 +11,7 @@ namespace baudgate {
 
 void JobRun::Finish(Outcome outcome, const std::string& reason) {
   const std::unique_ptr<Job> done = std::move(job_);
-  if (done->behind) return Resume(*done, outcome, reason);
+  if (done->postponed) return Resume(*done, outcome, reason);
   const JobEnd end{outcome, reason};
   Apply(*done, EffectsOf(*done, end, now_.instant), end);
 }
@@ -25,7 +25,7 @@ void JobRun::Resume(Job& probe, Outcome outcome, const std::string& reason) {
   if (!life || member.health.state() == DeviceState::never_seen) {
     upkeep_.OnTask(member, outcome, reason, now_.instant);
   }
-  job_ = std::move(probe.behind);
+  job_ = std::move(probe.postponed);
   job_->proved = true;
   job_->wire += probe.wire;
   // A device that wants to be left in peace gets it: a meter counts wrong passwords.
@@ -49,7 +49,7 @@ void JobRun::Resume(Job& probe, Outcome outcome, const std::string& reason) {
 
 void JobRun::Apply(const Device& device, const ReplyEffects& effects) {
   if (effects.rechecked) ledger_.OnRecheck(device);
-  for (const QueryRef& query : effects.read_soon) agenda_.writes.AddReadBack(query);
+  for (const QueryRef& query : effects.read_soon) agenda_.write_queue.AddReadBack(query);
   for (const config::Group group : effects.repeat) upkeep_.Repeat(device, group, now_.instant);
   if (effects.stored) owed_.readings.OnStored(*effects.stored);
   if (effects.hold_events) {
@@ -89,7 +89,7 @@ void JobRun::Apply(Job::Write& write, Device& device, const EndEffects::Write& e
       ledger_.OnWrite(device, effects.result.end, false);
       return write.command.End(effects.result);
     case Next::confirm:
-      return agenda_.writes.Confirm(std::move(write.command), now_.instant);
+      return agenda_.write_queue.Confirm(std::move(write.command), now_.instant);
     case Next::go_on:
       job_ = std::make_unique<Job>(device, std::move(write), Task{}, now_.instant);
       return NextWrite();

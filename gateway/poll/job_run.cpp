@@ -5,7 +5,8 @@
 //   the job               what happens                        next
 //   chosen                it asks, or its request is ready    waiting
 //   chosen                the conversation will not ask       ended: unsupported
-//   waiting, a poll       a late reply of its device is due   parked, where replies name their sender
+//   waiting, a poll,      a late reply of its device is due   parked, where replies name their sender:
+//   events or background                                      SetAside
 //   waiting               line idle, a reply to an earlier    postponed behind a probe of its device
 //                         request could pass for its own
 //   waiting               line idle, nothing owed any more    under way (quiet, sending, receiving)
@@ -45,7 +46,7 @@ bool JobRun::IsReadingBack() const {
 }
 
 void JobRun::Forget(std::uint64_t client) {
-  for (Job* job = job_.get(); job != nullptr; job = job->behind.get()) {
+  for (Job* job = job_.get(); job != nullptr; job = job->postponed.get()) {
     auto* routed = job->As<Job::Routed>();
     if (routed == nullptr) continue;
     std::erase_if(routed->batch, [client, job](const RoutedRequest& request) {
@@ -110,8 +111,8 @@ void JobRun::NextWrite() {
   task.value = rest.front().value;
   task.also.assign(rest.begin() + 1, rest.end());
   for (const PointValue& one : rest) {
-    agenda_.writes.OnBegun(device.index, static_cast<std::uint32_t>(one.point));
-    agenda_.writes.AddReadBacks(device.place, device.conversation->Queries(), one.point);
+    agenda_.write_queue.OnBegun(device.index, static_cast<std::uint32_t>(one.point));
+    agenda_.write_queue.AddReadBacks(device.place, device.conversation->Queries(), one.point);
   }
   Ask();
 }
@@ -127,15 +128,15 @@ void JobRun::Deny(const std::string& why) {
 void JobRun::PutProbeFirst() {
   auto probe = std::make_unique<Job>(*job_->member, Job::Probe{}, Task{.kind = Task::Kind::probe},
                                      now_.instant);
-  probe->behind = std::move(job_);
+  probe->postponed = std::move(job_);
   job_ = std::move(probe);
   Ask();
 }
 
 JobRun::Turn JobRun::TakeTurn() {
-  if (job_->behind && WhyNotSend(*job_->behind, now_.instant) != nullptr) {
-    std::unique_ptr<Job> behind = std::move(job_->behind);
-    job_ = std::move(behind);
+  if (job_->postponed && WhyNotSend(*job_->postponed, now_.instant) != nullptr) {
+    std::unique_ptr<Job> postponed = std::move(job_->postponed);
+    job_ = std::move(postponed);
   }
   if (const char* why = WhyNotSend(*job_, now_.instant)) {
     BreakOff(why);

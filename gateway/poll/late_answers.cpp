@@ -41,7 +41,7 @@ void LateAnswers::OnEnd(const Asked& asked, Outcome outcome, Instant now) {
   State& state = Of(*asked.member);
   state.late_from.reset();
   state.end = End::silent;
-  state.behind = 0;
+  state.trailing_bytes = 0;
   state.retried = {};
   if (!asked.retry) state.due.reset();
   const Instant due = SentAt(asked) + asked.member->times.reply;
@@ -79,8 +79,8 @@ LateAnswers::Stray LateAnswers::OnStray(const StrayBytes& stray, Instant now) {
   }
   const Duration needed = std::min(stray.since_end + times.gap, times.ceiling);
   if (state.end == End::answered) {
-    state.behind += stray.count;
-    if (state.behind <= kNoise) return told;
+    state.trailing_bytes += stray.count;
+    if (state.trailing_bytes <= kNoise) return told;
     // A second copy of the answer: not longer than an answer can be.
     const Duration longest = times.drain + kLongestTrail * times.character;
     if (stray.since_end <= longest) state.trail = std::max(state.trail, std::min(needed, longest));

@@ -1,7 +1,7 @@
-// Until when an answer may come that nobody waits for any more, and who waits for that instead: the
-// line, or the device alone. gateway/poll/job_answer.cpp tells what has ended, upkeep.cpp what that
-// means, poller_line.cpp what came behind; numbers are in docs/timeouts.md. whose_reply.h knows to
-// which request a reply belongs that did come.
+// Until when a reply may still come to a request that was given up. Until then its device is not
+// asked; where replies carry no address, nobody is. gateway/poll/job_answer.cpp tells what has
+// ended, upkeep.cpp what that means, poller_line.cpp what came behind; numbers are in
+// docs/timeouts.md. whose_reply.h knows to which request a reply belongs that did come.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -84,8 +84,8 @@ class LateAnswers {
     Instant late_until{};               // until then an answer to a failed request may come
     std::optional<Instant> unanswered;  // start of the first exchange since its last answer
     std::optional<Instant> late_from;  // bytes from here on are the late answer to its last request
-    // When the answer was due to the first try of its last request that met silence. A damaged reply
-    // is no late one: behind that nothing is due.
+    // When the answer was due to the first try of its last request that met silence. A damaged
+    // reply is no late one: behind that nothing is due.
     std::optional<Instant> due;
     Duration retried{};   // its last reply came to a repetition, so long after that
     Duration lateness{};  // how much longer than its drain time its bytes were seen to
@@ -93,9 +93,9 @@ class LateAnswers {
     // How long after good answers more bytes came; not part of lateness, which lengthens what is
     // waited behind failures only. Needed by MisbehavingTwin.DoubledRepliesSpoilNoOther/Set4tm9600.
     Duration trail{};
-    std::size_t behind = 0;  // bytes behind the end of its last exchange, while it was a good one
-    End end = End::silent;   // of its last exchange
-    bool told_late = false;  // the user has been warned
+    std::size_t trailing_bytes = 0;  // behind its last exchange, while that was a good one
+    End end = End::silent;           // of its last exchange
+    bool told_late = false;          // the user has been warned
   };
 
   State& Of(const Member& member) const;

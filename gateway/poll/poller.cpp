@@ -138,14 +138,14 @@ void Poller::OnTimer(Now now) {
 bool Poller::Submit(WriteCommand command, Now now) {
   Advance(now);
   clients_.AnswerCommands(now.instant);  // those of clients that have left take no room
-  if (agenda_.writes.full()) return false;
+  if (agenda_.write_queue.full()) return false;
   if (!is_open()) {
     clients_.NotSent(command, ledger_.WhyClosed());
   } else if (command.writes.empty()) {
     clients_.ReadNow(std::move(command), speaker_.device(), now.instant);
     Settle();
   } else {
-    agenda_.writes.Push(std::move(command));
+    agenda_.write_queue.Push(std::move(command));
     Settle();
   }
   return true;
@@ -157,7 +157,7 @@ void Poller::Submit(RoutedRequest request, Now now) {
     request.done({Outcome::line_down, {}, ledger_.WhyClosed()});
     return;
   }
-  request.sequence = agenda_.writes.NextSequence();
+  request.sequence = agenda_.write_queue.NextSequence();
   agenda_.routes.queue().Push(std::move(request));
   Settle();
 }
@@ -197,7 +197,7 @@ std::optional<Instant> Poller::Deadline() const {
   const auto sooner = [&](std::optional<Instant> other) {
     if (other && (!soonest || *other < *soonest)) soonest = other;
   };
-  sooner(agenda_.writes.Deadline());
+  sooner(agenda_.write_queue.Deadline());
   sooner(agenda_.routes.queue().Deadline());
   sooner(speaker_.DueAt());
   const Job* const job = run_.job();

@@ -27,8 +27,8 @@
 #include "gateway/poll/telegram_exchange.h"
 #include "gateway/poll/upkeep.h"
 #include "gateway/poll/waiting_clients.h"
-#include "gateway/requests/commands.h"
 #include "gateway/requests/routed.h"
+#include "gateway/requests/write_command.h"
 #include "gateway/store/point_store.h"
 #include "gateway/trace/tap.h"
 

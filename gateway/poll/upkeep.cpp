@@ -176,7 +176,7 @@ void Upkeep::DoubtLatest(Instant now) {
     if (device->conversation->ForgetRefusals()) Plan(*device);
   }
   for (const QueryRef& read : owed_.readings.TakeAll()) {
-    if (Doubt(read, now)) chooser_.agenda().writes.AddReadBack(read);
+    if (Doubt(read, now)) chooser_.agenda().write_queue.AddReadBack(read);
   }
 }
 

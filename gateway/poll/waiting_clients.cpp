@@ -29,13 +29,13 @@ void WaitingClients::ReadNow(WriteCommand command, const Device* unasked, Instan
     return NotSent(command, "it is not asked: it speaks by itself, and what it said last is shown");
   }
   for (const std::uint32_t point : command.reads) {
-    agenda_.writes.AddReadBacks(device.place, device.conversation->Queries(), point);
+    agenda_.write_queue.AddReadBacks(device.place, device.conversation->Queries(), point);
   }
-  agenda_.writes.Confirm(std::move(command), now);
+  agenda_.write_queue.Confirm(std::move(command), now);
 }
 
 void WaitingClients::AnswerCommands(Instant now) {
-  const WriteQueue::Expired expired = agenda_.writes.TakeExpired(now);
+  const WriteQueue::Expired expired = agenda_.write_queue.TakeExpired(now);
   for (const WriteQueue::Confirmed& one : expired.confirmed) Answer(one);
   for (const WriteCommand& command : expired.unsent) {
     const Device& device = roster_.DeviceAt(command.device);
@@ -43,7 +43,7 @@ void WaitingClients::AnswerCommands(Instant now) {
     NotSent(command, in_vain ? "the device does not answer, and the command waited for it in vain"
                              : "the command waited for the line beyond its deadline");
   }
-  while (const auto refused = agenda_.writes.Take(
+  while (const auto refused = agenda_.write_queue.Take(
              [&](const WriteCommand& command) { return WhyNotAsked(command) != nullptr; })) {
     NotSent(*refused, WhyNotAsked(*refused));
   }
@@ -64,7 +64,8 @@ void WaitingClients::NotSent(const WriteCommand& command, const std::string& rea
 }
 
 void WaitingClients::AnswerConfirmed(bool reading_back) {
-  for (const WriteQueue::Confirmed& one : agenda_.writes.TakeConfirmed(reading_back)) Answer(one);
+  for (const WriteQueue::Confirmed& one : agenda_.write_queue.TakeConfirmed(reading_back))
+    Answer(one);
 }
 
 void WaitingClients::Answer(const WriteQueue::Confirmed& one) {
@@ -102,7 +103,7 @@ void WaitingClients::AnswerRouted(const Chooser::Idle& idle, bool line_is_free) 
 }
 
 void WaitingClients::AnswerAll(const std::string& reason) {
-  const std::vector<WriteCommand> unsent = agenda_.writes.TakeAll();
+  const std::vector<WriteCommand> unsent = agenda_.write_queue.TakeAll();
   AnswerConfirmed(false);
   for (const WriteCommand& command : unsent) NotSent(command, reason);
   for (RoutedRequest& request : agenda_.routes.queue().TakeAll()) {

@@ -20,8 +20,8 @@
 #include "gateway/poll/ledger.h"
 #include "gateway/poll/roster.h"
 #include "gateway/poll/write_queue.h"
-#include "gateway/requests/commands.h"
 #include "gateway/requests/routed.h"
+#include "gateway/requests/write_command.h"
 #include "gateway/store/point_store.h"
 
 namespace baudgate {

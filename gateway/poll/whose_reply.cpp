@@ -80,7 +80,7 @@ bool WhoseReply::NeedsProbeFirst(const Asked& asked, Instant now) const {
   if (IsSafe(asked) || IsUnprovable(member)) return false;
   // If the lag has not grown, at most four repeats reach the right reply. More repeats would not
   // end: a round of 22 requests looks like a lag of 22.
-  return Owed(asked) > std::min(state.behind, kMostTriesMore);
+  return Owed(asked) > std::min(state.lag, kMostTriesMore);
 }
 
 bool WhoseReply::IsOwedAlone(const Asked& asked) const {
@@ -188,7 +188,7 @@ WhoseReply::Verdict WhoseReply::OnReply(const Asked& asked, View frame, Outcome 
   verdict.elsewhere = !MayBeInStep(asked);
   verdict.proven = order.IsAnswerTo(asked.request->bytes) &&
                    (asked.named() || line_.IsAnswerTo(asked.request->bytes));
-  if (verdict.proven) state.behind = proof ? Owed(asked) : std::min(state.behind, Owed(asked));
+  if (verdict.proven) state.lag = proof ? Owed(asked) : std::min(state.lag, Owed(asked));
   if (!asked.probe && fits && order.IsInStep()) state.read = true;
   // A device that has a name is identified before its readings are accepted.
   if (asked.probe && !proof && state.identity.known()) verdict.proven = false;
@@ -216,7 +216,7 @@ void WhoseReply::OnOpened(const Member& member, Instant now) {
 void WhoseReply::OnReconnect(const Member& member) {
   Of(member).answered_probe = false;
   Of(member).proofless = 0;
-  Of(member).behind = 0;
+  Of(member).lag = 0;
   Of(member).read = false;
 }
 

@@ -1,9 +1,9 @@
 // Whose reply is it? A reading is good only if no reply that may still be owed could pass for its
 // own. This keeps what may be owed: by a device, and by a serial server that may shift the whole
 // line. After silence, damage, a second reply or a port that was closed nothing is proven; a proof
-// (conversation.h: `steady`, `distinct`) then goes first, whose reply can be told from others. The
-// cases are a table in whose_reply.cpp. gateway/poll/job_run.cpp tells of every request,
-// reply_judge.cpp of every reply of the line; docs/timeouts.md.
+// (protocols/conversation.h: `steady`, `distinct`) then goes first, whose reply can be told from
+// others. The cases are a table in whose_reply.cpp. gateway/poll/job_run.cpp tells of every
+// request, reply_judge.cpp of every reply of the line; docs/timeouts.md.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -53,7 +53,7 @@ class WhoseReply {
   /// Nothing but its own reply can come: a reply of an odd form is its own as well.
   bool MayBeOdd(const Asked& asked) const { return Of(*asked.member).read && Owed(asked) == 1; }
   /// Its latest probe was answered with the reply to an earlier one, or may have been.
-  bool Lags(const Member& member) const { return Of(member).behind > 0; }
+  bool Lags(const Member& member) const { return Of(member).lag > 0; }
   /// Nothing but its own reply to a client's request can come. Of slaves that only routes reach no
   /// order is kept: they owe nothing when all that they were lately asked was answered.
   bool IsOwedAlone(const Asked& asked) const;
@@ -102,11 +102,12 @@ class WhoseReply {
     bool answered_probe = false;
     bool strangers = false;  // their replies may be owed by it, since OnOpened
     bool read = false;       // a poll was answered in step, as it was asked, since OnReconnect
-    int behind = 0;          // so many replies were owed when it was last known best
+    int lag = 0;             // replies owed when its order was last proven
     Instant proven_at{};     // when a probe was answered last
     int proofless = 0;       // answered probes in a row that were no proofs
   };
-  /// A device that is silent to its identification is found out within fewer (probe_choice.h).
+  /// A device that is silent to its identification is found out within fewer
+  /// (protocols/common/probe_choice.h).
   static constexpr int kProbesWithoutProof = 8;
   /// How long a proof holds. Who is one reply ahead because one came twice shows it by nothing
   /// else, nor does another device that has taken the place unnoticed.

@@ -23,7 +23,7 @@ Decimal Tolerance(const config::Point& point, const Decimal& written) {
 
 }  // namespace
 
-WriteEnd EndOf(Outcome outcome, bool sent, bool may_have_acted) {
+WriteEnd WriteEndOf(Outcome outcome, bool sent, bool may_have_acted) {
   switch (outcome) {
     case Outcome::ok:
       return WriteEnd::ok;

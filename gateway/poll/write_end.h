@@ -6,13 +6,13 @@
 #include "gateway/base/outcome.h"
 #include "gateway/base/value.h"
 #include "gateway/poll/write_queue.h"
-#include "gateway/requests/commands.h"
+#include "gateway/requests/write_command.h"
 #include "gateway/store/device_record.h"
 
 namespace baudgate {
 
 /// `sent`: a request that may have written went out. `may_have_acted`: as Answer says of a refusal.
-WriteEnd EndOf(Outcome outcome, bool sent, bool may_have_acted = false);
+WriteEnd WriteEndOf(Outcome outcome, bool sent, bool may_have_acted = false);
 
 /// As users see it.
 Value WrittenValue(const config::Point& point, const PointWrite& write);

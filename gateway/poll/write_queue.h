@@ -13,7 +13,7 @@
 
 #include "gateway/base/time.h"
 #include "gateway/poll/schedule.h"
-#include "gateway/requests/commands.h"
+#include "gateway/requests/write_command.h"
 #include "protocols/conversation.h"
 
 namespace baudgate {

@@ -98,14 +98,14 @@ std::string WhatChanged(const config::Line& was, const config::Line& is) {
 }
 
 LineChange CompareLines(const config::Line* was, const config::Line& is) {
-  if (was == nullptr) return {is.name, Effect::added, {}};
-  if (Same(*was, is)) return {is.name, Effect::same, {}};
+  if (was == nullptr) return {is.name, Fate::added, {}};
+  if (Same(*was, is)) return {is.name, Fate::same, {}};
   config::Line bare_was = *was;
   config::Line bare_is = is;
   WithoutOutputs(bare_was);
   WithoutOutputs(bare_is);
   const bool outputs = Same(bare_was, bare_is);
-  return {is.name, outputs ? Effect::outputs : Effect::changed, WhatChanged(*was, is)};
+  return {is.name, outputs ? Fate::outputs : Fate::changed, WhatChanged(*was, is)};
 }
 
 /// By "line.device.point".
@@ -142,27 +142,27 @@ void CompareHistory(const config::Config& running, const config::Config& next,
 }
 
 template <typename Change>
-std::size_t Count(const std::vector<Change>& changes, Effect fate) {
+std::size_t Count(const std::vector<Change>& changes, Fate fate) {
   return static_cast<std::size_t>(std::ranges::count(changes, fate, &Change::fate));
 }
 
 template <typename Change>
 bool AllSame(const std::vector<Change>& changes) {
-  return Count(changes, Effect::same) == changes.size();
+  return Count(changes, Fate::same) == changes.size();
 }
 
 std::string SentenceOf(const LineChange& line) {
   const std::string begin = "line " + line.line + ": ";
   switch (line.fate) {
-    case Effect::same:
+    case Fate::same:
       break;
-    case Effect::outputs:
+    case Fate::outputs:
       return begin + "goes on, with other settings of outputs: " + line.what;
-    case Effect::changed:
+    case Fate::changed:
       return begin + "begins anew: " + line.what;
-    case Effect::added:
+    case Fate::added:
       return begin + "is new";
-    case Effect::removed:
+    case Fate::removed:
       return begin + "ends";
   }
   return {};
@@ -172,15 +172,15 @@ std::string SentenceOf(const LineChange& line) {
 template <typename Change>
 void SumUp(const std::vector<Change>& changes, std::string_view name, std::string_view anew,
            std::string& text) {
-  const auto say = [&](Effect fate, std::string_view what) {
+  const auto say = [&](Fate fate, std::string_view what) {
     const std::size_t count = Count(changes, fate);
     if (count == 0) return;
     text += (text.empty() ? "" : ", ") + Plural(count, name) + " " + std::string(what);
   };
-  say(Effect::added, "new");
-  say(Effect::changed, anew);
-  say(Effect::removed, "ended");
-  say(Effect::outputs, "shown otherwise");
+  say(Fate::added, "new");
+  say(Fate::changed, anew);
+  say(Fate::removed, "ended");
+  say(Fate::outputs, "shown otherwise");
 }
 
 }  // namespace
@@ -197,7 +197,7 @@ Difference Compare(const config::Config& running, const config::Config& next) {
   }
   for (const config::Line& line : running.lines) {
     if (line.name.empty() || Find(next, line.name) != nullptr) continue;
-    difference.lines.push_back({line.name, Effect::removed, {}});
+    difference.lines.push_back({line.name, Fate::removed, {}});
   }
   EachDifferent(running, next, [&](std::string_view key) {
     const auto tell = [&](std::string_view its) {
@@ -228,7 +228,7 @@ std::vector<std::string> Sentences(const Difference& difference) {
   std::vector<std::string> sentences;
   const auto tell = [&sentences](const auto& changes) {
     for (const auto& change : changes) {
-      if (change.fate != Effect::same) sentences.push_back(SentenceOf(change));
+      if (change.fate != Fate::same) sentences.push_back(SentenceOf(change));
     }
   };
   tell(difference.lines);
@@ -250,7 +250,7 @@ std::string Summary(const Difference& difference) {
   if (!difference.settings.empty()) {
     text += (text.empty() ? "" : ", ") + Plural(difference.settings.size(), "setting");
   }
-  const std::size_t same = Count(difference.lines, Effect::same);
+  const std::size_t same = Count(difference.lines, Fate::same);
   if (text.empty()) return Plural(same, "line") + " untouched";
   return text + (same > 0 ? "; " + Plural(same, "line") + " untouched" : "");
 }

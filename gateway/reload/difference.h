@@ -9,15 +9,15 @@
 #include <vector>
 
 #include "config/model/config.h"
-#include "gateway/reload/effect.h"
+#include "gateway/reload/fate.h"
 #include "gateway/reload/modbus_difference.h"
 
 namespace baudgate::reload {
 
 struct LineChange {
   std::string line;
-  Effect fate = Effect::same;
-  std::string what;  ///< "port; poll of feeder-1"; of the second and third kind
+  Fate fate = Fate::same;
+  std::string what;  ///< "port; poll of feeder-1"; of `outputs` and `changed`
 };
 
 struct Difference {

@@ -48,13 +48,13 @@ void CompareListeners(const std::vector<Listener>& running, const std::vector<Li
     ListenerChange& change = changes.emplace_back();
     change.place = is.Place();
     change.was = places.Take([&](std::size_t at) { return running[at].Place() == is.Place(); });
-    change.fate = Effect::added;
+    change.fate = Fate::added;
     if (!change.was) continue;
     change.what = DifferentKeys(running[*change.was], is);
-    change.fate = change.what.empty() ? Effect::same : Effect::changed;
+    change.fate = change.what.empty() ? Fate::same : Fate::changed;
   }
   for (std::size_t at = 0; at < running.size(); ++at) {
-    if (places.IsFree(at)) changes.push_back({running[at].Place(), Effect::removed, {}, at});
+    if (places.IsFree(at)) changes.push_back({running[at].Place(), Fate::removed, {}, at});
   }
 }
 
@@ -71,24 +71,24 @@ void CompareRoutes(const std::vector<Route>& running, const std::vector<Route>& 
     RouteChange& change = changes.emplace_back();
     change.route = NameOf(is);
     change.was = places.Take([&](std::size_t at) { return Same(running[at], is); });
-    change.fate = change.was ? Effect::same : Effect::added;
+    change.fate = change.was ? Fate::same : Fate::added;
   }
   for (std::size_t i = 0; i < next.size(); ++i) {
     if (changes[i].was) continue;
     changes[i].was =
         places.Take([&](std::size_t at) { return LeadsTheSame(running[at], next[i]); });
-    if (changes[i].was) changes[i].fate = Effect::outputs;
+    if (changes[i].was) changes[i].fate = Fate::outputs;
   }
   for (std::size_t i = 0; i < next.size(); ++i) {
     if (changes[i].was) continue;
     const auto was =
         places.Take([&](std::size_t at) { return NameOf(running[at]) == changes[i].route; });
     if (!was) continue;
-    changes[i].fate = Effect::changed;
+    changes[i].fate = Fate::changed;
     changes[i].what = DifferentKeys(running[*was], next[i]);
   }
   for (std::size_t at = 0; at < running.size(); ++at) {
-    if (places.IsFree(at)) changes.push_back({NameOf(running[at]), Effect::removed, {}, {}});
+    if (places.IsFree(at)) changes.push_back({NameOf(running[at]), Fate::removed, {}, {}});
   }
 }
 
@@ -106,9 +106,9 @@ bool Blocks(const Listener& one, const Listener& other) {
 void FindBlocked(const std::vector<Listener>& running, const std::vector<Listener>& next,
                  ModbusDifference& difference) {
   for (std::size_t i = 0; i < next.size(); ++i) {
-    if (difference.listeners[i].fate != Effect::added) continue;
+    if (difference.listeners[i].fate != Fate::added) continue;
     for (const ListenerChange& ends : difference.listeners) {
-      if (ends.fate != Effect::removed || !Blocks(running[*ends.was], next[i])) continue;
+      if (ends.fate != Fate::removed || !Blocks(running[*ends.was], next[i])) continue;
       difference.restart.push_back("modbus.listen from " + ends.place + " to " + next[i].Place());
     }
   }
@@ -146,14 +146,14 @@ ModbusDifference CompareModbus(const Modbus& running, const Modbus& next) {
 std::string SentenceOf(const ListenerChange& change) {
   const std::string begin = "listener " + change.place + ": ";
   switch (change.fate) {
-    case Effect::added:
+    case Fate::added:
       return begin + "is new";
-    case Effect::changed:
+    case Fate::changed:
       return begin + "differs in " + change.what + Lost(change);
-    case Effect::removed:
+    case Fate::removed:
       return begin + "ends" + Lost(change);
-    case Effect::same:
-    case Effect::outputs:
+    case Fate::same:
+    case Fate::outputs:
       break;
   }
   return {};
@@ -162,15 +162,15 @@ std::string SentenceOf(const ListenerChange& change) {
 std::string SentenceOf(const RouteChange& change) {
   const std::string begin = "route " + change.route + ": ";
   switch (change.fate) {
-    case Effect::added:
+    case Fate::added:
       return begin + "is new";
-    case Effect::changed:
+    case Fate::changed:
       return begin + "begins anew: " + change.what;
-    case Effect::removed:
+    case Fate::removed:
       return begin + "ends";
-    case Effect::outputs:
+    case Fate::outputs:
       return begin + "goes on, with other alarms";
-    case Effect::same:
+    case Fate::same:
       break;
   }
   return {};

@@ -9,7 +9,7 @@ namespace baudgate::reload {
 
 void Probation::Begin(Instant now, Duration time, const Healths& before) {
   until_ = now + time;
-  patience_ = std::min(kPatience, time / 2);
+  patience_ = std::min(kTimeToAnswer, time / 2);
   for (const auto& [device, health] : before) {
     if (health == Health::well) well_.try_emplace(device);
   }

@@ -30,7 +30,7 @@ using Healths = std::map<std::string, Health>;
 class Probation {
  public:
   /// A device of which nothing is known for so long is ill; of shorter times half.
-  static constexpr Duration kPatience = 20s;
+  static constexpr Duration kTimeToAnswer = 20s;
 
   /// Also while one runs, which it takes the place of: what was well before that counts on.
   void Begin(Instant now, Duration time, const Healths& before);

@@ -73,41 +73,41 @@ bool SameNumbers(const config::Line& a, const config::Line& b) {
 }
 
 bool GoesOn(const LineChange& change) {
-  return change.fate == Effect::same || change.fate == Effect::outputs;
+  return change.fate == Fate::same || change.fate == Fate::outputs;
 }
 
 }  // namespace
 
-Slots PlaceInSlots(const config::Config& running, config::Config next,
-                   const Difference& difference) {
-  Slots slots;
+Placement PlaceInSlots(const config::Config& running, config::Config next,
+                       const Difference& difference) {
+  Placement placed;
   std::vector<config::Line> file = std::exchange(next.lines, {});
-  slots.config = std::move(next);
+  placed.config = std::move(next);
   std::map<std::string, const LineChange*> changes;
   for (const LineChange& change : difference.lines) changes[change.line] = &change;
   for (std::uint32_t i = 0; i < running.lines.size(); ++i) {
     const config::Line& line = running.lines[i];
     const auto found = std::ranges::find(file, line.name, &config::Line::name);
     if (!line.name.empty() && found != file.end() && GoesOn(*changes.at(line.name))) {
-      slots.config.lines.push_back(*found);
+      placed.config.lines.push_back(*found);
     } else {
-      if (!line.name.empty()) slots.gone.push_back(i);
-      slots.config.lines.push_back(Empty(line));
+      if (!line.name.empty()) placed.gone.push_back(i);
+      placed.config.lines.push_back(Empty(line));
     }
   }
   for (const config::Line& line : file) {
     if (GoesOn(*changes.at(line.name))) continue;
-    slots.begun.push_back(static_cast<std::uint32_t>(slots.config.lines.size()));
-    slots.config.lines.push_back(line);
+    placed.begun.push_back(static_cast<std::uint32_t>(placed.config.lines.size()));
+    placed.config.lines.push_back(line);
   }
-  Renumber(slots.config, NumbersOf(file, slots.config));
+  Renumber(placed.config, NumbersOf(file, placed.config));
   for (std::uint32_t i = 0; i < running.lines.size(); ++i) {
-    const config::Line& line = slots.config.lines[i];
+    const config::Line& line = placed.config.lines[i];
     if (line.name.empty()) continue;
-    const bool outputs = changes.at(line.name)->fate == Effect::outputs;
-    if (outputs || !SameNumbers(running.lines[i], line)) slots.shown.push_back(i);
+    const bool outputs = changes.at(line.name)->fate == Fate::outputs;
+    if (outputs || !SameNumbers(running.lines[i], line)) placed.shown.push_back(i);
   }
-  return slots;
+  return placed;
 }
 
 }  // namespace baudgate::reload

@@ -17,7 +17,7 @@
 
 namespace baudgate::reload {
 
-struct Slots {
+struct Placement {
   /// `next`, with its lines at their places. Whatever names a line or device by its number (routes,
   /// interlocks, the history) has the new one.
   config::Config config;
@@ -27,7 +27,7 @@ struct Slots {
 };
 
 /// `difference` is that of the two; nothing in it needs a restart.
-Slots PlaceInSlots(const config::Config& running, config::Config next,
-                   const Difference& difference);
+Placement PlaceInSlots(const config::Config& running, config::Config next,
+                       const Difference& difference);
 
 }  // namespace baudgate::reload

@@ -22,7 +22,7 @@
 #include "gateway/base/result.h"
 #include "gateway/base/time.h"
 #include "gateway/serial_server/client_socket.h"
-#include "gateway/serial_server/line_port.h"
+#include "gateway/serial_server/port_owner.h"
 #include "gateway/serial_server/session.h"
 
 namespace baudgate::serial_server {

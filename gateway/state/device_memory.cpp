@@ -78,7 +78,7 @@ std::vector<DeviceMemory::Key> DeviceMemory::KeysOf(const config::Config& config
   return keys;
 }
 
-void DeviceMemory::Renumber(const config::Config& config) {
+void DeviceMemory::OnReload(const config::Config& config) {
   std::vector<Key> keys = KeysOf(config);
   const MutexLock lock(mutex_);
   std::vector<std::string> memories(keys.size());

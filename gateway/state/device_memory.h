@@ -31,7 +31,7 @@ class DeviceMemory {
   /// Devices are numbered through all lines, in the order of the file. Empty: nothing is known.
   std::string Of(std::uint32_t device) const;
   /// A reload: devices by their numbers; one without a name is gone.
-  void Renumber(const config::Config& config);
+  void OnReload(const config::Config& config);
   /// From any thread; returns at once.
   void Set(std::uint32_t device, std::string memory);
 

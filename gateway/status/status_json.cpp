@@ -144,6 +144,7 @@ Json DeviceJson(const LineStatus& line, const DeviceRecord& record,
   json["last_reason"] = status.last_reason;
   json["trouble"] = status.trouble;
   json["last_ok"] = TimeJson(status.last_ok_wall);
+  // Since its last good exchange; a point has another, since its reading.
   json["age_ms"] =
       SinceJson(status.last_ok ? std::optional(view.now.instant - *status.last_ok) : std::nullopt);
   json["exchanges"] = status.exchanges;
@@ -287,6 +288,7 @@ Json ReloadJson(const ReloadState& state) {
 
 }  // namespace
 
+/// Its `age_ms` is since its reading; a device has another, since its last good exchange.
 Json PointJson(const DeviceRecord& record, std::size_t index, Instant now) {
   const config::Point& point = record.device->points[index];
   const Quality quality = QualityAt(record, index, now);

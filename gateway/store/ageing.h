@@ -18,7 +18,7 @@ std::array<AgeLimits, config::kGroups> LimitsOf(const config::Device& device, Du
 /// What the last reading said, made worse by doubt and age; whatever the state of device and line.
 Quality AgedQuality(const DeviceRecord& record, std::size_t point, Instant now);
 
-/// Design section 5, in its order of precedence: out of service, line down, device offline, another
+/// In this order of precedence: out of service, line down, device offline, another
 /// device than it should be, never read, reported trouble, then age.
 Quality QualityAt(const DeviceRecord& record, std::size_t point, Instant now);
 

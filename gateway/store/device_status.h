@@ -106,7 +106,7 @@ struct DeviceStatus {
   std::array<std::uint32_t, kOutcomeCount> outcomes{};  ///< indexed by Outcome
   std::uint32_t retries = 0;
   std::uint32_t missed = 0;    ///< poll periods skipped because the line had no time
-  std::uint32_t late = 0;      ///< exchanges without a reply that bytes followed after their end
+  std::uint32_t late = 0;      ///< as LineCounters::late
   Duration lateness{};         ///< the largest, since the reply was due
   Duration patience{};         ///< so much longer than its reply time it is waited for
   std::uint32_t doubled = 0;   ///< exchanges behind whose reply came another, different one

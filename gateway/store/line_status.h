@@ -26,10 +26,12 @@ struct LineCounters {
   std::array<std::uint64_t, kOutcomeCount> outcomes{};  ///< indexed by Outcome
   std::uint64_t bytes_in = 0;                           ///< without the echo that was taken out
   std::uint64_t bytes_out = 0;
-  std::uint64_t stray_bytes = 0;  ///< came when no exchange was under way
-  std::uint64_t late = 0;         ///< exchanges without a reply that bytes followed after their end
-  std::uint64_t collisions = 0;   ///< echo: verify: the echo differed or was missing
-  std::uint64_t echoes = 0;       ///< echo: off: the request itself came back
+  std::uint64_t stray_bytes = 0;  ///< that belong to no exchange
+  /// Late replies: bytes behind an exchange without a reply, or with one to a repetition; and whole
+  /// replies of one device in the exchange of another.
+  std::uint64_t late = 0;
+  std::uint64_t collisions = 0;    ///< echo: verify: the echo differed or was missing
+  std::uint64_t echoes = 0;        ///< echo: off: the request itself came back
   std::uint64_t negotiations = 0;  ///< connections that began as Telnet, and devices answer there
   std::uint64_t probes = 0;        ///< exchanges with devices that do not answer
   Duration busy{};                 ///< in exchanges and drains

@@ -86,7 +86,8 @@ class PointStore {
   void Retire(std::uint32_t line);
 
   /// Tells the feeds of points whose quality has changed by mere age since they were last told.
-  /// Outputs that care call it a few times a second; devices that cannot have aged cost nothing.
+  /// The daemon calls it every 200 ms (gateway/daemon/ticker.h); devices that cannot have aged cost
+  /// nothing.
   void Age(Instant now);
 
  private:

@@ -1,5 +1,7 @@
-// The one door of everybody who writes to points: Modbus clients, the command line, DDS. Whatever
-// they ask passes the same rules here, in this order, before anything is sent:
+// The one door of everybody who writes to points: Modbus clients, the command line, DDS. Routed
+// writes do not pass here: only the listener's `permit` holds for them
+// (gateway/modbus/service/request_routing.cpp). Whatever writers of points ask passes the same
+// rules here, in this order, before anything is sent:
 //
 //   may the point be written?            read_only     rw in the profile and `write: allow`
 //   is the value one that it may have?   value         type, min, max, step
@@ -23,7 +25,7 @@
 #include "config/model/config.h"
 #include "gateway/base/time.h"
 #include "gateway/base/value.h"
-#include "gateway/requests/commands.h"
+#include "gateway/requests/write_command.h"
 #include "gateway/store/point_store.h"
 #include "gateway/writes/selections.h"
 

@@ -9,8 +9,8 @@
 
 #include "config/model/config.h"
 #include "gateway/modbus/service/point_service.h"
-#include "gateway/requests/commands.h"
 #include "gateway/requests/routed.h"
+#include "gateway/requests/write_command.h"
 #include "gateway/store/point_store.h"
 
 namespace baudgate::fuzz {

@@ -19,8 +19,8 @@
 
 #include "config/model/config.h"
 #include "gateway/poll/poller_listener.h"
-#include "gateway/requests/commands.h"
 #include "gateway/requests/routed.h"
+#include "gateway/requests/write_command.h"
 #include "gateway/simulate/twin_faults.h"
 #include "gateway/store/point_store.h"
 #include "tests/support/toy_protocol.h"

@@ -24,7 +24,7 @@ constexpr const char* kLine = "port";
 constexpr const char* kDevice = "device";
 /// A connection that is not there after this time does not come by itself; and a device that has so
 /// much to say is shown with what it has said.
-constexpr Duration kPatience = 15s;
+constexpr Duration kWaitForPort = 15s;
 constexpr Duration kLookEvery = 20ms;
 
 Result<std::string> Yaml(const ReadPortOptions& options, const std::string& protocol,
@@ -77,7 +77,7 @@ int Fail(const std::string& message, int code, std::ostream& err) {
 
 /// Until the port is open and the device has been asked for the first time; else why it is not.
 Status AwaitPort(const PointStore& store) {
-  const Instant limit = ReadClocks().instant + kPatience;
+  const Instant limit = ReadClocks().instant + kWaitForPort;
   while (ReadClocks().instant < limit) {
     const LineStatus line = store.ReadLine(0);
     const bool open = line.port == LineStatus::Port::open;
@@ -87,7 +87,7 @@ Status AwaitPort(const PointStore& store) {
     std::this_thread::sleep_for(kLookEvery);
   }
   if (store.ReadLine(0).port == LineStatus::Port::open) return {};
-  return Error{"it did not open within " + FormatDuration(kPatience)};
+  return Error{"it did not open within " + FormatDuration(kWaitForPort)};
 }
 
 /// The traffic of the line, in short.
@@ -128,7 +128,7 @@ void ExplainFailure(const ReadPortOptions& options, const std::string& serial,
     return;
   }
   if (heard.requests == 0 && !heard.anything) {
-    err << "the device speaks by itself, and nothing came within " << FormatDuration(kPatience)
+    err << "the device speaks by itself, and nothing came within " << FormatDuration(kWaitForPort)
         << (serial.empty() ? "" : " at " + serial) << ": check power, the wires and the settings\n";
     return;
   }

@@ -101,7 +101,7 @@ Choice Choose(const std::string& file, const config::Catalog& catalog, std::ostr
   choice.loaded = text ? config::LoadText(*text, file, catalog) : config::LoadFile(file, catalog);
   PrintProblems(choice.loaded.problems, err);
   if (!text || !choice.loaded.ok()) return choice;
-  reload.running = *text;
+  reload.text_at_start = *text;
   const config::Config& config = choice.loaded.config;
   const auto folder = StateFolderOf(StatePlaces::Here(config.state), config.name);
   if (folder.empty()) return choice;
@@ -112,7 +112,7 @@ Choice Choose(const std::string& file, const config::Catalog& catalog, std::ostr
   reload.not_the_file = TakenBack(file, reload.kept->why_taken_back());
   err << "baudgate: " << reload.not_the_file << '\n';
   if (confirmed) {
-    reload.running = *confirmed;
+    reload.text_at_start = *confirmed;
     choice.loaded = config::LoadText(*confirmed, file, catalog);
   } else {
     choice.loaded.problems = {{{copy, 0, 0}, confirmed.error(), false}};

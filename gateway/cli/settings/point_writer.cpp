@@ -10,7 +10,7 @@ namespace {
 using Json = ControlClient::Json;
 
 /// Longer than any deadline of a write: whoever gives up first does not know what became of it.
-constexpr Duration kPatience = 60s;
+constexpr Duration kWaitForAnswer = 60s;
 
 }  // namespace
 
@@ -19,7 +19,7 @@ WriteReport SocketWriter::Write(const std::string& point, const std::string& val
   if (!client) return {"not_sent", client.error()};
   client->Send({{"command", "write"}, {"target", point}, {"value", value}, {"confirm", true}});
   std::string line;
-  if (client->ReadLine(line, ReadClocks().instant + kPatience) != ControlClient::Got::line) {
+  if (client->ReadLine(line, ReadClocks().instant + kWaitForAnswer) != ControlClient::Got::line) {
     return {"unknown", "the gateway at " + client->path() + " did not answer"};
   }
   const Json answer = Json::parse(line, nullptr, false);
@@ -38,7 +38,7 @@ std::optional<std::string> SocketWriter::WhyNot(const std::string& point,
   if (!client) return client.error();
   client->Send({{"command", "may_write"}, {"target", point}, {"value", value}});
   std::string line;
-  if (client->ReadLine(line, ReadClocks().instant + kPatience) != ControlClient::Got::line) {
+  if (client->ReadLine(line, ReadClocks().instant + kWaitForAnswer) != ControlClient::Got::line) {
     return "the gateway at " + client->path() + " did not answer";
   }
   const Json answer = Json::parse(line, nullptr, false);

@@ -130,7 +130,7 @@ void Publishers::CheckRivals(Names& of, const Point& before, const dds::Publishe
     if (gateway.current != publisher) TookOver(of, before.publisher, publisher);
     return;
   }
-  gateway.rivals = Rivals{before.publisher, publisher, received, now + kPatience, point};
+  gateway.rivals = Rivals{before.publisher, publisher, received, now + kRivalsMayGo, point};
 }
 
 /// Without any reading a point is new: a reload has begun its line anew.

@@ -27,7 +27,7 @@ class Publishers {
  public:
   /// A gateway that was killed and started again has two publishers until the lease of the first
   /// one ends: for so long it is not judged.
-  static constexpr Duration kPatience = config::kUsualLease + 1s;
+  static constexpr Duration kRivalsMayGo = config::kUsualLease + 1s;
 
   void OnSample(const dds::PointSample& sample, const dds::Origin& origin, Instant now);
   void OnStart(const dds::GatewaySample& start, const dds::PublisherId& publisher);

@@ -15,7 +15,7 @@
 #include "gateway/base/time.h"
 #include "gateway/dds/request_intake.h"
 #include "gateway/dds/writes/request_book.h"
-#include "gateway/requests/commands.h"
+#include "gateway/requests/write_command.h"
 #include "gateway/store/point_store.h"
 #include "gateway/writes/write_gate.h"
 
@@ -24,7 +24,7 @@ namespace baudgate::dds {
 class WriteService {
  public:
   /// How long a line has where the request does not say, and at most.
-  static constexpr Duration kPatience = 5s;
+  static constexpr Duration kWaitForDevice = 5s;
   static constexpr Duration kMostPatience = 60s;
 
   /// A request that has gone to its line.

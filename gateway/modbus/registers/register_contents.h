@@ -58,8 +58,7 @@ inline constexpr std::array<std::uint16_t, 10> kGatewayBlockLayout = {0, 1, 2, 4
 using GatewayBlock = std::array<std::uint16_t, kGatewayBlockLayout.back()>;
 GatewayBlock GatewayBlockOf(const GatewayFigures& info, const ModbusCounters& counters);
 
-/// Fill `out` with the pieces of a request (PlanRead); gateway_target when a value may not be
-/// shown.
+/// Fill `out` with the pieces of a request (PlanRead); kNoTarget when a value may not be shown.
 ExceptionCode FillRegisters(const DeviceRecord& record, std::span<const Piece> pieces, Instant now,
                             std::span<std::uint16_t> out);
 /// A bit that has no value is 0 in a block, where N + 20000 says that it is not good; asked for

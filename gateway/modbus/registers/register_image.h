@@ -1,6 +1,6 @@
 // All values and qualities of one unit, encoded once, so that reading them is a copy for as long as
 // nothing changes. Pure. Filled from a DeviceRecord by way of register_contents.h, so that both
-// ways give the same answers; point_service.cpp copies from it.
+// ways give the same answers; gateway/modbus/service/point_service.cpp copies from it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -30,7 +30,7 @@ class TableImage {
   void Fill(const DeviceRecord& record, Instant now);
   std::size_t size() const { return values_.size(); }
 
-  /// gateway_target when a value of them may not be shown.
+  /// kNoTarget when a value of them may not be shown.
   ExceptionCode CopyValues(std::size_t at, std::span<Word> out) const;
   void CopyQualities(std::size_t at, std::span<Word> out) const;
 

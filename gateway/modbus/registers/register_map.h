@@ -1,6 +1,6 @@
 // Which Modbus unit and address stands for which point: built once from the configuration.
-// Asked by point_service.cpp and write_request.cpp before anything is read or written. The
-// addresses are a public contract: config/model/modbus_addresses.h.
+// Asked by gateway/modbus/service/point_service.cpp and write_request.cpp before anything is read
+// or written. The addresses are a public contract: config/model/modbus_addresses.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -74,7 +74,7 @@ class RegisterMap {
 using Holes = config::Listener::Holes;
 
 /// Divides a read into pieces, in order (`pieces` is cleared first). Any unmapped or write-only
-/// address gives illegal_address, else a value that the range cuts gives illegal_value. With
+/// address gives kIllegalAddress, else a value that the range cuts gives kIllegalValue. With
 /// Holes::zero such addresses are pieces of their own, if there is another piece.
 ExceptionCode PlanRead(const UnitMap& unit, config::Table table, std::uint16_t start,
                        std::uint16_t count, std::vector<Piece>& pieces, Holes holes = Holes::off);

@@ -25,9 +25,8 @@ enum class Shown : std::uint8_t {
 /// The rules of `on_bad` and `on_fault`. `held`: there is a last good value, and it fits the
 /// registers.
 ///  * Good and uncertain values are shown.
-///  * Faults of one channel (0x04, 0x0C, 0x10) never raise an exception: on_fault, by default nan
-///  for
-///    floats and hold for all others.
+///  * Faults of one channel (0x04, 0x0C, 0x10) never raise an exception: on_fault counts, by
+///    default nan for floats and hold for all others.
 ///  * Everything else that is bad follows on_bad. `hold` before the first value is an exception: a
 ///    made-up 0 must not pass for a reading. `nan` is for floats and texts; an integer or a bit has
 ///    no such number, so it is an exception unless on_fault names a VALUE.

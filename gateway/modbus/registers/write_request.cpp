@@ -45,8 +45,8 @@ std::optional<std::uint32_t> FirstEvent(const ModbusRequest& request) {
   return ByteReader(request.data).U32Be(0);
 }
 
-Writes ConvertWrites(const UnitMap& unit, const config::Device& device,
-                     const ModbusRequest& request) {
+ConvertedWrite ConvertWrites(const UnitMap& unit, const config::Device& device,
+                             const ModbusRequest& request) {
   std::vector<Piece> pieces;
   const config::Table table = request.table();
   const auto exception = PlanWrite(unit, table, request.start, request.count, pieces);
@@ -57,7 +57,7 @@ Writes ConvertWrites(const UnitMap& unit, const config::Device& device,
     const ByteReader data(request.data);
     for (std::size_t i = 0; i < request.count; ++i) registers[i] = data.U16Be(2 * i).value_or(0);
   }
-  Writes converted;
+  ConvertedWrite converted;
   for (const Piece& piece : pieces) {
     const config::Point& point = device.points[piece.index];
     const Value value =

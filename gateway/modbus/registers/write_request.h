@@ -1,5 +1,6 @@
 // What a client's registers (value_registers.h) mean: values of points, as users see them, or the
-// selection of one. point_service.cpp takes them to gateway/writes/write_gate.h. Pure.
+// selection of one. gateway/modbus/service/point_service.cpp takes them to
+// gateway/writes/write_gate.h. Pure.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,7 +15,7 @@
 
 namespace baudgate::modbus {
 
-struct Writes {
+struct ConvertedWrite {
   ExceptionCode exception = kNoException;
   std::vector<WriteAsk::Part> parts{};  ///< empty where there is an exception
 };
@@ -29,9 +30,9 @@ bool IsFirstEvent(const ModbusRequest& request);
 /// Nothing: it is half of it.
 std::optional<std::uint32_t> FirstEvent(const ModbusRequest& request);
 
-/// illegal_address: not mapped. illegal_value: part of a value, or a number that the
+/// kIllegalAddress: not mapped. kIllegalValue: part of a value, or a number that the
 /// type cannot hold.
-Writes ConvertWrites(const UnitMap& unit, const config::Device& device,
-                     const ModbusRequest& request);
+ConvertedWrite ConvertWrites(const UnitMap& unit, const config::Device& device,
+                             const ModbusRequest& request);
 
 }  // namespace baudgate::modbus

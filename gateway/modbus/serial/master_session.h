@@ -1,7 +1,7 @@
 // What a serial master asks and is answered while a port is open. Bytes come from
-// serial_listener.cpp, which has the port and the clock; requests go to request_service.h in their
-// Modbus TCP form, and its answers go back as frames of the serial line. Other slaves may answer on
-// the same bus.
+// serial_listener.cpp, which has the port and the clock; requests go to
+// gateway/modbus/service/request_service.h in their Modbus TCP form, and its answers go back as
+// frames of the serial line. Other slaves may answer on the same bus.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,5 +1,5 @@
 // The log line about a client that was turned away or closed; called by listener.cpp and
-// session.cpp.
+// client_session.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,5 +1,5 @@
 // The Modbus TCP server of the gateway: serves the point store, hands writes to the lines.
-// Design section 7. All belongs to the thread that runs the io_context (or to a time when it does
+// All belongs to the thread that runs the io_context (or to a time when it does
 // not run), unless it says otherwise. Counters may be asked for from anywhere.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -21,7 +21,7 @@
 #include "gateway/modbus/service/links.h"
 #include "gateway/modbus/service/point_service.h"
 #include "gateway/modbus/service/traffic.h"
-#include "gateway/requests/commands.h"
+#include "gateway/requests/write_command.h"
 #include "gateway/store/point_store.h"
 
 namespace baudgate::modbus {

@@ -1,5 +1,5 @@
 // What the Modbus server is joined with beside store and command sink: the composition root hands
-// it to server.h.
+// it to gateway/modbus/server/modbus_server.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -9,7 +9,7 @@
 #include "gateway/audit/write_log.h"
 #include "gateway/events/event_feed.h"
 #include "gateway/events/event_source.h"
-#include "gateway/modbus/service/routed_end.h"
+#include "gateway/modbus/service/routed_report.h"
 #include "gateway/modbus/wire/frames.h"
 #include "gateway/requests/routed.h"
 
@@ -22,7 +22,7 @@ struct ModbusLinks {
   audit::WriteLog* writes = nullptr;  ///< of routed writes; null: they are not recorded
   std::shared_ptr<const events::EventFeed> events{};  ///< null: none are kept
   events::EventSource* alarms = nullptr;              ///< to be acknowledged; null: likewise
-  OnRoutedEnd routed{};                               ///< may be null
+  OnRoutedReport routed{};                            ///< may be null
 };
 
 }  // namespace baudgate::modbus

@@ -1,5 +1,5 @@
 // What the clients of a listener may ask for: its `permit`. Whether a point can be written at all
-// is gateway/modbus/registers/register_map.h's affair.
+// is gateway/writes/write_gate.h's affair.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -39,7 +39,7 @@ PointService::PointService(const config::Config& config, const PointStore& store
       table_(config, routes_),
       targets_(routes_, links.lines),
       frames_(links.frames),
-      writes_(links.writes),
+      audit_(links.writes),
       routed_(links.routed),
       events_(links.events),
       acks_(store, links.alarms, links.writes),
@@ -170,7 +170,7 @@ ExceptionCode PointService::Submit(const ModbusRequest& request, const Writer& w
     done({});
     return kNoException;
   }
-  Writes converted = ConvertWrites(unit, store_.device(unit.device), request);
+  ConvertedWrite converted = ConvertWrites(unit, store_.device(unit.device), request);
   if (converted.exception != kNoException) return converted.exception;
   const auto refusal = gate_.Submit(writer,
                                     {.device = unit.device,
@@ -194,7 +194,7 @@ void PointService::Deny(View frame, const Writer& writer, const WriteResult& ref
   const UnitMap& unit = map_.unit(request.unit);
   if (AckRegister::IsFor(request)) return acks_.Deny(request, unit, writer, refused, now);
   if (unit.kind != UnitMap::Kind::device) return;
-  Writes converted = ConvertWrites(unit, store_.device(unit.device), request);
+  ConvertedWrite converted = ConvertWrites(unit, store_.device(unit.device), request);
   gate_.Deny(writer, {.device = unit.device, .parts = std::move(converted.parts)}, refused.reason,
              refused.end);
 }

@@ -28,7 +28,7 @@
 #include "gateway/modbus/service/route_targets.h"
 #include "gateway/modbus/service/traffic_book.h"
 #include "gateway/modbus/wire/request.h"
-#include "gateway/requests/commands.h"
+#include "gateway/requests/write_command.h"
 #include "gateway/store/point_store.h"
 #include "gateway/writes/write_gate.h"
 
@@ -97,12 +97,12 @@ class PointService {
   const Way& WayOf(std::uint8_t unit) const { return table_.of(unit); }
   const config::Route& route(std::size_t number) const { return routes_.at(number); }
   RouteTargets& targets() { return targets_; }
-  /// Null: RTU is not spoken.
+  /// Which framings are spoken.
   const Frames& frames() const { return frames_; }
   /// Null: routed writes are not recorded.
-  audit::WriteLog* writes() const { return writes_; }
+  audit::WriteLog* audit() const { return audit_; }
   /// A request of a client has ended, other than a broadcast.
-  void OnRouted(const RoutedEnd& end, const Now& now) const {
+  void OnRouted(const RoutedReport& end, const Now& now) const {
     if (routed_) routed_(end, now);
   }
 
@@ -131,8 +131,8 @@ class PointService {
   RouteTable table_;
   RouteTargets targets_;
   Frames frames_;
-  audit::WriteLog* writes_;
-  const OnRoutedEnd routed_;
+  audit::WriteLog* audit_;
+  const OnRoutedReport routed_;
   std::shared_ptr<const events::EventFeed> events_;  ///< null: none are kept
   AckRegister acks_;
   /// The first event that a client wants to see of a unit; none: the newest.

@@ -13,9 +13,10 @@ bool IsReply(const RoutedReply& reply) {
   return answered && !reply.pdu.empty() && reply.pdu.size() <= kMaxPdu;
 }
 
-RouteEnd EndOf(const RoutedReply& reply, bool late) {
-  if (IsReply(reply)) return reply.outcome == Outcome::ok ? RouteEnd::ok : RouteEnd::refused;
-  return late && !reply.sent ? RouteEnd::expired : RouteEnd::no_reply;
+RouteOutcome RouteOutcomeOf(const RoutedReply& reply, bool late) {
+  if (IsReply(reply))
+    return reply.outcome == Outcome::ok ? RouteOutcome::ok : RouteOutcome::refused;
+  return late && !reply.sent ? RouteOutcome::expired : RouteOutcome::no_reply;
 }
 
 RoutedReply Busy() {
@@ -63,7 +64,7 @@ void RequestService::Forward(View frame, std::size_t index, std::uint8_t slave, 
   const bool room = pending_.size() + broadcasts_ < kMaxPending;
   if (!room || !target->Submit(std::move(request))) {
     if (witness) witness->Refuse(WriteEnd::busy, Busy().reason);
-    points_.book()->Ended(index, UnitOf(frame), RouteEnd::busy, Busy(), now.wall);
+    points_.book()->Ended(index, UnitOf(frame), RouteOutcome::busy, Busy(), now.wall);
     return Refuse(frame, kBusy, now.instant);
   }
   if (std::ranges::find(used_, target) == used_.end()) used_.push_back(target);
@@ -80,7 +81,7 @@ void RequestService::FinishRouted(std::uint64_t number, RoutedReply reply, const
     reply.pdu.clear();
     reply.reason = "its reply came after the deadline";
   }
-  const RouteEnd end = EndOf(reply, late);
+  const RouteOutcome end = RouteOutcomeOf(reply, late);
   points_.book()->Ended(*pending->route, UnitOf(asked), end, reply, now.wall);
   points_.OnRouted({points_.route(*pending->route), UnitOf(asked), end, reply}, now);
   if (!IsReply(reply)) return Refuse(asked, kNoTarget, now.instant);
@@ -103,7 +104,7 @@ void RequestService::HandleBroadcast(View frame, std::size_t index,
     if (line.target == nullptr) continue;
     points_.book()->Asked(index, UnitOf(frame));
     if (Broadcast(frame, index, line, now)) continue;
-    points_.book()->Ended(index, UnitOf(frame), RouteEnd::busy, Busy(), now.wall);
+    points_.book()->Ended(index, UnitOf(frame), RouteOutcome::busy, Busy(), now.wall);
   }
   wire_.AnswerNothing(now.instant);
 }
@@ -125,8 +126,8 @@ bool RequestService::Broadcast(View frame, std::size_t index, const RouteTargets
                   unit = UnitOf(frame), deadline = request.deadline](RoutedReply reply) {
     inbox->Post([book, service, index, unit, deadline, reply = std::move(reply)](const Now& now) {
       const bool sent = reply.sent || reply.outcome == Outcome::ok;
-      const auto unsent = EndOf(reply, now.instant >= deadline);
-      book->Ended(index, unit, sent ? RouteEnd::broadcast : unsent, reply, now.wall);
+      const auto unsent = RouteOutcomeOf(reply, now.instant >= deadline);
+      book->Ended(index, unit, sent ? RouteOutcome::broadcast : unsent, reply, now.wall);
       if (const auto self = service.lock()) --self->broadcasts_;
     });
   };
@@ -141,10 +142,10 @@ bool RequestService::Broadcast(View frame, std::size_t index, const RouteTargets
 
 std::shared_ptr<audit::Witness> RequestService::WitnessOf(View frame, const RouteTarget* target,
                                                           const Now& now, bool broadcast) const {
-  if (points_.writes() == nullptr || !MayChangeSlave(PduOf(frame))) return nullptr;
+  if (points_.audit() == nullptr || !MayChangeSlave(PduOf(frame))) return nullptr;
   const audit::RoutedWrite write{
       record_->peer, points_.targets().NameOf(target), UnitOf(frame), broadcast, PduOf(frame), now};
-  return std::make_shared<audit::Witness>(*points_.writes(), write);
+  return std::make_shared<audit::Witness>(*points_.audit(), write);
 }
 
 config::Priority RequestService::PriorityOf(std::uint8_t function) const {

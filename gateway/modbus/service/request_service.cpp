@@ -42,7 +42,7 @@ void RequestService::Handle(View frame, const Now& now) {
     if (witness) witness->Refuse(WriteEnd::denied, kNotPermitted);
     if (routed) {
       points_.book()->Asked(way.route, UnitOf(frame));
-      points_.book()->Ended(way.route, UnitOf(frame), RouteEnd::denied, {}, now.wall);
+      points_.book()->Ended(way.route, UnitOf(frame), RouteOutcome::denied, {}, now.wall);
     }
     if (way.kind == Way::Kind::device) {
       points_.Deny(frame, writer(), {.end = WriteEnd::denied, .reason = kNotPermitted}, now);
@@ -134,7 +134,7 @@ void RequestService::GiveUp() {
       std::stable_partition(pending_.begin(), pending_.end(),
                             [](const Pending& pending) { return !pending.route.has_value(); });
   std::for_each(routed, pending_.end(), [this](const Pending& pending) {
-    points_.book()->Ended(*pending.route, UnitOf(pending.frame), RouteEnd::dropped, {}, {});
+    points_.book()->Ended(*pending.route, UnitOf(pending.frame), RouteOutcome::dropped, {}, {});
   });
   pending_.erase(routed, pending_.end());
   record_->outstanding.store(static_cast<std::uint32_t>(pending_.size()),

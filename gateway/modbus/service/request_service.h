@@ -1,7 +1,8 @@
 // What one client asks and how it is answered, whatever wire it comes by: permission, cached units,
 // writes, transparent routes, exceptions, deadlines. Whole frames in their Modbus TCP form come
-// from client_session.cpp (sockets) and master_session.cpp (a serial master); answers go back to
-// them. All on the server's thread; the time is an argument.
+// from gateway/modbus/server/client_session.cpp (sockets) and
+// gateway/modbus/serial/master_session.cpp (a serial master); answers go back to them. All on the
+// server's thread; the time is an argument.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

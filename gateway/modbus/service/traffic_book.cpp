@@ -6,35 +6,35 @@
 namespace baudgate::modbus {
 namespace {
 
-void Count(RouteCounters& counters, RouteEnd end, const RoutedReply& reply) {
+void Count(RouteCounters& counters, RouteOutcome end, const RoutedReply& reply) {
   switch (end) {
-    case RouteEnd::ok:
+    case RouteOutcome::ok:
       ++counters.ok;
       break;
-    case RouteEnd::refused:
+    case RouteOutcome::refused:
       ++counters.refused;
       break;
-    case RouteEnd::denied:
+    case RouteOutcome::denied:
       ++counters.denied;
       break;
-    case RouteEnd::no_reply:
+    case RouteOutcome::no_reply:
       ++counters.no_reply;
       break;
-    case RouteEnd::expired:
+    case RouteOutcome::expired:
       ++counters.expired;
       break;
-    case RouteEnd::busy:
+    case RouteOutcome::busy:
       ++counters.busy;
       break;
-    case RouteEnd::dropped:
+    case RouteOutcome::dropped:
       ++counters.dropped;
       break;
-    case RouteEnd::broadcast:
+    case RouteOutcome::broadcast:
       ++counters.broadcasts;
       break;
   }
   counters.longest_wait = std::max(counters.longest_wait, reply.waited);
-  if (end != RouteEnd::ok && end != RouteEnd::refused) return;
+  if (end != RouteOutcome::ok && end != RouteOutcome::refused) return;
   counters.total_wait += reply.waited;
   if (reply.shared) ++counters.shared;
 }
@@ -107,14 +107,14 @@ void TrafficBook::Asked(std::size_t route, std::uint8_t unit) {
   ++status.by_unit[unit].requests;
 }
 
-void TrafficBook::Ended(std::size_t route, std::uint8_t unit, RouteEnd end,
+void TrafficBook::Ended(std::size_t route, std::uint8_t unit, RouteOutcome end,
                         const RoutedReply& reply, WallTime at) {
   const MutexLock lock(mutex_);
   RouteStatus& status = At(route);
   Count(status, end, reply);
   Count(status.by_unit[unit], end, reply);
   const bool trouble =
-      end == RouteEnd::no_reply || end == RouteEnd::expired || end == RouteEnd::busy;
+      end == RouteOutcome::no_reply || end == RouteOutcome::expired || end == RouteOutcome::busy;
   if (!trouble) return;
   status.last_trouble = reply.reason;
   status.last_trouble_at = at;

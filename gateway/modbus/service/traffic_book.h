@@ -1,6 +1,7 @@
 // Keeps the counters of clients, serial masters and routes behind TrafficStatus. They are reported
-// by request_service.cpp, master_session.cpp and upstream.cpp on the server's thread; server.cpp
-// hands the numbers out to any thread.
+// on the server's thread by request_service.cpp, gateway/modbus/serial/master_session.cpp and
+// gateway/modbus/upstream/upstream.cpp; gateway/modbus/server/modbus_server.cpp hands the numbers
+// out to any thread.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -44,7 +45,7 @@ struct ClientRecord {
 };
 
 /// How a routed request ended, as RouteCounters has it.
-enum class RouteEnd : std::uint8_t {
+enum class RouteOutcome : std::uint8_t {
   ok,
   refused,
   no_reply,
@@ -89,7 +90,7 @@ class TrafficBook {
   /// `route`: its number, or kBroadcasts.
   void Asked(std::size_t route, std::uint8_t unit);
   /// `reply` may be empty where there was none, and `at` where the client has left.
-  void Ended(std::size_t route, std::uint8_t unit, RouteEnd end, const RoutedReply& reply,
+  void Ended(std::size_t route, std::uint8_t unit, RouteOutcome end, const RoutedReply& reply,
              WallTime at);
 
   /// A reply that nobody waits for any more.

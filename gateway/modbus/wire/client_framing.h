@@ -1,6 +1,6 @@
 // How a client's bytes are cut into requests and how its replies are framed: Modbus TCP, or RTU
-// or ASCII frames over TCP. No sockets, bounded memory. Bytes come from session.cpp; inside the
-// server every frame has its Modbus TCP form.
+// or ASCII frames over TCP. No sockets, bounded memory. Bytes come from
+// gateway/modbus/server/client_session.cpp; inside the server every frame has its Modbus TCP form.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

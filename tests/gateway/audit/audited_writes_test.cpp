@@ -89,7 +89,7 @@ TEST_F(AuditedWritesTest, TheRecordComesFirstAndIsCompleted) {
   EXPECT_EQ(record.value, Value(30.3)) << "in units of the value, with the digits of a float32";
   EXPECT_EQ(record.end, std::nullopt);
   EXPECT_TRUE(writes_->HandOn());
-  EXPECT_EQ(log_.waited.at(0).second, kStart + AuditedWrites::kPatience);
+  EXPECT_EQ(log_.waited.at(0).second, kStart + AuditedWrites::kWaitForRecord);
   ASSERT_EQ(lines_.commands.size(), 1U);
   now_ += 45ms;
   lines_.commands[0].End({.read_back = true, .written = 1});

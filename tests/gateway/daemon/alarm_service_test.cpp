@@ -7,7 +7,7 @@
 namespace baudgate {
 namespace {
 
-using modbus::RouteEnd;
+using modbus::RouteOutcome;
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
@@ -29,7 +29,7 @@ std::shared_ptr<const config::Config> Configured() {
 
 class AlarmServiceTest : public ::testing::Test {
  protected:
-  void Routed(std::uint8_t unit, RouteEnd end, Outcome outcome, const std::string& reason = {},
+  void Routed(std::uint8_t unit, RouteOutcome end, Outcome outcome, const std::string& reason = {},
               Bytes pdu = {}) {
     RoutedReply reply;
     reply.outcome = outcome;
@@ -62,7 +62,7 @@ TEST_F(AlarmServiceTest, ARoutedSlaveThatDoesNotAnswerItsClients) {
   struct Row {
     const char* what;
     std::uint8_t unit;
-    RouteEnd end;
+    RouteOutcome end;
     Outcome outcome;
     Bytes pdu;
     std::vector<std::string> told;
@@ -70,46 +70,46 @@ TEST_F(AlarmServiceTest, ARoutedSlaveThatDoesNotAnswerItsClients) {
   const Row rows[] = {
       {"silence",
        51,
-       RouteEnd::no_reply,
+       RouteOutcome::no_reply,
        Outcome::no_reply,
        {},
        {"drive.unit-51 no answer to clients for 30s: why"}},
-      {"damage", 51, RouteEnd::no_reply, Outcome::corrupt, {}, {}},  // it is still the same
+      {"damage", 51, RouteOutcome::no_reply, Outcome::corrupt, {}, {}},  // it is still the same
       {"an exception of its own",
        51,
-       RouteEnd::refused,
+       RouteOutcome::refused,
        Outcome::refused,
        {0x83, 2},
        {"drive.unit-51 no answer to clients, over"}},
       {"a gateway behind it says so",
        51,
-       RouteEnd::refused,
+       RouteOutcome::refused,
        Outcome::refused,
        {0x83, 0x0B},
        {"drive.unit-51 no answer to clients for 30s: the gateway there answers exception 0B"}},
       {"a reply",
        51,
-       RouteEnd::ok,
+       RouteOutcome::ok,
        Outcome::ok,
        {3, 2, 0, 0},
        {"drive.unit-51 no answer to clients, over"}},
-      {"its line is down", 51, RouteEnd::no_reply, Outcome::line_down, {}, {}},
-      {"it was not sent in time", 51, RouteEnd::expired, Outcome::no_reply, {}, {}},
+      {"its line is down", 51, RouteOutcome::no_reply, Outcome::line_down, {}, {}},
+      {"it was not sent in time", 51, RouteOutcome::expired, Outcome::no_reply, {}, {}},
       {"its server is away",
        70,
-       RouteEnd::no_reply,
+       RouteOutcome::no_reply,
        Outcome::line_down,
        {},
        {".10.0.0.9:502 server away for 30s: why"}},
       {"its server is back",
        70,
-       RouteEnd::ok,
+       RouteOutcome::ok,
        Outcome::ok,
        {3, 2, 0, 0},
        {".10.0.0.9:502 server away, over"}},
       {"silence behind a server",
        70,
-       RouteEnd::no_reply,
+       RouteOutcome::no_reply,
        Outcome::no_reply,
        {},
        {".unit-70 no answer to clients for 30s: why"}},
@@ -124,11 +124,11 @@ TEST_F(AlarmServiceTest, ARoutedSlaveThatDoesNotAnswerItsClients) {
 }
 
 TEST_F(AlarmServiceTest, OneLostReplyOfARoutedSlaveIsNoAlarm) {
-  const auto fails = [&] { Routed(51, RouteEnd::no_reply, Outcome::no_reply, "why"); };
+  const auto fails = [&] { Routed(51, RouteOutcome::no_reply, Outcome::no_reply, "why"); };
   const std::string raised = "drive.unit-51 no answer to clients for ";
   fails();
   EXPECT_THAT(AfterAMinute(), IsEmpty()) << "one is";
-  Routed(51, RouteEnd::ok, Outcome::ok, {}, {3, 2, 0, 0});
+  Routed(51, RouteOutcome::ok, Outcome::ok, {}, {3, 2, 0, 0});
   fails();
   fails();
   EXPECT_THAT(AfterAMinute(), IsEmpty()) << "two at once are";
@@ -139,7 +139,7 @@ TEST_F(AlarmServiceTest, OneLostReplyOfARoutedSlaveIsNoAlarm) {
 
 TEST_F(AlarmServiceTest, ARoutedSlaveThatNoClientAsksForAnyMoreIsForgotten) {
   for (int time = 0; time < 3; ++time) {
-    Routed(51, RouteEnd::no_reply, Outcome::no_reply, "why");
+    Routed(51, RouteOutcome::no_reply, Outcome::no_reply, "why");
     now_.instant += 1s;
   }
   EXPECT_EQ(AfterAMinute().size(), 1U);

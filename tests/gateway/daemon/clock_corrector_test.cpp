@@ -67,7 +67,7 @@ class ClockCorrectorTest : public ::testing::Test, private CommandSink {
           told_.push_back((corrected ? "corrected: " : "left: ") + text);
         },
         [this](const std::string& text) { told_.push_back(text); }});
-    corrector_->Renumber(config_);
+    corrector_->OnReload(config_);
     corrector_->OnHostClock(true);
   }
   void Show(double drift, Quality quality = Quality::good) {

@@ -40,7 +40,7 @@ class ReloaderTest : public ::testing::Test {
     ReloadOptions options;
     options.not_the_file = not_the_file;
     options.file = "baudgate.yaml";
-    options.running = "a";
+    options.text_at_start = "a";
     options.read = [this]() -> Result<std::string> { return file_; };
     options.load = [this](const std::string& text) {
       return LoadedText{ConfigOf(text, profile_), warnings_};

@@ -352,7 +352,7 @@ TEST(SampleSender, TellsTheEndOfWhatIsGoneAndGoesOnWithTheRest) {
   line.devices[1].points[0].name = "other";
   run.store.Append(line);
   run.store.Retire(0);
-  run.sender.Renumber(run.now.instant);
+  run.sender.OnReload(run.now.instant);
   run.RunFor(1s);
   std::vector<std::string> told;
   for (const PointSample& sample : run.writer.points) {

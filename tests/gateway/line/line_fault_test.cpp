@@ -12,8 +12,8 @@ TEST_P(EveryState, LossOfThePortClosesAndEndsTheExchangeOnce) {
   Reach(state);
   ASSERT_EQ(line_.state(), state);
   line_.OnClosed();
-  const bool under_way = state != State::closed && state != State::idle &&
-                         state != State::quiet && state != State::drain;
+  const bool under_way = state != State::closed && state != State::idle && state != State::quiet &&
+                         state != State::drain;
   ASSERT_EQ(ends_.size(), under_way ? 1U : 0U);
   if (under_way) {
     EXPECT_EQ(ends_[0].outcome, Outcome::line_down);

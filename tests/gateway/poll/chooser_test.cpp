@@ -29,7 +29,7 @@ class ChooserTest : public ::testing::Test, protected ToyMembers {
 
   Agenda agenda_;
   Schedule& schedule_ = agenda_.schedule;
-  WriteQueue& writes_ = agenda_.writes;
+  WriteQueue& writes_ = agenda_.write_queue;
   LateAnswers late_{roster};
   Chooser chooser_{line, roster, agenda_, late_};
 };

@@ -92,7 +92,7 @@ class Rig : private PollerListener {
   Device& a() { return roster_.device(0); }
   JobRun& run() { return run_; }
   LateAnswers& late() { return owed_.late; }
-  WriteQueue& writes() { return agenda_.writes; }
+  WriteQueue& writes() { return agenda_.write_queue; }
   Instant now() const { return now_.instant; }
 
   std::vector<WriteResult> results;

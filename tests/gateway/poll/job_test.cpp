@@ -93,7 +93,7 @@ TEST_F(JobTest, TheGoalOfAProbeIsWhatWaitsBehindIt) {
   EXPECT_EQ(&probe.goal(), &probe);
   probe.task.kind = Task::Kind::probe;
   EXPECT_TRUE(probe.asked().lone_probe);
-  probe.behind = std::make_unique<Job>(Make(WriteUntil(kStart)));
+  probe.postponed = std::make_unique<Job>(Make(WriteUntil(kStart)));
   EXPECT_NE(probe.goal().As<Job::Write>(), nullptr);
   EXPECT_TRUE(probe.asked().probe);
   EXPECT_FALSE(probe.asked().lone_probe);

@@ -12,14 +12,14 @@ using config::Type;
 TEST(WriteEndOf, WhatWasSentIsUnknownAndWhatWasNotIsNot) {
   for (const Outcome outcome : {Outcome::no_reply, Outcome::partial, Outcome::corrupt,
                                 Outcome::unexpected, Outcome::line_down}) {
-    EXPECT_EQ(EndOf(outcome, true), WriteEnd::unknown) << Name(outcome);
-    EXPECT_EQ(EndOf(outcome, false), WriteEnd::not_sent) << Name(outcome);
+    EXPECT_EQ(WriteEndOf(outcome, true), WriteEnd::unknown) << Name(outcome);
+    EXPECT_EQ(WriteEndOf(outcome, false), WriteEnd::not_sent) << Name(outcome);
   }
   for (const bool sent : {true, false}) {
-    EXPECT_EQ(EndOf(Outcome::ok, sent), WriteEnd::ok);
-    EXPECT_EQ(EndOf(Outcome::refused, sent), WriteEnd::refused);
-    EXPECT_EQ(EndOf(Outcome::unsupported, sent), WriteEnd::refused);
-    EXPECT_EQ(EndOf(Outcome::busy, sent), WriteEnd::busy);
+    EXPECT_EQ(WriteEndOf(Outcome::ok, sent), WriteEnd::ok);
+    EXPECT_EQ(WriteEndOf(Outcome::refused, sent), WriteEnd::refused);
+    EXPECT_EQ(WriteEndOf(Outcome::unsupported, sent), WriteEnd::refused);
+    EXPECT_EQ(WriteEndOf(Outcome::busy, sent), WriteEnd::busy);
   }
 }
 

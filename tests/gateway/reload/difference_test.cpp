@@ -26,7 +26,7 @@ Difference After(const std::function<void(Config&)>& change) {
 struct LineCase {
   const char* what;
   std::function<void(Config&)> change;
-  Effect fate;  // of line y
+  Fate fate;  // of line y
   const char* named;
 };
 
@@ -45,70 +45,69 @@ TEST(Difference, OfTheWebServerIsAllApplied) {
 
 TEST(Difference, OfOneLineIsNamedAndTouchesNoOther) {
   const LineCase cases[] = {
-      {"nothing", [](Config&) {}, Effect::same, ""},
+      {"nothing", [](Config&) {}, Fate::same, ""},
       {"its place in the file",
        [](Config& config) {
          config.lines[1].mark = {"other.yaml", 7, 3};
        },
-       Effect::same, ""},
-      {"the port", [](Config& config) { config.lines[1].port = "/dev/q"; }, Effect::changed,
-       "port"},
-      {"the rate", [](Config& config) { config.lines[1].serial.baud = 1200; }, Effect::changed,
+       Fate::same, ""},
+      {"the port", [](Config& config) { config.lines[1].port = "/dev/q"; }, Fate::changed, "port"},
+      {"the rate", [](Config& config) { config.lines[1].serial.baud = 1200; }, Fate::changed,
        "serial"},
-      {"a period", [](Config& config) { config.lines[1].devices[1].poll = 5s; }, Effect::changed,
+      {"a period", [](Config& config) { config.lines[1].devices[1].poll = 5s; }, Fate::changed,
        "poll of y-b"},
       {"a scale", [](Config& config) { config.lines[1].devices[0].points[1].scale = 2; },
-       Effect::changed, "scale of y-a.voltage"},
+       Fate::changed, "scale of y-a.voltage"},
       {"a permission",
        [](Config& config) { config.lines[1].devices[0].points[0].writing.allowed = true; },
-       Effect::changed, "write of y-a.current"},
+       Fate::changed, "write of y-a.current"},
       {"an option", [](Config& config) { config.lines[1].options.Set("checksum", true); },
-       Effect::changed, "options"},
+       Fate::changed, "options"},
       {"a new point",
        [](Config& config) { config.lines[1].devices[0].points.push_back(PointOf("power")); },
-       Effect::changed, "y-a.power is new"},
-      {"one device less", [](Config& config) { config.lines[1].devices.pop_back(); },
-       Effect::changed, "device y-b is gone"},
+       Fate::changed, "y-a.power is new"},
+      {"one device less", [](Config& config) { config.lines[1].devices.pop_back(); }, Fate::changed,
+       "device y-b is gone"},
       {"the order of devices",
        [](Config& config) { std::swap(config.lines[1].devices[0], config.lines[1].devices[1]); },
-       Effect::changed, "order"},
-      {"a unit", [](Config& config) { config.lines[1].devices[0].unit = 9; }, Effect::outputs,
+       Fate::changed, "order"},
+      {"a unit", [](Config& config) { config.lines[1].devices[0].unit = 9; }, Fate::outputs,
        "unit of y-a"},
       {"a register", [](Config& config) { config.lines[1].devices[0].points[0].modbus = 40; },
-       Effect::outputs, "modbus of y-a.current"},
+       Fate::outputs, "modbus of y-a.current"},
       {"a deadband", [](Config& config) { config.lines[1].devices[0].points[0].deadband = 0.5; },
-       Effect::outputs, "deadband of y-a.current"},
+       Fate::outputs, "deadband of y-a.current"},
       {"what bad values are",
        [](Config& config) { config.lines[1].devices[0].on_bad = config::OnBad::hold; },
-       Effect::outputs, "on_bad of y-a"},
+       Fate::outputs, "on_bad of y-a"},
       {"when values are old", [](Config& config) { config.lines[1].devices[0].max_age = 9s; },
-       Effect::outputs, "max_age of y-a"},
+       Fate::outputs, "max_age of y-a"},
       {"and when they are given up",
-       [](Config& config) { config.lines[1].devices[0].dead_age = 9s; }, Effect::outputs,
+       [](Config& config) { config.lines[1].devices[0].dead_age = 9s; }, Fate::outputs,
        "dead_age of y-a"},
       {"an alarm of the line", [](Config& config) { config.lines[1].alarms.delay = 5s; },
-       Effect::outputs, "alarms"},
+       Fate::outputs, "alarms"},
       {"an alarm of a device",
        [](Config& config) {
          config.lines[1].devices[0].alarms.priority = config::AlarmPriority::none;
        },
-       Effect::outputs, "alarms of y-a"},
+       Fate::outputs, "alarms of y-a"},
       {"a unit and a period",
        [](Config& config) {
          config.lines[1].devices[0].unit = 9;
          config.lines[1].devices[0].poll = 5s;
        },
-       Effect::changed, "unit of y-a, poll of y-a"},
+       Fate::changed, "unit of y-a, poll of y-a"},
   };
   for (const LineCase& one : cases) {
     const Difference difference = After(one.change);
     ASSERT_EQ(difference.lines.size(), 3U) << one.what;
     EXPECT_EQ(difference.lines[1].fate, one.fate) << one.what;
     EXPECT_THAT(difference.lines[1].what, HasSubstr(one.named)) << one.what;
-    EXPECT_EQ(difference.lines[0].fate, Effect::same) << one.what;
-    EXPECT_EQ(difference.lines[2].fate, Effect::same) << one.what;
+    EXPECT_EQ(difference.lines[0].fate, Fate::same) << one.what;
+    EXPECT_EQ(difference.lines[2].fate, Fate::same) << one.what;
     EXPECT_THAT(difference.restart, IsEmpty()) << one.what;
-    EXPECT_EQ(difference.empty(), one.fate == Effect::same) << one.what;
+    EXPECT_EQ(difference.empty(), one.fate == Fate::same) << one.what;
   }
 }
 
@@ -124,10 +123,10 @@ TEST(Difference, LinesComeGoAndChangePlaces) {
     config.lines.pop_back();
     config.lines.insert(config.lines.begin(), LineOf("w"));
   });
-  std::vector<std::pair<std::string, Effect>> fates;
+  std::vector<std::pair<std::string, Fate>> fates;
   for (const LineChange& line : difference.lines) fates.emplace_back(line.line, line.fate);
-  EXPECT_THAT(fates, ElementsAre(std::pair("w", Effect::added), std::pair("y", Effect::same),
-                                 std::pair("x", Effect::same), std::pair("z", Effect::removed)));
+  EXPECT_THAT(fates, ElementsAre(std::pair("w", Fate::added), std::pair("y", Fate::same),
+                                 std::pair("x", Fate::same), std::pair("z", Fate::removed)));
   EXPECT_THAT(Sentences(difference), ElementsAre("line w: is new", "line z: ends"));
   EXPECT_EQ(Summary(difference), "1 line new, 1 line ended; 2 lines untouched");
 }
@@ -139,7 +138,7 @@ TEST(Difference, ALineThatIsGoneIsNoLine) {
   Config next = Sample();
   next.lines.erase(next.lines.begin());
   EXPECT_TRUE(Compare(running, next).empty());
-  EXPECT_EQ(Compare(running, Sample()).lines[0].fate, Effect::added);
+  EXPECT_EQ(Compare(running, Sample()).lines[0].fate, Fate::added);
 }
 
 TEST(Difference, WhatOnlyARestartCanChangeIsNamed) {
@@ -224,7 +223,7 @@ TEST(Difference, OfAnInterlockIsByName) {
   }
   EXPECT_TRUE(Compare(running, next).empty());
   next.lines[1].devices[0].points[0].writing.allow_when[0].is = false;
-  EXPECT_EQ(Compare(running, next).lines[1].fate, Effect::changed);
+  EXPECT_EQ(Compare(running, next).lines[1].fate, Fate::changed);
 }
 
 }  // namespace

@@ -20,48 +20,48 @@ std::vector<std::string> Names(const Config& config) {
   return names;
 }
 
-Slots Placed(const Config& running, const Config& next) {
+Placement Placed(const Config& running, const Config& next) {
   return PlaceInSlots(running, next, Compare(running, next));
 }
 
-TEST(Slots, WhatGoesOnKeepsItsNumber) {
+TEST(Placement, WhatGoesOnKeepsItsNumber) {
   Config next = Sample();
   std::swap(next.lines[0], next.lines[2]);
-  const Slots slots = Placed(Sample(), next);
-  EXPECT_THAT(Names(slots.config), ElementsAre("x", "y", "z"));
-  EXPECT_THAT(slots.gone, IsEmpty());
-  EXPECT_THAT(slots.shown, IsEmpty());
-  EXPECT_THAT(slots.begun, IsEmpty());
+  const Placement placed = Placed(Sample(), next);
+  EXPECT_THAT(Names(placed.config), ElementsAre("x", "y", "z"));
+  EXPECT_THAT(placed.gone, IsEmpty());
+  EXPECT_THAT(placed.shown, IsEmpty());
+  EXPECT_THAT(placed.begun, IsEmpty());
 }
 
-TEST(Slots, WhatEndsLeavesAnEmptyPlaceAndWhatBeginsGetsTheNext) {
+TEST(Placement, WhatEndsLeavesAnEmptyPlaceAndWhatBeginsGetsTheNext) {
   Config next = Sample();
   next.lines[0].port = "/dev/other";
   next.lines.erase(next.lines.begin() + 1);
   next.lines.insert(next.lines.begin(), LineOf("w"));
-  const Slots slots = Placed(Sample(), next);
-  EXPECT_THAT(Names(slots.config), ElementsAre("", "", "z", "w", "x"));
-  EXPECT_EQ(slots.config.lines[0].devices.size(), 2U);
-  EXPECT_FALSE(slots.config.lines[0].devices[0].unit);
-  EXPECT_THAT(slots.gone, ElementsAre(0U, 1U));
-  EXPECT_THAT(slots.begun, ElementsAre(3U, 4U));
-  EXPECT_EQ(slots.config.lines[4].port, "/dev/other");
+  const Placement placed = Placed(Sample(), next);
+  EXPECT_THAT(Names(placed.config), ElementsAre("", "", "z", "w", "x"));
+  EXPECT_EQ(placed.config.lines[0].devices.size(), 2U);
+  EXPECT_FALSE(placed.config.lines[0].devices[0].unit);
+  EXPECT_THAT(placed.gone, ElementsAre(0U, 1U));
+  EXPECT_THAT(placed.begun, ElementsAre(3U, 4U));
+  EXPECT_EQ(placed.config.lines[4].port, "/dev/other");
 
-  const Slots again = Placed(slots.config, Sample());
+  const Placement again = Placed(placed.config, Sample());
   EXPECT_THAT(Names(again.config), ElementsAre("", "", "z", "", "", "x", "y"));
   EXPECT_THAT(again.gone, ElementsAre(3U, 4U)) << "and not those that are gone already";
   EXPECT_THAT(again.begun, ElementsAre(5U, 6U));
 }
 
-TEST(Slots, LinesThatAreShownOtherwiseAreNamed) {
+TEST(Placement, LinesThatAreShownOtherwiseAreNamed) {
   Config next = Sample();
   next.lines[1].devices[0].unit = 7;
-  const Slots slots = Placed(Sample(), next);
-  EXPECT_THAT(slots.shown, ElementsAre(1U));
-  EXPECT_EQ(slots.config.lines[1].devices[0].unit, 7);
+  const Placement placed = Placed(Sample(), next);
+  EXPECT_THAT(placed.shown, ElementsAre(1U));
+  EXPECT_EQ(placed.config.lines[1].devices[0].unit, 7);
 }
 
-TEST(Slots, NumbersOfDevicesAndLinesFollow) {
+TEST(Placement, NumbersOfDevicesAndLinesFollow) {
   const auto with_numbers = [](Config config, std::uint32_t device, std::size_t line) {
     config.history.points.push_back({.device = device, .point = 1});
     config::Route route;
@@ -79,12 +79,12 @@ TEST(Slots, NumbersOfDevicesAndLinesFollow) {
   Config next = Sample();
   next.lines.erase(next.lines.begin());
   next.lines[0].port = "/dev/other";  // y begins anew
-  const Slots slots = Placed(running, with_numbers(next, 1, 0));
-  EXPECT_THAT(Names(slots.config), ElementsAre("", "", "z", "y"));
-  EXPECT_EQ(slots.config.history.points[0].device, 7U);
-  EXPECT_EQ(slots.config.modbus.routes[0].line_index, 3U);
-  EXPECT_EQ(slots.config.lines[2].devices[0].points[0].writing.allow_when[0].device, 7U);
-  EXPECT_THAT(slots.shown, ElementsAre(2U)) << "its interlock looks at another number";
+  const Placement placed = Placed(running, with_numbers(next, 1, 0));
+  EXPECT_THAT(Names(placed.config), ElementsAre("", "", "z", "y"));
+  EXPECT_EQ(placed.config.history.points[0].device, 7U);
+  EXPECT_EQ(placed.config.modbus.routes[0].line_index, 3U);
+  EXPECT_EQ(placed.config.lines[2].devices[0].points[0].writing.allow_when[0].device, 7U);
+  EXPECT_THAT(placed.shown, ElementsAre(2U)) << "its interlock looks at another number";
 }
 
 }  // namespace

@@ -120,7 +120,7 @@ TEST_F(DeviceMemoryTest, GoesWithTheDeviceWhenAReloadNumbersAnew) {
     slots.lines[0].devices.resize(2);
     slots.lines.push_back(config_.lines[0]);
     slots.lines[1].devices.erase(slots.lines[1].devices.begin());
-    memory->Renumber(slots);
+    memory->OnReload(slots);
     EXPECT_EQ(memory->Of(0), "");
     EXPECT_EQ(memory->Of(1), "");
     EXPECT_EQ(memory->Of(2), "serial 2");

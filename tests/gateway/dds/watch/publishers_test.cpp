@@ -94,9 +94,9 @@ TEST(Publishers, TwoThatBothSpeakAreAnAlarmAtOnceAndOnce) {
 
 TEST(Publishers, AFirstThatIsSilentButStaysIsAnAlarmAfterTheLease) {
   Story story;
-  story.Sample('A', 9, 0s).Sample('B', 10, 1s).Tick(1s + Publishers::kPatience - 1ms);
+  story.Sample('A', 9, 0s).Sample('B', 10, 1s).Tick(1s + Publishers::kRivalsMayGo - 1ms);
   EXPECT_THAT(story.Told(), IsEmpty());
-  EXPECT_THAT(story.Tick(1s + Publishers::kPatience).Told(), ElementsAre(HasSubstr("ALARM")));
+  EXPECT_THAT(story.Tick(1s + Publishers::kRivalsMayGo).Told(), ElementsAre(HasSubstr("ALARM")));
 }
 
 TEST(Publishers, ANewerStartTakesOverAtOnce) {

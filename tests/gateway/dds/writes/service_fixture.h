@@ -6,7 +6,7 @@
 
 #include "config/model/config.h"
 #include "gateway/dds/request_intake.h"
-#include "gateway/requests/commands.h"
+#include "gateway/requests/write_command.h"
 #include "tests/support/keeping_sink.h"
 
 namespace baudgate::dds::testing {

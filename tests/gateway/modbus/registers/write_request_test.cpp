@@ -32,7 +32,7 @@ class WriteRequestTest : public testing::Test {
     const Bytes frame = Frame(1, pdu);
     ModbusRequest request;
     EXPECT_EQ(ParseRequest(frame, request), kNoException);
-    Writes converted = ConvertWrites(map.unit(1), config_.lines[0].devices[0], request);
+    ConvertedWrite converted = ConvertWrites(map.unit(1), config_.lines[0].devices[0], request);
     parts_ = std::move(converted.parts);
     return converted.exception;
   }

@@ -97,7 +97,7 @@ TEST_F(RouteTargetsTest, ARouteOfBeforeIsCountedAndNotShown) {
   book_->Show(list_);
   book_->Asked(0, 50);
   Renew({Elsewhere(51, 2), Elsewhere(60, 2)}, {1, std::nullopt});
-  book_->Ended(0, 50, RouteEnd::ok, GoodReply("03 02 00 07"), {});
+  book_->Ended(0, 50, RouteOutcome::ok, GoodReply("03 02 00 07"), {});
   book_->Asked(2, 60);
   const auto routes = book_->Status({}).routes;
   ASSERT_EQ(routes.size(), 2U);

@@ -95,7 +95,7 @@ TEST_F(TrafficTest, EveryClientIsCountedByItself) {
 TEST_F(TrafficTest, TheEndOfARoutedRequestIsTold) {
   Add(1, 20, 22).remap = 1;
   std::vector<std::string> told;
-  links_.routed = [&told](const RoutedEnd& end, Now) {
+  links_.routed = [&told](const RoutedReport& end, Now) {
     told.push_back(end.route.Target() + " " + std::to_string(end.unit) + " " +
                    std::to_string(static_cast<int>(end.end)) + " " + end.reply.reason);
   };

@@ -6,7 +6,7 @@
 
 namespace baudgate::reload {
 
-enum class Effect : std::uint8_t {
+enum class Fate : std::uint8_t {
   same,     ///< it goes on, and does not notice
   outputs,  ///< of a line: it goes on; its points are shown otherwise
   changed,  ///< it is ended, and begun anew

@@ -13,14 +13,14 @@
 
 namespace baudgate::modbus {
 
-struct RoutedEnd {
+struct RoutedReport {
   const config::Route& route;
   std::uint8_t unit = 0;  ///< as the client asked for it
-  RouteEnd end = RouteEnd::no_reply;
+  RouteOutcome end = RouteOutcome::no_reply;
   const RoutedReply& reply;
 };
 
 /// On the server's thread; returns at once.
-using OnRoutedEnd = std::function<void(const RoutedEnd& end, Now now)>;
+using OnRoutedReport = std::function<void(const RoutedReport& end, Now now)>;
 
 }  // namespace baudgate::modbus

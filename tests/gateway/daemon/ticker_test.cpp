@@ -1,6 +1,6 @@
 // That values age without any output that asks for it.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/daemon/age_timer.h"
+#include "gateway/daemon/ticker.h"
 
 #include <gtest/gtest.h>
 
@@ -18,7 +18,7 @@ config::Config OnePoint() {
   return config;
 }
 
-TEST(AgeTimer, TellsTheFeedsOfAValueThatNobodyReadsAgain) {
+TEST(Ticker, TellsTheFeedsOfAValueThatNobodyReadsAgain) {
   const config::Config config = OnePoint();
   PointStore store(config);
   const auto feed = store.Subscribe();
@@ -32,7 +32,7 @@ TEST(AgeTimer, TellsTheFeedsOfAValueThatNobodyReadsAgain) {
 
   asio::io_context io;
   int told = 0;
-  AgeTimer ageing(io, [&](Instant now) {
+  Ticker ageing(io, [&](Instant now) {
     store.Age(now);
     if (++told == 2) io.stop();
   });

@@ -1,5 +1,6 @@
-// Makes stored values old: tells the point store a few times a second what time it is, so that its
-// feeds hear of every value that nobody has read again. Any build and any output: without DDS, too.
+// Tells parts without a thread of their own a few times a second what time it is: the point store,
+// whose feeds hear by that of every value that has grown old, the correction of clocks, and the
+// records. Runs on a loop that never blocks.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,20 +13,19 @@
 namespace baudgate {
 
 /// All on the loop's thread, but Start before it runs. The loop stops before this goes.
-class AgeTimer {
+class Ticker {
  public:
   /// An edge from good to uncertain is told at most this late.
   static constexpr Duration kInterval = 200ms;
 
-  /// `age` is PointStore::Age.
-  AgeTimer(asio::io_context& io, std::function<void(Instant now)> age);
+  Ticker(asio::io_context& io, std::function<void(Instant now)> tick);
   void Start();
 
  private:
   void Tick();
 
   asio::steady_timer timer_;
-  const std::function<void(Instant)> age_;
+  const std::function<void(Instant)> tick_;
 };
 
 }  // namespace baudgate

@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/daemon/age_timer.h"
+#include "gateway/daemon/ticker.h"
 
 #include <asio/post.hpp>
 #include <utility>
 
 namespace baudgate {
 
-AgeTimer::AgeTimer(asio::io_context& io, std::function<void(Instant)> age)
-    : timer_(io), age_(std::move(age)) {}
+Ticker::Ticker(asio::io_context& io, std::function<void(Instant)> tick)
+    : timer_(io), tick_(std::move(tick)) {}
 
-void AgeTimer::Start() {
+void Ticker::Start() {
   asio::post(timer_.get_executor(), [this] { Tick(); });
 }
 
-void AgeTimer::Tick() {
+void Ticker::Tick() {
   const Instant now = ReadClocks().instant;
-  age_(now);
+  tick_(now);
   timer_.expires_at(now + kInterval);
   timer_.async_wait([this](const asio::error_code& error) {
     if (!error) Tick();

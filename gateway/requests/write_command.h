@@ -1,9 +1,9 @@
-// The one way from an output back to a line: a write, one object from the gate of all writers to
-// its end. It passes the audit and the queue of its line; the device confirms or refuses it, or its
-// deadline passes; End tells all that it has passed, and its client. The gate has converted and
-// checked its values: a client's registers "00 19" of a point with scale 0.1 are 25,
-// which is 250 for the device (gateway/modbus/registers/write_request.h). From here on nothing
-// converts them.
+// A write to points on its way from an output back to a line, one object from the gate of all
+// writers to its end; routed requests have gateway/requests/routed.h. It passes the audit and the
+// queue of its line; the device confirms or refuses it, or its deadline passes; End tells all that
+// it has passed, and its client. The gate has converted and checked its values: a client's
+// registers "00 19" of a point with scale 0.1 are 25, which is 250 for the device
+// (gateway/modbus/registers/write_request.h). From here on nothing converts them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

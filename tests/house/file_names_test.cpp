@@ -1,0 +1,71 @@
+// A source that a comment names is there: in the room of the comment, or under the path that stands
+// before its name.
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <regex>
+
+#include "tests/house/rooms.h"
+
+namespace baudgate::house {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+using Exists = std::function<bool(const std::string& path)>;
+
+/// "gateway/poll/job.h:3: there is no gateway/poll/jobs.cpp".
+std::vector<std::string> MissingFiles(const std::string& path, std::istream& source,
+                                      const Exists& exists) {
+  static const std::regex kName(R"([\w./-]*\w\.(?:h|cpp)\b)");
+  std::vector<std::string> missing;
+  int number = 0;
+  for (std::string line; std::getline(source, line);) {
+    ++number;
+    const std::size_t comment = line.find("//");
+    if (comment == std::string::npos) continue;
+    const std::string text = line.substr(comment + 2);
+    for (std::sregex_iterator at(text.begin(), text.end(), kName), end; at != end; ++at) {
+      const std::string name = at->str();
+      const bool has_path = name.find('/') != std::string::npos;
+      const std::string file = has_path ? name : RoomOf(path) + "/" + name;
+      if (!exists(file)) {
+        missing.push_back(path + ":" + std::to_string(number) + ": there is no " + file);
+      }
+    }
+  }
+  return missing;
+}
+
+TEST(FileNames, WhatACommentNamesIsThere) {
+  for (const char* top : {"config", "protocols", "transports", "gateway"}) {
+    for (const auto& entry : fs::recursive_directory_iterator(top)) {
+      const std::string extension = entry.path().extension();
+      if (extension != ".h" && extension != ".cpp") continue;
+      std::ifstream source(entry.path());
+      EXPECT_THAT(MissingFiles(entry.path().string(), source,
+                               [](const std::string& path) { return fs::exists(path); }),
+                  IsEmpty());
+    }
+  }
+}
+
+TEST(FileNames, OneThatIsGoneIsNamedWithItsLine) {
+  std::istringstream source(
+      "// from session.cpp, by way of gateway/line/line.h\n"
+      "#include \"gateway/line/gone.h\"\n"
+      "int x;  // see rooms.h\n");
+  EXPECT_THAT(MissingFiles("gateway/poll/job.cpp", source,
+                           [](const std::string& path) { return path == "gateway/line/line.h"; }),
+              ElementsAre("gateway/poll/job.cpp:1: there is no gateway/poll/session.cpp",
+                          "gateway/poll/job.cpp:3: there is no gateway/poll/rooms.h"));
+}
+
+}  // namespace
+}  // namespace baudgate::house
