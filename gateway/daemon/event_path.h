@@ -13,10 +13,10 @@
 #include "gateway/daemon/alarm_service.h"
 #include "gateway/daemon/event_sink.h"
 #include "gateway/daemon/events_place.h"
-#include "gateway/daemon/record_service.h"
 #include "gateway/events/event_feed.h"
 #include "gateway/events/event_log.h"
 #include "gateway/events/point_watch.h"
+#include "gateway/events/records/record_service.h"
 #include "gateway/store/point_store.h"
 #include "gateway/store/steady_vector.h"
 
