@@ -115,7 +115,7 @@ TEST_F(JobEndTest, OfAWrite) {
     write.command.deadline = kStart + 1s;
     write.first = row.next - 1;
     write.next = row.next;
-    write.sent = row.sent;
+    write.command.state = row.sent ? WriteState::sent : WriteState::queued;
     const EndEffects effects = End(Make(std::move(write), Task::Kind::write), row.outcome);
     ASSERT_TRUE(effects.write);
     EXPECT_EQ(effects.write->next, row.follows);
@@ -132,7 +132,7 @@ TEST_F(JobEndTest, AConfirmedWriteIsNotReadBackThroughAClosedPort) {
   Job::Write write;
   write.command.writes.push_back({0, 1.0});
   write.next = 1;
-  write.sent = true;
+  write.command.state = WriteState::sent;
   const EndEffects effects = End(Make(std::move(write), Task::Kind::write), Outcome::ok, false);
   EXPECT_EQ(effects.write->next, Next::answer);
   EXPECT_EQ(effects.write->result.end, WriteEnd::ok);
