@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "gateway/base/modbus_pdu.h"
+#include "gateway/requests/write_state.h"
 
 namespace baudgate::audit {
 namespace {
@@ -76,7 +77,7 @@ Ending EndingOf(const RoutedReply& reply, bool broadcast) {
   if (broadcast && (reply.sent || reply.outcome == Outcome::ok)) {
     return {WriteEnd::unknown, "a broadcast is not answered"};
   }
-  return {reply.sent ? WriteEnd::unknown : WriteEnd::not_sent, reply.reason};
+  return {EndUnheard(reply.sent), reply.reason};
 }
 
 }  // namespace

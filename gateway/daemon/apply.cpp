@@ -143,7 +143,7 @@ std::vector<std::string> Daemon::Impl::Apply(config::Config next,
     const auto own = threads.find(line->name);
     AddLine(line, own == threads.end() ? nullptr : own->second);
     const auto number = static_cast<std::uint32_t>(lines.size() - 1);
-    Restore(manual[line->name], lines, number, device, ReadClocks().wall);
+    Restore(manual[line->name], dispatcher, *line, number, device, ReadClocks().wall);
     device += static_cast<std::uint32_t>(line->devices.size());
   }
   std::vector<std::string> missing;

@@ -94,7 +94,7 @@ void Daemon::Reload(const std::string& by) {
 
 const config::Config& Daemon::config_at_start() const { return impl_->config; }
 const PointStore& Daemon::store() const { return impl_->store; }
-LineControl& Daemon::control() { return impl_->lines; }
+LineControl& Daemon::control() { return impl_->dispatcher; }
 
 std::string Daemon::Summary() const {
   std::string text;
@@ -119,7 +119,7 @@ double Daemon::Impl::MakeRoomFor(const config::Config& its_config) {
 
 Status Daemon::Impl::OpenRecords() {
   const Records::Links links{
-      store, lines,
+      store, dispatcher,
       [this](std::uint32_t device, const std::string& said, bool reported) {
         lines.OfDevice(device).Post(
             [=](LineParts& line, Now now) { line.OnEventsKept(device, said, reported, now); });
@@ -240,14 +240,14 @@ control::GatewayInfo Daemon::Impl::GatewayForStatus() {
 }
 
 void Daemon::Impl::StartControl() {
-  control =
-      ControlOutput::Start(config, {store, lines, Commands(), GatewayForStatus(), reloader.get()});
+  control = ControlOutput::Start(
+      config, {store, dispatcher, Commands(), GatewayForStatus(), reloader.get()});
   if (control) lines.Watch("control", control->io());
 }
 
 /// Opens the port before anything is asked on a line.
 WebOutput::Prepared Daemon::Impl::PrepareWeb() {
-  web::LiveApi::Links links{store, lines, GatewayForStatus()};
+  web::LiveApi::Links links{store, dispatcher, GatewayForStatus()};
   links.protocol = [this](const std::string& name) { return catalog.FindProtocol(name); };
   if (reloader) links.configuration = [this] { return reloader->ConfigurationText(); };
   modbus::DescriptorNeeds needs = modbus::DescriptorNeedsOf(config);

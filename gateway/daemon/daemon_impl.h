@@ -10,10 +10,11 @@
 #include <utility>
 #include <vector>
 
-#include "gateway/daemon/clock_corrector.h"
+#include "gateway/clocks/clock_corrector.h"
+#include "gateway/clocks/host_clock.h"
 #include "gateway/daemon/control_output.h"
 #include "gateway/daemon/daemon.h"
-#include "gateway/daemon/host_clock.h"
+#include "gateway/daemon/line_dispatcher.h"
 #include "gateway/daemon/lines.h"
 #include "gateway/daemon/modbus_output.h"
 #include "gateway/daemon/placement.h"
@@ -40,7 +41,7 @@ struct Daemon::Impl {
   /// Where commands go in.
   CommandSink& Commands() {
     CommandSink* const recorded = records.entrance();
-    return recorded != nullptr ? *recorded : lines;
+    return recorded != nullptr ? *recorded : dispatcher;
   }
 
   /// By the numbers of the store.
@@ -84,6 +85,7 @@ struct Daemon::Impl {
   std::unique_ptr<Recordings> recordings;  // nothing: nowhere to keep them
   Records records;
   Lines lines;
+  LineDispatcher dispatcher{store, catalog, lines};
   std::unique_ptr<ClockCorrector> clocks;
   std::unique_ptr<Ticker> ticker;
   std::unique_ptr<HostClock> host_clock;

@@ -93,11 +93,11 @@ EventPath::EventPath(const config::Config& config, const PointStore& store,
           store,
           {.clocks = ReadClocks,
            .ask = [&commands](WriteCommand command) { return commands.Submit(std::move(command)); },
-           .keep = [this](events::KeptRecord record) { log_.Keep(std::move(record)); }}),
+           .keep = [this](events::KeptRecord record) { queue().Keep(std::move(record)); }}),
       log_(OptionsOf(config, place, feed_, records_,
-                     [this](events::Source source) { kept_(source, log_.said(source), true); })),
+                     [this](events::Source source) { kept_(source, queue().said(source), true); })),
       alarms_(std::shared_ptr<const config::Config>(std::shared_ptr<void>(), &config),
-              [this](events::EventRecord record) { log_.Tell(std::move(record)); }) {
+              [this](events::EventRecord record) { queue().Tell(std::move(record)); }) {
   for (const config::Line& line : config.lines) AddPlaces(line);
 }
 
@@ -113,9 +113,9 @@ void EventPath::AddPlaces(const config::Line& line) {
   records_.Add(line);
 }
 
-void EventPath::OnReload(const std::shared_ptr<const config::Config>& config,
+void EventPath::Renumber(const std::shared_ptr<const config::Config>& config,
                          std::span<const std::shared_ptr<const config::Line>> begun) {
-  log_.Renumber(SourcesOf(*config), [config](const events::Alarm& alarm) {
+  queue().Renumber(SourcesOf(*config), [config](const events::Alarm& alarm) {
     return events::PriorityOf(*config, alarm);
   });
   std::set<std::string> names;
@@ -131,32 +131,32 @@ void EventPath::Begun(std::uint32_t first_device, std::size_t devices) {
 
 void EventPath::Start() {
   records_.Start();
-  log_.WhenOpened([this] { Tell(0, places_.size()); });
+  queue().WhenOpened([this] { Tell(0, places_.size()); });
 }
 
 void EventPath::Tell(std::uint32_t first_device, std::size_t devices) {
-  if (!log_.opened()) return;  // Start sees to it then
+  if (!queue().opened()) return;  // Start sees to it then
   const std::size_t end = std::min(first_device + devices, places_.size());
   for (std::uint32_t device = first_device; device < end; ++device) {
-    if (places_[device].device->events) kept_(device, log_.said(device), false);
+    if (places_[device].device->events) kept_(device, queue().said(device), false);
   }
 }
 
-void EventPath::End() { log_.End(kEndTime); }
+void EventPath::End() { queue().End(kEndTime); }
 
 void EventPath::OnReported(ReportedEvents reported) {
   if (in_memory_) return;  // nobody has asked for them
   const Place& place = places_[reported.device];
   auto records = events::RecordsOf(reported.batch, place.line->name, *place.device,
                                    reported.received.wall, reported.oldest);
-  log_.Add({reported.device, std::move(reported.batch.said), reported.batch.again,
-            std::move(records), std::move(reported.batch.past)});
+  queue().Add({reported.device, std::move(reported.batch.said), reported.batch.again,
+               std::move(records), std::move(reported.batch.past)});
 }
 
 void EventPath::OnNews(const config::Line& line, const News& news, Now at) {
   events::Fact fact{CodeOf(news.what), news.over, line.name, {}, news.text};
   if (news.device) fact.device = places_[*news.device].device->name;
-  if (tells_own_ && !news.first) log_.Tell(events::FactRecord(fact, at.wall));
+  if (tells_own_ && !news.first) queue().Tell(events::FactRecord(fact, at.wall));
   alarms_.OnNews(fact.line, fact.device, news, at);
 }
 
@@ -169,14 +169,15 @@ void EventPath::OnReload(bool taken_back, const std::string& text) {
       events::CodeOf(taken_back ? events::OwnCode::taken_back : events::OwnCode::reloaded);
   record.text = text;
   events::Shorten(record.text);
-  log_.Tell(std::move(record));
+  queue().Tell(std::move(record));
 }
 
 void EventPath::OnClock(std::uint32_t device, bool corrected, const std::string& text, Now at) {
   if (!tells_own_) return;
   const auto code = corrected ? events::OwnCode::clock_corrected : events::OwnCode::clock_left;
   const Place& place = places_[device];
-  log_.Tell(events::FactRecord({code, false, place.line->name, place.device->name, text}, at.wall));
+  queue().Tell(
+      events::FactRecord({code, false, place.line->name, place.device->name, text}, at.wall));
 }
 
 void EventPath::OnRead(std::uint32_t device, std::span<const std::uint32_t> points, Now at) {
@@ -197,7 +198,7 @@ void EventPath::OnRead(std::uint32_t device, std::span<const std::uint32_t> poin
   });
   for (const Seen& one : seen) {
     for (auto& record : watch->Take(one.point, one.value, one.quality, at)) {
-      log_.Tell(std::move(record));
+      queue().Tell(std::move(record));
     }
   }
 }

@@ -13,10 +13,10 @@
 #include "gateway/daemon/alarm_service.h"
 #include "gateway/daemon/event_sink.h"
 #include "gateway/daemon/events_place.h"
-#include "gateway/daemon/record_service.h"
 #include "gateway/events/event_feed.h"
 #include "gateway/events/event_log.h"
 #include "gateway/events/point_watch.h"
+#include "gateway/events/records/record_service.h"
 #include "gateway/store/point_store.h"
 #include "gateway/store/steady_vector.h"
 
@@ -35,7 +35,7 @@ class EventPath final : public EventSink {
   void Start();
   /// A reload: `config` has the lines of the store; `begun`, the last of them, outlive this. Before
   /// these start; then Begun.
-  void OnReload(const std::shared_ptr<const config::Config>& config,
+  void Renumber(const std::shared_ptr<const config::Config>& config,
                 std::span<const std::shared_ptr<const config::Line>> begun);
   /// The lines of these devices have started: they can hear what is kept from before, and are
   /// asked for what their events owe.
@@ -45,7 +45,7 @@ class EventPath final : public EventSink {
   /// The gateway has corrected the clock of a device, or has not.
   void OnClock(std::uint32_t device, bool corrected, const std::string& text, Now at);
   /// The lines are about to start.
-  void Started() { log_.Started(kVersion); }
+  void Started() { queue().Started(kVersion); }
   /// The lines have ended; outputs may hear of the end of the gateway from here on.
   void End();
 
@@ -70,13 +70,14 @@ class EventPath final : public EventSink {
     std::unique_ptr<events::DeviceWatch> watch{};  // of its line's thread; null: of no point
   };
 
+  events::EventQueue& queue() { return log_.queue(); }
+  void AddPlaces(const config::Line& line);
+  void Tell(std::uint32_t first_device, std::size_t devices);
+
   const PointStore& store_;
   const bool tells_own_;
   const bool in_memory_;
   const Kept kept_;
-  void AddPlaces(const config::Line& line);
-  void Tell(std::uint32_t first_device, std::size_t devices);
-
   SteadyVector<Place> places_;  // by device
   const std::shared_ptr<events::EventFeed> feed_;
   RecordService records_;

@@ -73,7 +73,7 @@ void LinePort::ClosePort() {
 /// Replies of devices, so far.
 std::uint64_t LinePort::Answers() const {
   std::uint64_t answers = 0;
-  const auto& outcomes = poller_.ledger().counters().outcomes;
+  const auto& outcomes = poller_.ledger().line.counters().outcomes;
   for (std::size_t i = 0; i < outcomes.size(); ++i) {
     if (ProvesLife(static_cast<Outcome>(i))) answers += outcomes[i];
   }
@@ -192,7 +192,7 @@ void LinePort::CheckConnection() {
   const bool old = now_.instant - opened_ >= kSilenceLimit;
   const bool unproven = connection_ != Connection::proven;
   if (unproven && (connection_ == Connection::heard || old)) Prove();
-  if (!poller_.ledger().SilentSince(now_.instant - kSilenceLimit)) {
+  if (!poller_.ledger().line.SilentSince(now_.instant - kSilenceLimit)) {
     check_at_ = now_.instant + kSilenceLimit / 4;
     return;
   }

@@ -20,9 +20,7 @@ LoopWatch::Ask AskOn(asio::io_context& io) {
 }  // namespace
 
 Lines::Lines(PointStore& store, const config::Catalog& catalog, std::size_t loops)
-    : store_(store),
-      catalog_(catalog),
-      find_([&catalog](const std::string& name) -> const Protocol& {
+    : store_(store), find_([&catalog](const std::string& name) -> const Protocol& {
         static constexpr Protocol kNone;  // of a line that only clients of its port use
         return name.empty() ? kNone : *catalog.FindProtocol(name);
       }) {
@@ -207,53 +205,6 @@ void Lines::OnLoop(const LoopWatch::Change& change) {
             "its thread hangs: the driver of {} does not come back from a call; all other lines "
             "go on",
             line.port);
-}
-
-bool Lines::Submit(WriteCommand command) {
-  bool taken = false;
-  OfDevice(command.device).With([&](LineRunner& runner) {
-    taken = runner.Submit(std::move(command));
-  });
-  return taken;
-}
-
-void Lines::OnDenied(const DeniedWrite& denied) {
-  store_.UpdateStatus(denied.device, [](DeviceStatus& status) {
-    ++status.writes[static_cast<std::size_t>(WriteEnd::denied)];
-  });
-}
-
-const Protocol* Lines::FindProtocol(const std::string& name) const {
-  return catalog_.FindProtocol(name);
-}
-
-void Lines::Release(std::uint32_t line, Duration time) {
-  at(line).Post([time](LineParts& its, Now now) { its.port.Release(time, now); });
-}
-
-void Lines::Offer(std::uint32_t line, config::PortServer server, Duration time) {
-  at(line).With([&](LineRunner& runner) { runner.Offer(std::move(server), time); });
-}
-
-void Lines::TakeBack(std::uint32_t line) {
-  at(line).With([](LineRunner& runner) { runner.TakeBack(); });
-}
-
-void Lines::SetInUse(std::uint32_t device, bool in_use) {
-  OfDevice(device).Post(
-      [device, in_use](LineParts& line, Now now) { line.poller.SetInUse(device, in_use, now); });
-}
-
-std::shared_ptr<TraceQueue> Lines::Trace(std::uint32_t line, std::function<void()> wake) {
-  std::shared_ptr<TraceQueue> queue;
-  at(line).With([&](LineRunner& runner) { queue = runner.recorder().Subscribe(std::move(wake)); });
-  return queue;
-}
-
-std::vector<TraceRecord> Lines::Recorded(std::uint32_t line) {
-  std::vector<TraceRecord> records;
-  at(line).With([&](LineRunner& runner) { records = runner.recorder().Recorded(); });
-  return records;
 }
 
 }  // namespace baudgate

@@ -1,6 +1,5 @@
 // All lines of the gateway and the threads that they run on. Lines are numbered for good: one that
-// a reload ends keeps its number, a new one gets the next. Writes and requests of outputs go from
-// here to the line, from any thread.
+// a reload ends keeps its number, a new one gets the next.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,8 +15,6 @@
 #include "gateway/base/result.h"
 #include "gateway/daemon/line_slot.h"
 #include "gateway/daemon/loop_watch.h"
-#include "gateway/requests/line_control.h"
-#include "gateway/requests/write_command.h"
 #include "gateway/store/point_store.h"
 #include "gateway/store/steady_vector.h"
 #include "gateway/trace/recordings.h"
@@ -25,7 +22,7 @@
 
 namespace baudgate {
 
-class Lines final : public CommandSink, public LineControl {
+class Lines {
  public:
   /// For lines to end: a second for a write under way (line_port.cpp), and some room.
   static constexpr Duration kWaitForLines = 1300ms;
@@ -33,7 +30,9 @@ class Lines final : public CommandSink, public LineControl {
   /// `loops`: so many threads for lines that never block (placement.h), at least one. All
   /// references outlive it; lines have the numbers of the store.
   Lines(PointStore& store, const config::Catalog& catalog, std::size_t loops);
-  ~Lines() override;
+  ~Lines();
+  Lines(const Lines&) = delete;
+  Lines& operator=(const Lines&) = delete;
 
   /// What lines are joined with that are added from now on; it outlives them.
   void Link(LineParts::Links links) { links_ = std::move(links); }
@@ -71,17 +70,6 @@ class Lines final : public CommandSink, public LineControl {
   /// Tells of loops that hang, once a second; false: one that the whole gateway needs.
   bool Look(WallTime now);
 
-  // See CommandSink and LineControl.
-  bool Submit(WriteCommand command) override;
-  void OnDenied(const DeniedWrite& denied) override;
-  void Release(std::uint32_t line, Duration time) override;
-  void Offer(std::uint32_t line, config::PortServer server, Duration time) override;
-  void TakeBack(std::uint32_t line) override;
-  void SetInUse(std::uint32_t device, bool in_use) override;
-  const Protocol* FindProtocol(const std::string& name) const override;
-  std::shared_ptr<TraceQueue> Trace(std::uint32_t line, std::function<void()> wake) override;
-  std::vector<TraceRecord> Recorded(std::uint32_t line) override;
-
  private:
   struct Place {
     explicit Place(std::shared_ptr<const config::Line> its) : config(std::move(its)) {}
@@ -95,7 +83,6 @@ class Lines final : public CommandSink, public LineControl {
   std::vector<LineRunner*> All() const;
 
   PointStore& store_;
-  const config::Catalog& catalog_;
   const Poller::FindProtocol find_;
   LineParts::Links links_;
   std::vector<std::unique_ptr<LoopThread>> shared_;

@@ -22,12 +22,12 @@ ManualSettings ManualSettingsOf(const PointStore& store, std::uint32_t line,
   return settings;
 }
 
-void Restore(const ManualSettings& before, Lines& lines, std::uint32_t line,
-             std::uint32_t first_device, WallTime now) {
+void Restore(const ManualSettings& before, LineControl& lines, const config::Line& config,
+             std::uint32_t line, std::uint32_t first_device, WallTime now) {
   if (before.released_until > now) {
     lines.Release(line, std::chrono::ceil<std::chrono::seconds>(before.released_until - now));
   }
-  const std::vector<config::Device>& devices = lines.config(line).devices;
+  const std::vector<config::Device>& devices = config.devices;
   for (std::size_t i = 0; i < devices.size(); ++i) {
     const auto set = before.in_use.find(devices[i].name);
     if (set == before.in_use.end() || set->second == devices[i].enabled) continue;

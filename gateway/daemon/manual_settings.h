@@ -11,7 +11,8 @@
 #include <map>
 #include <string>
 
-#include "gateway/daemon/lines.h"
+#include "config/model/line.h"
+#include "gateway/requests/line_control.h"
 #include "gateway/store/point_store.h"
 
 namespace baudgate {
@@ -25,9 +26,9 @@ struct ManualSettings {
 ManualSettings ManualSettingsOf(const PointStore& store, std::uint32_t line,
                                 const config::Line& config);
 
-/// To the line in its place, which has not been started. What the new configuration says of a
-/// device stands where it is another than before.
-void Restore(const ManualSettings& before, Lines& lines, std::uint32_t line,
-             std::uint32_t first_device, WallTime now);
+/// To the line in its place, by its number, which has not been started. What the new configuration
+/// says of a device stands where it is another than before.
+void Restore(const ManualSettings& before, LineControl& lines, const config::Line& config,
+             std::uint32_t line, std::uint32_t first_device, WallTime now);
 
 }  // namespace baudgate

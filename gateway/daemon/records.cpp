@@ -119,7 +119,7 @@ void Records::StartHistory(const config::Config& config, PointStore& store) {
 void Records::OnReload(const std::shared_ptr<const config::Config>& config,
                        std::span<const std::shared_ptr<const config::Line>> begun) {
   if (memory_) memory_->OnReload(*config);
-  if (EventPath* const its = events()) its->OnReload(config, begun);
+  if (EventPath* const its = events()) its->Renumber(config, begun);
 }
 
 void Records::RenewHistory(const config::Config& config, PointStore& store) {

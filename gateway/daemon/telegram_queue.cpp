@@ -9,14 +9,14 @@ namespace {
 
 constexpr const char* kTooLate = "the telegram waited for the line beyond its deadline";
 
-WriteEnd EndOf(Outcome outcome) {
+WriteEnd EndOf(const WriteCommand& command, Outcome outcome) {
   if (outcome == Outcome::ok) return WriteEnd::ok;
-  return outcome == Outcome::line_down ? WriteEnd::not_sent : WriteEnd::unknown;
+  return EndUnheard(command.state == WriteState::sent);
 }
 
 }  // namespace
 
-void TelegramQueue::Answer(const WriteCommand& command, WriteEnd end, const std::string& reason,
+void TelegramQueue::Answer(WriteCommand& command, WriteEnd end, const std::string& reason,
                            Outcome outcome) {
   command.telegram->outcome = Name(outcome);
   command.End({.end = end, .reason = reason});
@@ -25,13 +25,14 @@ void TelegramQueue::Answer(const WriteCommand& command, WriteEnd end, const std:
 void TelegramQueue::Submit(WriteCommand command, const std::optional<std::string>& why_not,
                            Now now) {
   if (why_not) return Answer(command, WriteEnd::not_sent, *why_not, Outcome::line_down);
+  command.MoveTo(WriteState::queued);
   waiting_.push_back(std::move(command));
   Settle(now);
 }
 
 void TelegramQueue::Settle(Now now) {
   while (!waiting_.empty() && waiting_.front().deadline <= now.instant) {
-    const WriteCommand late = std::move(waiting_.front());
+    WriteCommand late = std::move(waiting_.front());
     waiting_.pop_front();
     Answer(late, WriteEnd::not_sent, kTooLate, Outcome::busy);
   }
@@ -51,6 +52,7 @@ void TelegramQueue::Settle(Now now) {
 
 void TelegramQueue::Hand(bool send, Now now) {
   if (send) {
+    command_->MoveTo(WriteState::sent);
     tap_.OnSent(command_->device, exchange_->request(), now);
     port_.Send(exchange_->request().bytes, serial_, now);
   }
@@ -74,18 +76,18 @@ void TelegramQueue::End(Now now) {
   tap_.OnExchangeEnd(command_->device, end, now);
   command_->telegram->reply = exchange_->reply();
   exchange_.reset();
-  const WriteCommand done = std::move(*std::exchange(command_, std::nullopt));
-  Answer(done, EndOf(end.outcome), end.reason, end.outcome);
+  WriteCommand done = std::move(*std::exchange(command_, std::nullopt));
+  Answer(done, EndOf(done, end.outcome), end.reason, end.outcome);
   Settle(now);
 }
 
 void TelegramQueue::OnClosed(const std::string& reason) {
   if (exchange_) {
     exchange_.reset();
-    const WriteCommand cut = std::move(*std::exchange(command_, std::nullopt));
-    Answer(cut, WriteEnd::unknown, reason, Outcome::line_down);
+    WriteCommand cut = std::move(*std::exchange(command_, std::nullopt));
+    Answer(cut, EndOf(cut, Outcome::line_down), reason, Outcome::line_down);
   }
-  for (const WriteCommand& command : std::exchange(waiting_, {})) {
+  for (WriteCommand& command : std::exchange(waiting_, {})) {
     Answer(command, WriteEnd::not_sent, reason, Outcome::line_down);
   }
 }

@@ -40,7 +40,7 @@ class TelegramQueue {
  private:
   void Hand(bool send, Now now);
   void End(Now now);
-  static void Answer(const WriteCommand& command, WriteEnd end, const std::string& reason,
+  static void Answer(WriteCommand& command, WriteEnd end, const std::string& reason,
                      Outcome outcome);
 
   const config::Line& line_;

@@ -25,30 +25,8 @@ class EventLog final : public EventSource {
   /// Writes what is left; as long as the disk takes.
   ~EventLog() override;
 
-  /// From any thread; returns at once.
-  void Add(Batch batch) { queue_.Add(std::move(batch)); }
-  /// An event of the gateway's own. The same; it is left out where there are too many like it.
-  void Tell(EventRecord record) { queue_.Tell(std::move(record)); }
-  /// From any thread; returns at once. All of it is in the file then, or none; what is there
-  /// already is left as it is.
-  void Keep(KeptRecord record) { queue_.Keep(std::move(record)); }
-  /// The gateway has started: told before all else, with how the one before has ended. So is then
-  /// its end.
-  void Started(const std::string& version) { queue_.Started(version); }
-  /// The gateway ends, and outputs may hear of it: returns when the end is on the disk, when the
-  /// disk fails, or after `most`.
-  void End(Duration most) { queue_.End(most); }
-
-  /// `opened` is called once, when the file has opened: on the writing thread, or from here.
-  void WhenOpened(std::function<void()> opened) { queue_.WhenOpened(std::move(opened)); }
-  bool opened() const { return queue_.opened(); }
-  /// A reload: all sources by their numbers; one that is gone has no names. What is known of a
-  /// source goes with its names. Alarms that are not watched any more end, as at a start.
-  void Renumber(SourceNames sources, Watched watches) {
-    queue_.Renumber(std::move(sources), std::move(watches));
-  }
-  /// What the last batch of the source that is kept has said; from any thread. When opened.
-  std::string said(Source source) const { return queue_.said(source); }
+  /// Where events come in.
+  EventQueue& queue() { return queue_; }
 
   /// Once a second, from any thread that does not write. While the disk does not answer in time,
   /// that is said, and alarms are told all the same.

@@ -51,15 +51,14 @@ void EventQueue::Started(const std::string& version) {
   if (!options_.tells_own) return;
   {
     const MutexLock lock(mutex_);
-    start_ = {version, options_.clocks().wall};
-    tells_end_ = true;
+    run_.OnStarted(version, options_.clocks().wall);
   }
   wake_();
 }
 
 void EventQueue::TellEnd() {
   book_.TellLeftOut(options_.clocks(), true);
-  if (std::exchange(tells_end_, false)) book_.TellAlways(EndRecord(options_.clocks().wall));
+  if (auto end = run_.TakeEnd(options_.clocks().wall)) book_.TellAlways(std::move(*end));
 }
 
 void EventQueue::End(Duration most) {
@@ -206,7 +205,7 @@ void EventQueue::Look(bool now) {
 }
 
 bool EventQueue::IsIdle() const {
-  return state_.disk != Disk::opening && book_.empty() && records_.empty() && !start_ &&
+  return state_.disk != Disk::opening && book_.empty() && records_.empty() && !run_.waits() &&
          !ends_alarms_;
 }
 
@@ -228,7 +227,7 @@ bool EventQueue::OnOpened(const EventTable::Contents& contents) {
     book_.OnOpened(contents.last, contents.said, contents.alarms);
     first = !std::exchange(opened_, true);
     if (first) {
-      last_run_ = contents.last_run;
+      run_.OnOpened(contents.last_run);
       FollowConfiguration();
     }
     tell = std::exchange(tell_opened_, {});
@@ -259,9 +258,7 @@ std::optional<SourceNames> EventQueue::TakeNumbers() {
 EventQueue::Round EventQueue::Take() {
   const Now now = options_.clocks();
   const MutexLock lock(mutex_);
-  if (const auto start = std::exchange(start_, std::nullopt)) {
-    book_.TellFirst(StartRecord(start->version, last_run_, start->at));
-  }
+  if (auto start = run_.TakeStart()) book_.TellFirst(std::move(*start));
   if (state_.disk == Disk::fine) book_.TellLeftOut(now);
   return {book_.Due(), records_, acks_.Take(), std::exchange(renumbered_, std::nullopt),
           std::exchange(ends_alarms_, false)};

@@ -18,7 +18,7 @@
 #include "gateway/events/event_book.h"
 #include "gateway/events/event_source.h"
 #include "gateway/events/log_options.h"
-#include "gateway/events/own_records.h"
+#include "gateway/events/own_run.h"
 
 namespace baudgate::events {
 
@@ -31,18 +31,27 @@ class EventQueue {
   /// `options` outlive it. `wake`: there is something to be written, or it is time to look.
   EventQueue(const LogOptions& options, std::function<void()> wake);
 
+  /// Returns at once, as all up to End.
   void Add(Batch batch);
+  /// An event of the gateway's own; it is left out where there are too many like it.
   void Tell(EventRecord record);
+  /// All of it is in the file then, or none; what is there already is left as it is.
   void Keep(KeptRecord record);
+  /// The gateway has started: told before all else, with how the one before has ended. So is then
+  /// its end.
   void Started(const std::string& version);
-  /// Tells the end, and waits so long until all is on the disk, or the disk fails.
+  /// The gateway ends, and outputs may hear of it: returns when the end is on the disk, when the
+  /// disk fails, or after `most`.
   void End(Duration most);
   std::size_t Acknowledge(const AckQuery& query, AckService::Done done);
+  /// `opened` is called once, when the file has opened: on the writing thread, or from here.
   void WhenOpened(std::function<void()> opened);
   bool opened() const {
     const MutexLock lock(mutex_);
     return opened_;
   }
+  /// A reload: all sources by their numbers; one that is gone has no names. What is known of a
+  /// source goes with its names. Alarms that are not watched any more end, as at a start.
   void Renumber(SourceNames sources, Watched watches);
   /// Once a second, from any thread but the one that writes: that one may hang. What waits while
   /// the disk does not answer in time; else nothing. Those that are not `told` are about to be.
@@ -50,6 +59,7 @@ class EventQueue {
   /// A round is due: `now`, or within a tick.
   void Look(bool now);
 
+  /// What the last batch of the source that is kept has said. When opened.
   std::string said(Source source) const;
   EventsState state() const;
   /// While the disk fails as they will be there.
@@ -87,10 +97,6 @@ class EventQueue {
   std::vector<std::string> LeftBehind() const;
 
  private:
-  struct Start {
-    std::string version;
-    WallTime at{};
-  };
   void Show(Disk disk, const std::string& trouble) BAUDGATE_REQUIRES(mutex_);
   bool IsIdle() const BAUDGATE_REQUIRES(mutex_);
   Instant NextRoundAt() const BAUDGATE_REQUIRES(mutex_);
@@ -118,9 +124,7 @@ class EventQueue {
   EventsState state_ BAUDGATE_GUARDED_BY(mutex_);
   bool opened_ BAUDGATE_GUARDED_BY(mutex_) = false;
   std::function<void()> tell_opened_ BAUDGATE_GUARDED_BY(mutex_);
-  LastRun last_run_ BAUDGATE_GUARDED_BY(mutex_);            // once it was opened
-  std::optional<Start> start_ BAUDGATE_GUARDED_BY(mutex_);  // to be told
-  bool tells_end_ BAUDGATE_GUARDED_BY(mutex_) = false;
+  OwnRun run_ BAUDGATE_GUARDED_BY(mutex_);
   std::optional<Instant> look_at_ BAUDGATE_GUARDED_BY(mutex_);
   Instant rests_until_ BAUDGATE_GUARDED_BY(mutex_){};  // a disk that fails
   int looks_ BAUDGATE_GUARDED_BY(mutex_) = 0;  // at which something waited, and no round has ended

@@ -46,7 +46,7 @@ std::unique_ptr<Job> Chooser::Take(Turns::Choice choice, const Idle& idle) {
     case Choice::urgent:
       return TakeUrgent(idle);
     case Choice::parked:
-      return TakeParked(idle.now);
+      return parked_.Take(idle.now);
     case Choice::probe:
       return TakeProbe(idle);
     case Choice::poll:
@@ -73,7 +73,7 @@ std::optional<Instant> Chooser::NextAt(const Idle& idle) const {
   sooner(agenda_.schedule.NextDue());
   sooner(background_.NextAt(idle.now));
   sooner(probes_.NextAt(facts));
-  for (const Parked& parked : parked_) sooner(parked.until);
+  sooner(parked_.NextAt());
   for (const QueryRef& query : agenda_.write_queue.read_backs()) {
     const Instant held = agenda_.schedule.held_until(query.device);
     if (held > idle.now) sooner(held);
@@ -155,15 +155,6 @@ std::unique_ptr<Job> Chooser::TakeCommand(Instant now) {
 
 // ---------------------------------------------------------------- polls and probes
 
-std::unique_ptr<Job> Chooser::TakeParked(Instant now) {
-  const auto next =
-      std::ranges::find_if(parked_, [now](const Parked& one) { return one.until <= now; });
-  if (next == parked_.end()) return nullptr;
-  auto job = std::move(next->job);
-  parked_.erase(next);
-  return job;
-}
-
 void Chooser::PlanBackground(const Device& device) {
   constexpr int kCharacters = 100;
   const LineTimes& times = device.times;
@@ -214,19 +205,6 @@ std::unique_ptr<Job> Chooser::TakeProbe(const Idle& idle) {
   }
   if (job) job->looks = Probes::Kind::look;
   return job;
-}
-
-void Chooser::Park(std::unique_ptr<Job> job, Instant until) {
-  parked_.push_back({std::move(job), until});
-}
-
-bool Chooser::IsParked(const Member& member) const {
-  return std::ranges::any_of(
-      parked_, [&member](const Parked& parked) { return parked.job->member == &member; });
-}
-
-void Chooser::DropParked(const Member& member) {
-  std::erase_if(parked_, [&member](const Parked& parked) { return parked.job->member == &member; });
 }
 
 Probes::Facts Chooser::FactsOf(const Idle& idle) const {

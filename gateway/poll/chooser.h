@@ -12,6 +12,7 @@
 #include "gateway/poll/background.h"
 #include "gateway/poll/job.h"
 #include "gateway/poll/late_answers.h"
+#include "gateway/poll/parked_jobs.h"
 #include "gateway/poll/probes.h"
 #include "gateway/poll/roster.h"
 #include "gateway/poll/turns.h"
@@ -35,11 +36,6 @@ class Chooser {
   std::unique_ptr<Job> Next(const Idle& idle);
   /// When Next may have something although nothing happens meanwhile.
   std::optional<Instant> NextAt(const Idle& idle) const;
-
-  /// The job waits until then: its device has asked for that, or a late reply of it is due.
-  void Park(std::unique_ptr<Job> job, Instant until);
-  bool IsParked(const Member& member) const;
-  void DropParked(const Member& member);
 
   /// Time has passed; the line was busy with this member, if with any.
   void OnTime(Duration passed, const Member* busy_with);
@@ -65,13 +61,9 @@ class Chooser {
   const Turns& turns() const { return turns_; }
   Probes& probes() { return probes_; }
   const Probes& probes() const { return probes_; }
+  ParkedJobs& parked() { return parked_; }
 
  private:
-  struct Parked {
-    std::unique_ptr<Job> job;
-    Instant until{};
-  };
-
   Turns::Waiting Waiting() const;
   Probes::Facts FactsOf(const Idle& idle) const;
   bool RoutedWaits(Instant now) const;
@@ -82,7 +74,6 @@ class Chooser {
   std::unique_ptr<Job> TakeWriteProbe(const Idle& idle);
   std::unique_ptr<Job> TakeReadBack(Instant now);
   std::unique_ptr<Job> TakeCommand(Instant now);
-  std::unique_ptr<Job> TakeParked(Instant now);
   std::unique_ptr<Job> TakeProbe(const Idle& idle);
   std::unique_ptr<Job> TakePoll(Instant now);
   std::unique_ptr<Job> TakeBackground(Background::Which which, Instant now);
@@ -96,7 +87,7 @@ class Chooser {
   Turns turns_;
   Probes probes_;
   Background background_;
-  std::vector<Parked> parked_;  // one of a device at most
+  ParkedJobs parked_;
 };
 
 }  // namespace baudgate

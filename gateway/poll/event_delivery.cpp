@@ -5,14 +5,9 @@
 
 namespace baudgate {
 
-EventDelivery::State& EventDelivery::Of(const Device& device) {
-  if (states_.size() <= device.place) states_.resize(device.place + 1);
-  return states_[device.place];
-}
-
 std::optional<ReportedEvents> EventDelivery::Take(const Device& device, EventBatch batch,
                                                   const Exchange& exchange) {
-  State& state = Of(device);
+  State& state = states_[device];
   if (batch.drained) state.drained_at = exchange.asked;
   if (batch.events.empty() && batch.past.empty()) return std::nullopt;
   state.background = exchange.background;
@@ -22,7 +17,7 @@ std::optional<ReportedEvents> EventDelivery::Take(const Device& device, EventBat
 }
 
 Schedule::Brought EventDelivery::OnKept(const Device& device, const std::string& said) {
-  State& state = Of(device);
+  State& state = states_[device];
   const bool repeats = state.said == said;
   state.said = said;
   if (std::exchange(state.background, false)) return Schedule::Brought::something_else;

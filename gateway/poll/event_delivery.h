@@ -10,11 +10,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <deque>
 #include <optional>
 #include <string>
 
 #include "gateway/base/time.h"
+#include "gateway/poll/by_member.h"
 #include "gateway/poll/poller_listener.h"
 #include "gateway/poll/roster.h"
 #include "gateway/poll/schedule.h"
@@ -35,7 +35,7 @@ class EventDelivery {
   /// The latest batch that is on the disk, maybe from before a restart, is `said` (EventBatch).
   Schedule::Brought OnKept(const Device& device, const std::string& said);
   /// Another device answers in its place: when that was drained is not known.
-  void OnReplaced(const Device& device) { Of(device).drained_at.reset(); }
+  void OnReplaced(const Device& device) { states_[device].drained_at.reset(); }
 
  private:
   struct State {
@@ -44,9 +44,7 @@ class EventDelivery {
     bool background = false;            // the batch that is not kept yet
   };
 
-  State& Of(const Device& device);
-
-  std::deque<State> states_;  // by place
+  ByMember<State> states_;
 };
 
 }  // namespace baudgate

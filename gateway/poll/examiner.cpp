@@ -36,8 +36,7 @@ void Examiner::Begin(const Member& member, const Request& request, const LineTim
   sent_ = now + static_cast<std::int64_t>(request.bytes.size()) * times.character;
   last_ = sent_;
   if (broken_.member == &member) ++broken_.began;
-  if (open_.size() <= member.place) open_.resize(member.place + 1);
-  LastTwo& asked = open_[member.place];
+  LastTwo& asked = open_[member];
   if (asked.last.member != nullptr && asked.last.request.bytes != request.bytes) {
     asked.before = std::move(asked.last);
   }
@@ -67,7 +66,7 @@ Finding Examiner::End(Outcome outcome) {
   judged_ = heard_.size();
   if (member_ == nullptr) return {};
   if (ProvesLife(outcome)) {
-    Open& last = open_[member_->place].last;
+    Open& last = open_[*member_].last;
     last.answered = true;
     last.reply = frame_;
     taken_.push_back({request_.bytes, frame_});
@@ -76,7 +75,7 @@ Finding Examiner::End(Outcome outcome) {
     negotiated_ = roster_.is_network() && IsTelnet(first);
     greeting_.clear();  // it has kept nobody from answering
   }
-  open_[member_->place].last.silent = heard_.empty();
+  open_[*member_].last.silent = heard_.empty();
   if (!ProvesLife(outcome)) frame_.clear();
   const bool plain = ProvesLife(outcome) && heard_.size() == frame_.size();
   Finding finding = plain ? Plain(Heard()) : Look();
@@ -209,7 +208,7 @@ bool Examiner::IsCopy() const {
 
 /// What has come is what came to other requests before, one after another, and it was `right` once.
 bool Examiner::IsSameAgain(bool right) {
-  LastTwo& asked = open_[member_->place];
+  LastTwo& asked = open_[*member_];
   const View heard = heard_;
   const View came =
       heard.subspan(std::min(heard.size(), member_->protocol->tcp ? kTransaction : std::size_t{0}));

@@ -21,6 +21,7 @@
 #include "gateway/base/outcome.h"
 #include "gateway/base/time.h"
 #include "gateway/line/examine.h"
+#include "gateway/poll/by_member.h"
 #include "gateway/poll/roster.h"
 
 namespace baudgate {
@@ -114,11 +115,11 @@ class Examiner {
   Duration idle_{};  // silence before the request
   Outcome outcome_ = Outcome::none;
   Symptom told_ = Symptom::clean;
-  Bytes frame_;               // the reply that was taken
-  std::size_t judged_ = 0;    // bytes that had come when the exchange ended
-  std::deque<LastTwo> open_;  // by place
-  std::deque<Taken> taken_;   // the latest replies
-  bool fresh_ = true;         // no exchange has ended since the port was opened
+  Bytes frame_;             // the reply that was taken
+  std::size_t judged_ = 0;  // bytes that had come when the exchange ended
+  ByMember<LastTwo> open_;
+  std::deque<Taken> taken_;  // the latest replies
+  bool fresh_ = true;        // no exchange has ended since the port was opened
   bool negotiated_ = false;
   Bytes greeting_;  // came before the first request behind the opening of the port
   Bytes heard_;

@@ -34,9 +34,11 @@ struct Job {
     WriteCommand command;
     std::size_t first = 0;          ///< index in command.writes of the first that is under way
     std::size_t next = 0;           ///< and of the first that has not been begun
-    bool sent = false;              ///< a request that may have written those under way
     std::optional<Outcome> told{};  ///< the latest answer to one that is not a mere closing
     bool may_have_acted = false;    ///< as Answer says of the refusal of those
+
+    /// A request that may have written those under way.
+    bool sent() const { return command.state == WriteState::sent; }
   };
   struct Routed {
     RouteQueue::Batch batch;          ///< whom the reply goes to; they may leave meanwhile

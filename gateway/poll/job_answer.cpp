@@ -99,7 +99,7 @@ void JobRun::OnRoutedAnswer(const ExchangeEnd& end) {
   if (routed.is_read() && job.attempts < kMostTriesMore) {
     ++job.attempts;
     job.sending = true;
-    return ledger_.OnRetry(member);
+    return ledger_.devices.OnRetry(member);
   }
   Finish(Outcome::unexpected, "the reply may belong to an earlier request that got none");
 }
@@ -112,7 +112,7 @@ void JobRun::TakeAnswer() {
   upkeep_.OnHeard(device, now_.instant);
   if (auto* const write = job.As<Job::Write>(); write != nullptr) {
     write->may_have_acted = answer.may_have_acted;
-    if (write->sent && !job.request.closes) write->told = outcome;
+    if (write->sent() && !job.request.closes) write->told = outcome;
   }
   const Duration wait = answer.wait;
   const Then then = answer.then;
@@ -131,13 +131,13 @@ void JobRun::TakeAnswer() {
   }
   const bool read = job.task.kind == Task::Kind::poll;
   const bool parks = outcome == Outcome::busy && read && job.parkings < device.retries &&
-                     device.in_use && !chooser_.IsParked(device);
+                     device.in_use && !chooser_.parked().Has(device);
   if (!parks) return Finish(outcome, reason);
   ++job.parkings;
   --job.steps;
   const Instant until = now_.instant + std::max<Duration>(wait, device.times.quiet);
   agenda_.schedule.Hold(device.place, until);
-  chooser_.Park(std::move(job_), until);
+  chooser_.parked().Park(std::move(job_), until);
 }
 
 void JobRun::OnFailed(const ExchangeEnd& end) {
@@ -158,7 +158,7 @@ void JobRun::OnFailed(const ExchangeEnd& end) {
   if (instead) job.request = *instead;
   ++job.attempts;
   job.sending = true;
-  ledger_.OnRetry(member);
+  ledger_.devices.OnRetry(member);
 }
 
 /// A routed read whose reply was damaged waits for its turn again, where that can do no harm.
@@ -170,7 +170,7 @@ void JobRun::OnRoutedFailure(Job::Routed& routed, const ExchangeEnd& end) {
   upkeep_.HoldBack(member);
   const bool damaged = end.outcome == Outcome::corrupt || end.outcome == Outcome::partial;
   if (damaged && routed.is_read() && !job.looks && routed.batch.front().tries < member.retries) {
-    ledger_.OnRetry(member);
+    ledger_.devices.OnRetry(member);
     for (RoutedRequest& request : routed.batch) ++request.tries;
     agenda_.routes.queue().Return(std::move(routed.batch));
     job_.reset();

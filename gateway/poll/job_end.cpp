@@ -45,13 +45,13 @@ EndEffects::Write EndOfWrite(const Job& job, const Job::Write& write, const JobE
   // A closing that nobody answers takes nothing back.
   const bool closing = job.request.closes && !ProvesLife(end.outcome);
   const Outcome outcome = closing ? write.told.value_or(end.outcome) : end.outcome;
-  const WriteEnd how = WriteEndOf(outcome, write.sent, write.may_have_acted);
+  const WriteEnd how = WriteEndOf(outcome, write.sent(), write.may_have_acted);
   const bool ok = how == WriteEnd::ok;
   const auto all = std::span(write.command.writes);
 
   EndEffects::Write effects;
   for (const PointWrite& one : all.subspan(write.first, write.next - write.first)) {
-    if (ok || write.sent) effects.unknown.push_back(one.point);
+    if (ok || write.sent()) effects.unknown.push_back(one.point);
     if (ok) effects.confirmed.push_back(one);
   }
   const auto answer = [&](WriteEnd what, const std::string& why) {

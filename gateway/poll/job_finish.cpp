@@ -48,7 +48,7 @@ void JobRun::Resume(Job& probe, Outcome outcome, const std::string& reason) {
 }
 
 void JobRun::Apply(const Device& device, const ReplyEffects& effects) {
-  if (effects.rechecked) ledger_.OnRecheck(device);
+  if (effects.rechecked) ledger_.devices.OnRecheck(device);
   for (const QueryRef& query : effects.read_soon) agenda_.write_queue.AddReadBack(query);
   for (const config::Group group : effects.repeat) upkeep_.Repeat(device, group, now_.instant);
   if (effects.stored) owed_.readings.OnStored(*effects.stored);
@@ -66,10 +66,8 @@ void JobRun::Apply(Job& done, EndEffects effects, const JobEnd& end) {
   }
   if (device != nullptr) upkeep_.PlanBackground(*device);
   if (done.looks) chooser_.probes().OnEnd(member, *done.looks, done.began);
-  if (const auto& fast = effects.fast_poll) {
-    ledger_.OnFastPoll(member, fast->wire, fast->answered, fast->last_of_round);
-  }
-  if (effects.poll) ledger_.OnPoll(*device, effects.poll->query, effects.poll->answered);
+  if (effects.fast_poll) ledger_.rounds.OnPoll(member, *effects.fast_poll, now_.instant);
+  if (effects.poll) ledger_.devices.OnPoll(*device, effects.poll->query, effects.poll->answered);
   if (effects.repeat) upkeep_.Repeat(*device, *effects.repeat, now_.instant);
   if (effects.doubt) upkeep_.Doubt(*effects.doubt, now_.instant);
   if (effects.polls_first && device != nullptr) agenda_.schedule.GoFirst(member.place);
@@ -84,13 +82,15 @@ void JobRun::Apply(Job::Write& write, Device& device, const EndEffects::Write& e
   for (const PointWrite& one : effects.confirmed) {
     device.jumps.OnWritten(one.point, WrittenValue(device.config->points[one.point], one));
   }
+  if (!effects.confirmed.empty()) write.command.MoveTo(WriteState::reading_back);
   switch (effects.next) {
     case Next::answer:
-      ledger_.OnWrite(device, effects.result.end, false);
+      ledger_.devices.OnWrite(device, effects.result.end, false);
       return write.command.End(effects.result);
     case Next::confirm:
       return agenda_.write_queue.Confirm(std::move(write.command), now_.instant);
     case Next::go_on:
+      write.command.MoveTo(WriteState::queued);
       job_ = std::make_unique<Job>(device, std::move(write), Task{}, now_.instant);
       return NextWrite();
   }

@@ -60,7 +60,7 @@ void JobRun::Forget(std::uint64_t client) {
 
 void JobRun::Begin(std::unique_ptr<Job> job) {
   job_ = std::move(job);
-  if (job_->looks) ledger_.OnProbe();
+  if (job_->looks) ledger_.line.OnProbe();
   if (job_->As<Job::Write>() != nullptr) {
     NextWrite();
   } else if (job_->As<Job::Routed>() == nullptr) {
@@ -80,7 +80,7 @@ void JobRun::Ask(int attempts) {
   auto request = conversation.Ask(job_->task, now_.instant);
   if (!request) {
     job_->mute = true;
-    ledger_.OnUnsupported(*job_->member, request.error());
+    ledger_.devices.OnUnsupported(*job_->member, request.error());
     return Finish(Outcome::unsupported, request.error());
   }
   job_->request = std::move(*request);
@@ -102,7 +102,6 @@ void JobRun::NextWrite() {
   }
   rest.resize(std::clamp<std::size_t>(device.conversation->WritesTogether(rest), 1, rest.size()));
   write.first = std::exchange(write.next, write.next + rest.size());
-  write.sent = false;
   write.told.reset();
   write.may_have_acted = false;
   Task& task = job_->task;
@@ -120,8 +119,8 @@ void JobRun::NextWrite() {
 /// What of the command has not been begun is not.
 void JobRun::Deny(const std::string& why) {
   const std::unique_ptr<Job> job = std::move(job_);
-  const Job::Write& write = *job->As<Job::Write>();
-  ledger_.OnWrite(*job->member, WriteEnd::denied, false);
+  Job::Write& write = *job->As<Job::Write>();
+  ledger_.devices.OnWrite(*job->member, WriteEnd::denied, false);
   write.command.End({WriteEnd::denied, why, false, write.next});
 }
 
@@ -160,9 +159,9 @@ bool JobRun::SetAside(Instant until) {
   const Task::Kind kind = job_->task.kind;
   const bool reads =
       kind == Task::Kind::poll || kind == Task::Kind::events || kind == Task::Kind::background;
-  if (!reads || !job_->asked().named() || chooser_.IsParked(member)) return false;
+  if (!reads || !job_->asked().named() || chooser_.parked().Has(member)) return false;
   agenda_.schedule.Hold(member.place, until);
-  chooser_.Park(std::move(job_), until);
+  chooser_.parked().Park(std::move(job_), until);
   return true;
 }
 
@@ -203,10 +202,12 @@ const Request& JobRun::Send() {
                                               character);
   }
   auto* const write = job_->As<Job::Write>();
-  if (write != nullptr && !request.prepares && !request.closes) write->sent = true;
+  if (write != nullptr && !request.prepares && !request.closes) {
+    write->command.MoveTo(WriteState::sent);
+  }
   chooser_.turns().OnSent(IsUrgent(job_->goal()));
   owed_.whose.OnSent(job_->asked(), now_.instant);
-  ledger_.OnSent(*job_->member, request);
+  ledger_.line.OnSent(*job_->member, request);
   job_->out = true;
   return request;
 }

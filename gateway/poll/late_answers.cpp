@@ -29,16 +29,11 @@ Instant SentAt(const Asked& asked) {
 
 }  // namespace
 
-LateAnswers::State& LateAnswers::Of(const Member& member) const {
-  if (states_.size() <= member.place) states_.resize(member.place + 1);
-  return states_[member.place];
-}
-
-Instant LateAnswers::LateUntil(const Member& member) const { return Of(member).late_until; }
+Instant LateAnswers::LateUntil(const Member& member) const { return states_[member].late_until; }
 
 void LateAnswers::OnEnd(const Asked& asked, Outcome outcome, Instant now) {
   last_ = asked.member;
-  State& state = Of(*asked.member);
+  State& state = states_[*asked.member];
   state.late_from.reset();
   state.end = End::silent;
   state.trailing_bytes = 0;
@@ -66,7 +61,7 @@ LateAnswers::Stray LateAnswers::OnStray(const StrayBytes& stray, Instant now) {
   if (last_ == nullptr || stray.since_end > last_->times.ceiling) return told;
   const Member& member = *last_;
   const LineTimes& times = member.times;
-  State& state = Of(member);
+  State& state = states_[member];
   told.counts = state.end != End::corrupt && state.end != End::cut_short;
   if (state.end == End::corrupt) return told;
   // The repetition is answered as well: what came before was the late answer to its first try.
@@ -108,7 +103,7 @@ bool LateAnswers::MayStillAnswer(const Asked& asked, const ExchangeEnd& end) con
   const bool damaged = end.outcome == Outcome::corrupt || end.outcome == Outcome::partial;
   if (!damaged || asked.member->device != nullptr) return false;
   const bool others_due = std::ranges::any_of(roster_.everyone(), [&](const Member* other) {
-    return other != asked.member && Of(*other).late_until > asked.began;
+    return other != asked.member && states_[*other].late_until > asked.began;
   });
   return others_due || std::ranges::none_of(asked.request->expect.shapes, [&](const Shape& shape) {
            return end.received >= shape.min_length && end.received <= shape.max_length;
@@ -118,7 +113,7 @@ bool LateAnswers::MayStillAnswer(const Asked& asked, const ExchangeEnd& end) con
 void LateAnswers::Conclude(const Asked& asked, const ExchangeEnd& end, bool in_step, Instant now) {
   const Member& member = *asked.member;
   const LineTimes& times = member.times;
-  State& state = Of(member);
+  State& state = states_[member];
   if (MayStillAnswer(asked, end)) {
     // A reply under a wrong address is still this device's reply: the request is closed. It stays
     // open only after silence, or where replies carry no address.
@@ -158,19 +153,19 @@ Instant LateAnswers::ClearAt(const Asked& asked) const {
   Instant clear{};
   for (const Member* other : roster_.everyone()) {
     if (other->IsSame(*asked.member) || !asked.named()) {
-      clear = std::max(clear, Of(*other).late_until);
+      clear = std::max(clear, states_[*other].late_until);
     }
   }
   return clear;
 }
 
-Duration LateAnswers::ExtraDrain(const Member& member) const { return Of(member).lateness; }
+Duration LateAnswers::ExtraDrain(const Member& member) const { return states_[member].lateness; }
 
 /// If requests R1...Rn stayed unanswered and a reply to another try comes now, it may be R1's.
 /// Those to R2...Rn still follow, the last within (now - R1 sent), and later by as much as the
 /// device was seen to be late. Wait that long, at most the ceiling.
 Duration LateAnswers::Aftermath(const Asked& asked, Instant now) const {
-  const State& state = Of(*asked.member);
+  const State& state = states_[*asked.member];
   // Replies carry their number: a copy passes for nothing else.
   if (asked.request->distinct && !asked.probe) return {};
   if (!asked.retry || !state.unanswered) return state.trail;
@@ -181,12 +176,12 @@ Duration LateAnswers::Aftermath(const Asked& asked, Instant now) const {
 
 Duration LateAnswers::WorstCase(const Member& member) const {
   const LineTimes& times = member.times;
-  return times.quiet + 32 * times.character + times.reply + times.drain + Of(member).lateness;
+  return times.quiet + 32 * times.character + times.reply + times.drain + states_[member].lateness;
 }
 
 void LateAnswers::SetLate(const Member& member, Instant until) {
   for (const Member* one : roster_.everyone()) {
-    if (one->IsSame(member)) Of(*one).late_until = until;
+    if (one->IsSame(member)) states_[*one].late_until = until;
   }
 }
 

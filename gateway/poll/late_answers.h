@@ -6,7 +6,6 @@
 #pragma once
 
 #include <cstddef>
-#include <deque>
 #include <optional>
 #include <string>
 #include <vector>
@@ -15,6 +14,7 @@
 #include "gateway/base/time.h"
 #include "gateway/line/line.h"
 #include "gateway/poll/asked.h"
+#include "gateway/poll/by_member.h"
 #include "gateway/poll/patience.h"
 #include "gateway/poll/roster.h"
 
@@ -49,7 +49,7 @@ class LateAnswers {
   static Duration TookUntilReply(const Asked& asked, const ExchangeEnd& end);
   /// It is offline: silent, not late. Its bytes will tell should it be late even so.
   void OnOffline(const Member& member) {
-    Of(member).lateness = {};
+    states_[member].lateness = {};
     patience_.OnOffline(member);
   }
 
@@ -98,13 +98,12 @@ class LateAnswers {
     bool told_late = false;          // the user has been warned
   };
 
-  State& Of(const Member& member) const;
   bool MayStillAnswer(const Asked& asked, const ExchangeEnd& end) const;
   void SetLate(const Member& member, Instant until);
 
   const Roster& roster_;
   Patience patience_;
-  mutable std::deque<State> states_;  // by place
+  ByMember<State> states_;
   const Member* last_ = nullptr;
 };
 

@@ -3,13 +3,8 @@
 
 namespace baudgate {
 
-LostReplies::State& LostReplies::Of(const Member& slave) const {
-  if (states_.size() <= slave.place) states_.resize(slave.place + 1);
-  return states_[slave.place];
-}
-
 void LostReplies::OnLost(const Member& slave, const Bytes& request, Instant now) {
-  State& state = Of(slave);
+  State& state = states_[slave];
   if (!MayCome(slave, now)) state.requests.clear();
   if (state.requests.size() == kMost) state.requests.erase(state.requests.begin());
   state.requests.push_back(request);
@@ -17,7 +12,7 @@ void LostReplies::OnLost(const Member& slave, const Bytes& request, Instant now)
 }
 
 bool LostReplies::MayCome(const Member& slave, Instant began) const {
-  const std::optional<Instant>& lost_at = Of(slave).lost_at;
+  const std::optional<Instant>& lost_at = states_[slave].lost_at;
   return lost_at && began - *lost_at <= kLatest;
 }
 
@@ -25,7 +20,7 @@ LostReplies::Older LostReplies::MayBe(const Member& slave, const Bytes& request,
                                       const MayFit& fits) const {
   Older older;
   if (!MayCome(slave, began)) return older;
-  for (const Bytes& lost : Of(slave).requests) {
+  for (const Bytes& lost : states_[slave].requests) {
     const bool same = lost == request;
     older.same = older.same || same;
     older.other = older.other || (!same && fits(lost));
@@ -35,7 +30,7 @@ LostReplies::Older LostReplies::MayBe(const Member& slave, const Bytes& request,
 
 bool LostReplies::OnReply(const Member& slave, const Bytes& request, Older older,
                           std::size_t count) {
-  std::vector<Bytes>& lost = Of(slave).requests;
+  std::vector<Bytes>& lost = states_[slave].requests;
   if ((!older.other && !older.same) || count > lost.size()) {
     lost.clear();
     return true;

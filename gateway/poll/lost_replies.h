@@ -5,13 +5,13 @@
 #pragma once
 
 #include <cstddef>
-#include <deque>
 #include <functional>
 #include <optional>
 #include <vector>
 
 #include "gateway/base/bytes.h"
 #include "gateway/base/time.h"
+#include "gateway/poll/by_member.h"
 #include "gateway/poll/roster.h"
 
 namespace baudgate {
@@ -45,9 +45,7 @@ class LostReplies {
   static constexpr Duration kLatest = 5s;
   static constexpr std::size_t kMost = 8;
 
-  State& Of(const Member& slave) const;
-
-  mutable std::deque<State> states_;  // by place
+  ByMember<State> states_;
 };
 
 }  // namespace baudgate

@@ -15,25 +15,20 @@ constexpr Duration kLeastPatience = 1ms;
 
 }  // namespace
 
-Patience::State& Patience::Of(const Member& member) {
-  if (states_.size() <= member.place) states_.resize(member.place + 1);
-  return states_[member.place];
-}
-
 void Patience::Lengthen(State& state, Duration lateness) {
   state.more = std::max(state.more, lateness + lateness / 4);
 }
 
 void Patience::OnLate(const Member& member, Duration lateness) {
   if (lateness <= Duration::zero()) return;
-  State& state = Of(member);
+  State& state = states_[member];
   state.in_time = 0;
   state.most = std::max(state.most, lateness);
   if (++state.late >= kAgain) Lengthen(state, state.most);
 }
 
 void Patience::OnAnswered(const Member& member, Duration took) {
-  State& state = Of(member);
+  State& state = states_[member];
   const Duration beyond = took - member.times.reply;
   if (beyond > Duration::zero()) {
     state.in_time = 0;
@@ -47,10 +42,9 @@ void Patience::OnAnswered(const Member& member, Duration took) {
 }
 
 Duration Patience::More(const Member& member) const {
-  if (states_.size() <= member.place) return {};
   const LineTimes& times = member.times;
   const Duration room = times.ceiling - times.reply - times.gap;
-  return std::clamp<Duration>(states_[member.place].more, {}, std::max<Duration>(room, {}));
+  return std::clamp<Duration>(states_[member].more, {}, std::max<Duration>(room, {}));
 }
 
 }  // namespace baudgate

@@ -9,9 +9,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <deque>
-
 #include "gateway/base/time.h"
+#include "gateway/poll/by_member.h"
 #include "gateway/poll/roster.h"
 
 namespace baudgate {
@@ -22,7 +21,7 @@ class Patience {
   void OnLate(const Member& member, Duration lateness);
   /// A reply came in time, its first byte so long after the request.
   void OnAnswered(const Member& member, Duration took);
-  void OnOffline(const Member& member) { Of(member) = {}; }
+  void OnOffline(const Member& member) { states_[member] = {}; }
 
   /// Beyond the reply time of its configuration.
   Duration More(const Member& member) const;
@@ -36,9 +35,8 @@ class Patience {
   };
 
   static void Lengthen(State& state, Duration lateness);
-  State& Of(const Member& member);
 
-  std::deque<State> states_;  // by place
+  ByMember<State> states_;
 };
 
 }  // namespace baudgate

@@ -18,14 +18,14 @@ Poller::Poller(const config::Line& line, std::uint32_t first_device, const FindP
       ledger_(roster_, agenda_.schedule, store, store.LineIndex(line), listener),
       chooser_(line, roster_, agenda_, owed_.late),
       upkeep_(roster_, store, owed_, chooser_, ledger_),
-      clients_(store, roster_, chooser_, ledger_),
+      clients_(store, roster_, chooser_, ledger_.devices),
       speaker_(roster_),
       intake_(store, listener),
       judge_(owed_.whose),
       run_(owed_, chooser_, ledger_, upkeep_, intake_) {
   if (speaker_.device() == nullptr) return;
   line_.Listen(*speaker_.standing());
-  ledger_.OnSpeaks(*speaker_.device());
+  ledger_.devices.OnSpeaks(*speaker_.device());
 }
 
 // ---------------------------------------------------------------- inputs
@@ -63,15 +63,16 @@ void Poller::OnOpened(Now now, bool keeps_bit_rate) {
   echo_.OnOpened();
   examiner_.OnOpened();
   upkeep_.OnOpened(now.instant);
-  if (speaker_.device() != nullptr) ledger_.OnState(*speaker_.device(), "the port is open");
+  if (speaker_.device() != nullptr) ledger_.states.OnState(*speaker_.device(), "the port is open");
   Pump();
 }
 
 void Poller::OnClosed(Now now, Override why) {
   Advance(now);
   paused_ = false;
-  ledger_.OnClosed(why);
-  const std::string reason = ledger_.WhyClosed();
+  ledger_.line.OnClosed();
+  ledger_.states.OnClosed(why);
+  const std::string reason = ledger_.states.WhyClosed();
   LineNews news = line_.OnClosed();
   if (news.end) news.end->reason = reason;
   Hear(std::move(news));
@@ -79,7 +80,7 @@ void Poller::OnClosed(Now now, Override why) {
   echo_.OnClosed();
   run_.OnClosed(reason);
   for (const auto& device : roster_.devices()) {
-    chooser_.DropParked(*device);
+    chooser_.parked().Drop(*device);
     agenda_.schedule.Suspend(device->place);
   }
   chooser_.probes().OnClosed();
@@ -100,20 +101,20 @@ void Poller::OnBytes(View bytes, Now now) {
   const Job* const job = run_.job();
   const EchoWatch::Heard heard = echo_.OnReceived(bytes, job != nullptr ? &job->request : nullptr);
   if (heard.echo) {
-    ledger_.OnEcho();
+    ledger_.line.OnEcho();
     judge_.OnEcho();
   }
   if (heard.warning != nullptr) listener_.OnWarning(job->member->index, heard.warning);
   if (heard.collision) {
-    ledger_.OnCollision();
-    ledger_.OnSecondMaster();
+    ledger_.line.OnCollision();
+    ledger_.line.OnSecondMaster();
     Hear(line_.OnCollision(now.instant));
   }
   if (!heard.bytes.empty()) {
-    ledger_.OnReceived(heard.bytes);
+    ledger_.line.OnReceived(heard.bytes);
     examiner_.Hear(heard.bytes, now.instant);
     if (const auto before = speaker_.Hear(heard.bytes, now.instant)) {
-      ledger_.OnMore(*speaker_.device(), *before);
+      ledger_.devices.OnMore(*speaker_.device(), *before);
     }
     Hear(line_.OnBytes(heard.bytes, now.instant));
   }
@@ -140,7 +141,7 @@ bool Poller::Submit(WriteCommand command, Now now) {
   clients_.AnswerCommands(now.instant);  // those of clients that have left take no room
   if (agenda_.write_queue.full()) return false;
   if (!is_open()) {
-    clients_.NotSent(command, ledger_.WhyClosed());
+    clients_.NotSent(command, ledger_.states.WhyClosed());
   } else if (command.writes.empty()) {
     clients_.ReadNow(std::move(command), speaker_.device(), now.instant);
     Settle();
@@ -154,7 +155,7 @@ bool Poller::Submit(WriteCommand command, Now now) {
 void Poller::Submit(RoutedRequest request, Now now) {
   Advance(now);
   if (!is_open() || roster_.carrier() == nullptr) {
-    request.done({Outcome::line_down, {}, ledger_.WhyClosed()});
+    request.done({Outcome::line_down, {}, ledger_.states.WhyClosed()});
     return;
   }
   request.sequence = agenda_.write_queue.NextSequence();
@@ -169,7 +170,7 @@ void Poller::OnHostClock(bool right) {
 void Poller::OnUnsettledWrite(std::uint32_t index) {
   Device& device = roster_.DeviceAt(index);
   device.conversation->OnUnsettledWrite();
-  ledger_.OnMemory(device);
+  ledger_.states.OnMemory(device);
 }
 
 void Poller::OnEventsKept(std::uint32_t index, const std::string& said, Now now) {

@@ -44,7 +44,10 @@ class Poller : private LineClient {
          PointStore& store, RequestPort& port, PollerListener& listener);
 
   /// Before anything else; `tap` outlives the poller.
-  void Attach(Tap& tap) { ledger_.Attach(tap); }
+  void Attach(Tap& tap) {
+    ledger_.line.Attach(tap);
+    ledger_.states.Attach(tap);
+  }
   /// Before the port opens: what OnMemory said last before a restart.
   void Recall(std::uint32_t device, std::string memory, Now now);
 

@@ -32,9 +32,9 @@ void Poller::Pump() {
 }
 
 void Poller::Send() {
-  if (const auto more = examiner_.More()) ledger_.OnMore(*examiner_.member(), *more);
+  if (const auto more = examiner_.More()) ledger_.devices.OnMore(*examiner_.member(), *more);
   while (const auto late = examiner_.TakeLate()) {
-    ledger_.OnMore(*late->member, late->finding, late->back);
+    ledger_.devices.OnMore(*late->member, late->finding, late->back);
     if (late->lateness > Duration::zero()) {
       owed_.late.OnLate(*late->member, late->lateness);
       TellLate(*late->member, late->lateness);
@@ -60,7 +60,7 @@ void Poller::Hear(LineNews news) {
   if (news.end && run_.job() != nullptr) run_.OnEnd(std::move(*news.end));
   if (news.stray.count > 0) OnStray(news.stray);
   if (!news.second_reply || owed_.late.last() == nullptr) return;
-  ledger_.OnSecondReply(*owed_.late.last());
+  ledger_.devices.OnSecondReply(*owed_.late.last());
   owed_.whose.OnSecondReply(*owed_.late.last());
   upkeep_.DoubtLatest(now_.instant);
 }
@@ -82,20 +82,21 @@ void Poller::OnUnasked(const UnaskedInput& heard) {
 void Poller::TakeUnasked(Speaker::Said said) {
   Device& device = *speaker_.device();
   upkeep_.OnHeard(device, now_.instant);
-  if (said.lost > 0) ledger_.OnLostEvents(device, said.lost);
+  if (said.lost > 0) ledger_.devices.OnLostEvents(device, said.lost);
   intake_.TakeUnasked(device, std::move(said));
 }
 
 void Poller::OnStray(const StrayBytes& stray) {
   const LateAnswers::Stray told = owed_.late.OnStray(stray, now_.instant);
-  if (told.counts) ledger_.OnStray(stray.count);
+  if (told.counts) ledger_.line.OnStray(stray.count);
   if (told.late != nullptr) TellLate(*told.late, told.lateness);
   if (told.warned != nullptr) listener_.OnWarning(told.warned->index, told.warning);
 }
 
 void Poller::TellLate(const Member& member, Duration lateness) {
-  ledger_.OnLate(member, lateness);
-  ledger_.OnPatience(member, owed_.late.PatienceFor(member));
+  ledger_.line.OnLate();
+  ledger_.devices.OnLate(member, lateness);
+  ledger_.devices.OnPatience(member, owed_.late.PatienceFor(member));
   upkeep_.ShowLine(now_.instant);
 }
 
@@ -103,12 +104,12 @@ void Poller::Conclude() {
   std::optional<ExchangeEnd> end = run_.TakeEnd();
   if (!end) return;
   const Job& job = *run_.job();
-  if (echo_.OnExchangeEnd(job.request, *end)) ledger_.OnCollision();
-  ledger_.OnRing(*job.member, echo_.is_cut());
+  if (echo_.OnExchangeEnd(job.request, *end)) ledger_.line.OnCollision();
+  ledger_.line.OnRing(*job.member, echo_.is_cut());
   const bool good = ProvesLife(end->outcome) || end->outcome == Outcome::line_down;
   if (!good) port_.DropUnsent();
   Finding finding = examiner_.End(end->outcome);
-  if (examiner_.TakeNegotiation()) ledger_.OnNegotiation();
+  if (examiner_.TakeNegotiation()) ledger_.line.OnNegotiation();
   judge_.OnEnd(job, *end, finding);
   run_.Conclude(std::move(*end), finding);
 }

@@ -6,11 +6,6 @@
 
 namespace baudgate {
 
-Probes::State& Probes::Of(const Member& member) const {
-  if (states_.size() <= member.place) states_.resize(member.place + 1);
-  return states_[member.place];
-}
-
 void Probes::OnOpened() {
   looks_ = ProbeBudget();
   writes_ = ProbeBudget(kWriteShare);
@@ -59,7 +54,7 @@ std::optional<Instant> Probes::began() const {
 
 void Probes::OnIdle(Duration waited, Instant now) {
   const Ended ended = std::exchange(ended_, {});
-  State& state = Of(*ended.member);
+  State& state = states_[*ended.member];
   ProbeBudget& budget = ended.kind == Kind::look ? looks_ : writes_;
   budget.OnProbe(ended.began, now, waited);
   state.waited = waited;
@@ -73,12 +68,13 @@ Duration Probes::NoticeBound(Instant now) const {
   Duration seen{};
   std::optional<Duration> known;  // the longest wait for any of them
   for (const Member* member : roster_.everyone()) {
-    if (member->in_use && member->health.offline()) known = std::max(known, Of(*member).waited);
+    if (member->in_use && member->health.offline())
+      known = std::max(known, states_[*member].waited);
   }
   for (const Member* member : roster_.everyone()) {
     if (!member->in_use) continue;
     if (member->health.offline()) {
-      const State& state = Of(*member);
+      const State& state = states_[*member];
       const Duration worst = late_.WorstCase(*member);
       turn += ProbeBudget::Interval(worst, state.waited.value_or(known.value_or(worst)));
       seen = std::max(seen, state.gap + worst);

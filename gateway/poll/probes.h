@@ -3,12 +3,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <deque>
 #include <functional>
 #include <optional>
 #include <vector>
 
 #include "gateway/base/time.h"
+#include "gateway/poll/by_member.h"
 #include "gateway/poll/late_answers.h"
 #include "gateway/poll/probe_budget.h"
 #include "gateway/poll/roster.h"
@@ -40,7 +40,7 @@ class Probes {
 
   void OnOpened();
   /// It has just gone offline: what its probes cost before says nothing any more.
-  void OnOffline(const Member& member) { Of(member) = {}; }
+  void OnOffline(const Member& member) { states_[member] = {}; }
 
   /// Who is next, were there time; null: nobody is offline, looked for, and not to be waited for.
   Member* Next(const Facts& facts) const;
@@ -79,11 +79,9 @@ class Probes {
     Instant began{};
   };
 
-  State& Of(const Member& member) const;
-
   const Roster& roster_;
   const LateAnswers& late_;
-  mutable std::deque<State> states_;  // by place
+  ByMember<State> states_;
   ProbeBudget looks_;
   ProbeBudget writes_{kWriteShare};
   Ended ended_;

@@ -16,7 +16,7 @@ class Turns {
  public:
   enum class Choice : std::uint8_t {
     urgent,       ///< short routed writes, writes to points, and the reads that follow them
-    parked,       ///< a job that waits for its device: see Chooser::Park
+    parked,       ///< a job that waits for its device: see ParkedJobs
     probe,        ///< keeps to a budget of its own, so that it may stand before the polls
     poll,         ///< what the schedule has
     routed_high,  ///< requests of transparent routes, by priority

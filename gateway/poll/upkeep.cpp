@@ -28,7 +28,7 @@ Upkeep::Upkeep(Roster& roster, PointStore& store, OwedReplies& owed, Chooser& ch
     const config::Device& config = *device->config;
     schedule_.AddDevice(config.poll, config.slow, config.daily, config.intervals);
     Plan(*device);
-    ledger_.ShowOverride(*device);
+    ledger_.states.ShowOverride(*device);
   }
 }
 
@@ -41,7 +41,7 @@ void Upkeep::OnOpened(Instant now) {
     // The reply to what it was asked before may still come: it waits for that, the others do not.
     if (!owed_.late.IsClear(*device, now))
       schedule_.Hold(device->place, owed_.late.LateUntil(*device));
-    ledger_.ShowOverride(*device);
+    ledger_.states.ShowOverride(*device);
   }
 }
 
@@ -59,13 +59,16 @@ void Upkeep::OnExchange(const Job& job, const ExchangeEnd& end, const Finding& f
   } else {
     owed_.late.Conclude(asked, end, in_step, now);
   }
-  ledger_.OnPatience(member, owed_.late.PatienceFor(member));
+  ledger_.devices.OnPatience(member, owed_.late.PatienceFor(member));
   if (answered && !owed_.late.IsClear(member, now)) HoldBack(member);
   owed_.whose.OnEnd(asked, end.outcome, !cut_off && !job.mute, now);
   if (!job.mute && !cut_off) Charge(job, answered, now);
   if (job.verdict.shifted) DoubtLatest(now);
-  ledger_.OnExchange(member, end, finding, job.mute, job.is_probe() && member.health.offline(),
-                     job.As<Job::Routed>() != nullptr, UseOf(job));
+  ledger_.devices.OnExchange(member, end, finding,
+                             {.mute = job.mute,
+                              .probe = job.is_probe() && member.health.offline(),
+                              .routed = job.As<Job::Routed>() != nullptr});
+  ledger_.line.OnExchange(member, end, job.mute, UseOf(job));
   ShowLine(now);
 }
 
@@ -86,11 +89,11 @@ void Upkeep::OnTask(Member& member, Outcome outcome, const std::string& reason, 
   Device* const device = member.device;
   const bool was_offline = member.health.offline();
   member.health.OnTask(outcome, now);
-  ledger_.OnTask(member, ProvesLife(outcome));
+  ledger_.devices.OnTask(member, ProvesLife(outcome));
   const bool offline = member.health.offline();
   if (offline && !was_offline) {
-    ledger_.OnOffline(member);
-    chooser_.DropParked(member);
+    ledger_.devices.OnOffline(member);
+    chooser_.parked().Drop(member);
     chooser_.probes().OnOffline(member);
     owed_.late.OnOffline(member);
     if (device != nullptr) {
@@ -103,50 +106,51 @@ void Upkeep::OnTask(Member& member, Outcome outcome, const std::string& reason, 
     DoubtSeldom(*device, now);
   }
   if (offline != was_offline) {
-    ledger_.MeasureCycle();
+    ledger_.rounds.Measure(now);
     ShowLine(now);
   }
   const bool degraded = member.health.state() == DeviceState::degraded;
   const std::string_view good = degraded ? "some of its exchanges fail" : "it answers";
   const std::string_view why = outcome == Outcome::ok ? good : Name(outcome);
-  ledger_.OnState(member, reason.empty() ? std::string(why) : reason);
+  ledger_.states.OnState(member, reason.empty() ? std::string(why) : reason);
 }
 
 void Upkeep::OnUnasked(Device& device, Outcome outcome, const std::string& reason,
                        const Finding& finding, Instant now) {
   device.health.OnExchange(outcome);
-  ledger_.OnUnasked(device, outcome, reason, finding);
+  ledger_.line.OnUnasked(outcome);
+  ledger_.devices.OnUnasked(device, outcome, reason, finding);
   if (ProvesLife(outcome)) {
     OnTask(device, Outcome::ok, {}, now);
   } else {
-    ledger_.OnState(device, reason);
+    ledger_.states.OnState(device, reason);
   }
 }
 
 void Upkeep::SetInUse(Device& device, bool in_use, bool open, Instant now) {
   device.in_use = in_use;
-  chooser_.DropParked(device);
+  chooser_.parked().Drop(device);
   schedule_.Suspend(device.place);
   if (in_use) {
     Reconnect(device, now);
     if (open && !device.health.offline()) schedule_.Restart(device.place, now);
   }
-  ledger_.MeasureCycle();
-  ledger_.OnState(device, in_use ? "taken into use" : "taken out of use");
+  ledger_.rounds.Measure(now);
+  ledger_.states.OnState(device, in_use ? "taken into use" : "taken out of use");
 }
 
 void Upkeep::OnEnabled(Device& device, bool open, Instant now) {
   device.conversation->OnEnabled();
-  ledger_.OnMemory(device);
+  ledger_.states.OnMemory(device);
   schedule_.Release(device.place);
   if (!device.in_use || !open || device.health.offline()) return;
-  chooser_.DropParked(device);
+  chooser_.parked().Drop(device);
   schedule_.Restart(device.place, now);
 }
 
 void Upkeep::OnReplaced(Device& device, Now now) {
   device.conversation->OnReconnect();
-  if (device.LearnTimes()) ledger_.ShowTimes(device);
+  if (device.LearnTimes()) ledger_.states.ShowTimes(device);
   Plan(device);
   std::vector<Sample> unknown;
   for (std::size_t point = 0; point < device.config->points.size(); ++point) {
@@ -154,18 +158,18 @@ void Upkeep::OnReplaced(Device& device, Now now) {
   }
   store_.Update(device.index, unknown, now, {});
   schedule_.Restart(device.place, now.instant);
-  ledger_.OnReplaced(device);
+  ledger_.states.OnReplaced(device);
 }
 
 void Upkeep::OnRecalled(Device& device) {
   Plan(device);
-  ledger_.OnTrouble(device);
+  ledger_.states.OnTrouble(device);
 }
 
 void Upkeep::OnHeard(Device& device, Instant now) {
-  ledger_.OnMemory(device);
+  ledger_.states.OnMemory(device);
   device.LearnTimes();
-  if (!ledger_.OnTrouble(device)) return;
+  if (!ledger_.states.OnTrouble(device)) return;
   // What was read before is another device's.
   DoubtAll(device, now);
   schedule_.Restart(device.place, now);
@@ -229,8 +233,9 @@ void Upkeep::Plan(Device& device) {
   std::vector<config::Group> groups;
   for (const Query& query : device.conversation->Queries()) groups.push_back(query.group);
   schedule_.SetQueries(device.place, std::move(groups), device.conversation->HasEvents());
-  chooser_.DropParked(device);  // its query may be another one now
-  ledger_.OnPlan(device);
+  chooser_.parked().Drop(device);  // its query may be another one now
+  ledger_.devices.OnPlan(device);
+  ledger_.rounds.OnPlan(device);
 }
 
 void Upkeep::PlanBackground(const Device& device) {

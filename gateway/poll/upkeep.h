@@ -52,7 +52,7 @@ class Upkeep {
   /// No request of the member, or of one that is the same on the wire, may be met by what is still
   /// under way: their polls wait.
   void HoldBack(const Member& member);
-  void ShowLine(Instant now) { ledger_.ShowLine(chooser_.probes().NoticeBound(now)); }
+  void ShowLine(Instant now) { ledger_.line.Show(chooser_.probes().NoticeBound(now)); }
 
   /// What could not be read once is tried again after the slow period, at least every hour; of the
   /// daily group the whole round, at most every 5 min.

@@ -31,19 +31,20 @@ void WaitingClients::ReadNow(WriteCommand command, const Device* unasked, Instan
   for (const std::uint32_t point : command.reads) {
     agenda_.write_queue.AddReadBacks(device.place, device.conversation->Queries(), point);
   }
+  command.MoveTo(WriteState::reading_back);
   agenda_.write_queue.Confirm(std::move(command), now);
 }
 
 void WaitingClients::AnswerCommands(Instant now) {
-  const WriteQueue::Expired expired = agenda_.write_queue.TakeExpired(now);
-  for (const WriteQueue::Confirmed& one : expired.confirmed) Answer(one);
-  for (const WriteCommand& command : expired.unsent) {
+  WriteQueue::Expired expired = agenda_.write_queue.TakeExpired(now);
+  for (WriteQueue::Confirmed& one : expired.confirmed) Answer(one);
+  for (WriteCommand& command : expired.unsent) {
     const Device& device = roster_.DeviceAt(command.device);
     const bool in_vain = !Answers(device.health.state()) || agenda_.schedule.doubted(device.place);
     NotSent(command, in_vain ? "the device does not answer, and the command waited for it in vain"
                              : "the command waited for the line beyond its deadline");
   }
-  while (const auto refused = agenda_.write_queue.Take(
+  while (auto refused = agenda_.write_queue.Take(
              [&](const WriteCommand& command) { return WhyNotAsked(command) != nullptr; })) {
     NotSent(*refused, WhyNotAsked(*refused));
   }
@@ -56,24 +57,23 @@ const char* WaitingClients::WhyNotAsked(const WriteCommand& command) const {
   return device.health.offline() ? "the device is offline" : nullptr;
 }
 
-void WaitingClients::NotSent(const WriteCommand& command, const std::string& reason) {
+void WaitingClients::NotSent(WriteCommand& command, const std::string& reason) {
   if (!command.writes.empty()) {
-    ledger_.OnWrite(roster_.DeviceAt(command.device), WriteEnd::not_sent, false);
+    accounts_.OnWrite(roster_.DeviceAt(command.device), WriteEnd::not_sent, false);
   }
   command.End({.end = WriteEnd::not_sent, .reason = reason});
 }
 
 void WaitingClients::AnswerConfirmed(bool reading_back) {
-  for (const WriteQueue::Confirmed& one : agenda_.write_queue.TakeConfirmed(reading_back))
-    Answer(one);
+  for (WriteQueue::Confirmed& one : agenda_.write_queue.TakeConfirmed(reading_back)) Answer(one);
 }
 
-void WaitingClients::Answer(const WriteQueue::Confirmed& one) {
+void WaitingClients::Answer(WriteQueue::Confirmed& one) {
   Verdict verdict;
   store_.Read(one.command.device,
               [&](const DeviceRecord& record) { verdict = VerdictOn(one, record); });
   if (one.written > 0) {
-    ledger_.OnWrite(roster_.DeviceAt(one.command.device), verdict.result.end, !verdict.lost);
+    accounts_.OnWrite(roster_.DeviceAt(one.command.device), verdict.result.end, !verdict.lost);
   }
   one.command.End(verdict.result);
 }
@@ -103,9 +103,9 @@ void WaitingClients::AnswerRouted(const Chooser::Idle& idle, bool line_is_free) 
 }
 
 void WaitingClients::AnswerAll(const std::string& reason) {
-  const std::vector<WriteCommand> unsent = agenda_.write_queue.TakeAll();
+  std::vector<WriteCommand> unsent = agenda_.write_queue.TakeAll();
   AnswerConfirmed(false);
-  for (const WriteCommand& command : unsent) NotSent(command, reason);
+  for (WriteCommand& command : unsent) NotSent(command, reason);
   for (RoutedRequest& request : agenda_.routes.queue().TakeAll()) {
     request.done({Outcome::line_down, {}, reason});
   }

@@ -17,7 +17,7 @@
 #include <vector>
 
 #include "gateway/poll/chooser.h"
-#include "gateway/poll/ledger.h"
+#include "gateway/poll/device_accounts.h"
 #include "gateway/poll/roster.h"
 #include "gateway/poll/write_queue.h"
 #include "gateway/requests/routed.h"
@@ -29,12 +29,13 @@ namespace baudgate {
 class WaitingClients {
  public:
   /// All references outlive it.
-  WaitingClients(const PointStore& store, const Roster& roster, Chooser& chooser, Ledger& ledger)
+  WaitingClients(const PointStore& store, const Roster& roster, Chooser& chooser,
+                 DeviceAccounts& accounts)
       : store_(store),
         roster_(roster),
         chooser_(chooser),
         agenda_(chooser.agenda()),
-        ledger_(ledger) {}
+        accounts_(accounts) {}
 
   /// A command with points to be read and none to be written: as if these had been written just
   /// now. `unasked`: the device that speaks by itself; null: there is none.
@@ -48,17 +49,17 @@ class WaitingClients {
   /// The port is closed: all.
   void AnswerAll(const std::string& reason);
 
-  void NotSent(const WriteCommand& command, const std::string& reason);
+  void NotSent(WriteCommand& command, const std::string& reason);
 
  private:
   const char* WhyNotAsked(const WriteCommand& command) const;
-  void Answer(const WriteQueue::Confirmed& one);
+  void Answer(WriteQueue::Confirmed& one);
 
   const PointStore& store_;
   const Roster& roster_;
   Chooser& chooser_;
   Agenda& agenda_;  // the chooser's
-  Ledger& ledger_;
+  DeviceAccounts& accounts_;
 };
 
 }  // namespace baudgate

@@ -39,23 +39,12 @@ bool IsRefusal(Outcome outcome) { return ProvesLife(outcome) && outcome != Outco
 
 }  // namespace
 
-WhoseReply::State& WhoseReply::Of(const Member& member) const {
-  if (states_.size() <= member.place) states_.resize(member.place + 1);
-  return states_[member.place];
-}
-
-AnswerOrder& WhoseReply::OrderOf(const Member& member) const {
-  State& own = Of(member);
-  return own.first == kSelf ? own.order : states_[own.first].order;
-}
-
 void WhoseReply::Recognise(Member& member, const Bytes& sender) {
   if (!member.sender.empty() || sender.empty()) return;
   member.sender = sender;
   for (const Member* other : roster_.everyone()) {
     if (other == &member || !member.IsSame(*other)) continue;
-    const std::size_t first = Of(*other).first;
-    Of(member).first = first == kSelf ? other->place : first;
+    states_[member].first = FirstOf(*other);
     return;
   }
 }
@@ -74,7 +63,7 @@ bool WhoseReply::NeedsProbeFirst(const Asked& asked, Instant now) const {
   const Member& member = *asked.member;
   const bool answered = asked.request->expect.reply == Expectation::Reply::one;
   if (!asked.first || !answered || !member.in_use || member.device == nullptr) return false;
-  const State& state = Of(member);
+  const State& state = states_[member];
   const Duration holds = asked.renews ? kProofRenews : kProofHolds;
   if (!state.answered_probe || now - state.proven_at > holds) return true;
   if (IsSafe(asked) || IsUnprovable(member)) return false;
@@ -104,7 +93,7 @@ void WhoseReply::OnSent(const Asked& asked, Instant now) {
 /// one that is known.
 bool WhoseReply::Fits(const Asked& asked, View frame, Outcome outcome) const {
   if (!ProvesLife(outcome)) return false;
-  const Identity& identity = Of(*asked.member).identity;
+  const Identity& identity = states_[*asked.member].identity;
   return !identity.IsAskedBy(asked.request->bytes) || identity.Is(frame) ||
          (identity.names() && IsRefusal(outcome));
 }
@@ -114,7 +103,7 @@ bool WhoseReply::Fits(const Asked& asked, View frame, Outcome outcome) const {
 bool WhoseReply::MayAnswer(const SentRequest& sent, View frame, Outcome outcome) const {
   if (sent.place == SentRequest::kNobody) return false;
   const Member& asked = *roster_.everyone()[sent.place];
-  const Identity& identity = Of(asked).identity;
+  const Identity& identity = states_[asked].identity;
   if (identity.IsAskedBy(sent.bytes)) {
     return identity.Is(frame) || (identity.names() && IsRefusal(outcome));
   }
@@ -128,7 +117,7 @@ bool WhoseReply::MayAnswer(const SentRequest& sent, View frame, Outcome outcome)
 bool WhoseReply::IsReplaced(const Asked& asked, View frame, Outcome outcome,
                             const AnswerOrder::MayAnswer& may_answer) {
   const Request& request = *asked.request;
-  State& state = Of(*asked.member);
+  State& state = states_[*asked.member];
   if (asked.probe && ProvesLife(outcome)) {
     state.proofless = IsProof(request) ? 0 : state.proofless + 1;
   }
@@ -159,7 +148,7 @@ void WhoseReply::Count(const Asked& asked, bool fits, Outcome outcome,
 /// strangers any more.
 void WhoseReply::Learn(const Asked& asked, View frame, Outcome outcome) {
   const Request& request = *asked.request;
-  State& state = Of(*asked.member);
+  State& state = states_[*asked.member];
   AnswerOrder& order = OrderOf(*asked.member);
   const bool names = request.steady && ProvesLife(outcome) && outcome != Outcome::busy;
   if (names && !state.identity.known() && order.IsAnswerTo(request.bytes)) {
@@ -176,7 +165,7 @@ void WhoseReply::Learn(const Asked& asked, View frame, Outcome outcome) {
 WhoseReply::Verdict WhoseReply::OnReply(const Asked& asked, View frame, Outcome outcome) {
   const bool proof = IsProof(*asked.request);
   const auto may_answer = [&](const SentRequest& sent) { return MayAnswer(sent, frame, outcome); };
-  State& state = Of(*asked.member);
+  State& state = states_[*asked.member];
   AnswerOrder& order = OrderOf(*asked.member);
   Verdict verdict;
   verdict.replaced = IsReplaced(asked, frame, outcome, may_answer);
@@ -198,7 +187,7 @@ WhoseReply::Verdict WhoseReply::OnReply(const Asked& asked, View frame, Outcome 
 
 void WhoseReply::OnEnd(const Asked& asked, Outcome outcome, bool silent, Instant now) {
   // After damage, and after others' replies, an answer may still come.
-  State& state = Of(*asked.member);
+  State& state = states_[*asked.member];
   if (!ProvesLife(outcome) && outcome != Outcome::unexpected && asked.member->device == nullptr) {
     lost_.OnLost(*asked.member, asked.request->bytes, now);
   }
@@ -210,14 +199,15 @@ void WhoseReply::OnEnd(const Asked& asked, Outcome outcome, bool silent, Instant
 
 void WhoseReply::OnOpened(const Member& member, Instant now) {
   OrderOf(member).OnStranger(now);
-  Of(member).strangers = true;
+  states_[member].strangers = true;
 }
 
 void WhoseReply::OnReconnect(const Member& member) {
-  Of(member).answered_probe = false;
-  Of(member).proofless = 0;
-  Of(member).lag = 0;
-  Of(member).read = false;
+  State& state = states_[member];
+  state.answered_probe = false;
+  state.proofless = 0;
+  state.lag = 0;
+  state.read = false;
 }
 
 void WhoseReply::OnSecondReply(const Member& member) {

@@ -9,13 +9,13 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <deque>
 #include <optional>
 #include <utility>
 
 #include "gateway/base/outcome.h"
 #include "gateway/poll/answer_order.h"
 #include "gateway/poll/asked.h"
+#include "gateway/poll/by_member.h"
 #include "gateway/poll/identity.h"
 #include "gateway/poll/lost_replies.h"
 #include "gateway/poll/roster.h"
@@ -34,9 +34,11 @@ class WhoseReply {
   bool NeedsProbeFirst(const Asked& asked, Instant now) const;
   /// Until when its latest proof holds, and from when on it may be renewed.
   Instant ProofEnds(const Member& member) const {
-    return Of(member).answered_probe ? Of(member).proven_at + kProofHolds : Instant{};
+    return states_[member].answered_probe ? states_[member].proven_at + kProofHolds : Instant{};
   }
-  Instant ProofRenews(const Member& member) const { return Of(member).proven_at + kProofRenews; }
+  Instant ProofRenews(const Member& member) const {
+    return states_[member].proven_at + kProofRenews;
+  }
   /// The latest reply may belong to this, the latest request.
   bool MayBeInStep(const Asked& asked) const;
   /// The latest reply belongs to this request or its repetitions, and to no earlier task's.
@@ -51,22 +53,24 @@ class WhoseReply {
   /// Another device of the line may owe a reply that comes before the awaited one.
   bool OthersOwe(const Asked& asked) const { return line_.Owed() > OrderOf(*asked.member).Owed(); }
   /// Nothing but its own reply can come: a reply of an odd form is its own as well.
-  bool MayBeOdd(const Asked& asked) const { return Of(*asked.member).read && Owed(asked) == 1; }
+  bool MayBeOdd(const Asked& asked) const {
+    return states_[*asked.member].read && Owed(asked) == 1;
+  }
   /// Its latest probe was answered with the reply to an earlier one, or may have been.
-  bool Lags(const Member& member) const { return Of(member).lag > 0; }
+  bool Lags(const Member& member) const { return states_[member].lag > 0; }
   /// Nothing but its own reply to a client's request can come. Of slaves that only routes reach no
   /// order is kept: they owe nothing when all that they were lately asked was answered.
   bool IsOwedAlone(const Asked& asked) const;
   /// Lost replies of slaves that only routes reach.
   LostReplies& lost() { return lost_; }
   /// It tells its name: another device in its place would be found out.
-  bool HasName(const Member& member) const { return Of(member).identity.names(); }
+  bool HasName(const Member& member) const { return states_[member].identity.names(); }
   /// Nothing is owed by it.
   bool IsInStep(const Member& member) const { return OrderOf(member).IsInStep(); }
   /// It answers probes, and none of them is a proof: after a disturbance nothing shows whose its
   /// replies are.
   bool IsUnprovable(const Member& member) const {
-    return Of(member).proofless >= kProbesWithoutProof;
+    return states_[member].proofless >= kProbesWithoutProof;
   }
 
   /// So long nothing was asked that nothing can be owed, unless by count; of a device whose order
@@ -115,8 +119,15 @@ class WhoseReply {
   static constexpr Duration kProofRenews = 45s;
   static constexpr std::size_t kSelf = static_cast<std::size_t>(-1);
 
-  State& Of(const Member& member) const;
-  AnswerOrder& OrderOf(const Member& member) const;
+  /// The place of the entry whose order counts for it.
+  std::size_t FirstOf(const Member& member) const {
+    const std::size_t first = states_[member].first;
+    return first == kSelf ? member.place : first;
+  }
+  AnswerOrder& OrderOf(const Member& member) { return states_.At(FirstOf(member)).order; }
+  const AnswerOrder& OrderOf(const Member& member) const {
+    return states_.At(FirstOf(member)).order;
+  }
   /// Whatever came in place of its reply would be found out.
   bool IsSafe(const Asked& asked) const;
   bool Fits(const Asked& asked, View frame, Outcome outcome) const;
@@ -128,7 +139,7 @@ class WhoseReply {
   void Learn(const Asked& asked, View frame, Outcome outcome);
 
   const Roster& roster_;
-  mutable std::deque<State> states_;  // by place
+  ByMember<State> states_;
   LostReplies lost_;
   AnswerOrder line_;  // of all requests, whoever they went to
 };

@@ -34,7 +34,7 @@ WriteEnd WriteEndOf(Outcome outcome, bool sent, bool may_have_acted) {
     case Outcome::busy:
       return WriteEnd::busy;
     default:
-      return sent ? WriteEnd::unknown : WriteEnd::not_sent;
+      return EndUnheard(sent);
   }
 }
 

@@ -27,6 +27,7 @@ std::vector<typename Commands::value_type> TakeLate(Commands& commands, Instant 
 
 void WriteQueue::Push(WriteCommand command) {
   command.sequence = NextSequence();
+  command.MoveTo(WriteState::queued);
   waiting_.push_back(std::move(command));
 }
 

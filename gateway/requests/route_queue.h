@@ -62,10 +62,11 @@ class RouteQueue {
 
   std::vector<RoutedRequest> TakeExpired(Instant now);
   std::vector<RoutedRequest> TakeAll();
-  /// Answers what waits of a client that has left. How many those were.
-  std::size_t Forget(std::uint64_t client);
+  /// Answers what waits of a client that has left.
+  void Forget(std::uint64_t client);
 
   bool empty() const { return waiting_.empty(); }
+  std::size_t size() const { return waiting_.size(); }
   bool HasShortWrite() const;
   bool HasAny(const MayAsk& may_ask) const;
   /// The sequence of the first write that waits for this slave, or for all.

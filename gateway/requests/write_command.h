@@ -8,6 +8,7 @@
 #pragma once
 
 #include <atomic>
+#include <cassert>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -19,6 +20,7 @@
 #include "gateway/base/time.h"
 #include "gateway/base/value.h"
 #include "gateway/base/write_result.h"
+#include "gateway/requests/write_state.h"
 
 namespace baudgate {
 
@@ -48,6 +50,7 @@ struct WriteCommand {
   std::shared_ptr<Telegram> telegram{};
   Instant deadline;            ///< nothing is sent later; answered no_reply when it passes
   std::uint64_t sequence = 0;  ///< the line's own: its place among all writes to the line
+  WriteState state = WriteState::asked;
   /// Asked right before each point is begun: why it must not be written now, if it must not.
   /// Null: nothing speaks against it.
   std::function<std::optional<std::string>(Instant now)> why_not;
@@ -62,9 +65,15 @@ struct WriteCommand {
 
   /// It has ended: the observers hear of it, the latest first, then its client. Exactly once, on
   /// any thread, unless Submit said no.
-  void End(const WriteResult& result) const {
+  void End(const WriteResult& result) {
+    assert(MayEnd(state, result.end));
+    MoveTo(WriteState::ended);
     for (std::size_t i = observers.size(); i-- > 0;) observers[i](result);
     done(result);
+  }
+  void MoveTo(WriteState next) {
+    assert(MayFollow(state, next));
+    state = next;
   }
 };
 

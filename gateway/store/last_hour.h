@@ -1,5 +1,5 @@
 // The last hour of a device in minutes: how much of it was answered, and what the line's time went
-// to. Written by gateway/poll/ledger.cpp.
+// to. Written by gateway/poll/device_accounts.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -60,7 +60,7 @@ bool VirtualLine::Submit(WriteCommand command) {
   return poller_->Submit(std::move(command), now());
 }
 void VirtualLine::Submit(RoutedRequest request) { poller_->Submit(std::move(request), now()); }
-bool VirtualLine::asking() const { return sends_ > poller_->ledger().counters().exchanges; }
+bool VirtualLine::asking() const { return sends_ > poller_->ledger().line.counters().exchanges; }
 
 void VirtualLine::Open() {
   open_ = true;

@@ -16,9 +16,6 @@ namespace baudgate::modbus {
 namespace {
 
 constexpr Duration kConnectTimeout = 5s;  // name look-up and connection together
-/// A server that returns is not kept waiting longer: only a request makes us look for it.
-constexpr Duration kLongestPause = 5s;
-constexpr std::size_t kMostExpired = 64;
 
 }  // namespace
 
@@ -26,8 +23,8 @@ constexpr std::size_t kMostExpired = 64;
 
 bool Upstream::Link::Submit(RoutedRequest request) {
   const MutexLock lock(mutex_);
-  if (!accepting_ || waiting_ >= RouteQueue::LimitFor(request, kMostWaiting)) return false;
-  ++waiting_;
+  const std::size_t waiting = incoming_.size() + queued_;
+  if (!accepting_ || waiting >= RouteQueue::LimitFor(request, kMostWaiting)) return false;
   incoming_.push_back(std::move(request));
   if (incoming_.size() == 1) {
     asio::post(io_, [self = shared_from_this()] { self->TakeIncoming(); });
@@ -50,11 +47,11 @@ void Upstream::Link::Start() {
 
 void Upstream::Link::Rest() {
   resting_ = true;
-  CloseAtRest();
+  TakeIncoming();
 }
 
 void Upstream::Link::CloseAtRest() {
-  if (!resting_ || !connection_ || waiting_ > 0 || !on_wire_.empty()) return;
+  if (!resting_ || !connection_ || !queue_.empty() || !on_wire_.empty()) return;
   std::exchange(connection_, nullptr)->Close();
   log::Info("modbus: {}: disconnected, as no route leads there any more", name_);
 }
@@ -66,11 +63,12 @@ void Upstream::Link::Stop() {
     accepting_ = false;
     for (RoutedRequest& request : incoming_) queue_.Push(std::move(request));
     incoming_.clear();
+    queued_ = 0;
   }
   timer_.cancel();
   if (connection_) std::exchange(connection_, nullptr)->Close();
   const std::string why = "the gateway is stopping";
-  for (const Sent& sent : std::exchange(on_wire_, {})) {
+  for (const Sent& sent : on_wire_.TakeAll()) {
     AnswerSent(sent, Outcome::no_reply, {}, why);
   }
   AnswerUnsent(queue_.TakeAll(), Outcome::line_down, why);
@@ -86,58 +84,52 @@ bool Upstream::Link::Gather() {
   if (!accepting_) return false;
   for (RoutedRequest& request : incoming_) queue_.Push(std::move(request));
   incoming_.clear();
+  queued_ = queue_.size();
   return true;
 }
 
-/// What is on the wire stays there, so that its reply is known when it comes.
 void Upstream::Link::Drop(std::uint64_t client) {
   if (!Gather()) return;
-  const auto its = [client](const RoutedRequest& request) { return request.client == client; };
-  waiting_ -= queue_.Forget(client);
-  for (Sent& sent : on_wire_) {
-    std::erase_if(sent.requests, [&its](const RoutedRequest& request) {
-      if (its(request)) request.done(ClientHasLeft(true));
-      return its(request);
-    });
-  }
+  queue_.Forget(client);
+  queued_ = queue_.size();
+  on_wire_.Forget(client);
 }
 
 /// Whatever has happened: does what is to be done now.
 void Upstream::Link::Work() {
-  const Instant now = ReadClocks().instant;
+  const Instant now = clock_();
   ExpireWaiting(now);
   ExpireSent(now);
   if (connection_ && !connection_->connected() && now >= connect_by_) {
-    Break("does not answer; is it on and reachable?");
+    Break("does not answer; is it on and reachable?", now);
   }
   RefusePaused(now);
   if (connection_ && connection_->connected()) Pump(now);
   if (!connection_ && !queue_.empty()) {
-    if (now >= retry_at_) {
+    if (reconnect_.MayConnect(now)) {
       Connect(now);
     } else {
-      AnswerUnsent(queue_.TakeAll(), Outcome::line_down, trouble_);
+      AnswerUnsent(queue_.TakeAll(), Outcome::line_down, reconnect_.trouble());
     }
   }
   CloseAtRest();
-  Arm();
+  queued_ = queue_.size();
+  Arm(now);
 }
 
-void Upstream::Link::Arm() {
+void Upstream::Link::Arm(Instant now) {
   std::optional<Instant> next = queue_.Deadline();
-  const auto consider = [&next](Instant at) { next = next ? std::min(*next, at) : at; };
+  const auto consider = [&next](std::optional<Instant> at) {
+    if (at) next = std::min(next.value_or(*at), *at);
+  };
   if (connection_ && !connection_->connected()) consider(connect_by_);
-  for (const Sent& sent : on_wire_) {
-    consider(sent.deadline);
-    for (const RoutedRequest& request : sent.requests) consider(request.deadline);
-    const Instant tried_out = sent.at + kTriedOut;
-    if (sent.repeated() && !queue_.empty() && tried_out > ReadClocks().instant) consider(tried_out);
-  }
+  consider(on_wire_.Deadline());
+  if (!queue_.empty()) consider(on_wire_.TriedOutAt(now));
   if (!next) {
     timer_.cancel();
     return;
   }
-  timer_.expires_at(*next);
+  timer_.expires_after(*next - now);
   timer_.async_wait([self = shared_from_this()](const asio::error_code& error) {
     if (!error) self->Work();
   });
@@ -160,45 +152,25 @@ void Upstream::Link::RefusePaused(Instant now) {
   }
 }
 
+/// Should the rest of a reply never come that is half here, the next would be taken for it.
 void Upstream::Link::ExpireSent(Instant now) {
-  for (Sent& sent : on_wire_) {
-    const auto late = [now](const RoutedRequest& request) { return request.deadline <= now; };
-    Sent expired{sent.id, sent.unit, sent.pdu, sent.at, sent.deadline, {}};
-    std::ranges::copy_if(sent.requests, std::back_inserter(expired.requests), late);
-    std::erase_if(sent.requests, late);
-    AnswerSent(expired, Outcome::no_reply, {}, name_ + " did not answer in time");
-    if (sent.deadline <= now) ++ignored_[sent.unit];
-    if (sent.deadline <= now && sent.at >= silent_from_) {
-      ++silent_;
-      silent_from_ = now;
-    }
+  const std::vector<Sent> expired = on_wire_.TakeExpired(now);
+  for (const Sent& sent : expired) {
+    AnswerSent(sent, Outcome::no_reply, {}, name_ + " did not answer in time");
   }
-  const auto over = std::stable_partition(on_wire_.begin(), on_wire_.end(),
-                                          [now](const Sent& sent) { return sent.deadline > now; });
-  if (over == on_wire_.end()) return;
-  for (auto sent = over; sent != on_wire_.end(); ++sent) expired_.push_back({sent->id, sent->unit});
-  on_wire_.erase(over, on_wire_.end());
-  if (expired_.size() > kMostExpired)
-    expired_.erase(expired_.begin(), expired_.end() - kMostExpired);
-  if (!connection_) return;
-  if (silent_ >= kSilentDeadlines) return Break("does not answer any more");
-  if (!HasHalfOfExpired()) return;
+  const bool over =
+      std::ranges::any_of(expired, [now](const Sent& sent) { return sent.deadline <= now; });
+  if (!over || !connection_) return;
+  if (on_wire_.IsSilent()) return Break("does not answer any more", now);
+  if (!connection_->in_frame() || !on_wire_.IsOfExpired(connection_->frame_id())) return;
   TakeBackReads(nullptr);
-  Break("left a reply unfinished");
-}
-
-/// Should the rest never come, the next reply would be taken for it.
-bool Upstream::Link::HasHalfOfExpired() const {
-  if (!connection_->in_frame()) return false;
-  const auto id = connection_->frame_id();
-  return on_wire_.empty() ||
-         (id && std::ranges::find(expired_, *id, &Expired::id) != expired_.end());
+  Break("left a reply unfinished", now);
 }
 
 void Upstream::Link::AnswerUnsent(const std::vector<RoutedRequest>& requests, Outcome outcome,
                                   const std::string& reason) {
-  waiting_ -= requests.size();
-  const Instant now = ReadClocks().instant;
+  queued_ = queue_.size();  // whoever is answered may ask again at once
+  const Instant now = clock_();
   for (const RoutedRequest& request : requests) {
     RoutedReply reply;
     reply.outcome = outcome;
@@ -208,91 +180,51 @@ void Upstream::Link::AnswerUnsent(const std::vector<RoutedRequest>& requests, Ou
   }
 }
 
-void Upstream::Link::AnswerSent(const Sent& sent, Outcome outcome, View pdu,
-                                const std::string& reason) {
-  const bool unknown = outcome == Outcome::no_reply && !sent.only_reads();
-  for (std::size_t i = 0; i < sent.requests.size(); ++i) {
-    RoutedReply reply;
-    reply.outcome = outcome;
-    reply.pdu = Bytes(pdu.begin(), pdu.end());
-    reply.reason = reason + (unknown ? "; the request may have been carried out" : "");
-    reply.sent = true;
-    reply.shared = i > 0;
-    reply.waited = sent.at - sent.requests[i].arrived;
-    sent.requests[i].done(std::move(reply));
-  }
-}
-
 // ---------------------------------------------------------------- the connection
 
 void Upstream::Link::Connect(Instant now) {
   connection_ = std::make_shared<UpstreamConnection>(io_, *this);
   connect_by_ = now + kConnectTimeout;
-  silent_ = 0;
-  silent_from_ = now;
-  expired_.clear();
+  on_wire_.OnConnecting(now);
   connection_->Open(host_, port_);
 }
 
 void Upstream::Link::OnConnected() {
   log::Info("modbus: {}: connected", name_);
-  trouble_.clear();
-  ladder_.Reset();
+  reconnect_.OnConnected();
   Work();
 }
 
+/// A server that closes after its reply has not looked at what was sent meanwhile.
 void Upstream::Link::OnBroken(const std::string& reason) {
-  if (connection_->connected() && !connection_->in_frame()) OnClosed(ReadClocks().instant);
-  Break(reason);
+  const Instant now = clock_();
+  if (connection_->connected() && !connection_->in_frame()) {
+    const Sent* const suspect = on_wire_.Suspect();
+    if (suspect != nullptr) pauses_.OnClosed(suspect->unit, now);
+    TakeBackReads(suspect);
+  }
+  Break(reason, now);
   Work();
 }
 
-/// A server that closes after its reply has not looked at what was sent meanwhile. One that closes
-/// because of a request does so again when that is repeated, and of those one at a time is on the
-/// wire: the latest of them was the reason.
-void Upstream::Link::OnClosed(Instant now) {
-  const Sent* reason = nullptr;
-  for (const Sent& sent : on_wire_) {
-    if (sent.repeated() && (reason == nullptr || sent.at >= reason->at)) reason = &sent;
-  }
-  if (reason != nullptr) pauses_.OnClosed(reason->unit, now);
-  TakeBackReads(reason);
-}
-
-/// Whether the server has carried out a write cannot be known; a read may be sent once more, and
-/// again where another was the reason that the connection ended.
 void Upstream::Link::TakeBackReads(const Sent* reason) {
-  for (auto sent = on_wire_.rbegin(); sent != on_wire_.rend(); ++sent) {
-    const bool again = reason == nullptr && sent->repeated();
-    if (!sent->only_reads() || again || &*sent == reason) continue;
-    if (reason == nullptr) {
-      for (RoutedRequest& request : sent->requests) ++request.tries;
-    }
-    waiting_ += sent->requests.size();
-    queue_.Return(std::exchange(sent->requests, {}));
-  }
+  for (RouteQueue::Batch& reads : on_wire_.TakeReads(reason)) queue_.Return(std::move(reads));
 }
 
-/// The next request makes a new connection: at once when the server has accepted this one, else
-/// after a pause.
-void Upstream::Link::Break(const std::string& reason) {
+void Upstream::Link::Break(const std::string& reason, Instant now) {
   const bool accepted = connection_->connected();
   std::exchange(connection_, nullptr)->Close();
-  retry_at_ =
-      accepted ? Instant::min() : ReadClocks().instant + std::min(ladder_.Next(), kLongestPause);
   const std::string text = name_ + " " + reason;
-  if (text != trouble_) log::Warn("modbus: {}", text);
-  trouble_ = text;
-  for (const Sent& sent : std::exchange(on_wire_, {})) {
-    AnswerSent(sent, Outcome::no_reply, {}, text);
-  }
+  if (reconnect_.OnBroken(accepted, text, now)) log::Warn("modbus: {}", text);
+  for (const Sent& sent : on_wire_.TakeAll()) AnswerSent(sent, Outcome::no_reply, {}, text);
 }
 
 // ---------------------------------------------------------------- the outside
 
-Upstream::Upstream(asio::io_context& io, std::string host, std::uint16_t port,
-                   std::function<void(std::uint8_t)> on_late)
-    : link_(std::make_shared<Link>(io, std::move(host), port, std::move(on_late))) {}
+Upstream::Upstream(asio::io_context& io, std::string host, std::uint16_t port, OnLate on_late,
+                   Clock clock)
+    : link_(std::make_shared<Link>(io, std::move(host), port, std::move(on_late),
+                                   std::move(clock))) {}
 
 Upstream::~Upstream() { Stop(); }
 

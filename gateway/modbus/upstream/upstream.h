@@ -10,6 +10,7 @@
 #include <memory>
 #include <string>
 
+#include "gateway/base/time.h"
 #include "gateway/requests/routed.h"
 
 namespace baudgate::modbus {
@@ -23,22 +24,14 @@ class Upstream final : public RouteTarget {
  public:
   /// Requests that wait to be sent; more are not let in, but for some short writes.
   static constexpr std::size_t kMostWaiting = 512;
-  /// Requests that the server has not answered yet. The last places are for short writes, so that
-  /// reads of units that do not answer hold up no stop.
-  static constexpr std::size_t kMostOnWire = 16;
-  static constexpr std::size_t kKeptForWrites = 4;
-  /// At most so many of these go to one unit; beyond them only short writes go out.
-  static constexpr std::size_t kMostPerUnit = 4;
-  /// Deadlines that pass one after the other without a sign of the server: then the connection
-  /// is made anew. Without a sign of one unit: then it has one request at a time until it answers.
-  static constexpr int kSilentDeadlines = 3;
-  /// A server that closes the connection because of a request does so within this time.
-  static constexpr Duration kTriedOut = std::chrono::milliseconds(200);
+  using OnLate = std::function<void(std::uint8_t unit)>;
+  using Clock = std::function<Instant()>;
 
   /// `host` is a name or an address. `on_late`: a reply of this unit came after its request's
   /// deadline and was dropped. The io_context outlives the upstream.
-  Upstream(asio::io_context& io, std::string host, std::uint16_t port,
-           std::function<void(std::uint8_t unit)> on_late);
+  Upstream(
+      asio::io_context& io, std::string host, std::uint16_t port, OnLate on_late,
+      Clock clock = [] { return ReadClocks().instant; });
   ~Upstream() override;
   Upstream(const Upstream&) = delete;
   Upstream& operator=(const Upstream&) = delete;

@@ -16,103 +16,73 @@ constexpr std::size_t kShownOfReply = 16;  // bytes, in a reason
 }  // namespace
 
 void Upstream::Link::Pump(Instant now) {
-  while (connection_ && on_wire_.size() < kMostOnWire) {
+  while (connection_ && !on_wire_.full()) {
     RouteQueue::Batch batch = Choose(now);
     if (batch.empty()) return;
-    Send(now, std::move(batch));
+    Send(std::move(batch), now);
   }
 }
 
-/// A unit that does not answer takes neither all places nor, in the end, more than one.
-bool Upstream::Link::HasRoom(std::uint8_t unit) const {
-  if (on_wire_.size() >= kMostOnWire - kKeptForWrites) return false;
-  const auto count = std::ranges::count(on_wire_, unit, &Sent::unit);
-  return count < (ignored_[unit] < kSilentDeadlines ? static_cast<int>(kMostPerUnit) : 1);
-}
-
-/// The server has not closed yet because of the request that is repeated, and may.
-bool Upstream::Link::IsTryingOut(Instant now) const {
-  return std::ranges::any_of(
-      on_wire_, [now](const Sent& sent) { return sent.repeated() && now < sent.at + kTriedOut; });
-}
-
 RouteQueue::Batch Upstream::Link::Choose(Instant now) {
-  const auto no_write = [this](const RoutedRequest& request) {
-    return std::ranges::none_of(on_wire_, [&request](const Sent& sent) {
-      return !sent.only_reads() && (request.broadcast || sent.unit == request.slave);
-    });
+  const auto may_follow = [this](const RoutedRequest& request) {
+    return on_wire_.MayFollow(request);
   };
-  const bool trying_out = IsTryingOut(now);
+  const bool trying_out = on_wire_.IsTryingOut(now);
   const auto may_ask = [&](const RoutedRequest& request) {
     if (trying_out && request.tries > 0) return false;
-    return HasRoom(request.slave) && no_write(request);
+    return on_wire_.HasRoom(request.slave) && may_follow(request);
   };
-  RouteQueue::Batch batch = queue_.TakeUrgent(no_write);
+  RouteQueue::Batch batch = queue_.TakeUrgent(may_follow);
   for (const auto priority :
        {config::Priority::high, config::Priority::normal, config::Priority::low}) {
     if (batch.empty()) batch = queue_.Take(priority, may_ask);
   }
-  waiting_ -= batch.size();
   return batch;
 }
 
-std::uint16_t Upstream::Link::FreeId() {
-  const auto taken = [this] {
-    return std::ranges::any_of(on_wire_, [this](const Sent& sent) { return sent.id == next_id_; });
-  };
-  while (taken()) ++next_id_;
-  return next_id_++;
+void Upstream::Link::Send(RouteQueue::Batch batch, Instant now) {
+  Sent sent = on_wire_.Number(std::move(batch), now);
+  const Status status = connection_->Send(AduOf(sent.id, sent.unit, sent.pdu));
+  if (status && sent.requests[0].broadcast) return AnswerSent(sent, Outcome::ok, {}, "");
+  on_wire_.Add(std::move(sent));
+  if (!status) Break(status.error(), now);
 }
 
-void Upstream::Link::Send(Instant now, RouteQueue::Batch batch) {
-  Sent sent;
-  sent.id = FreeId();
-  sent.unit = batch[0].slave;
-  sent.pdu = batch[0].pdu;
-  sent.at = now;
-  for (const RoutedRequest& request : batch) {
-    sent.deadline = std::max(sent.deadline, request.deadline);
+void Upstream::Link::AnswerSent(const Sent& sent, Outcome outcome, View pdu,
+                                const std::string& reason) {
+  const bool unknown = outcome == Outcome::no_reply && !sent.only_reads();
+  for (std::size_t i = 0; i < sent.requests.size(); ++i) {
+    RoutedReply reply;
+    reply.outcome = outcome;
+    reply.pdu = Bytes(pdu.begin(), pdu.end());
+    reply.reason = reason + (unknown ? "; the request may have been carried out" : "");
+    reply.sent = true;
+    reply.shared = i > 0;
+    reply.waited = sent.at - sent.requests[i].arrived;
+    sent.requests[i].done(std::move(reply));
   }
-  const Status status = connection_->Send(AduOf(sent.id, sent.unit, batch[0].pdu));
-  const bool over = status.ok() && batch[0].broadcast;
-  sent.requests = std::move(batch);
-  if (over) return AnswerSent(sent, Outcome::ok, {}, "");
-  on_wire_.push_back(std::move(sent));
-  if (!status) Break(status.error());
 }
 
 std::size_t Upstream::Link::LengthOf(View head, std::size_t told) const {
-  const std::uint16_t id = TransactionOf(head);
-  const auto asked =
-      std::ranges::find_if(on_wire_, [id](const Sent& sent) { return sent.id == id; });
-  const bool known = asked != on_wire_.end() && asked->unit == UnitOf(head);
-  return LengthOfReply(known ? View(asked->pdu) : View(), PduOf(head), told);
+  return LengthOfReply(on_wire_.PduOf(TransactionOf(head), UnitOf(head)), PduOf(head), told);
 }
 
 void Upstream::Link::OnFrame(View frame) {
-  silent_ = 0;
   const std::uint8_t unit = UnitOf(frame);
-  ignored_[unit] = 0;
   pauses_.OnAnswer(unit);
-  const std::uint16_t id = *ByteReader(frame).U16Be(0);
-  const auto found =
-      std::ranges::find_if(on_wire_, [id](const Sent& sent) { return sent.id == id; });
-  if (found == on_wire_.end()) {
-    if (std::erase(expired_, Expired{id, unit}) > 0) on_late_(unit);
-    return;
-  }
-  const Sent sent = std::move(*found);
-  on_wire_.erase(found);
-  if (unit != sent.unit) {
-    AnswerSent(sent, Outcome::unexpected, {}, name_ + " answered for unit " + std::to_string(unit));
-    return;
+  const auto [sent, late] = on_wire_.TakeReplied(TransactionOf(frame), unit);
+  if (late) on_late_(unit);
+  if (!sent) return;
+  if (unit != sent->unit) {
+    return AnswerSent(*sent, Outcome::unexpected, {},
+                      name_ + " answered for unit " + std::to_string(unit));
   }
   // Its id says that it answers this request: of whatever form it is, its client judges.
   const View pdu = PduOf(frame);
-  const bool refused = pdu[0] == (sent.function() | kExceptionBit) && pdu.size() == 2;
-  if (refused) return AnswerSent(sent, Outcome::refused, pdu, "");
-  if (pdu[0] == sent.function()) return AnswerSent(sent, Outcome::ok, pdu, "");
-  AnswerSent(sent, Outcome::unexpected, {},
+  const bool refused = pdu[0] == (sent->function() | kExceptionBit) && pdu.size() == 2;
+  if (refused) return AnswerSent(*sent, Outcome::refused, pdu, "");
+  if (pdu[0] == sent->function()) return AnswerSent(*sent, Outcome::ok, pdu, "");
+  AnswerSent(*sent, Outcome::unexpected, {},
              name_ + " sent an answer that does not fit the request: " +
                  ToHex(pdu.first(std::min(pdu.size(), kShownOfReply))));
 }

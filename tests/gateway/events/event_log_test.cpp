@@ -1,122 +1,28 @@
-// The events with their thread, on disks that work, hang and fail, and beside the audit.
+// The events with their thread, on disks that work and fail, and beside the audit.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/events/event_log.h"
-
-#include <gmock/gmock.h>
 #include <sqlite3.h>
 
-#include <future>
-
 #include "gateway/audit/audit_log.h"
-#include "tests/gateway/audit/faulty_disk.h"
-#include "tests/gateway/audit/fixture.h"
+#include "tests/gateway/events/event_log_fixture.h"
 
 namespace baudgate::events {
 namespace {
 
 using audit::FaultyDisk;
-using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-
-class EventLogTest : public audit::FolderTest {
- protected:
-  std::unique_ptr<EventLog> Start(const std::filesystem::path& path, const std::string& vfs = {},
-                                  std::shared_ptr<EventsWriter> writer = {},
-                                  bool tells_own = false) {
-    EventLog::Options options;
-    options.tells_own = tells_own;
-    options.file = path;
-    options.vfs = vfs;
-    options.writer = std::move(writer);
-    options.why_no_file = "there is no place for it";
-    options.sources = {{"bay-1", "feeder-1"}, {"bay-1", "feeder-2"}};
-    options.clocks = ReadClocks;
-    options.feed = feed_;
-    options.watches = watches_;
-    options.kept = [this](const std::vector<Source>& sources) {
-      const std::lock_guard lock(mutex_);
-      kept_ += sources.size();
-    };
-    options.owed = [this](const std::vector<OwedRecord>& owed) {
-      const std::lock_guard lock(mutex_);
-      for (const OwedRecord& one : owed) owed_.push_back(one.event);
-    };
-    options.alarm = [this](const Alarm& alarm, bool raised) {
-      Hear("alarm", alarm.name + (raised ? " raised " : " ") + std::string(Name(alarm.state)));
-    };
-    options.warn = [this](const std::string& text) { Hear("warn", text); };
-    options.inform = [this](const std::string& text) { Hear("inform", text); };
-    return std::make_unique<EventLog>(std::move(options));
-  }
-  static Batch BatchOf(Source source, const std::string& said, bool again = false) {
-    EventRecord record;
-    record.received = record.device_time = audit::kWall;
-    record.line = "bay-1";
-    record.device = source == 0 ? "feeder-1" : "feeder-2";
-    record.text = said;
-    return {source, said, again, {record}};
-  }
-  void Hear(const std::string& how, const std::string& text) {
-    const std::lock_guard lock(mutex_);
-    heard_.push_back(how + ": " + text);
-  }
-  std::vector<std::string> heard() {
-    const std::lock_guard lock(mutex_);
-    return heard_;
-  }
-  std::vector<std::int64_t> owed() {
-    const std::lock_guard lock(mutex_);
-    return owed_;
-  }
-  void AwaitKept(std::size_t count) {
-    for (;;) {
-      {
-        const std::lock_guard lock(mutex_);
-        if (kept_ >= count) return;
-      }
-      std::this_thread::yield();
-    }
-  }
-  static std::vector<std::string> Texts(const EventLog& log) {
-    const auto page = log.Read({});
-    EXPECT_TRUE(page) << page.error();
-    std::vector<std::string> texts;
-    std::int64_t seq = 0;
-    for (const EventRecord& record : page->records) {
-      EXPECT_EQ(record.seq, ++seq);
-      texts.push_back(record.text);
-    }
-    return texts;
-  }
-
-  std::vector<std::string> Fed() const {
-    std::vector<std::string> texts;
-    for (const FedEvent& event : feed_->Take(0, 100)) texts.push_back(event.record.text);
-    return texts;
-  }
-
-  std::shared_ptr<EventFeed> feed_ = std::make_shared<EventFeed>();
-  Watched watches_;
-
- private:
-  std::mutex mutex_;
-  std::size_t kept_ = 0;
-  std::vector<std::int64_t> owed_;
-  std::vector<std::string> heard_;
-};
 
 TEST_F(EventLogTest, KeepsOverRestartsAndKnowsWhatComesOnceMore) {
   {
     const auto log = Start(file());
-    log->Add(BatchOf(0, "a"));
-    log->Add(BatchOf(1, "b"));
+    log->queue().Add(BatchOf(0, "a"));
+    log->queue().Add(BatchOf(1, "b"));
     AwaitKept(2);
   }
   feed_ = std::make_shared<EventFeed>();
   const auto log = Start(file());
-  log->Add(BatchOf(0, "a", true));
-  log->Add(BatchOf(1, "c", true));
+  log->queue().Add(BatchOf(0, "a", true));
+  log->queue().Add(BatchOf(1, "c", true));
   AwaitKept(4);
   EXPECT_EQ(Fed(), (std::vector<std::string>{"a", "b", "c"})) << "the file's first, none twice";
   EXPECT_EQ(Texts(*log), (std::vector<std::string>{"a", "b", "c"}));
@@ -128,10 +34,10 @@ TEST_F(EventLogTest, KeepsOverRestartsAndKnowsWhatComesOnceMore) {
 TEST_F(EventLogTest, WaitsForADiskThatFails) {
   FaultyDisk disk;
   const auto log = Start("/events.db", disk.vfs());
-  log->Add(BatchOf(0, "a"));
+  log->queue().Add(BatchOf(0, "a"));
   AwaitKept(1);
   disk.write_error = SQLITE_FULL;
-  log->Add(BatchOf(0, "b"));
+  log->queue().Add(BatchOf(0, "b"));
   while (log->state().disk != Disk::failing) std::this_thread::yield();
   EXPECT_EQ(log->state().waiting, 1U);
   EXPECT_EQ(Fed(), (std::vector<std::string>{"a"})) << "nothing is shown before its commit";
@@ -155,10 +61,10 @@ TEST_F(EventLogTest, SaysSoWhereThereIsNoPlace) {
 
 TEST_F(EventLogTest, BeginsANewFileWhereTheOldOneIsRemoved) {
   const auto log = Start(file());
-  log->Add(BatchOf(0, "a"));
+  log->queue().Add(BatchOf(0, "a"));
   AwaitKept(1);
   std::filesystem::remove(file());
-  log->Add(BatchOf(0, "b"));
+  log->queue().Add(BatchOf(0, "b"));
   AwaitKept(2);
   const auto page = log->Read({});
   ASSERT_TRUE(page) << page.error();
@@ -169,13 +75,13 @@ TEST_F(EventLogTest, BeginsANewFileWhereTheOldOneIsRemoved) {
 TEST_F(EventLogTest, TellsHowTheGatewayHasStartedAndEnded) {
   const auto run = [this](const std::string& version) {
     const auto log = Start(file(), {}, {}, true);
-    log->Started(version);
-    log->Add(BatchOf(0, version));
+    log->queue().Started(version);
+    log->queue().Add(BatchOf(0, version));
   };
   run("1");
   run("2");
   const auto log = Start(file(), {}, {}, true);
-  log->Started("3");
+  log->queue().Started("3");
   while (log->state().newest < 7) std::this_thread::yield();
   const auto texts = Texts(*log);
   ASSERT_EQ(texts.size(), 7U);
@@ -188,278 +94,18 @@ TEST_F(EventLogTest, TellsHowTheGatewayHasStartedAndEnded) {
   std::filesystem::copy(file(), other);
   std::filesystem::copy(file().string() + "-wal", other + "-wal");
   const auto next = Start(other, {}, {}, true);
-  next->Started("4");
+  next->queue().Started("4");
   while (next->state().newest < 8) std::this_thread::yield();
   EXPECT_THAT(Texts(*next).back(), HasSubstr("4 has started; the run before was broken off after"));
-}
-
-TEST_F(EventLogTest, KeepsThePlaceOfAConsumerAndReadsWhatHasLeftTheMemory) {
-  const auto small = [] {
-    return std::make_shared<EventFeed>(FeedLimits{.events = 10}, std::set<std::string>{"dds"});
-  };
-  feed_ = small();
-  const auto take = [this](std::int64_t after) {
-    for (;;) {
-      if (auto events = feed_->Take(after, 100); !events.empty()) return events;
-      std::this_thread::yield();
-    }
-  };
-  {
-    const auto log = Start(file());
-    Batch batch = BatchOf(0, "a");
-    for (int i = 0; i < 499; ++i) batch.events.push_back(batch.events.front());
-    log->Add(batch);
-    AwaitKept(1);
-    EXPECT_EQ(take(495).size(), 5U);
-    const auto read = take(20);
-    ASSERT_EQ(read.size(), 100U);
-    EXPECT_EQ(read.front().record.seq, 21);
-    EXPECT_EQ(read.back().source, 0U);
-    EXPECT_EQ(take(120).back().record.seq, 220) << "of the same page";
-    EXPECT_EQ(take(220).back().record.seq, 320);
-    feed_->SetCursor("dds", {320, true});
-    EXPECT_EQ(log->state().consumers.front().lost, 0);
-  }
-  feed_ = small();
-  const auto log = Start(file());
-  while (!feed_->cursor("dds")) std::this_thread::yield();
-  EXPECT_EQ(feed_->cursor("dds"), (Cursor{320, true}));
-  EXPECT_EQ(take(320).front().record.seq, 321);
-  // A file that lacks what he has not had.
-  std::filesystem::remove(file());
-  log->Add(BatchOf(0, "b"));
-  AwaitKept(2);
-  EXPECT_EQ(take(330).front().record.seq, 492) << "what is in memory";
-  EXPECT_EQ(log->state().oldest, 501);
-  ASSERT_EQ(log->state().consumers.size(), 1U);
-  EXPECT_EQ(log->state().consumers[0].lost, 180);
-  feed_->SetCursor("dds", {501, false});
-  for (Database database(file().string(), Database::Mode::read);;) {
-    if (ToText(database.First("SELECT seq FROM event_cursors")) == "501") break;
-    std::this_thread::yield();
-  }
-}
-
-TEST_F(EventLogTest, FeedsItsEndOnceWhileOutputsStillRun) {
-  auto log = Start(file(), {}, {}, true);
-  log->Started("1");
-  log->End(1h);
-  EXPECT_EQ(Fed(), (std::vector<std::string>{"baudgate 1 has started", "the gateway ends"}));
-  log.reset();
-  EXPECT_EQ(Fed().size(), 2U);
-  feed_ = std::make_shared<EventFeed>();
-  Start(file(), {}, {}, true)->Started("2");
-  EXPECT_EQ(Fed().back(), "the gateway ends") << "also where nobody asked for it before";
-}
-
-TEST_F(EventLogTest, EndsWithoutADiskThatFails) {
-  FaultyDisk disk;
-  disk.write_error = SQLITE_FULL;
-  const auto log = Start("/events.db", disk.vfs(), {}, true);
-  log->Started("1");
-  log->End(1h);
-  EXPECT_TRUE(Fed().empty());
-  disk.write_error = 0;
-}
-
-TEST_F(EventLogTest, FeedsWhatTheGatewayHasSeenOfADeviceAsTheDevices) {
-  const auto log = Start(file(), {}, {}, true);
-  log->Started("1");
-  EventRecord record;
-  record.line = "bay-1";
-  record.device = "feeder-2";
-  record.text = "does not answer";
-  log->Tell(record);
-  while (Fed().size() < 2) std::this_thread::yield();
-  const auto fed = feed_->Take(0, 10);
-  EXPECT_EQ(fed[0].source, kGateway);
-  EXPECT_EQ(fed[1].source, 1U);
-  EXPECT_EQ(fed[1].record.text, "does not answer");
-}
-
-EventRecord Raised(const std::string& name) {
-  EventRecord record;
-  record.line = "bay-1";
-  record.device = "feeder-1";
-  record.text = record.subject = name;
-  record.mark = {.step = AlarmMark::Step::raise, .priority = config::AlarmPriority::high};
-  return record;
-}
-Watched Only(const std::string& name,
-             config::AlarmPriority priority = config::AlarmPriority::high) {
-  return [=](const Alarm& alarm) {
-    return alarm.name == name ? std::optional(priority) : std::nullopt;
-  };
-}
-Acknowledged Ack(EventLog& log, const AckQuery& query) {
-  std::promise<Acknowledged> done;
-  log.Acknowledge(query, [&done](const Acknowledged& told) { done.set_value(told); });
-  return done.get_future().get();
-}
-
-std::vector<std::string> AlarmsIn(const std::vector<std::string>& heard) {
-  std::vector<std::string> alarms;
-  for (const std::string& line : heard) {
-    if (line.starts_with("alarm: ")) alarms.push_back(line.substr(7));
-  }
-  return alarms;
-}
-
-/// The disk that fails is an alarm itself: it must not wait for that disk. Each change is told
-/// once, whenever it is kept.
-TEST_F(EventLogTest, AlarmsAreKnownWhileTheDiskFails) {
-  FaultyDisk disk;
-  const auto log = Start("/events.db", disk.vfs());
-  log->Add(BatchOf(0, "a"));
-  AwaitKept(1);
-  disk.write_error = SQLITE_FULL;
-  log->Tell(Raised("disk"));
-  while (log->Alarms().empty()) std::this_thread::yield();
-  EXPECT_EQ(log->state().alarms_active, 1U);
-  EXPECT_NE(Ack(*log, {.all = true, .by = "user:anna"}).trouble, "");
-  while (log->Alarms()[0].state != AlarmState::acknowledged) std::this_thread::yield();
-  while (AlarmsIn(heard()).size() < 2) std::this_thread::yield();
-  disk.write_error = 0;
-  while (log->state().disk != Disk::fine) std::this_thread::yield();
-  log->Tell(Raised("next"));
-  while (AlarmsIn(heard()).size() < 3) std::this_thread::yield();
-  EXPECT_THAT(AlarmsIn(heard()),
-              ElementsAre("disk raised active", "disk acknowledged", "next raised active"));
-  EXPECT_EQ(log->Alarms().size(), 2U);
-}
-
-TEST_F(EventLogTest, AlarmsAreKnownWhileTheDiskHangs) {
-  FaultyDisk disk;
-  const auto log = Start("/events.db", disk.vfs());
-  log->Add(BatchOf(0, "a"));
-  AwaitKept(1);
-  disk.Hang(true);
-  log->Tell(Raised("first"));
-  disk.WaitUntilItHangs();
-  for (int looks = 0; looks < EventQueue::kMostLooks; ++looks) log->Watch();
-  EXPECT_EQ(log->state().disk, Disk::fine) << "it may just be slow";
-  log->Tell(Raised("second"));
-  log->Watch();
-  EXPECT_EQ(log->state().disk, Disk::stalled);
-  EXPECT_EQ(log->state().alarms_active, 2U);
-  EXPECT_THAT(heard(), Contains(HasSubstr("warn: events: the disk does not answer in time")));
-  EXPECT_NE(Ack(*log, {.all = true, .by = "user:anna"}).trouble, "") << "nobody waits for it";
-  log->Watch();
-  disk.Hang(false);
-  while (log->state().disk != Disk::fine || log->state().waiting > 0) std::this_thread::yield();
-  log->Tell(Raised("third"));
-  while (AlarmsIn(heard()).size() < 5) std::this_thread::yield();
-  EXPECT_THAT(AlarmsIn(heard()),
-              ElementsAre("first raised active", "second raised active", "first acknowledged",
-                          "second acknowledged", "third raised active"))
-      << "each once";
-}
-
-TEST_F(EventLogTest, AlarmsAreKnownWhereThereIsNoPlaceForTheFile) {
-  const auto log = Start({});
-  log->Tell(Raised("disk"));
-  while (log->Alarms().empty()) std::this_thread::yield();
-  while (AlarmsIn(heard()).empty()) std::this_thread::yield();
-  EXPECT_THAT(AlarmsIn(heard()), ElementsAre("disk raised active"));
-}
-
-TEST_F(EventLogTest, KeepsAlarmsAndWhoHasSeenThem) {
-  const AckQuery of_device{.line = "bay-1", .device = "feeder-1", .by = "user:anna"};
-  {
-    const auto log = Start(file());
-    log->Tell(Raised("a"));
-    log->Tell(Raised("b"));
-    while (log->state().newest < 2) std::this_thread::yield();
-    EXPECT_EQ(log->state().alarms_active, 2U);
-    EXPECT_EQ(log->state().alarms_unacknowledged, 2U);
-    const Acknowledged one = Ack(*log, {.seq = 1, .by = "user:bob"});
-    EXPECT_EQ(one.alarms, 1U);
-    EXPECT_EQ(one.trouble, "");
-    EXPECT_EQ(log->state().newest, 3) << "it is on the disk when it is told";
-    EXPECT_EQ(log->state().alarms_unacknowledged, 1U);
-    EXPECT_EQ(Texts(*log).back(), "acknowledged by user:bob: a");
-    EXPECT_EQ(Ack(*log, {.seq = 1}).alarms, 0U);
-  }
-  const auto log = Start(file());
-  EXPECT_EQ(Ack(*log, {.line = "bay-1", .device = "feeder-2"}).alarms, 0U);
-  while (log->state().disk != Disk::fine) std::this_thread::yield();
-  EXPECT_EQ(Ack(*log, of_device).alarms, 1U);
-  const auto alarms = log->Alarms();
-  ASSERT_EQ(alarms.size(), 2U);
-  EXPECT_EQ(alarms[0].name, "a");
-  EXPECT_EQ(alarms[0].by, "user:bob");
-  EXPECT_EQ(alarms[1].by, "user:anna");
-  EXPECT_EQ(alarms[1].state, AlarmState::acknowledged);
-  EXPECT_EQ(alarms[1].priority, config::AlarmPriority::high);
-  std::filesystem::remove(file());
-  log->Tell(Raised("c"));
-  while (log->state().newest < 5) std::this_thread::yield();
-  Database database(file().string(), Database::Mode::read);
-  EXPECT_EQ(ToText(database.First("SELECT count(*) FROM alarms")), "3") << "in the new file, too";
-}
-
-TEST_F(EventLogTest, ForgetsAlarmsThatNobodyWatches) {
-  {
-    const auto log = Start(file());
-    log->Tell(Raised("a"));
-    log->Tell(Raised("b"));
-  }
-  watches_ = Only("b");
-  const auto log = Start(file());
-  while (log->state().newest < 3) std::this_thread::yield();
-  EXPECT_EQ(Texts(*log).back(), "not in the configuration any more: a");
-  EXPECT_EQ(log->state().alarms_active, 1U);
-  EXPECT_EQ(log->state().alarms_unacknowledged, 2U) << "nobody has seen it yet";
-}
-
-TEST_F(EventLogTest, AReloadEndsAlarmsThatNobodyWatchesAnyMore) {
-  const auto log = Start(file());
-  log->Tell(Raised("a"));
-  log->Tell(Raised("b"));
-  while (log->state().newest < 2) std::this_thread::yield();
-  log->Tell(Raised("c"));  // maybe not on the disk yet
-  log->Renumber({{"bay-1", "feeder-1"}}, Only("b"));
-  while (log->state().newest < 5) std::this_thread::yield();
-  EXPECT_THAT(Texts(*log), ElementsAre("a", "b", "c", "not in the configuration any more: a",
-                                       "not in the configuration any more: c"));
-  EXPECT_EQ(log->state().alarms_active, 1U);
-  EXPECT_EQ(log->state().alarms_unacknowledged, 3U);
-}
-
-TEST_F(EventLogTest, AChangedPriorityReachesAnActiveAlarm) {
-  const auto log = Start(file());
-  log->Tell(Raised("a"));
-  while (log->state().newest < 1) std::this_thread::yield();
-  log->Renumber({{"bay-1", "feeder-1"}}, Only("a", config::AlarmPriority::low));
-  while (log->state().newest < 2) std::this_thread::yield();
-  EXPECT_THAT(Texts(*log), ElementsAre("a", "priority low, was high: a"));
-  const auto alarms = log->Alarms();
-  ASSERT_EQ(alarms.size(), 1U);
-  EXPECT_EQ(alarms[0].priority, config::AlarmPriority::low);
-  EXPECT_EQ(alarms[0].state, AlarmState::active);
-  EXPECT_EQ(alarms[0].text, "a") << "that of the event that raised it";
-}
-
-TEST_F(EventLogTest, SaysThatAnAcknowledgementWaits) {
-  FaultyDisk disk;
-  const auto log = Start("/events.db", disk.vfs());
-  log->Tell(Raised("a"));
-  while (log->state().newest < 1) std::this_thread::yield();
-  disk.write_error = SQLITE_FULL;
-  const Acknowledged done = Ack(*log, {.seq = 1});
-  EXPECT_EQ(done.alarms, 1U);
-  EXPECT_THAT(done.trouble, HasSubstr("full"));
-  disk.write_error = 0;
-  while (log->state().alarms_unacknowledged > 0) std::this_thread::yield();
 }
 
 TEST_F(EventLogTest, TellsThatTheDiskHasFailed) {
   FaultyDisk disk;
   const auto log = Start("/events.db", disk.vfs(), {}, true);
-  log->Add(BatchOf(0, "a"));
+  log->queue().Add(BatchOf(0, "a"));
   AwaitKept(1);
   disk.write_error = SQLITE_FULL;
-  log->Add(BatchOf(0, "b"));
+  log->queue().Add(BatchOf(0, "b"));
   while (log->state().disk != Disk::failing) std::this_thread::yield();
   disk.write_error = 0;
   while (log->state().newest < 3) std::this_thread::yield();
@@ -485,7 +131,7 @@ TEST_F(EventLogTest, SharesTheThreadOfTheFileWithTheAudit) {
     }
   });
   for (std::size_t i = 0; i < kRounds; ++i) {
-    log->Add(BatchOf(0, std::to_string(i)));
+    log->queue().Add(BatchOf(0, std::to_string(i)));
     AwaitKept(i + 1);
   }
   other.join();
@@ -498,15 +144,15 @@ TEST_F(EventLogTest, TellsWhatIsOwedAndAgainAfterARestart) {
     const auto log = Start(file());
     Batch batch = BatchOf(0, "tripped");
     batch.events[0].record = "trip";
-    log->Add(std::move(batch));
-    log->Add(BatchOf(1, "reset"));
+    log->queue().Add(std::move(batch));
+    log->queue().Add(BatchOf(1, "reset"));
     AwaitKept(2);
     EXPECT_THAT(owed(), ElementsAre(1));
     EXPECT_EQ(log->Read({})->records.at(0).record, "trip");
   }
   {
     const auto log = Start(file());
-    log->Add(BatchOf(1, "again"));
+    log->queue().Add(BatchOf(1, "again"));
     AwaitKept(3);
     EXPECT_THAT(owed(), ElementsAre(1, 1));
     KeptRecord record;
@@ -514,10 +160,10 @@ TEST_F(EventLogTest, TellsWhatIsOwedAndAgainAfterARestart) {
     record.event = 1;
     record.name = "trip";
     record.values = {{"phases", std::int64_t{4}}};
-    log->Keep(record);  // the log ends behind it
+    log->queue().Keep(record);  // the log ends behind it
   }
   const auto log = Start(file());
-  log->Add(BatchOf(0, "more"));
+  log->queue().Add(BatchOf(0, "more"));
   AwaitKept(4);
   EXPECT_THAT(owed(), ElementsAre(1, 1));
   ASSERT_TRUE(log->Read({})->records.at(0).kept);
@@ -528,14 +174,14 @@ TEST_F(EventLogTest, TellsWhatIsOwedAndAgainAfterARestart) {
 TEST_F(EventLogTest, WhatADeviceHasSaidGoesWithItsName) {
   {
     const auto log = Start(file());
-    log->Add(BatchOf(1, "12.345 E1"));
+    log->queue().Add(BatchOf(1, "12.345 E1"));
     AwaitKept(1);
-    log->Renumber({{"", ""}, {"", ""}, {"bay-1", "feeder-2"}}, {});
-    EXPECT_EQ(log->said(2), "12.345 E1");
+    log->queue().Renumber({{"", ""}, {"", ""}, {"bay-1", "feeder-2"}}, {});
+    EXPECT_EQ(log->queue().said(2), "12.345 E1");
     EXPECT_EQ(feed_->Show(2, 0, 7).events.size(), 1U);
     EXPECT_EQ(feed_->Show(1, 0, 7).events.size(), 0U);
-    log->Add(BatchOf(2, "12.345 E1", true));  // once more: it did not hear that it was kept
-    log->Add(BatchOf(2, "12.346 E2"));
+    log->queue().Add(BatchOf(2, "12.345 E1", true));  // once more: it did not hear that it was kept
+    log->queue().Add(BatchOf(2, "12.346 E2"));
     AwaitKept(3);
     EXPECT_EQ(log->state().repeats, 1U);
   }

@@ -83,13 +83,13 @@ TEST_F(ChooserTest, ADeviceThatIsOfflineIsProbed) {
 
 TEST_F(ChooserTest, AParkedJobComesBackAtItsTimeUnlessItIsDropped) {
   const auto poll = [this] { return std::make_unique<Job>(a, Job::Poll{}, Task{}, kStart); };
-  chooser_.Park(poll(), kStart + 1s);
-  EXPECT_TRUE(chooser_.IsParked(a));
-  EXPECT_FALSE(chooser_.IsParked(b));
+  chooser_.parked().Park(poll(), kStart + 1s);
+  EXPECT_TRUE(chooser_.parked().Has(a));
+  EXPECT_FALSE(chooser_.parked().Has(b));
   EXPECT_EQ(NextAt(0s), nullptr);
   EXPECT_NE(NextAt(1s), nullptr);
-  chooser_.Park(poll(), kStart + 1s);
-  chooser_.DropParked(a);
+  chooser_.parked().Park(poll(), kStart + 1s);
+  chooser_.parked().Drop(a);
   EXPECT_EQ(NextAt(1s), nullptr);
 }
 

@@ -113,7 +113,7 @@ TEST_F(JobEndTest, OfAWrite) {
     write.command.deadline = kStart + 1s;
     write.first = row.next - 1;
     write.next = row.next;
-    write.sent = row.sent;
+    write.command.state = row.sent ? WriteState::sent : WriteState::queued;
     const EndEffects effects = End(Make(std::move(write), Task::Kind::write), row.outcome);
     ASSERT_TRUE(effects.write);
     EXPECT_EQ(effects.write->next, row.follows);

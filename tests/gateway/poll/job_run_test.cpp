@@ -32,6 +32,7 @@ class Rig : private PollerListener {
   void Write(std::vector<std::uint32_t> points) {
     Job::Write write;
     for (const std::uint32_t point : points) write.command.writes.push_back({point, 7.0});
+    write.command.MoveTo(WriteState::queued);
     write.command.deadline = now_.instant + 1h;
     write.command.done = [this](const WriteResult& result) { results.push_back(result); };
     write.command.why_not = [this](Instant) { return why_not; };
@@ -79,7 +80,7 @@ class Rig : private PollerListener {
 
   /// The request that waits, or what has become of the job.
   std::string Next() {
-    if (run_.job() == nullptr) return chooser_.IsParked(a()) ? "parked" : "ended";
+    if (run_.job() == nullptr) return chooser_.parked().Has(a()) ? "parked" : "ended";
     const std::string request(AsText(run_.job()->request.bytes));
     return request.substr(0, request.size() - 1);
   }

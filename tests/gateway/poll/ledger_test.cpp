@@ -1,4 +1,4 @@
-// The accounts of a line: what is told, and what the point store then shows.
+// What a line makes known of itself: what is told, and what the point store then shows.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/poll/ledger.h"
 
@@ -29,6 +29,10 @@ class LedgerTest : public ::testing::Test, protected PollerListener {
   void OnNews(News news, Now) override { news_.emplace_back(news.what, news.over); }
 
   static Now At(Duration at) { return {Instant() + 1h + at, WallTime(1'790'000'000s) + at}; }
+  void OnExchange(const ExchangeEnd& end, LineUse use = LineUse::polls) {
+    ledger_.devices.OnExchange(a_, end, {}, {.routed = use == LineUse::routes});
+    ledger_.line.OnExchange(a_, end, false, use);
+  }
   DeviceStatus StatusOf(const Member& member) const {
     DeviceStatus status;
     store_.Read(member.index, [&](const DeviceRecord& record) { status = record.status; });
@@ -52,12 +56,12 @@ TEST_F(LedgerTest, AnotherMasterIsThereAfterThreeCollisionsAndGoneAfterAMinuteWi
   const std::pair<News::What, bool> ended{News::What::collisions, true};
   for (const Duration at : {0s, 70s, 100s}) {
     ledger_.OnTime(At(at), false, nullptr);
-    ledger_.OnSecondMaster();
+    ledger_.line.OnSecondMaster();
   }
   EXPECT_THAT(news_, IsEmpty());
   ledger_.OnTime(At(120s), false, nullptr);
-  ledger_.OnSecondMaster();
-  ledger_.OnSecondMaster();
+  ledger_.line.OnSecondMaster();
+  ledger_.line.OnSecondMaster();
   EXPECT_THAT(news_, ElementsAre(began));
   ledger_.OnTime(At(179s), false, nullptr);
   EXPECT_THAT(news_, ElementsAre(began));
@@ -70,14 +74,14 @@ TEST_F(LedgerTest, BusyTimeIsChargedToTheLineAndToWhoTookIt) {
   ledger_.OnTime(At(3s), true, &a_);
   ledger_.OnTime(At(9s), false, &a_);
   ledger_.OnTime(At(10s), true, nullptr);
-  EXPECT_EQ(ledger_.counters().busy, 4s);
-  ledger_.OnExchange(a_, {Outcome::ok, {}, 20ms, 9}, {}, false, false);
+  EXPECT_EQ(ledger_.line.counters().busy, 4s);
+  OnExchange({Outcome::ok, {}, 20ms, 9});
   EXPECT_EQ(StatusOf(a_).busy, 3s);
 }
 
 TEST_F(LedgerTest, UseIsThatOfTheLastFullMinute) {
   const auto use = [this] {
-    ledger_.ShowLine({});
+    ledger_.line.Show({});
     return store_.ReadLine(0).use;
   };
   ledger_.OnTime(At(6s), true, &a_);
@@ -88,29 +92,29 @@ TEST_F(LedgerTest, UseIsThatOfTheLastFullMinute) {
   EXPECT_DOUBLE_EQ(use(), 0.1);
   ledger_.OnTime(At(90s), true, nullptr);
   EXPECT_DOUBLE_EQ(use(), 0.1);
-  ledger_.OnClosed(Quality::bad_not_connected);
+  ledger_.line.OnClosed();
   EXPECT_EQ(use(), 0);
 }
 
 TEST_F(LedgerTest, AMinuteIsSplitByWhatItsTimeWentTo) {
   const ExchangeEnd good{Outcome::ok, {}, 20ms, 9};
   ledger_.OnTime(At(6s), true, &a_);
-  ledger_.OnExchange(a_, good, {}, false, false);
+  OnExchange(good);
   ledger_.OnTime(At(9s), true, &a_);
-  ledger_.OnExchange(a_, {Outcome::no_reply, "nothing", {}, 0}, {}, false, false);
+  OnExchange({Outcome::no_reply, "nothing", {}, 0});
   ledger_.OnTime(At(12s), true, &a_, true);
   ledger_.OnTime(At(18s), true, &a_);
-  ledger_.OnExchange(a_, good, {}, false, false, true, LineUse::routes);
+  OnExchange(good, LineUse::routes);
   ledger_.OnTime(At(60s), false, nullptr);
-  ledger_.ShowLine({});
+  ledger_.line.Show({});
   const LineShares expected = {0.1, 0, 0.1, 0, 0.05, 0.05};
   const LineShares minute = store_.ReadLine(0).minute;
   for (std::size_t i = 0; i < kLineUses; ++i) {
     EXPECT_DOUBLE_EQ(minute[i], expected[i]) << Name(static_cast<LineUse>(i));
   }
   ledger_.OnTime(At(66s), true, &a_);
-  ledger_.OnExchange(a_, good, {}, false, false);
-  ledger_.ShowLine({});
+  OnExchange(good);
+  ledger_.line.Show({});
   EXPECT_EQ(store_.ReadLine(0).spent, (TimeByUse{12s, 0s, 6s, 0s, 3s, 3s})) << "since the start";
   const MinuteCounts counts = StatusOf(a_).hour.Sum(At(18s).instant);
   EXPECT_EQ(counts.answered, 2U);
@@ -120,41 +124,41 @@ TEST_F(LedgerTest, AMinuteIsSplitByWhatItsTimeWentTo) {
 }
 
 TEST_F(LedgerTest, ExchangesAreCountedForDeviceAndLine) {
-  ledger_.OnExchange(a_, {Outcome::ok, {}, 20ms, 9}, {}, false, false);
-  ledger_.OnExchange(a_, {Outcome::no_reply, "nothing", {}, 0}, {}, false, false);
+  OnExchange({Outcome::ok, {}, 20ms, 9});
+  OnExchange({Outcome::no_reply, "nothing", {}, 0});
   const DeviceStatus status = StatusOf(a_);
   EXPECT_EQ(status.exchanges, 2U);
   EXPECT_EQ(status.Count(Outcome::no_reply), 1U);
   EXPECT_EQ(status.last_reason, "nothing");
   EXPECT_EQ(status.round_trips.count(), 1U);
-  EXPECT_EQ(ledger_.counters().exchanges, 2U);
+  EXPECT_EQ(ledger_.line.counters().exchanges, 2U);
 }
 
 TEST_F(LedgerTest, ALineIsSilentWhenWhatWasAskedSinceRemainsUnanswered) {
   const Instant now = At(0s).instant;
-  EXPECT_FALSE(ledger_.SilentSince(now));
-  ledger_.OnExchange(a_, {Outcome::no_reply, {}, {}, 0}, {}, false, false);
+  EXPECT_FALSE(ledger_.line.SilentSince(now));
+  OnExchange({Outcome::no_reply, {}, {}, 0});
   ledger_.OnTime(At(5s), false, nullptr);
-  ledger_.OnExchange(a_, {Outcome::no_reply, {}, {}, 0}, {}, false, false);
-  EXPECT_TRUE(ledger_.SilentSince(now + 1s));
-  EXPECT_FALSE(ledger_.SilentSince(now + 6s)) << "nothing was asked since";
-  ledger_.OnExchange(a_, {Outcome::ok, {}, 20ms, 9}, {}, false, false);
-  EXPECT_FALSE(ledger_.SilentSince(now + 1s));
+  OnExchange({Outcome::no_reply, {}, {}, 0});
+  EXPECT_TRUE(ledger_.line.SilentSince(now + 1s));
+  EXPECT_FALSE(ledger_.line.SilentSince(now + 6s)) << "nothing was asked since";
+  OnExchange({Outcome::ok, {}, 20ms, 9});
+  EXPECT_FALSE(ledger_.line.SilentSince(now + 1s));
 }
 
 TEST_F(LedgerTest, StatesAreToldOnce) {
   a_.health.OnTask(Outcome::ok, At(0s).instant);
-  ledger_.OnState(a_, "ok");
-  ledger_.OnState(a_, "ok");
+  ledger_.states.OnState(a_, "ok");
+  ledger_.states.OnState(a_, "ok");
   EXPECT_THAT(states_, ElementsAre(DeviceState::online));
-  ledger_.OnClosed(Quality::bad_not_connected);
+  ledger_.states.OnClosed(Quality::bad_not_connected);
   EXPECT_THAT(states_, ElementsAre(DeviceState::online)) << "the port has a line in the log";
   EXPECT_EQ(StatusOf(a_).state, DeviceState::offline);
 }
 
 TEST_F(LedgerTest, ASecondReplyIsCountedAlwaysAndWarnedOfOnce) {
-  ledger_.OnSecondReply(a_);
-  ledger_.OnSecondReply(a_);
+  ledger_.devices.OnSecondReply(a_);
+  ledger_.devices.OnSecondReply(a_);
   EXPECT_EQ(StatusOf(a_).doubled, 2U);
   EXPECT_EQ(warnings_, 1);
 }

@@ -85,7 +85,7 @@ TEST(Poller, WhatOfARequestHasNotLeftIsDroppedWhenNobodyAnswers) {
   line.twin(0).manner.dead = true;
   line.RunFor(1s);
   const std::size_t failed =
-      line.poller().ledger().counters().outcomes[static_cast<std::size_t>(Outcome::no_reply)];
+      line.poller().ledger().line.counters().outcomes[static_cast<std::size_t>(Outcome::no_reply)];
   EXPECT_GT(failed, 0U);
   EXPECT_EQ(line.dropped, failed);
   line.Close();

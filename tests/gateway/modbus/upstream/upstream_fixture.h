@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "gateway/base/text.h"
+#include "gateway/modbus/upstream/requests_on_wire.h"
 #include "gateway/modbus/upstream/upstream.h"
 #include "tests/transports/far_end.h"
 
@@ -90,6 +91,8 @@ class UpstreamTest : public testing::Test {
  protected:
   UpstreamTest() { upstream_.Start(); }
 
+  /// Of this machine, and as far ahead as the test wants.
+  Instant Clock() const { return std::chrono::steady_clock::now() + ahead_; }
   RoutedRequest Make(const Question& ask) {
     Asked& asked = asked_.emplace_back();
     RoutedRequest request;
@@ -98,7 +101,7 @@ class UpstreamTest : public testing::Test {
     request.pdu = ParseHex(ask.pdu).value();
     request.priority = ask.priority;
     request.broadcast = ask.broadcast;
-    request.arrived = std::chrono::steady_clock::now();
+    request.arrived = Clock();
     request.deadline = request.arrived + ask.within;
     request.done = [&asked](RoutedReply reply) {
       ++asked.calls;
@@ -115,7 +118,8 @@ class UpstreamTest : public testing::Test {
     EXPECT_EQ(asked.calls, 1);
     return asked.reply;
   }
-  static constexpr std::size_t kReadsOnWire = Upstream::kMostOnWire - Upstream::kKeptForWrites;
+  static constexpr std::size_t kReadsOnWire =
+      RequestsOnWire::kMost - RequestsOnWire::kKeptForWrites;
 
   /// A request that is sent and then not answered in time. On a slow machine it may expire before
   /// it is sent: then it gets more time.
@@ -131,7 +135,7 @@ class UpstreamTest : public testing::Test {
   /// Reads of distinct registers, as many as the wire takes: four each to units 20, 21 and 22.
   void FillTheWire() {
     for (std::size_t i = 0; i < kReadsOnWire; ++i) {
-      Submit({.slave = static_cast<std::uint8_t>(20 + i / Upstream::kMostPerUnit),
+      Submit({.slave = static_cast<std::uint8_t>(20 + i / RequestsOnWire::kMostPerUnit),
               .pdu = "03 01 " + HexByte(static_cast<std::uint8_t>(i)) + " 00 01"});
     }
     ASSERT_TRUE(server_.Wait(kReadsOnWire));
@@ -141,8 +145,10 @@ class UpstreamTest : public testing::Test {
   ScriptedServer server_{io_};
   std::deque<Asked> asked_;
   std::vector<std::uint8_t> late_;  // units whose replies came after their deadlines
+  Duration ahead_{};
   Upstream upstream_{io_, "127.0.0.1", server_.port(),
-                     [this](std::uint8_t unit) { late_.push_back(unit); }};
+                     [this](std::uint8_t unit) { late_.push_back(unit); },
+                     [this] { return Clock(); }};
 };
 
 }  // namespace baudgate::modbus

@@ -64,7 +64,7 @@ TEST_F(UpstreamTest, OneUnitTakesFourPlacesAndASilentOneOne) {
   ASSERT_EQ(server_.Requests().size(), sent + 2);
   const std::string id = server_.Requests()[sent].substr(0, 5);
   server_.Write(id + " 00 00 00 05 14 03 02 00 01");
-  ASSERT_TRUE(server_.Wait(sent + 2 + Upstream::kMostPerUnit)) << "it answers again";
+  ASSERT_TRUE(server_.Wait(sent + 2 + RequestsOnWire::kMostPerUnit)) << "it answers again";
 }
 
 TEST_F(UpstreamTest, TheNextWriteToAUnitWaitsForTheOneBefore) {

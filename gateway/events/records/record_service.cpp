@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/daemon/record_service.h"
+#include "gateway/events/records/record_service.h"
 
 #include <algorithm>
 #include <utility>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/daemon/clock_corrector.h"
+#include "gateway/clocks/clock_corrector.h"
 
 #include <fmt/format.h>
 

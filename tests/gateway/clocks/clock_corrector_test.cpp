@@ -1,7 +1,7 @@
 // The gateway as a client that corrects clocks: when it may, what it sends, what it tells, and that
 // a restart is no reason to try once more.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/daemon/clock_corrector.h"
+#include "gateway/clocks/clock_corrector.h"
 
 #include <gmock/gmock.h>
 

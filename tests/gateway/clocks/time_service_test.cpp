@@ -1,6 +1,6 @@
 // The time service is played by this test at the other end of a socket.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/daemon/time_service.h"
+#include "gateway/clocks/time_service.h"
 
 #include <gtest/gtest.h>
 #include <sys/socket.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/daemon/host_clock.h"
+#include "gateway/clocks/host_clock.h"
 
 #include <sys/timex.h>
 
@@ -7,7 +7,7 @@
 #include <optional>
 #include <utility>
 
-#include "gateway/daemon/time_service.h"
+#include "gateway/clocks/time_service.h"
 
 namespace baudgate {
 namespace {

@@ -1,7 +1,7 @@
 // What events owe, read once and whole: with a device that answers in part, late, or not at all,
 // and tells of another event meanwhile.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/daemon/record_service.h"
+#include "gateway/events/records/record_service.h"
 
 #include <gmock/gmock.h>
 

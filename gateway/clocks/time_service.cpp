@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/daemon/time_service.h"
+#include "gateway/clocks/time_service.h"
 
 #include <systemd/sd-bus.h>
 

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/daemon/line_dispatcher.h"
+
+#include <utility>
+
+namespace baudgate {
+
+bool LineDispatcher::Submit(WriteCommand command) {
+  bool taken = false;
+  lines_.OfDevice(command.device).With([&](LineRunner& runner) {
+    taken = runner.Submit(std::move(command));
+  });
+  return taken;
+}
+
+void LineDispatcher::OnDenied(const DeniedWrite& denied) {
+  store_.UpdateStatus(denied.device, [](DeviceStatus& status) {
+    ++status.writes[static_cast<std::size_t>(WriteEnd::denied)];
+  });
+}
+
+const Protocol* LineDispatcher::FindProtocol(const std::string& name) const {
+  return catalog_.FindProtocol(name);
+}
+
+void LineDispatcher::Release(std::uint32_t line, Duration time) {
+  lines_.at(line).Post([time](LineParts& its, Now now) { its.port.Release(time, now); });
+}
+
+void LineDispatcher::Offer(std::uint32_t line, config::PortServer server, Duration time) {
+  lines_.at(line).With([&](LineRunner& runner) { runner.Offer(std::move(server), time); });
+}
+
+void LineDispatcher::TakeBack(std::uint32_t line) {
+  lines_.at(line).With([](LineRunner& runner) { runner.TakeBack(); });
+}
+
+void LineDispatcher::SetInUse(std::uint32_t device, bool in_use) {
+  lines_.OfDevice(device).Post(
+      [device, in_use](LineParts& line, Now now) { line.poller.SetInUse(device, in_use, now); });
+}
+
+std::shared_ptr<TraceQueue> LineDispatcher::Trace(std::uint32_t line, std::function<void()> wake) {
+  std::shared_ptr<TraceQueue> queue;
+  lines_.at(line).With(
+      [&](LineRunner& runner) { queue = runner.recorder().Subscribe(std::move(wake)); });
+  return queue;
+}
+
+std::vector<TraceRecord> LineDispatcher::Recorded(std::uint32_t line) {
+  std::vector<TraceRecord> records;
+  lines_.at(line).With([&](LineRunner& runner) { records = runner.recorder().Recorded(); });
+  return records;
+}
+
+}  // namespace baudgate

@@ -1,0 +1,99 @@
+// The accounts of the members of a line: how their exchanges, polls and writes have ended, and how
+// much line time they took. Shown in the point store. Told by gateway/poll/poller.cpp and its
+// parts.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <string>
+
+#include "gateway/base/outcome.h"
+#include "gateway/base/time.h"
+#include "gateway/poll/by_member.h"
+#include "gateway/poll/poller_listener.h"
+#include "gateway/poll/roster.h"
+#include "gateway/poll/schedule.h"
+#include "gateway/store/device_status.h"
+#include "gateway/store/point_store.h"
+
+namespace baudgate {
+
+class DeviceAccounts {
+ public:
+  /// All references outlive it.
+  DeviceAccounts(const Roster& roster, const Schedule& schedule, PointStore& store,
+                 PollerListener& listener)
+      : roster_(roster), schedule_(schedule), store_(store), listener_(listener) {}
+
+  /// Time has passed. The line was busy for `took` of it, with `member` where that is known;
+  /// `drains`: it kept silence behind an exchange of that.
+  void OnTime(Now now, const Member* member, Duration took, bool drains);
+  /// The port has opened.
+  void OnOpened();
+
+  /// Whose judgement an exchange is.
+  struct About {
+    bool mute = false;    ///< its end says nothing about the member
+    bool probe = false;   ///< it looks whether a member is back that is offline
+    bool routed = false;  ///< a client has asked: what it is refused says nothing about the member
+  };
+  void OnExchange(const Member& member, const ExchangeEnd& end, const Finding& finding,
+                  About about);
+  /// More has come behind its last exchange, or behind the one that is `back` before it: that looks
+  /// otherwise now.
+  void OnMore(const Member& member, const Finding& finding, std::size_t back = 0);
+  /// The conversation would not ask.
+  void OnUnsupported(const Member& member, const std::string& reason);
+  void OnRetry(const Member& member);
+  /// A reading does not count before a second one agrees.
+  void OnRecheck(const Member& member);
+  void OnLate(const Member& member, Duration lateness);
+  /// It is waited for so much longer.
+  void OnPatience(const Member& member, Duration more);
+  void OnSecondReply(const Member& member);
+
+  /// A task has ended, all its repeats included.
+  void OnTask(const Member& member, bool answered);
+  /// A poll has.
+  void OnPoll(const Device& device, std::size_t query, bool answered);
+  /// Its queries are others now.
+  void OnPlan(const Device& device);
+  /// A command has ended; `read_back`: the device shows what was written.
+  void OnWrite(const Member& member, WriteEnd end, bool read_back);
+  void OnOffline(const Member& member);
+
+  /// The device speaks unasked.
+  void OnSpeaks(const Member& member);
+  /// It has said something, and this is what became of it.
+  void OnUnasked(const Member& member, Outcome outcome, const std::string& reason,
+                 const Finding& finding);
+  void OnLostEvents(const Member& member, std::size_t events);
+
+ private:
+  struct State {
+    Duration busy{};                   // line time that it has taken
+    Duration counted{};                // of that, in the status
+    Duration drained{};                // line time of the silence behind its last exchange
+    Instant heard{};                   // end of its last exchange, or when the port was opened
+    bool out = false;                  // its last task has failed
+    Symptom symptom = Symptom::clean;  // of its last exchange
+    std::uint32_t missed = 0;          // of its periods
+    Duration patience{};               // as the status has it
+    bool told_second = false;          // the user has been warned of a second, different reply
+  };
+
+  void Change(const Member& member, const std::function<void(DeviceStatus&)>& change);
+  void CountMissed();
+  void Count(const Member& member, bool answered, DeviceStatus& status);
+
+  const Roster& roster_;
+  const Schedule& schedule_;
+  PointStore& store_;
+  PollerListener& listener_;
+  ByMember<State> states_;
+  Now now_{};
+};
+
+}  // namespace baudgate

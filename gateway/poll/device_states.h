@@ -1,0 +1,64 @@
+// The state of each device as everybody sees it, and the quality that it gives to all its points:
+// published in the point store, and told to listener and tap when it changes. Told by
+// gateway/poll/poller.cpp and upkeep.cpp.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "gateway/base/time.h"
+#include "gateway/poll/by_member.h"
+#include "gateway/poll/poller_listener.h"
+#include "gateway/poll/roster.h"
+#include "gateway/store/device_status.h"
+#include "gateway/store/point_store.h"
+#include "gateway/trace/tap.h"
+
+namespace baudgate {
+
+class DeviceStates {
+ public:
+  /// All references outlive it.
+  DeviceStates(const Roster& roster, PointStore& store, PollerListener& listener);
+
+  void Attach(Tap& tap) { tap_ = &tap; }
+  void OnTime(Now now) { now_ = now; }
+  void OnOpened() { open_ = true; }
+  /// `why`: of all points while the port is closed.
+  void OnClosed(Override why);
+  /// "the port is closed", or why.
+  std::string WhyClosed() const;
+
+  /// Its state may have changed; `reason`: what has led to that.
+  void OnState(const Member& member, const std::string& reason);
+  /// What is wrong with it as a whole may be another thing than before. True: nothing is any more.
+  bool OnTrouble(const Device& device);
+  /// Another device answers in its place.
+  void OnReplaced(const Member& member);
+  /// What the conversation wants to know after a restart may have changed.
+  void OnMemory(Device& device);
+  void ShowOverride(const Member& member);
+  void ShowTimes(const Device& device);
+
+ private:
+  struct State {
+    DeviceState shown = DeviceState::never_seen;
+    std::string trouble;      // what is wrong with it as a whole, or worth a remark
+    bool in_trouble = false;  // the former
+  };
+
+  void Show(DeviceState state, DeviceState from, DeviceStatus& status) const;
+  DeviceState StateOf(const Member& member) const;
+  Override OverrideOf(const Member& member) const;
+
+  const Roster& roster_;
+  PointStore& store_;
+  PollerListener& listener_;
+  Tap* tap_ = nullptr;
+  ByMember<State> states_;
+  Now now_{};
+  bool open_ = false;
+  Override closed_as_ = Quality::bad_not_connected;
+};
+
+}  // namespace baudgate

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/poll/line_account.h"
+
+namespace baudgate {
+
+Duration LineAccount::OnTime(Now now, bool busy, bool drains) {
+  const Duration took = open_ && busy ? now.instant - now_.instant : Duration::zero();
+  counters_.busy += took;
+  drains ? minute_.OnDrained(took) : minute_.OnExchangeTime(took);
+  now_ = now;
+  if (others_.EndsAt(now.instant)) listener_.OnNews({News::What::collisions, true}, now_);
+  minute_.OnTime(now.instant);
+  return took;
+}
+
+void LineAccount::OnOpened() {
+  open_ = true;
+  minute_.OnOpened(now_.instant);
+  silent_from_.reset();
+}
+
+void LineAccount::OnClosed() {
+  open_ = false;
+  minute_.OnClosed();
+}
+
+void LineAccount::OnSent(const Member& member, const Request& request) {
+  counters_.bytes_out += request.bytes.size();
+  if (tap_ != nullptr) tap_->OnSent(member.index, request, now_);
+}
+
+void LineAccount::OnReceived(View bytes) {
+  counters_.bytes_in += bytes.size();
+  if (tap_ != nullptr) tap_->OnReceived(bytes, now_);
+}
+
+void LineAccount::Count(Outcome outcome) {
+  ++counters_.exchanges;
+  ++counters_.outcomes[static_cast<std::size_t>(outcome)];
+}
+
+void LineAccount::OnExchange(const Member& member, const ExchangeEnd& end, bool mute, LineUse use) {
+  const bool life = ProvesLife(end.outcome);
+  minute_.OnEnd(life ? use : LineUse::silence);
+  Count(end.outcome);
+  if (life && !mute) {
+    counters_.round_trips.Add(end.round_trip);
+    silent_from_.reset();
+  } else if (!life && end.outcome != Outcome::line_down) {
+    if (!silent_from_) silent_from_ = now_.instant;
+    last_failure_ = now_.instant;
+  }
+  if (tap_ != nullptr) tap_->OnExchangeEnd(member.index, end, now_);
+}
+
+void LineAccount::OnSecondMaster() {
+  if (!others_.Add(now_.instant)) return;
+  listener_.OnNews({.what = News::What::collisions,
+                    .text = "echoes differ from what was sent: another master speaks on the line"},
+                   now_);
+}
+
+void LineAccount::OnRing(const Member& member, bool cut) {
+  if (cut == cut_since_.has_value()) return;
+  cut_since_ = cut ? std::optional(now_.wall) : std::nullopt;
+  listener_.OnNews({News::What::ring_open, !cut}, now_);
+  listener_.OnWarning(member.index,
+                      cut ? "the line does not echo any more: its ring is open, or a device on it "
+                            "has no power; until it is mended no device of the line can answer"
+                          : "the line echoes again: its ring is closed");
+}
+
+void LineAccount::Show(Duration notice_bound) const {
+  const LineMinute::Use use = minute_.use(now_.instant);
+  store_.UpdateLine(line_, [&](LineStatus& status) {
+    static_cast<LineCounters&>(status) = counters_;
+    status.spent = minute_.spent();
+    status.use = use.busy;
+    status.minute = use.shares;
+    status.notice_bound = notice_bound;
+    status.cut_since = cut_since_;
+  });
+}
+
+}  // namespace baudgate

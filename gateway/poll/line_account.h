@@ -1,0 +1,81 @@
+// The account of a line: what it has carried, what its time went to, and what is wrong with it as a
+// whole. Shown in the point store, its bytes in the tap. Told by gateway/poll/poller.cpp.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+
+#include "gateway/base/outcome.h"
+#include "gateway/base/time.h"
+#include "gateway/poll/burst.h"
+#include "gateway/poll/line_minute.h"
+#include "gateway/poll/poller_listener.h"
+#include "gateway/poll/roster.h"
+#include "gateway/store/line_status.h"
+#include "gateway/store/point_store.h"
+#include "gateway/trace/tap.h"
+
+namespace baudgate {
+
+class LineAccount {
+ public:
+  /// `line`: its index in the store. All references outlive it.
+  LineAccount(PointStore& store, std::uint32_t line, PollerListener& listener)
+      : store_(store), line_(line), listener_(listener) {}
+
+  void Attach(Tap& tap) { tap_ = &tap; }
+
+  /// Time has passed; `busy`: the line was, or `drains`: it kept silence behind an exchange.
+  /// Returns how much of the time that took.
+  Duration OnTime(Now now, bool busy, bool drains);
+  void OnOpened();
+  void OnClosed();
+
+  void OnSent(const Member& member, const Request& request);
+  void OnReceived(View bytes);
+  /// `mute`: its end says nothing about whether anybody answers. `use`: what it was for.
+  void OnExchange(const Member& member, const ExchangeEnd& end, bool mute, LineUse use);
+  /// A device has said something unasked, and this is what became of it.
+  void OnUnasked(Outcome outcome) { Count(outcome); }
+  void OnProbe() { ++counters_.probes; }
+  void OnLate() { ++counters_.late; }
+  void OnStray(std::size_t count) { counters_.stray_bytes += count; }
+  void OnEcho() { ++counters_.echoes; }
+  void OnNegotiation() { ++counters_.negotiations; }
+  /// An echo differed from what was sent, or was missing.
+  void OnCollision() { ++counters_.collisions; }
+  /// An echo was there, and differed: somebody else has spoken.
+  void OnSecondMaster();
+  /// `cut`: the bus has stopped echoing (gateway/line/echo_watch.h), as `member` was asked.
+  void OnRing(const Member& member, bool cut);
+
+  /// `notice_bound`: see LineStatus.
+  void Show(Duration notice_bound) const;
+
+  const LineCounters& counters() const { return counters_; }
+  /// What was asked since `when` has remained without an answer: a serial server may hang although
+  /// its TCP lives.
+  bool SilentSince(Instant when) const {
+    return silent_from_ && *silent_from_ < when && last_failure_ >= when;
+  }
+
+ private:
+  void Count(Outcome outcome);
+
+  PointStore& store_;
+  const std::uint32_t line_;
+  PollerListener& listener_;
+  Tap* tap_ = nullptr;
+  LineCounters counters_;
+  LineMinute minute_;
+  Now now_{};
+  bool open_ = false;
+  std::optional<WallTime> cut_since_;   // the ring
+  Burst others_;                        // echoes that differed
+  std::optional<Instant> silent_from_;  // nobody has answered since
+  Instant last_failure_{};              // of an exchange
+};
+
+}  // namespace baudgate

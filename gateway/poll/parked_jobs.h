@@ -1,0 +1,51 @@
+// Jobs that wait beside the line: their device has asked for some time, or a late reply of it is
+// still to come. Chosen again by gateway/poll/chooser.cpp.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "gateway/poll/job.h"
+
+namespace baudgate {
+
+/// One of a device at most.
+class ParkedJobs {
+ public:
+  void Park(std::unique_ptr<Job> job, Instant until) { parked_.push_back({std::move(job), until}); }
+  /// Null: the time of none has come.
+  std::unique_ptr<Job> Take(Instant now) {
+    const auto next =
+        std::ranges::find_if(parked_, [now](const One& one) { return one.until <= now; });
+    if (next == parked_.end()) return nullptr;
+    std::unique_ptr<Job> job = std::move(next->job);
+    parked_.erase(next);
+    return job;
+  }
+  bool Has(const Member& member) const {
+    return std::ranges::find(parked_, &member, &One::member) != parked_.end();
+  }
+  void Drop(const Member& member) {
+    std::erase_if(parked_, [&member](const One& one) { return one.member() == &member; });
+  }
+  /// When the first may go on.
+  std::optional<Instant> NextAt() const {
+    const auto first = std::ranges::min_element(parked_, {}, &One::until);
+    return first == parked_.end() ? std::nullopt : std::optional(first->until);
+  }
+
+ private:
+  struct One {
+    std::unique_ptr<Job> job;
+    Instant until{};
+    const Member* member() const { return job->member; }
+  };
+
+  std::vector<One> parked_;
+};
+
+}  // namespace baudgate

@@ -1,0 +1,97 @@
+// What outputs get of the events: from memory, and from the file where they have been away.
+// SPDX-License-Identifier: Apache-2.0
+#include <sqlite3.h>
+
+#include "tests/gateway/events/event_log_fixture.h"
+
+namespace baudgate::events {
+namespace {
+
+using audit::FaultyDisk;
+
+TEST_F(EventLogTest, KeepsThePlaceOfAConsumerAndReadsWhatHasLeftTheMemory) {
+  const auto small = [] {
+    return std::make_shared<EventFeed>(FeedLimits{.events = 10}, std::set<std::string>{"dds"});
+  };
+  feed_ = small();
+  const auto take = [this](std::int64_t after) {
+    for (;;) {
+      if (auto events = feed_->Take(after, 100); !events.empty()) return events;
+      std::this_thread::yield();
+    }
+  };
+  {
+    const auto log = Start(file());
+    Batch batch = BatchOf(0, "a");
+    for (int i = 0; i < 499; ++i) batch.events.push_back(batch.events.front());
+    log->queue().Add(batch);
+    AwaitKept(1);
+    EXPECT_EQ(take(495).size(), 5U);
+    const auto read = take(20);
+    ASSERT_EQ(read.size(), 100U);
+    EXPECT_EQ(read.front().record.seq, 21);
+    EXPECT_EQ(read.back().source, 0U);
+    EXPECT_EQ(take(120).back().record.seq, 220) << "of the same page";
+    EXPECT_EQ(take(220).back().record.seq, 320);
+    feed_->SetCursor("dds", {320, true});
+    EXPECT_EQ(log->state().consumers.front().lost, 0);
+  }
+  feed_ = small();
+  const auto log = Start(file());
+  while (!feed_->cursor("dds")) std::this_thread::yield();
+  EXPECT_EQ(feed_->cursor("dds"), (Cursor{320, true}));
+  EXPECT_EQ(take(320).front().record.seq, 321);
+  // A file that lacks what he has not had.
+  std::filesystem::remove(file());
+  log->queue().Add(BatchOf(0, "b"));
+  AwaitKept(2);
+  EXPECT_EQ(take(330).front().record.seq, 492) << "what is in memory";
+  EXPECT_EQ(log->state().oldest, 501);
+  ASSERT_EQ(log->state().consumers.size(), 1U);
+  EXPECT_EQ(log->state().consumers[0].lost, 180);
+  feed_->SetCursor("dds", {501, false});
+  for (Database database(file().string(), Database::Mode::read);;) {
+    if (ToText(database.First("SELECT seq FROM event_cursors")) == "501") break;
+    std::this_thread::yield();
+  }
+}
+
+TEST_F(EventLogTest, FeedsItsEndOnceWhileOutputsStillRun) {
+  auto log = Start(file(), {}, {}, true);
+  log->queue().Started("1");
+  log->queue().End(1h);
+  EXPECT_EQ(Fed(), (std::vector<std::string>{"baudgate 1 has started", "the gateway ends"}));
+  log.reset();
+  EXPECT_EQ(Fed().size(), 2U);
+  feed_ = std::make_shared<EventFeed>();
+  Start(file(), {}, {}, true)->queue().Started("2");
+  EXPECT_EQ(Fed().back(), "the gateway ends") << "also where nobody asked for it before";
+}
+
+TEST_F(EventLogTest, EndsWithoutADiskThatFails) {
+  FaultyDisk disk;
+  disk.write_error = SQLITE_FULL;
+  const auto log = Start("/events.db", disk.vfs(), {}, true);
+  log->queue().Started("1");
+  log->queue().End(1h);
+  EXPECT_TRUE(Fed().empty());
+  disk.write_error = 0;
+}
+
+TEST_F(EventLogTest, FeedsWhatTheGatewayHasSeenOfADeviceAsTheDevices) {
+  const auto log = Start(file(), {}, {}, true);
+  log->queue().Started("1");
+  EventRecord record;
+  record.line = "bay-1";
+  record.device = "feeder-2";
+  record.text = "does not answer";
+  log->queue().Tell(record);
+  while (Fed().size() < 2) std::this_thread::yield();
+  const auto fed = feed_->Take(0, 10);
+  EXPECT_EQ(fed[0].source, kGateway);
+  EXPECT_EQ(fed[1].source, 1U);
+  EXPECT_EQ(fed[1].record.text, "does not answer");
+}
+
+}  // namespace
+}  // namespace baudgate::events
