@@ -30,7 +30,7 @@ std::string Cure(const std::string& host, bool on_this_machine,
   if (!missing.empty()) {
     return "it is on this machine, so name " + missing + " in dds.interfaces as well";
   }
-  return "it is on this machine and must use each address that dds.interfaces names";
+  return "it is on this machine and must use an address of dds.interfaces beside 127.0.0.1";
 }
 
 }  // namespace

@@ -9,8 +9,8 @@
 namespace baudgate::dds {
 
 /// `host`: where it listens. `on_this_machine`: that is an address of ours. `interfaces`: those of
-/// our participant. A library on this machine sends to loopback, or to nothing that it does not use
-/// itself, so both sides need the same addresses.
+/// our participant. Another Fast DDS on this machine sends to loopback where it uses it, and never
+/// to an address of the machine that it does not use.
 std::string UnansweredRemark(const std::string& host, bool on_this_machine,
                              const std::vector<std::string>& interfaces);
 

@@ -1,5 +1,5 @@
 // On which interfaces a gateway and a subscriber of one machine find each other, and that `watch`
-// hears again when an interface was made anew.
+// hears again when its interface was made anew or plugged in.
 // SPDX-License-Identifier: Apache-2.0
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <fastrtps/xmlparser/XMLProfileManager.h>
@@ -153,33 +153,52 @@ class Steps : public std::stringbuf {
   std::size_t next_ = 0;
 };
 
-/// The gateway is on the other machine: here it would join the multicast group on the new interface for `watch` as well.
-TEST_F(Interfaces, WatchHearsAgainOnOneThatWasMadeAnew) {
-  const auto publish = [this](double value) {
+/// With a gateway on the other machine: here it would join the multicast group for `watch` as well.
+class FarGateway : public Interfaces {
+ protected:
+  void Publish(double value) {
     network_.GoThere();
-    auto publisher = PublishOn({OwnNetwork::kThere}, value);
+    publisher_ = PublishOn({OwnNetwork::kThere}, value);
     network_.ComeBack();
-    return publisher;
+  }
+  /// What `watch` says beside the points.
+  std::string Watch(std::vector<Steps::Step> steps) {
+    Steps output(std::move(steps));
+    WatchOptions options;
+    options.domain = dds::testing::TestDomain();
+    options.interfaces = {kInterface};
+    options.seconds = 20s;
+    std::ostream out(&output);
+    std::ostringstream err;
+    EXPECT_EQ(RunWatch(options, out, err), 0);
+    EXPECT_TRUE(output.Done()) << output.str();
+    return err.str();
+  }
+  static void StopWatch() { pthread_kill(pthread_self(), SIGTERM); }
+
+  std::unique_ptr<dds::DdsPublisher> publisher_;
+};
+
+TEST_F(FarGateway, IsHeardAgainWhenTheInterfaceWasMadeAnew) {
+  Publish(2.5);
+  const auto renew = [this] {
+    publisher_.reset();
+    network_.RemoveCable();
+    network_.AddCable();
+    Publish(3.5);
   };
-  auto publisher = publish(2.5);
-  Steps steps({{"2.5 A",
-                [&] {
-                  publisher.reset();
-                  network_.RemoveCable();
-                  network_.AddCable();
-                  publisher = publish(3.5);
-                }},
-               {"3.5 A", [] { pthread_kill(pthread_self(), SIGTERM); }}});
-  WatchOptions options;
-  options.domain = dds::testing::TestDomain();
-  options.interfaces = {kInterface};
-  options.seconds = 20s;
-  std::ostream out(&steps);
-  std::ostringstream err;
-  EXPECT_EQ(RunWatch(options, out, err), 0);
-  EXPECT_TRUE(steps.Done()) << steps.str();
-  EXPECT_THAT(err.str(),
+  EXPECT_THAT(Watch({{"2.5 A", renew}, {"3.5 A", StopWatch}}),
               HasSubstr("watch: the interface of " + kInterface + " was made anew; begun anew"));
+}
+
+TEST_F(FarGateway, IsHeardWhenTheCableIsPluggedInLate) {
+  network_.Unplug();
+  const auto begin = [this] {
+    network_.PlugIn();
+    Publish(2.5);
+  };
+  EXPECT_THAT(Watch({{"", begin}, {"2.5 A", StopWatch}}),
+              HasSubstr("watch: the interface of " + kInterface + " is up now; begun anew"));
 }
 
 }  // namespace

@@ -3,19 +3,16 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
-#include <ifaddrs.h>
-#include <net/if.h>
 #include <sched.h>
 #include <unistd.h>
 
 #include <cstdlib>
 #include <fstream>
-#include <memory>
 #include <string>
-#include <string_view>
 #include <thread>
 
 #include "gateway/base/time.h"
+#include "gateway/dds/fast/own_addresses.h"
 
 namespace baudgate::dds::testing {
 namespace {
@@ -26,23 +23,15 @@ void Ip(const std::string& words) {
   EXPECT_EQ(std::system(("ip " + words).c_str()), 0) << "ip " << words;
 }
 
-bool IsRunning() {
-  ifaddrs* raw = nullptr;
-  if (getifaddrs(&raw) != 0) return false;
-  const std::unique_ptr<ifaddrs, decltype(&freeifaddrs)> list(raw, &freeifaddrs);
-  for (const ifaddrs* at = raw; at != nullptr; at = at->ifa_next) {
-    const bool has_address = at->ifa_addr != nullptr && at->ifa_addr->sa_family == AF_INET;
-    if (has_address && std::string_view(at->ifa_name) == kInterface) {
-      return (at->ifa_flags & IFF_RUNNING) != 0;
-    }
-  }
-  return false;
-}
-
-/// What the library looks for. The kernel finds the other end a moment late.
-void AwaitInterface() {
-  for (int i = 0; i < 1000 && !IsRunning(); ++i) std::this_thread::sleep_for(10ms);
-  EXPECT_TRUE(IsRunning());
+/// The kernel notices the other end a moment late.
+void AwaitInterface(const std::string& address, bool up) {
+  const auto is_up = [&address] {
+    const OwnAddresses own = FindOwnAddresses();
+    const auto at = own.find(address);
+    return at != own.end() && at->second;
+  };
+  for (int i = 0; i < 1000 && is_up() != up; ++i) std::this_thread::sleep_for(10ms);
+  EXPECT_EQ(is_up(), up) << address;
 }
 
 int CurrentNetwork() { return ::open("/proc/thread-self/ns/net", O_RDONLY | O_CLOEXEC); }
@@ -87,16 +76,27 @@ void OwnNetwork::ComeBack() const { EXPECT_EQ(::setns(here_, CLONE_NEWNET), 0); 
 void OwnNetwork::AddCable() const {
   const std::string there = "/proc/" + std::to_string(::getpid()) + "/fd/" + std::to_string(there_);
   Ip("link add " + kInterface + " type veth peer name " + kInterface + " netns " + there);
-  const auto set_up = [](const std::string& address) {
-    Ip("address add " + address + "/24 dev " + kInterface);
-    Ip("link set " + kInterface + " up");
-  };
-  set_up(kHere);
+  Ip("address add " + std::string(kHere) + "/24 dev " + kInterface);
+  Ip("link set " + kInterface + " up");
   GoThere();
-  set_up(kThere);
-  AwaitInterface();
+  Ip("address add " + std::string(kThere) + "/24 dev " + kInterface);
   ComeBack();
-  AwaitInterface();
+  PlugIn();
+}
+
+void OwnNetwork::PlugIn() const {
+  GoThere();
+  Ip("link set " + kInterface + " up");
+  AwaitInterface(kThere, true);
+  ComeBack();
+  AwaitInterface(kHere, true);
+}
+
+void OwnNetwork::Unplug() const {
+  GoThere();
+  Ip("link set " + kInterface + " down");
+  ComeBack();
+  AwaitInterface(kHere, false);
 }
 
 void OwnNetwork::RemoveCable() const { Ip("link delete " + kInterface); }

@@ -25,6 +25,9 @@ class OwnNetwork {
   /// With both interfaces.
   void AddCable() const;
   void RemoveCable() const;
+  /// The other end goes down and up.
+  void Unplug() const;
+  void PlugIn() const;
 
  private:
   int before_ = -1;

@@ -9,7 +9,7 @@ namespace {
 
 TEST(Unanswered, TheCureFitsWhatIsNamedAlready) {
   const std::string both_sides =
-      "it is on this machine and must use each address that dds.interfaces names";
+      "it is on this machine and must use an address of dds.interfaces beside 127.0.0.1";
   const struct {
     std::string host;
     bool own;

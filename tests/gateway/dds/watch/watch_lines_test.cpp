@@ -1,4 +1,4 @@
-// Which samples `watch` prints.
+// Which samples `watch` prints, and as what JSON.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/dds/watch/watch_lines.h"
 
@@ -6,6 +6,8 @@
 
 #include <functional>
 #include <limits>
+
+#include "gateway/dds/watch/watch_events.h"
 
 namespace baudgate {
 namespace {
@@ -41,6 +43,36 @@ TEST(WatchLines, TellNewsFromRepeats) {
   PointEvent unread;
   unread.sample.value = std::numeric_limits<double>::quiet_NaN();
   EXPECT_TRUE(LooksAlike(unread, unread)) << "no value is no news either";
+}
+
+TEST(WatchLines, JsonHasEachFieldOfTheContract) {
+  PointEvent event = Reading();
+  event.sample.gateway = "g", event.sample.device = "d", event.sample.point = "p";
+  event.sample.unit = "A", event.sample.rtt_us = 9;
+  event.sample.source_time_ns = 1'790'000'000'000'000'000;
+  const std::string end = R"(,"writer":")" + Text(event.origin.writer) + R"("})";
+  EXPECT_EQ(JsonLine(event),
+            R"({"gateway":"g","device":"d","point":"p","value":2.5,"unit":"A","quality":192,)"
+            R"("quality_text":"good","source_time":"2026-09-21T14:13:20.000Z","seq":7,"rtt_us":9)" +
+                end);
+  event.gone = dds::Gone::no_writers;
+  EXPECT_EQ(JsonLine(event), R"({"gateway":"g","device":"d","point":"p","gone":"no_writers"})");
+
+  dds::EventSample happened;
+  happened.gateway = "g", happened.device = "d", happened.seq = 412, happened.code = 49;
+  happened.device_time_ns = 1'790'000'000'000'000'000, happened.text = "tripped";
+  EXPECT_EQ(JsonLine(happened),
+            R"({"gateway":"g","device":"d","seq":412,"device_time":"2026-09-21T14:13:20.000Z",)"
+            R"("receive_time":null,"clock_quality":0,"channel":0,"code":49,"text":"tripped"})");
+
+  dds::AlarmSample alarm;
+  alarm.gateway = "g", alarm.line = "l", alarm.device = "d", alarm.name = "n";
+  alarm.state = 3, alarm.priority = 3, alarm.seq = 412, alarm.text = "tripped";
+  alarm.raised_time_ns = alarm.changed_time_ns = 1'790'000'000'000'000'000;
+  EXPECT_EQ(JsonLine(alarm),
+            R"({"gateway":"g","line":"l","device":"d","name":"n","point":"","state":"returned",)"
+            R"("priority":"high","seq":412,"raised":"2026-09-21T14:13:20.000Z",)"
+            R"("changed":"2026-09-21T14:13:20.000Z","text":"tripped","acknowledged_by":""})");
 }
 
 }  // namespace
