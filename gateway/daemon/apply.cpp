@@ -153,7 +153,7 @@ std::vector<std::string> Daemon::Impl::Apply(config::Config next,
 #endif
   ApplyHistory(*before);
   if (web) {
-    const std::string trouble = web->Apply(*slots, std::move(page));
+    const std::string trouble = web->Apply(slots, std::move(page));
     if (!trouble.empty()) missing.push_back(trouble);
   }
   lines.Start();
@@ -163,15 +163,15 @@ std::vector<std::string> Daemon::Impl::Apply(config::Config next,
   return missing;
 }
 
-/// Points of the history are numbers, too. Nobody may read it while it is made anew.
+/// Points of the history are numbers, too. Whoever reads meanwhile goes on with what he has.
 void Daemon::Impl::ApplyHistory(const config::Config& before) {
   if (before.history.on() || slots->history.on()) {
-    if (control) control->Apply(*slots, nullptr);
-    if (web) web->ApplyHistory(*slots, nullptr);
-    records.RenewHistory(*slots, store);
+    if (control) control->Apply(slots, nullptr);
+    if (web) web->ApplyHistory(slots, nullptr);
+    records.RenewHistory(slots, store);
   }
-  if (control) control->Apply(*slots, records.history());
-  if (web) web->ApplyHistory(*slots, records.history());
+  if (control) control->Apply(slots, records.history());
+  if (web) web->ApplyHistory(slots, records.history());
 }
 
 reload::Healths Daemon::Impl::Healths() const {

@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <sqlite3.h>
 
+#include <fstream>
 #include <future>
 
 #include "gateway/audit/audit_log.h"
@@ -328,6 +329,32 @@ TEST_F(EventLogTest, AlarmsAreKnownWhileTheDiskFails) {
   EXPECT_EQ(log->Alarms().size(), 2U);
 }
 
+/// Nothing is written, so nobody else would find out.
+TEST_F(EventLogTest, WhatAReaderFindsDamagedIsPutAsideAtTheNextLook) {
+  const auto log = Start(file());
+  log->Add(BatchOf(0, "a"));
+  AwaitKept(1);
+  {
+    // Behind its head nothing is right any more.
+    Database other(file().string(), Database::Mode::write);
+    ASSERT_TRUE(other.EmptyLog());
+    constexpr int kHeader = 100;
+    std::fstream bytes(file(), std::ios::in | std::ios::out | std::ios::binary);
+    bytes.seekp(kHeader);
+    bytes << std::string(std::filesystem::file_size(file()) - kHeader, 'x');
+  }
+  EXPECT_FALSE(log->Read({}));
+  EXPECT_TRUE(log->state().put_aside.empty());
+  for (int ticks = 0; ticks < FileWatch::kLookEvery; ++ticks) log->Watch();
+  while (log->state().put_aside.empty()) std::this_thread::yield();
+  EXPECT_THAT(log->state().put_aside, ElementsAre(file().filename().string() + ".bad"));
+  EXPECT_THAT(heard(), Contains(HasSubstr("is damaged (")));
+  EXPECT_TRUE(log->Read({})) << "a new one has begun";
+  std::filesystem::remove(file().string() + ".bad");
+  for (int ticks = 0; ticks < FileWatch::kLookEvery; ++ticks) log->Watch();
+  while (!log->state().put_aside.empty()) std::this_thread::yield();
+}
+
 TEST_F(EventLogTest, AlarmsAreKnownWhileTheDiskHangs) {
   FaultyDisk disk;
   const auto log = Start("/events.db", disk.vfs());
@@ -336,7 +363,7 @@ TEST_F(EventLogTest, AlarmsAreKnownWhileTheDiskHangs) {
   disk.Hang(true);
   log->Tell(Raised("first"));
   disk.WaitUntilItHangs();
-  for (int looks = 0; looks < EventQueue::kMostLooks; ++looks) log->Watch();
+  for (int ticks = 0; ticks < FileWatch::kMostTicks; ++ticks) log->Watch();
   EXPECT_EQ(log->state().disk, Disk::fine) << "it may just be slow";
   log->Tell(Raised("second"));
   log->Watch();
