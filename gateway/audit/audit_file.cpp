@@ -29,15 +29,15 @@ std::optional<AuditFile::Opened> AuditFile::Open() {
 }
 
 Status AuditFile::Write(std::vector<Draft>& drafts) {
-  Status status = connection_.CheckThere();
-  if (status) {
-    if (table_->Write(drafts)) {
-      connection_.OnCommit();
-    } else {
-      status = connection_.Failed();
-    }
-  }
+  Status status = connection_.Check();
+  if (status && !table_->Write(drafts)) status = connection_.Failed();
   if (!connection_.is_open()) table_.reset();
+  return status;
+}
+
+Status AuditFile::Check() {
+  Status status = connection_.Check(true);
+  if (!status) table_.reset();
   return status;
 }
 

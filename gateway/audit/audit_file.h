@@ -27,6 +27,10 @@ class AuditFile {
   std::optional<Opened> Open();
   /// Open; all of them are on the disk, with their seq, or none is.
   Status Write(std::vector<Draft>& drafts);
+  /// Open: what a reader has found damaged is read as a whole.
+  Status Check();
+  /// See PutAsideOf.
+  std::vector<std::string> PutAside() const { return PutAsideOf(connection_.path()); }
   /// Takes out what there is no room for, and what is too old. Its failures are the next write's.
   void Tidy(Now now);
 

@@ -78,9 +78,14 @@ WriteLog::Kept AuditLog::WaitFor(Ticket ticket, Instant until) {
 }
 
 void AuditLog::Watch() {
-  const MutexLock lock(mutex_);
-  looks_ = state_.disk == Disk::fine && book_.due() ? looks_ + 1 : 0;
-  if (looks_ > kMostLooks) Show(Disk::stalled, kStalled);
+  {
+    const MutexLock lock(mutex_);
+    const bool late = watch_.Tick(book_.due());
+    if (late && state_.disk == Disk::fine) Show(Disk::stalled, kStalled);
+    if (!watch_.look_due()) return;
+    look_at_ = {};
+  }
+  worker_.Wake();
 }
 
 std::string AuditLog::Trouble() const {
@@ -104,20 +109,29 @@ Result<Page> AuditLog::Read(const PageQuery& query) const {
     if (state_.disk == Disk::stalled) return Error{state_.trouble};
     if (state_.disk == Disk::opening) return Page{.records = {}, .next = query.after};
   }
-  return ReadPage(options_.file, query);
+  bool damaged = false;
+  auto page = ReadPage(options_.file, query, &damaged);
+  if (damaged) {
+    const MutexLock lock(mutex_);
+    watch_.Doubt();
+  }
+  return page;
 }
 
 // ---------------------------------------------------------------- the writing thread
 
 Instant AuditLog::Round(bool last) {
+  FileWatch::Look look;
   {
     const MutexLock lock(mutex_);
     const Instant now = options_.clocks().instant;
     if (!last && !IsTime(now)) return look_at_;
     repeats_.Tick(now);
     if (last) repeats_.Close();
+    look = watch_.TakeLook();
+    watch_.Begin();
   }
-  WriteDue();
+  WriteDue(look);
   const MutexLock lock(mutex_);
   const bool idle = state_.disk != Disk::failing && repeats_.empty();
   look_at_ = idle ? kWhenWoken : options_.clocks().instant + kTick;
@@ -130,9 +144,11 @@ bool AuditLog::IsTime(Instant now) const {
   return book_.due() && state_.disk != Disk::failing;
 }
 
-void AuditLog::WriteDue() {
+void AuditLog::WriteDue(FileWatch::Look look) {
   if (options_.file.empty()) return;
   Status status;
+  if (look.whole && file_.is_open()) status = file_.Check();
+  if (!status) return OnWritten(status, {});
   if (const auto opened = file_.Open()) {
     if (!opened->put_aside.empty()) options_.warn("audit: " + opened->put_aside);
     if (opened->lost) options_.warn("audit: " + *opened->lost);
@@ -142,7 +158,9 @@ void AuditLog::WriteDue() {
     }
     const MutexLock lock(mutex_);
     if (opened->new_file) book_.NewFile();
+    look.due = true;
   }
+  if (look.due) ShowPutAside();
   std::vector<Draft> drafts;
   if (status) {
     {
@@ -158,11 +176,17 @@ void AuditLog::WriteDue() {
 void AuditLog::OnWritten(const Status& status, const std::vector<Draft>& drafts) {
   {
     const MutexLock lock(mutex_);
-    looks_ = 0;
+    watch_.End();
     if (status) book_.Kept(drafts);
     Show(status ? Disk::fine : Disk::failing, status ? std::string() : status.error());
   }
   changed_.notify_all();
+}
+
+void AuditLog::ShowPutAside() {
+  std::vector<std::string> files = file_.PutAside();
+  const MutexLock lock(mutex_);
+  state_.put_aside = std::move(files);
 }
 
 /// The log hears of the first trouble and of its end.

@@ -13,15 +13,13 @@
 #include "gateway/audit/write_log.h"
 #include "gateway/base/guarded.h"
 #include "gateway/base/worker.h"
+#include "gateway/state/file_watch.h"
 
 namespace baudgate::audit {
 
 class AuditLog final : public WriteLog, public AuditSource {
  public:
   static constexpr Duration kTick = 1s;
-  /// A disk for which a record waits at more looks in a row does not answer in time.
-  static constexpr int kMostLooks = 3;
-
   struct Options {
     std::filesystem::path file;  ///< empty: there is no place for it
     std::string why_no_file{};
@@ -47,7 +45,8 @@ class AuditLog final : public WriteLog, public AuditSource {
   void Note(WriteRecord record, Instant asked) override;
   std::string Trouble() const override;
 
-  /// Once a second, from any thread but the one that writes: that one may hang.
+  /// Once a second, from any thread but the one that writes: that one may hang. From time to time
+  /// the file is looked at.
   void Watch();
 
   AuditState state() const override;
@@ -56,7 +55,8 @@ class AuditLog final : public WriteLog, public AuditSource {
  private:
   Instant Round(bool last);
   bool IsTime(Instant now) const BAUDGATE_REQUIRES(mutex_);
-  void WriteDue();
+  void WriteDue(FileWatch::Look look);
+  void ShowPutAside();
   void OnWritten(const Status& status, const std::vector<Draft>& drafts);
   void Show(Disk disk, const std::string& trouble) BAUDGATE_REQUIRES(mutex_);
   std::string Consequence() const;
@@ -72,7 +72,7 @@ class AuditLog final : public WriteLog, public AuditSource {
   AuditState state_ BAUDGATE_GUARDED_BY(mutex_);
   std::string told_ BAUDGATE_GUARDED_BY(mutex_);   // the trouble that the log has; empty: none
   Instant look_at_ BAUDGATE_GUARDED_BY(mutex_){};  // a round is due then, whatever has come
-  int looks_ BAUDGATE_GUARDED_BY(mutex_) = 0;  // at which a record waited, and no round has ended
+  mutable FileWatch watch_ BAUDGATE_GUARDED_BY(mutex_);
   Worker worker_;
 };
 

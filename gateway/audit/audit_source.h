@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "gateway/audit/write_page.h"
 #include "gateway/state/disk.h"
@@ -17,6 +18,7 @@ struct AuditState {
   std::size_t waiting = 0;  ///< records that are in memory only
   std::uint64_t lost = 0;   ///< records for which there was no room
   std::string file;
+  std::vector<std::string> put_aside{};  ///< damaged files that are still there, by name
 };
 
 class AuditSource {

@@ -5,6 +5,8 @@
 #include <limits>
 #include <utility>
 
+#include "gateway/state/read_once.h"
+
 namespace baudgate::audit {
 namespace {
 
@@ -74,12 +76,8 @@ Result<Page> ReadPage(Database& database, const PageQuery& query) {
   }
 }
 
-Result<Page> ReadPage(const std::filesystem::path& file, const PageQuery& query) {
-  Database database(file.string(), Database::Mode::read);
-  if (!database.is_open()) return Error{file.string() + ": " + database.error()};
-  auto page = ReadPage(database, query);
-  if (!page) return Error{file.string() + ": " + page.error()};
-  return page;
+Result<Page> ReadPage(const std::filesystem::path& file, const PageQuery& query, bool* damaged) {
+  return ReadOnce(file, damaged, [&](Database& database) { return ReadPage(database, query); });
 }
 
 }  // namespace baudgate::audit

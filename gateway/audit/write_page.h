@@ -32,7 +32,8 @@ struct Page {
 };
 
 Result<Page> ReadPage(Database& database, const PageQuery& query);
-/// One read, in a connection that ends with it.
-Result<Page> ReadPage(const std::filesystem::path& file, const PageQuery& query);
+/// See ReadOnce.
+Result<Page> ReadPage(const std::filesystem::path& file, const PageQuery& query,
+                      bool* damaged = nullptr);
 
 }  // namespace baudgate::audit

@@ -24,7 +24,7 @@ ReloadService::Answered Answer(const Request& request) {
   };
 }
 
-Reply Reload(Gateway& gateway, const Request& request) {
+Reply Reload(const Gateway& gateway, const Request& request) {
   if (gateway.reload == nullptr) return Refused(kUnavailable, kNoFile);
   ReloadAsk ask;
   ask.dry_run = request.json.value("dry_run", false);
@@ -39,7 +39,7 @@ Reply Reload(Gateway& gateway, const Request& request) {
   return {};
 }
 
-Reply Confirm(Gateway& gateway, const Request& request) {
+Reply Confirm(const Gateway& gateway, const Request& request) {
   if (gateway.reload == nullptr) return Refused(kUnavailable, kNoFile);
   gateway.reload->Confirm(request.client.name, Answer(request));
   return {};
@@ -48,21 +48,22 @@ Reply Confirm(Gateway& gateway, const Request& request) {
 /// Once it is asked, the line answers.
 Reply Asked(const Status& status) { return status ? Reply{} : Refused(kUnknown, status.error()); }
 
-Reply Read(Gateway& gateway, const Request& request) {
-  return Asked(gateway.points.Read(request.json, request.client, request.now, request.later));
+Reply Read(const Gateway& gateway, const Request& request) {
+  return Asked(gateway.points.Read(*gateway.config, request.json, request.client, request.now,
+                                   request.later));
 }
 
-Reply Write(Gateway& gateway, const Request& request) {
-  return Asked(
-      gateway.points.Write(request.json, request.client, request.now.instant, request.later));
+Reply Write(const Gateway& gateway, const Request& request) {
+  return Asked(gateway.points.Write(*gateway.config, request.json, request.client,
+                                    request.now.instant, request.later));
 }
 
-Reply MayWrite(Gateway& gateway, const Request& request) {
-  const auto answer = gateway.points.MayWrite(request.json, request.now.instant);
+Reply MayWrite(const Gateway& gateway, const Request& request) {
+  const auto answer = gateway.points.MayWrite(*gateway.config, request.json, request.now.instant);
   return answer ? Reply{OneLine(*answer)} : Refused(kUnknown, answer.error());
 }
 
-Reply Ask(Gateway& gateway, const Request& request) {
+Reply Ask(const Gateway& gateway, const Request& request) {
   return Asked(AskManually(*gateway.config, gateway.control, gateway.sink, request.json,
                            request.client, request.now.instant, request.later));
 }

@@ -21,7 +21,7 @@ struct Member {
 struct Command {
   std::string_view name;
   std::vector<Member> members;
-  Reply (*answer)(Gateway& gateway, const Request& request);
+  Reply (*answer)(const Gateway& gateway, const Request& request);
   bool reads_disk = false;  ///< it answers at once, and as late as the disk does
 };
 

@@ -145,10 +145,11 @@ void ControlServer::Rebind() {
   trouble_ = trouble;
 }
 
-void ControlServer::Apply(const config::Config& config, const history::HistorySource* history) {
-  service_.Apply(config, history);
+void ControlServer::Apply(const std::shared_ptr<const config::Config>& config,
+                          std::shared_ptr<const history::HistorySource> history) {
+  service_.Apply(config, std::move(history));
   const auto sessions = sessions_;  // one that is closed leaves
-  for (const auto& [key, session] : sessions) session->OnReload(config);
+  for (const auto& [key, session] : sessions) session->OnReload(*config);
 }
 
 void ControlServer::Stop() {

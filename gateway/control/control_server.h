@@ -31,7 +31,8 @@ class ControlServer {
   void SetReload(ReloadService& service) { service_.SetReload(service); }
   /// A reload, on the thread of `io`: `config` is the one by now. Traces of lines that are gone
   /// end.
-  void Apply(const config::Config& config, const history::HistorySource* history);
+  void Apply(const std::shared_ptr<const config::Config>& config,
+             std::shared_ptr<const history::HistorySource> history);
   /// On the thread of `io`, or when it does not run. Ends all traces and removes the socket file.
   void Stop();
 

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/control/control_session.h"
 
-#include <pwd.h>
 #include <sys/socket.h>
 
 #include <asio/post.hpp>
 #include <asio/write.hpp>
 #include <atomic>
 #include <utility>
+
+#include "gateway/base/user_name.h"
 
 namespace baudgate::control {
 namespace {
@@ -17,11 +18,7 @@ std::string UserOf(int socket) {
   ucred peer{};
   socklen_t size = sizeof(peer);
   if (::getsockopt(socket, SOL_SOCKET, SO_PEERCRED, &peer, &size) != 0) return "user:?";
-  std::array<char, 1024> texts{};
-  passwd entry{};
-  passwd* found = nullptr;
-  ::getpwuid_r(peer.uid, &entry, texts.data(), texts.size(), &found);
-  return "user:" + (found == nullptr ? std::to_string(peer.uid) : std::string(found->pw_name));
+  return "user:" + NameOfUser(peer.uid);
 }
 
 std::uint64_t NextNumber() {

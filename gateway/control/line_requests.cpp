@@ -83,7 +83,7 @@ Result<Target> DeviceOf(const Gateway& gateway, const Request& request) {
   return Error{"name one device: " + gateway.config->lines[target->line].name + ".DEVICE"};
 }
 
-Reply SetInUse(Gateway& gateway, const Request& request, bool in_use) {
+Reply SetInUse(const Gateway& gateway, const Request& request, bool in_use) {
   const auto target = DeviceOf(gateway, request);
   if (!target) return Refused(kUnknown, target.error());
   gateway.control.SetInUse(*target->device, in_use);
@@ -94,7 +94,7 @@ Reply SetInUse(Gateway& gateway, const Request& request, bool in_use) {
   return {OneLine(done)};
 }
 
-Reply TraceOf(Gateway& gateway, const Request& request, bool recorded) {
+Reply TraceOf(const Gateway& gateway, const Request& request, bool recorded) {
   const auto target = LineOf(gateway, request);
   if (!target) return Refused(kUnknown, target.error());
   TraceWish wish{target->line, TextOf(request.json, "device")};
@@ -120,7 +120,7 @@ bool Wanted(const TraceWish& wish, const TraceRecord& record) {
   return wish.device.empty() || record.device.empty() || record.device == wish.device;
 }
 
-Reply ShowStatus(Gateway& gateway, const Request& request) {
+Reply ShowStatus(const Gateway& gateway, const Request& request) {
   std::optional<Target> target;
   if (request.json.contains("target")) {
     const auto found = TargetOf(gateway, request);
@@ -130,7 +130,7 @@ Reply ShowStatus(Gateway& gateway, const Request& request) {
   return {OneLine(StatusJson(*gateway.config, gateway.store, gateway.info, target, request.now))};
 }
 
-Reply Release(Gateway& gateway, const Request& request) {
+Reply Release(const Gateway& gateway, const Request& request) {
   const auto target = LineOf(gateway, request);
   if (!target) return Refused(kUnknown, target.error());
   const auto found = request.json.find("for_ms");
@@ -160,7 +160,7 @@ Reply Release(Gateway& gateway, const Request& request) {
   return {OneLine(done)};
 }
 
-Reply TakeBack(Gateway& gateway, const Request& request) {
+Reply TakeBack(const Gateway& gateway, const Request& request) {
   const auto target = LineOf(gateway, request);
   if (!target) return Refused(kUnknown, target.error());
   Json done = Done(gateway.config->lines[target->line]);
@@ -173,7 +173,7 @@ Reply TakeBack(Gateway& gateway, const Request& request) {
   return {OneLine(done)};
 }
 
-Reply ShowSettings(Gateway& gateway, const Request& request) {
+Reply ShowSettings(const Gateway& gateway, const Request& request) {
   const auto target = DeviceOf(gateway, request);
   if (!target) return Refused(kUnknown, target.error());
   const auto settings = SettingsJson(*gateway.config, gateway.store, *target, request.now);
@@ -181,15 +181,19 @@ Reply ShowSettings(Gateway& gateway, const Request& request) {
   return {OneLine(*settings)};
 }
 
-Reply Enable(Gateway& gateway, const Request& request) { return SetInUse(gateway, request, true); }
+Reply Enable(const Gateway& gateway, const Request& request) {
+  return SetInUse(gateway, request, true);
+}
 
-Reply Disable(Gateway& gateway, const Request& request) {
+Reply Disable(const Gateway& gateway, const Request& request) {
   return SetInUse(gateway, request, false);
 }
 
-Reply Trace(Gateway& gateway, const Request& request) { return TraceOf(gateway, request, false); }
+Reply Trace(const Gateway& gateway, const Request& request) {
+  return TraceOf(gateway, request, false);
+}
 
-Reply ShowRecorded(Gateway& gateway, const Request& request) {
+Reply ShowRecorded(const Gateway& gateway, const Request& request) {
   return TraceOf(gateway, request, true);
 }
 

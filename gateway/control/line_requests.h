@@ -10,16 +10,16 @@ namespace baudgate::control {
 /// The longest time that a port is lent; longer needs a second call.
 inline constexpr Duration kMostRelease = 24h;
 
-Reply ShowStatus(Gateway& gateway, const Request& request);
-Reply ShowSettings(Gateway& gateway, const Request& request);
+Reply ShowStatus(const Gateway& gateway, const Request& request);
+Reply ShowSettings(const Gateway& gateway, const Request& request);
 /// The port of a line is lent: to whoever opens it, or to clients of a TCP port.
-Reply Release(Gateway& gateway, const Request& request);
-Reply TakeBack(Gateway& gateway, const Request& request);
-Reply Enable(Gateway& gateway, const Request& request);
-Reply Disable(Gateway& gateway, const Request& request);
-Reply Trace(Gateway& gateway, const Request& request);
+Reply Release(const Gateway& gateway, const Request& request);
+Reply TakeBack(const Gateway& gateway, const Request& request);
+Reply Enable(const Gateway& gateway, const Request& request);
+Reply Disable(const Gateway& gateway, const Request& request);
+Reply Trace(const Gateway& gateway, const Request& request);
 /// Shows the records in the flight recorder of a line.
-Reply ShowRecorded(Gateway& gateway, const Request& request);
+Reply ShowRecorded(const Gateway& gateway, const Request& request);
 
 /// {"record":"…"}: a record of a trace as it travels.
 std::string RecordLine(const TraceRecord& record);

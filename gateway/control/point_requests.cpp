@@ -34,8 +34,8 @@ Json PointsAt(const PointStore& store, std::uint32_t device,
 
 }  // namespace
 
-Result<WriteAsk> PointRequests::AskOf(const Json& request) const {
-  const auto target = FindPoint(*config_, TextOf(request, "target"));
+Result<WriteAsk> PointRequests::AskOf(const config::Config& config, const Json& request) const {
+  const auto target = FindPoint(config, TextOf(request, "target"));
   if (!target) return Error{target.error()};
   const config::Point& point = store_.device(target->device).points[target->point];
   const auto value = ParseValue(point, TextOf(request, "value"));
@@ -46,16 +46,17 @@ Result<WriteAsk> PointRequests::AskOf(const Json& request) const {
   return ask;
 }
 
-Result<Json> PointRequests::MayWrite(const Json& request, Instant now) const {
-  const auto ask = AskOf(request);
+Result<Json> PointRequests::MayWrite(const config::Config& config, const Json& request,
+                                     Instant now) const {
+  const auto ask = AskOf(config, request);
   if (!ask) return Error{ask.error()};
   const auto refusal = gate_.WouldRefuse(*ask, now);
   return Json{{"may_write", !refusal}, {"reason", refusal ? refusal->text : ""}};
 }
 
-Status PointRequests::Write(const Json& request, const Writer& writer, Instant now,
-                            Answered answered) {
-  auto ask = AskOf(request);
+Status PointRequests::Write(const config::Config& config, const Json& request, const Writer& writer,
+                            Instant now, Answered answered) {
+  auto ask = AskOf(config, request);
   if (!ask) return Error{ask.error()};
   const config::Point& point = store_.device(ask->device).points[ask->parts.front().point];
   const auto confirm = request.find("confirm");
@@ -74,8 +75,9 @@ Status PointRequests::Write(const Json& request, const Writer& writer, Instant n
   return {};
 }
 
-Status PointRequests::Read(const Json& request, const Writer& writer, Now now, Answered answered) {
-  const auto target = FindPoints(*config_, TextOf(request, "target"));
+Status PointRequests::Read(const config::Config& config, const Json& request, const Writer& writer,
+                           Now now, Answered answered) {
+  const auto target = FindPoints(config, TextOf(request, "target"));
   if (!target) return Error{target.error()};
   WriteCommand command;
   command.device = target->device;

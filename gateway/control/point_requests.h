@@ -30,26 +30,26 @@ class PointRequests {
   using Answered = std::function<void(Json)>;
 
   /// All references outlive it, and what it has asked for.
-  PointRequests(const config::Config& config, const PointStore& store, CommandSink& sink)
-      : config_(&config), store_(store), sink_(sink), gate_(store, sink) {}
+  PointRequests(const PointStore& store, CommandSink& sink)
+      : store_(store), sink_(sink), gate_(store, sink) {}
 
   /// `target`: LINE.DEVICE.POINT; `value` in its unit; `confirm`: in place of a selection. An
   /// error, one sentence, where nothing can be asked.
-  Status Write(const Json& request, const Writer& writer, Instant now, Answered answered);
+  Status Write(const config::Config& config, const Json& request, const Writer& writer, Instant now,
+               Answered answered);
   /// Whether permission, limits and interlocks would let a confirmed write pass now. Nothing is
   /// sent or recorded.
-  Result<Json> MayWrite(const Json& request, Instant now) const;
+  Result<Json> MayWrite(const config::Config& config, const Json& request, Instant now) const;
   /// `target`: LINE.DEVICE or LINE.DEVICE.POINT.
-  Status Read(const Json& request, const Writer& writer, Now now, Answered answered);
+  Status Read(const config::Config& config, const Json& request, const Writer& writer, Now now,
+              Answered answered);
 
-  void Apply(const config::Config& config) { config_ = &config; }
   void Forget(const Writer& writer) { gate_.Forget(writer); }
 
  private:
   /// The point and the value that are named; no deadline yet.
-  Result<WriteAsk> AskOf(const Json& request) const;
+  Result<WriteAsk> AskOf(const config::Config& config, const Json& request) const;
 
-  const config::Config* config_;
   const PointStore& store_;
   CommandSink& sink_;
   WriteGate gate_;

@@ -11,35 +11,26 @@ constexpr std::string_view kLate =
 
 }  // namespace
 
-RecordReader::RecordReader(Gateway gateway)
-    : gateway_(std::move(gateway)), worker_("records", [this](bool last) { return Round(last); }) {
+RecordReader::RecordReader() : worker_("records", [this](bool last) { return Round(last); }) {
   worker_.Start();
 }
 
-Reply RecordReader::Ask(const Command& command, Json request, Writer client, Now now,
+Reply RecordReader::Ask(const Command& command, std::shared_ptr<const Gateway> gateway,
+                        Json request, Writer client, Now now,
                         std::function<void(std::string text)> later) {
-  if (!queue_.Put({&command, std::move(request), std::move(client), now, std::move(later)})) {
+  if (!queue_.Put({&command, std::move(gateway), std::move(request), std::move(client), now,
+                   std::move(later)})) {
     return Refused(kUnavailable, kLate);
   }
   worker_.Wake();
   return {.text = {}, .late = ErrorLine(kUnavailable, kLate)};
 }
 
-void RecordReader::Apply(const config::Config& config, const history::HistorySource* history) {
-  const MutexLock lock(mutex_);
-  gateway_.config = &config;
-  gateway_.info.history = history;
-}
-
 Instant RecordReader::Round(bool last) {
   if (last) return kWhenWoken;
   const auto job = queue_.Take();
   if (!job) return kWhenWoken;
-  Reply reply;
-  {
-    const MutexLock lock(mutex_);
-    reply = job->command->answer(gateway_, {job->request, job->client, job->now, {}});
-  }
+  Reply reply = job->command->answer(*job->gateway, {job->request, job->client, job->now, {}});
   job->later(std::move(reply.text));
   return {};
 }

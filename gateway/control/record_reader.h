@@ -4,9 +4,9 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <string>
 
-#include "gateway/base/guarded.h"
 #include "gateway/base/worker.h"
 #include "gateway/control/commands.h"
 
@@ -17,19 +17,18 @@ class RecordReader {
   /// So many requests wait at most.
   static constexpr std::size_t kMost = 16;
 
-  explicit RecordReader(Gateway gateway);
+  RecordReader();
 
   /// `later` takes the answer, on the thread of this. Not ok: too many wait already.
-  Reply Ask(const Command& command, Json request, Writer client, Now now,
-            std::function<void(std::string text)> later);
-  /// A reload. Waits for the answer that is being read.
-  void Apply(const config::Config& config, const history::HistorySource* history);
-  /// Likewise; what waits is not answered.
+  Reply Ask(const Command& command, std::shared_ptr<const Gateway> gateway, Json request,
+            Writer client, Now now, std::function<void(std::string text)> later);
+  /// Waits for the answer that is being read; what waits is not answered.
   void Stop() { worker_.Stop(); }
 
  private:
   struct Job {
     const Command* command;
+    std::shared_ptr<const Gateway> gateway;
     Json request;
     Writer client;
     Now now;
@@ -37,8 +36,6 @@ class RecordReader {
   };
   Instant Round(bool last);
 
-  Mutex mutex_;
-  Gateway gateway_ BAUDGATE_GUARDED_BY(mutex_);
   WorkQueue<Job> queue_{kMost};
   Worker worker_;
 };

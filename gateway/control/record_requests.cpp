@@ -20,14 +20,14 @@ bool KeepsEvents(const Gateway& gateway) {
 }
 
 KeptValues Kept(const Gateway& gateway) {
-  return {*gateway.config, gateway.info.history,
+  return {*gateway.config, gateway.info.history.get(),
           KeepsEvents(gateway) ? gateway.info.events : nullptr};
 }
 
 }  // namespace
 
 /// One page; the client asks for the next with what this one says.
-Reply ShowWrites(Gateway& gateway, const Request& request) {
+Reply ShowWrites(const Gateway& gateway, const Request& request) {
   if (gateway.info.audit == nullptr) {
     return Refused(
         kUnavailable,
@@ -48,7 +48,7 @@ Reply ShowWrites(Gateway& gateway, const Request& request) {
 }
 
 /// One page, as of writes. A device that is not configured any more still has its events.
-Reply ShowEvents(Gateway& gateway, const Request& request) {
+Reply ShowEvents(const Gateway& gateway, const Request& request) {
   if (!KeepsEvents(gateway)) return Refused(kUnavailable, kNoEvents);
   events::PageQuery query;
   query.after = NumberOf(request.json, "after").value_or(0);
@@ -70,7 +70,7 @@ Reply ShowEvents(Gateway& gateway, const Request& request) {
   return {OneLine(json)};
 }
 
-Reply ShowAlarms(Gateway& gateway, const Request& request) {
+Reply ShowAlarms(const Gateway& gateway, const Request& request) {
   if (gateway.info.events == nullptr) return Refused(kUnavailable, kNoEvents);
   const events::EventsState state = gateway.info.events->state();  // before the page, as above
   Json json = AlarmsPage(*gateway.info.events, NumberOf(request.json, "after").value_or(0));
@@ -78,7 +78,7 @@ Reply ShowAlarms(Gateway& gateway, const Request& request) {
   return {OneLine(json)};
 }
 
-Reply Acknowledge(Gateway& gateway, const Request& request) {
+Reply Acknowledge(const Gateway& gateway, const Request& request) {
   if (gateway.info.events == nullptr) return Refused(kUnavailable, kNoEvents);
   auto query = FindAlarms(*gateway.config, *gateway.info.events, TextOf(request.json, "target"));
   if (!query) return Refused(kUnknown, query.error());
@@ -88,11 +88,11 @@ Reply Acknowledge(Gateway& gateway, const Request& request) {
   return {};
 }
 
-Reply ShowHistory(Gateway& gateway, const Request& request) {
+Reply ShowHistory(const Gateway& gateway, const Request& request) {
   return {OneLine(HistoryPage(request.json, Kept(gateway)))};
 }
 
-Reply ShowKeptPoints(Gateway& gateway, const Request& request) {
+Reply ShowKeptPoints(const Gateway& gateway, const Request& request) {
   return {OneLine(KeptPoints(request.json, Kept(gateway)))};
 }
 

@@ -6,11 +6,11 @@
 
 namespace baudgate::control {
 
-Reply ShowWrites(Gateway& gateway, const Request& request);
-Reply ShowEvents(Gateway& gateway, const Request& request);
-Reply ShowAlarms(Gateway& gateway, const Request& request);
-Reply Acknowledge(Gateway& gateway, const Request& request);
-Reply ShowHistory(Gateway& gateway, const Request& request);
-Reply ShowKeptPoints(Gateway& gateway, const Request& request);
+Reply ShowWrites(const Gateway& gateway, const Request& request);
+Reply ShowEvents(const Gateway& gateway, const Request& request);
+Reply ShowAlarms(const Gateway& gateway, const Request& request);
+Reply Acknowledge(const Gateway& gateway, const Request& request);
+Reply ShowHistory(const Gateway& gateway, const Request& request);
+Reply ShowKeptPoints(const Gateway& gateway, const Request& request);
 
 }  // namespace baudgate::control

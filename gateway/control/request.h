@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -28,14 +29,16 @@ struct Reply {
   std::string late{};
 };
 
-/// The parts of the gateway that requests use. All outlive the requests.
+/// The parts of the gateway that requests use, as they are now. A request has it until it is
+/// answered: a reload makes another one, and waits for nobody. What it does not share outlives the
+/// requests.
 struct Gateway {
-  const config::Config* config;  ///< another one after a reload
+  std::shared_ptr<const config::Config> config;
   const PointStore& store;
   LineControl& control;
   CommandSink& sink;
   GatewayInfo info;
-  PointRequests points;
+  PointRequests& points;
   ReloadService* reload = nullptr;  ///< null: nothing is reloaded
 };
 

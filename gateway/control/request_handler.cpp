@@ -28,7 +28,9 @@ std::string NoCommand(const std::string& name) {
 
 RequestHandler::RequestHandler(const config::Config& config, const PointStore& store,
                                LineControl& control, CommandSink& sink, GatewayInfo info)
-    : gateway_{&config, store, control, sink, std::move(info), {config, store, sink}} {}
+    : points_(store, sink),
+      gateway_(std::make_shared<Gateway>(Gateway{
+          {std::shared_ptr<void>(), &config}, store, control, sink, std::move(info), points_})) {}
 
 Reply RequestHandler::Answer(std::string_view request, const Writer& client, Now now,
                              const Later& later) {
@@ -44,18 +46,34 @@ Reply RequestHandler::Answer(std::string_view request, const Writer& client, Now
   if (const Status shape = CheckShape(*command, json); !shape) {
     return Refused(kUsage, shape.error());
   }
-  if (command->reads_disk && reader_) return reader_->Ask(*command, json, client, now, later);
+  const auto present = gateway();
+  if (command->reads_disk && reader_) {
+    return reader_->Ask(*command, present, json, client, now, later);
+  }
   return command->answer(
-      gateway_, {json, client, now, [later](const Json& answer) { later(OneLine(answer)); }});
+      *present, {json, client, now, [later](const Json& answer) { later(OneLine(answer)); }});
 }
 
-void RequestHandler::Apply(const config::Config& config, const history::HistorySource* history) {
-  gateway_.config = &config;
-  gateway_.info.history = history;
-  gateway_.points.Apply(config);
-  if (reader_) reader_->Apply(config, history);
+template <typename Change>
+void RequestHandler::Renew(Change change) {
+  const MutexLock lock(mutex_);
+  auto next = std::make_shared<Gateway>(*gateway_);
+  change(*next);
+  gateway_ = std::move(next);
 }
 
-void RequestHandler::ReadApart() { reader_ = std::make_unique<RecordReader>(gateway_); }
+void RequestHandler::SetReload(ReloadService& service) {
+  Renew([&](Gateway& next) { next.reload = &service; });
+}
+
+void RequestHandler::Apply(std::shared_ptr<const config::Config> config,
+                           std::shared_ptr<const history::HistorySource> history) {
+  Renew([&](Gateway& next) {
+    next.config = std::move(config);
+    next.info.history = std::move(history);
+  });
+}
+
+void RequestHandler::ReadApart() { reader_ = std::make_unique<RecordReader>(); }
 
 }  // namespace baudgate::control

@@ -153,7 +153,7 @@ std::vector<std::string> Daemon::Impl::Apply(config::Config next,
 #endif
   ApplyHistory(*before);
   if (web) {
-    const std::string trouble = web->Apply(*running, std::move(page));
+    const std::string trouble = web->Apply(running, std::move(page));
     if (!trouble.empty()) missing.push_back(trouble);
   }
   lines.Start();
@@ -163,15 +163,15 @@ std::vector<std::string> Daemon::Impl::Apply(config::Config next,
   return missing;
 }
 
-/// Points of the history are numbers, too. Nobody may read it while it is made anew.
+/// Points of the history are numbers, too. A reader meanwhile goes on with what it has.
 void Daemon::Impl::ApplyHistory(const config::Config& before) {
   if (before.history.on() || running->history.on()) {
-    if (control) control->Apply(*running, nullptr);
-    if (web) web->ApplyHistory(*running, nullptr);
-    records.RenewHistory(*running, store);
+    if (control) control->Apply(running, nullptr);
+    if (web) web->ApplyHistory(running, nullptr);
+    records.RenewHistory(running, store);
   }
-  if (control) control->Apply(*running, records.history());
-  if (web) web->ApplyHistory(*running, records.history());
+  if (control) control->Apply(running, records.history());
+  if (web) web->ApplyHistory(running, records.history());
 }
 
 reload::Healths Daemon::Impl::Healths() const {

@@ -27,7 +27,8 @@ std::unique_ptr<ControlOutput> ControlOutput::Start(const config::Config& config
   return output;
 }
 
-void ControlOutput::Apply(const config::Config& config, const history::HistorySource* history) {
+void ControlOutput::Apply(const std::shared_ptr<const config::Config>& config,
+                          const std::shared_ptr<const history::HistorySource>& history) {
   RunOn(loop_.io(), [&] { server_.Apply(config, history); });
 }
 

@@ -25,7 +25,8 @@ class ControlOutput {
   ~ControlOutput();  ///< Stop
 
   /// A reload, done when it returns; see ControlServer.
-  void Apply(const config::Config& config, const history::HistorySource* history);
+  void Apply(const std::shared_ptr<const config::Config>& config,
+             const std::shared_ptr<const history::HistorySource>& history);
   /// Idempotent.
   void Stop();
 

@@ -124,7 +124,7 @@ Status Daemon::Impl::OpenRecords() {
         lines.OfDevice(device).Post(
             [=](LineParts& line, Now now) { line.OnEventsKept(device, said, reported, now); });
       },
-      [this](const std::set<audit::Target>& devices) { TellUnsettled(devices); }};
+      [this](const std::set<audit::Target>& devices) { TellUnsettled(devices); }, troubles};
   if (NeedsState(config, catalog)) return records.Open(config, links);
   records.OpenAlarms(config, links);
   return {};
@@ -149,8 +149,8 @@ void Daemon::Impl::MakeLines() {
     links.loans = {&writes->log(), config.audit == config::Audit::require};
   }
   if (const auto folder = Recordings::FolderOf(config); !folder.empty()) {
-    recordings = std::make_unique<Recordings>(
-        folder, kVersion, [](const std::string& trouble) { log::Warn("{}", trouble); });
+    recordings =
+        std::make_unique<Recordings>(folder, kVersion, troubles.Reporter("a trace of failures"));
     links.recordings = [this](Recording recording) { recordings->Save(std::move(recording)); };
   }
   lines.Link(std::move(links));
@@ -188,8 +188,9 @@ void Daemon::Impl::MakeClocks() {
   const auto warn = [](const std::string& trouble) { log::Warn("{}", trouble); };
   ClockCorrector::Links links{store, Commands(), nullptr, tell, warn};
   if (const StateFolder* const state = records.state()) {
-    links.open = [file = state->path() / "clocks.json", warn](const config::Config& its) {
-      return std::make_unique<DeviceMemory>(file, its, warn);
+    links.open = [file = state->path() / "clocks.json", warn,
+                  trouble = troubles.Reporter("clocks.json")](const config::Config& its) {
+      return std::make_unique<DeviceMemory>(file, its, warn, trouble);
     };
   }
   clocks = std::make_unique<ClockCorrector>(std::move(links));
@@ -232,6 +233,10 @@ control::GatewayInfo Daemon::Impl::GatewayForStatus() {
   if (records.events() != nullptr) info.events = &records.events()->log();
   info.history = records.history();
   if (reloader) info.reload = [this] { return reloader->state(); };
+  info.files = [this] {
+    const OpenFiles::Count count = open_files.Now();
+    return control::FilesState{count.open, count.limit, troubles.all()};
+  };
   info.stuck_since = [this](std::uint32_t line) { return lines.stuck_since(line); };
 #ifdef BAUDGATE_WITH_DDS
   if (dds) info.dds = [this] { return dds->state(); };
@@ -259,7 +264,7 @@ WebOutput::Prepared Daemon::Impl::PrepareWeb() {
 }
 
 Status Daemon::Impl::StartWeb(WebOutput::Prepared page) {
-  const std::string trouble = web->Apply(config, std::move(page));
+  const std::string trouble = web->Apply(running, std::move(page));
   return trouble.empty() ? Status() : Error{trouble};
 }
 

@@ -14,9 +14,11 @@
 #include "gateway/clocks/host_clock.h"
 #include "gateway/daemon/control_output.h"
 #include "gateway/daemon/daemon.h"
+#include "gateway/daemon/file_troubles.h"
 #include "gateway/daemon/line_dispatcher.h"
 #include "gateway/daemon/lines.h"
 #include "gateway/daemon/modbus_output.h"
+#include "gateway/daemon/open_files.h"
 #include "gateway/daemon/placement.h"
 #include "gateway/daemon/records.h"
 #include "gateway/daemon/reloader.h"
@@ -82,6 +84,8 @@ struct Daemon::Impl {
   std::shared_ptr<const config::Config> running{std::shared_ptr<void>(), &config};
   const config::Catalog& catalog;
   PointStore store;
+  OpenFiles open_files;
+  FileTroubles troubles;
   std::unique_ptr<Recordings> recordings;  // nothing: nowhere to keep them
   Records records;
   Lines lines;

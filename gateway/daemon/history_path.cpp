@@ -15,6 +15,7 @@ std::unique_ptr<history::HistoryLog> MakeHistory(const config::Config& config, P
   options.folder = std::move(place.folder);
   options.why_no_folder = std::move(place.why_no_folder);
   options.ready = std::move(place.ready);
+  options.taken = std::move(place.taken);
   options.clocks = ReadClocks;
   options.warn = [](const std::string& text) { log::Warn("{}", text); };
   options.inform = [](const std::string& text) { log::Info("{}", text); };

@@ -15,7 +15,9 @@ namespace baudgate {
 struct HistoryPlace {
   std::filesystem::path folder{};  ///< empty: there is no place for it
   std::string why_no_folder{};
-  std::function<Status()> ready{};  ///< as in HistoryLog
+  // As in HistoryLog.
+  std::function<Status()> ready{};
+  std::function<bool()> taken{};
 };
 
 /// Before the lines start. `config` and `store` outlive it.

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "gateway/base/log.h"
+#include "gateway/base/worker.h"
 #include "gateway/daemon/history_path.h"
 
 namespace baudgate {
@@ -27,7 +28,7 @@ Status Records::Open(const config::Config& config, const Links& links) {
   EventsPlace place;
   if (Status status = PlaceEvents(config, place); !status) return status;
   if (Status status = PlaceHistory(config); !status) return status;
-  StartHistory(config, links.store);
+  StartHistory({std::shared_ptr<void>(), &config}, links.store);
   writes_ = std::make_unique<WritePath>(config, links.store, links.lines, place, links.unsettled);
   keeps_events_ = KeepsEvents(config);
   place.in_memory = !keeps_events_;
@@ -36,7 +37,8 @@ Status Records::Open(const config::Config& config, const Links& links) {
   if (state_ && why_no_state_.empty()) {
     memory_ = std::make_unique<DeviceMemory>(
         state_->path() / "devices.json", config,
-        [](const std::string& trouble) { log::Warn("{}", trouble); });
+        [](const std::string& trouble) { log::Warn("{}", trouble); },
+        links.troubles.Reporter("devices.json"));
     return {};
   }
   log::Warn(
@@ -103,15 +105,20 @@ Status Records::PlaceHistory(const config::Config& config) {
   return {};
 }
 
-void Records::StartHistory(const config::Config& config, PointStore& store) {
-  if (!config.history.on()) return;
+void Records::StartHistory(const std::shared_ptr<const config::Config>& config, PointStore& store) {
+  if (!config->history.on()) return;
   HistoryPlace place;
   place.why_no_folder = "there is no folder for it: " + why_no_state_;
   if (history_folder_) {
     place.folder = history_folder_->path();
     place.ready = ReadyOf(history_folder_);
   }
-  auto history = MakeHistory(config, store, std::move(place));
+  if (history_ends_.valid()) {
+    place.taken = [ends = history_ends_] {
+      return ends.wait_for(Duration::zero()) != std::future_status::ready;
+    };
+  }
+  RunningHistory history{config, MakeHistory(*config, store, std::move(place))};
   const MutexLock lock(mutex_);
   history_ = std::move(history);
 }
@@ -122,17 +129,34 @@ void Records::OnReload(const std::shared_ptr<const config::Config>& config,
   if (EventPath* const its = events()) its->Renumber(config, begun);
 }
 
-void Records::RenewHistory(const config::Config& config, PointStore& store) {
-  EndHistory();  // it has the files
+void Records::RenewHistory(const std::shared_ptr<const config::Config>& config, PointStore& store) {
+  auto ends = std::make_shared<RunningHistory>();
+  {
+    const MutexLock lock(mutex_);
+    std::swap(*ends, history_);
+  }
+  if (ends->log) {
+    const auto before = history_ends_;
+    auto ended = std::make_shared<std::promise<void>>();
+    history_ends_ = ended->get_future().share();
+    const auto end = [ends, before, ended] {
+      ends->log.reset();
+      if (before.valid()) before.wait();
+      ended->set_value();
+    };
+    if (!StartDetached("history ends", end)) end();
+    history_ends_.wait_for(kFolderPatience);
+  }
   StartHistory(config, store);
 }
 
 // What ends may wait for the disk, and holds up nobody who looks meanwhile.
 
 void Records::EndHistory() {
-  std::unique_ptr<history::HistoryLog> ends;
+  if (history_ends_.valid()) history_ends_.wait();
+  RunningHistory ends;
   const MutexLock lock(mutex_);
-  ends.swap(history_);
+  std::swap(ends, history_);
 }
 
 void Records::EndEvents() {
@@ -158,7 +182,7 @@ std::vector<AlarmService::DiskState> Records::LookAtDisks(Now now) {
   if (writes_) writes_->log().Watch();
   if (keeps_events_) add(events::Trouble::events_lost, events_->log().state());
   if (writes_) add(events::Trouble::writes_lost, writes_->log().state());
-  if (history_) add(events::Trouble::values_lost, history_->state());
+  if (history_.log) add(events::Trouble::values_lost, history_.log->view()->state());
   return disks;
 }
 

@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <future>
 #include <memory>
 #include <optional>
 #include <span>
@@ -17,6 +18,7 @@
 #include "gateway/base/result.h"
 #include "gateway/daemon/event_path.h"
 #include "gateway/daemon/events_place.h"
+#include "gateway/daemon/file_troubles.h"
 #include "gateway/daemon/write_path.h"
 #include "gateway/history/history_log.h"
 #include "gateway/requests/write_command.h"
@@ -33,6 +35,7 @@ class Records {
     CommandSink& lines;
     EventPath::Kept kept;  ///< see EventPath
     WritePath::Unsettled unsettled;
+    FileTroubles& troubles;
   };
   /// The error: another gateway has the folder. `config` outlives this.
   Status Open(const config::Config& config, const Links& links);
@@ -46,9 +49,9 @@ class Records {
   /// A reload; see EventPath.
   void OnReload(const std::shared_ptr<const config::Config>& config,
                 std::span<const std::shared_ptr<const config::Line>> begun);
-  /// The history of other points; whoever reads it has to be given the new one. As long as the disk
-  /// takes.
-  void RenewHistory(const config::Config& config, PointStore& store);
+  /// The history of other points; whoever reads it has to be given the new one. The one before ends
+  /// as soon as the disk lets it: nobody waits for a disk that does not answer.
+  void RenewHistory(const std::shared_ptr<const config::Config>& config, PointStore& store);
 
   /// Where writes go in that are recorded; null: none are.
   CommandSink* entrance() { return writes_ ? &writes_->entrance() : nullptr; }
@@ -61,9 +64,10 @@ class Records {
   }
   /// Events are kept on the disk.
   bool keeps_events() const { return keeps_events_; }
-  const history::HistoryLog* history() const {
+  /// Null: none is kept.
+  std::shared_ptr<const history::HistorySource> history() const {
     const MutexLock lock(mutex_);
-    return history_.get();
+    return history_.log ? history_.log->view() : nullptr;
   }
   /// Null: nothing is kept, or it could not be had at the start.
   const StateFolder* state() const { return why_no_state_.empty() ? state_.get() : nullptr; }
@@ -81,7 +85,7 @@ class Records {
   void MakeEvents(const config::Config& config, const Links& links, const EventsPlace& place);
   Status PlaceEvents(const config::Config& config, EventsPlace& place);
   Status PlaceHistory(const config::Config& config);
-  void StartHistory(const config::Config& config, PointStore& store);
+  void StartHistory(const std::shared_ptr<const config::Config>& config, PointStore& store);
   std::vector<AlarmService::DiskState> LookAtDisks(Now now) BAUDGATE_REQUIRES(mutex_);
 
   std::shared_ptr<StateFolder> state_;  // null: there is no place for it
@@ -90,7 +94,12 @@ class Records {
   std::shared_ptr<StateFolder> databases_;       // null: they lie in `state_`
   std::shared_ptr<StateFolder> history_folder_;  // null: there is no place for it
   mutable Mutex mutex_;
-  std::unique_ptr<history::HistoryLog> history_ BAUDGATE_GUARDED_BY(mutex_);  // null: none is kept
+  struct RunningHistory {
+    std::shared_ptr<const config::Config> config;
+    std::unique_ptr<history::HistoryLog> log{};  // null: none is kept
+  };
+  RunningHistory history_ BAUDGATE_GUARDED_BY(mutex_);
+  std::shared_future<void> history_ends_;  // the one before; of the reloader's thread
   std::unique_ptr<WritePath> writes_;
   std::unique_ptr<EventPath> events_ BAUDGATE_GUARDED_BY(mutex_);
   bool keeps_events_ = false;

@@ -341,6 +341,7 @@ void Reloader::LookAtCopy() {
               FormatDuration(kLookAtFile));
   }
   copy_trouble_ = std::move(trouble);
+  Show([&](control::ReloadState& state) { state.not_kept = copy_trouble_; });
 }
 
 /// What was taken back has a sentence of its own.

@@ -25,15 +25,16 @@ WebOutput::Prepared WebOutput::Prepare(const config::Web& next) const {
   return prepared;
 }
 
-std::string WebOutput::Apply(const config::Config& config, Prepared prepared) {
+std::string WebOutput::Apply(const std::shared_ptr<const config::Config>& config,
+                             Prepared prepared) {
   const bool moved = !server_ || prepared.opened.socket.is_open();
-  if (!config.web.on) {
+  if (!config->web.on) {
     if (server_) log::Info("web: ended");
     server_.reset();
     return {};
   }
   if (!prepared.trouble.empty()) return prepared.trouble;
-  web_ = config.web;
+  web_ = config->web;
   token_ = prepared.opened.token;
   if (server_) {
     const Status status = server_->Apply(config, std::move(prepared.opened), links_.info.history);
@@ -43,11 +44,12 @@ std::string WebOutput::Apply(const config::Config& config, Prepared prepared) {
     if (!server) return server.error();
     server_ = std::move(*server);
   }
-  if (moved) log::Info("web page on http://{}/", config.web.Place());
+  if (moved) log::Info("web page on http://{}/", config->web.Place());
   return {};
 }
 
-void WebOutput::ApplyHistory(const config::Config& config, const history::HistorySource* history) {
+void WebOutput::ApplyHistory(const std::shared_ptr<const config::Config>& config,
+                             const std::shared_ptr<const history::HistorySource>& history) {
   links_.info.history = history;
   if (server_) server_->ApplyHistory(config, history);
 }

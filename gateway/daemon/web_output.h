@@ -26,10 +26,11 @@ class WebOutput {
     std::string trouble{};  ///< why it cannot be as wanted; empty: it can
   };
   Prepared Prepare(const config::Web& next) const;
-  /// What of it is missing; empty: nothing. `config` outlives this, or what is given next.
-  std::string Apply(const config::Config& config, Prepared prepared);
+  /// What of it is missing; empty: nothing.
+  std::string Apply(const std::shared_ptr<const config::Config>& config, Prepared prepared);
   /// The history that may be read from now on; null: none.
-  void ApplyHistory(const config::Config& config, const history::HistorySource* history);
+  void ApplyHistory(const std::shared_ptr<const config::Config>& config,
+                    const std::shared_ptr<const history::HistorySource>& history);
   void Stop();
 
   /// "web page on 127.0.0.1:8502"; empty: there is none.

@@ -28,16 +28,16 @@ std::optional<EventFile::Opened> EventFile::Open() {
 
 Status EventFile::Write(const std::vector<Batch>& batches, const Cursors* cursors,
                         const std::vector<KeptRecord>& records) {
-  Status status = connection_.CheckThere();
+  Status status = connection_.Check();
   const bool due = !batches.empty() || cursors != nullptr || !records.empty();
-  if (status && due) {
-    if (table_->Write(batches, cursors, records)) {
-      connection_.OnCommit();
-    } else {
-      status = connection_.Failed();
-    }
-  }
+  if (status && due && !table_->Write(batches, cursors, records)) status = connection_.Failed();
   if (!connection_.is_open()) table_.reset();
+  return status;
+}
+
+Status EventFile::Check() {
+  Status status = connection_.Check(true);
+  if (!status) table_.reset();
   return status;
 }
 

@@ -28,6 +28,10 @@ class EventFile {
   /// Open; all of them are on the disk, or none is. As EventTable.
   Status Write(const std::vector<Batch>& batches, const Cursors* cursors = nullptr,
                const std::vector<KeptRecord>& records = {});
+  /// Open: what a reader has found damaged is read as a whole.
+  Status Check();
+  /// See PutAsideOf.
+  std::vector<std::string> PutAside() const { return PutAsideOf(connection_.path()); }
   /// Open.
   Result<std::vector<FedEvent>> ReadBehind(std::int64_t after);
   std::int64_t oldest() const { return table_ ? table_->oldest() : 0; }

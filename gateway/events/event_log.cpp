@@ -37,13 +37,19 @@ EventsState EventLog::state() const {
 Result<Page> EventLog::Read(const PageQuery& query) const {
   if (options_.file.empty()) return Error{options_.why_no_file};
   if (state().disk == Disk::opening) return Page{.records = {}, .next = query.after};
-  return ReadPage(options_.file, query);
+  bool damaged = false;
+  auto page = ReadPage(options_.file, query, &damaged);
+  if (damaged) queue_.Doubt();
+  return page;
 }
 
 Result<PastPage> EventLog::ReadPast(const PastQuery& query) const {
   if (options_.file.empty()) return Error{options_.why_no_file};
   if (state().disk == Disk::opening) return PastPage{.rows = {}, .next = query.after};
-  return events::ReadPast(options_.file, query);
+  bool damaged = false;
+  auto page = events::ReadPast(options_.file, query, &damaged);
+  if (damaged) queue_.Doubt();
+  return page;
 }
 
 /// The end of a trouble is told as well, in a commit behind the one that has ended it.
@@ -76,6 +82,10 @@ Status EventLog::Write(EventQueue::Round& round) {
   round = queue_.Take();
   if (round.numbers) sources_ = std::move(*round.numbers);
   if (options_.in_memory) return {};
+  if (round.look.whole) {
+    if (Status status = file_.Check(); !status) return status;
+  }
+  if (round.look.due) queue_.ShowPutAside(file_.PutAside());
   Status status = file_.Write(round.batches, cursors ? &*cursors : nullptr, round.records);
   if (status && cursors) options_.feed->cursors().OnKept(*cursors);
   return status;
@@ -102,6 +112,7 @@ Status EventLog::Open() {
   if (!opened->put_aside.empty()) options_.warn("events: " + opened->put_aside);
   if (opened->lost) options_.warn("events: " + *opened->lost);
   if (!opened->ok) return Error{opened->error};
+  queue_.ShowPutAside(file_.PutAside());
   if (options_.feed) {
     options_.feed->cursors().OnOpened(opened->contents.cursors);
     options_.feed->Begin(std::move(opened->contents.image));

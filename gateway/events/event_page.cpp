@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "gateway/events/record_page.h"
+#include "gateway/state/read_once.h"
 
 namespace baudgate::events {
 namespace {
@@ -104,15 +105,12 @@ Result<Page> ReadPage(Database& database, const PageQuery& query) {
   return page;
 }
 
-Result<Page> ReadPage(const std::filesystem::path& file, const PageQuery& query) {
-  Database database(file.string(), Database::Mode::read);
-  if (!database.is_open()) return Error{file.string() + ": " + database.error()};
-  // Events and what belongs to them are of the same moment.
-  if (!database.Execute("BEGIN")) return Error{file.string() + ": " + database.error()};
-  auto page = ReadPage(database, query);
-  if (!page) return Error{file.string() + ": " + page.error()};
-  if (!AddRecords(database, *page)) return Error{file.string() + ": " + database.error()};
-  return page;
+Result<Page> ReadPage(const std::filesystem::path& file, const PageQuery& query, bool* damaged) {
+  return ReadOnce(file, damaged, [&](Database& database) -> Result<Page> {
+    auto page = ReadPage(database, query);
+    if (page && !AddRecords(database, *page)) return Error{database.error()};
+    return page;
+  });
 }
 
 }  // namespace baudgate::events

@@ -31,8 +31,8 @@ struct Page {
 };
 
 Result<Page> ReadPage(Database& database, const PageQuery& query);
-/// One read, in a connection that ends with it, and with the records of the events. A page with
-/// many values is shorter.
-Result<Page> ReadPage(const std::filesystem::path& file, const PageQuery& query);
+/// See ReadOnce; with the records of the events. A page with many values is shorter.
+Result<Page> ReadPage(const std::filesystem::path& file, const PageQuery& query,
+                      bool* damaged = nullptr);
 
 }  // namespace baudgate::events

@@ -160,6 +160,7 @@ bool EventQueue::Begin() {
   const MutexLock lock(mutex_);
   if (NextRoundAt() > options_.clocks().instant) return false;
   look_at_.reset();
+  watch_.Begin();
   return true;
 }
 
@@ -181,9 +182,12 @@ std::vector<Batch> EventQueue::Watch() {
   std::string trouble;
   {
     const MutexLock lock(mutex_);
-    const bool waits = (state_.disk == Disk::fine || state_.disk == Disk::stalled) && !IsIdle();
-    looks_ = waits ? looks_ + 1 : 0;
-    if (looks_ <= kMostLooks) return {};
+    const bool late = watch_.Tick(!IsIdle());
+    if (watch_.look_due()) {
+      look_at_ = Instant();
+      wake_();
+    }
+    if (!late || (state_.disk != Disk::fine && state_.disk != Disk::stalled)) return {};
     Show(Disk::stalled, "the disk does not answer in time");
     batches = book_.Ahead();
     book_.OnTold(batches.size());
@@ -202,6 +206,11 @@ void EventQueue::Look(bool now) {
     look_at_ = look_at_ ? std::min(*look_at_, at) : at;
   }
   wake_();
+}
+
+void EventQueue::Doubt() const {
+  const MutexLock lock(mutex_);
+  watch_.Doubt();
 }
 
 bool EventQueue::IsIdle() const {
@@ -260,15 +269,24 @@ EventQueue::Round EventQueue::Take() {
   const MutexLock lock(mutex_);
   if (auto start = run_.TakeStart()) book_.TellFirst(std::move(*start));
   if (state_.disk == Disk::fine) book_.TellLeftOut(now);
-  return {book_.Due(), records_, acks_.Take(), std::exchange(renumbered_, std::nullopt),
+  return {watch_.TakeLook(),
+          book_.Due(),
+          records_,
+          acks_.Take(),
+          std::exchange(renumbered_, std::nullopt),
           std::exchange(ends_alarms_, false)};
+}
+
+void EventQueue::ShowPutAside(std::vector<std::string> files) {
+  const MutexLock lock(mutex_);
+  state_.put_aside = std::move(files);
 }
 
 std::vector<Source> EventQueue::Done(Round& round, const Status& status, std::int64_t oldest) {
   std::vector<Source> kept;
   {
     const MutexLock lock(mutex_);
-    looks_ = 0;
+    watch_.End();
     book_.TakeTold(round.batches);
     if (status) {
       kept = book_.Kept(round.batches.size());

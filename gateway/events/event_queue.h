@@ -19,14 +19,13 @@
 #include "gateway/events/event_source.h"
 #include "gateway/events/log_options.h"
 #include "gateway/events/own_run.h"
+#include "gateway/state/file_watch.h"
 
 namespace baudgate::events {
 
 class EventQueue {
  public:
   static constexpr Duration kTick = 1s;
-  /// A disk for which something waits at more looks in a row does not answer in time.
-  static constexpr int kMostLooks = 3;
 
   /// `options` outlive it. `wake`: there is something to be written, or it is time to look.
   EventQueue(const LogOptions& options, std::function<void()> wake);
@@ -53,11 +52,14 @@ class EventQueue {
   /// A reload: all sources by their numbers; one that is gone has no names. What is known of a
   /// source goes with its names. Alarms that are not watched any more end, as at a start.
   void Renumber(SourceNames sources, Watched watches);
-  /// Once a second, from any thread but the one that writes: that one may hang. What waits while
-  /// the disk does not answer in time; else nothing. Those that are not `told` are about to be.
+  /// Once a second, from any thread but the one that writes: that one may hang. From time to time
+  /// the file is looked at. What waits while the disk does not answer in time; else nothing. Those
+  /// that are not `told` are about to be.
   std::vector<Batch> Watch();
   /// A round is due: `now`, or within a tick.
   void Look(bool now);
+  /// A reader has found that the file is damaged.
+  void Doubt() const;
 
   /// What the last batch of the source that is kept has said. When opened.
   std::string said(Source source) const;
@@ -78,6 +80,7 @@ class EventQueue {
   std::optional<SourceNames> TakeNumbers();
   /// What shares the next commit.
   struct Round {
+    FileWatch::Look look{};
     std::vector<Batch> batches{};
     std::vector<KeptRecord> records{};
     std::vector<AckService::Ack> acks{};
@@ -85,6 +88,7 @@ class EventQueue {
     bool ends_alarms = false;  ///< that are not watched any more, when these batches are kept
   };
   Round Take();
+  void ShowPutAside(std::vector<std::string> files);
   /// All of it is on the disk, or why not; `oldest` that the file has. The sources that may be
   /// asked for more.
   std::vector<Source> Done(Round& round, const Status& status, std::int64_t oldest = 0);
@@ -127,7 +131,7 @@ class EventQueue {
   OwnRun run_ BAUDGATE_GUARDED_BY(mutex_);
   std::optional<Instant> look_at_ BAUDGATE_GUARDED_BY(mutex_);
   Instant rests_until_ BAUDGATE_GUARDED_BY(mutex_){};  // a disk that fails
-  int looks_ BAUDGATE_GUARDED_BY(mutex_) = 0;  // at which something waited, and no round has ended
+  mutable FileWatch watch_ BAUDGATE_GUARDED_BY(mutex_);
 };
 
 }  // namespace baudgate::events

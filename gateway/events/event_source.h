@@ -34,7 +34,8 @@ struct EventsState {
   std::size_t alarms_active = 0;
   std::size_t alarms_unacknowledged = 0;
   std::string file;
-  bool in_memory = false;  ///< there is no file, and only alarms of the gateway's own
+  std::vector<std::string> put_aside{};  ///< damaged files that are still there, by name
+  bool in_memory = false;                ///< there is no file, and only alarms of the gateway's own
 };
 
 /// Whose alarms somebody has seen, and who.

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "gateway/state/read_once.h"
+
 namespace baudgate::events {
 namespace {
 
@@ -54,12 +56,9 @@ Result<PastPage> ReadPast(Database& database, const PastQuery& query) {
   }
 }
 
-Result<PastPage> ReadPast(const std::filesystem::path& file, const PastQuery& query) {
-  Database database(file.string(), Database::Mode::read);
-  if (!database.is_open()) return Error{file.string() + ": " + database.error()};
-  auto page = ReadPast(database, query);
-  if (!page) return Error{file.string() + ": " + page.error()};
-  return page;
+Result<PastPage> ReadPast(const std::filesystem::path& file, const PastQuery& query,
+                          bool* damaged) {
+  return ReadOnce(file, damaged, [&](Database& database) { return ReadPast(database, query); });
 }
 
 }  // namespace baudgate::events

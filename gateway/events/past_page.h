@@ -51,7 +51,8 @@ struct PastPage {
 };
 
 Result<PastPage> ReadPast(Database& database, const PastQuery& query);
-/// One read, in a connection that ends with it.
-Result<PastPage> ReadPast(const std::filesystem::path& file, const PastQuery& query);
+/// See ReadOnce.
+Result<PastPage> ReadPast(const std::filesystem::path& file, const PastQuery& query,
+                          bool* damaged = nullptr);
 
 }  // namespace baudgate::events

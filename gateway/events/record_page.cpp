@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "gateway/state/read_once.h"
+
 namespace baudgate::events {
 namespace {
 
@@ -112,13 +114,7 @@ Result<RecordPage> ReadRecords(Database& database, const RecordQuery& query) {
 }
 
 Result<RecordPage> ReadRecords(const std::filesystem::path& file, const RecordQuery& query) {
-  Database database(file.string(), Database::Mode::read);
-  if (!database.is_open()) return Error{file.string() + ": " + database.error()};
-  // The values are of the same moment as their records.
-  if (!database.Execute("BEGIN")) return Error{file.string() + ": " + database.error()};
-  auto page = ReadRecords(database, query);
-  if (!page) return Error{file.string() + ": " + page.error()};
-  return page;
+  return ReadOnce(file, nullptr, [&](Database& database) { return ReadRecords(database, query); });
 }
 
 Result<std::vector<KeptRecord>> ReadRecordsOf(Database& database, std::int64_t first,

@@ -36,7 +36,7 @@ inline constexpr std::size_t kRecordPage = 100;
 inline constexpr std::size_t kPageValues = 1000;
 
 Result<RecordPage> ReadRecords(Database& database, const RecordQuery& query);
-/// One read, in a connection that ends with it.
+/// See ReadOnce.
 Result<RecordPage> ReadRecords(const std::filesystem::path& file, const RecordQuery& query);
 
 /// The records of events from `first` to `last`, by their events.

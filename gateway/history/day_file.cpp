@@ -89,16 +89,16 @@ Value AsType(Value value, config::Type type) {
 DayFile::DayFile(std::filesystem::path path, const std::vector<PointName>& names, std::string vfs)
     : path_(std::move(path)), names_(names), vfs_(std::move(vfs)), ids_(names.size(), 0) {}
 
-DayFile::Opened DayFile::Open(bool damaged) {
+DayFile::Opened DayFile::Open(const std::string& damage) {
   Opened opened;
-  OpenedDatabase file = OpenDatabase(path_, kValues, vfs_, damaged);
+  OpenedDatabase file = OpenDatabase(path_, kValues, vfs_, damage);
   opened.put_aside = std::move(file.put_aside);
   opened.lost = std::move(file.lost);
   error_ = std::move(file.error);
   if (!file.database) return opened;
   damaged_ = false;
   database_ = std::move(file.database);
-  open_ = OpenFile(path_, vfs_);
+  open_ = OpenFile(path_, vfs_, *database_);
   for (std::size_t i = 0; i < kTables.size(); ++i) {
     insert_[i] =
         Statement(*database_, fmt::format("INSERT INTO {} VALUES (?,?,?,?,?)", kTables[i]));

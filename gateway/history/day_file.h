@@ -36,8 +36,8 @@ class DayFile {
     std::optional<std::string> lost{};
     std::int64_t last_run = 0;  ///< that the file knows
   };
-  /// `damaged`: it was found so while it was in use.
-  Opened Open(bool damaged = false);
+  /// `damage`: was found while it was in use.
+  Opened Open(const std::string& damage = {});
 
   /// All or none: rows, and the runs as they are now. Samples have numbers of runs as in the file.
   bool Write(const std::vector<Sample>& samples, const std::vector<Run>& runs);
@@ -53,8 +53,9 @@ class DayFile {
   Millis oldest_row() const { return active_.oldest(); }
   const std::string& error() const { return error_; }
   bool damaged() const { return damaged_; }
-  /// False: it was removed or replaced; what is written is lost.
-  OpenFile::Found Look() { return open_.Look(*database_); }
+  OpenFile::Look LookAt() { return open_.LookAt(*database_); }
+  /// What a reader has found is looked for: all of it is read.
+  std::optional<std::string> Damage() { return database_->Damage(); }
   const std::filesystem::path& path() const { return path_; }
 
  private:

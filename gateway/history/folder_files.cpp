@@ -56,10 +56,15 @@ FolderFiles ListFiles(const fs::path& folder) {
   FolderFiles folder_files;
   std::error_code error;
   for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
+    const std::string name = at->path().filename().string();
     std::error_code gone;  // meanwhile
-    const std::uintmax_t size = at->file_size(gone);
-    const auto written = gone ? fs::file_time_type{} : at->last_write_time(gone);
-    if (!gone) Add(folder_files, at->path().filename().string(), size, written);
+    const auto type = at->status(gone).type();
+    if (gone || type == fs::file_type::not_found) continue;
+    // A folder or a FIFO in place of a day: whoever reads it says so.
+    const bool regular = type == fs::file_type::regular;
+    const std::uintmax_t size = regular ? at->file_size(gone) : 0;
+    const auto written = regular ? at->last_write_time(gone) : fs::file_time_type{};
+    if (!gone) Add(folder_files, name, size, written);
   }
   std::ranges::sort(folder_files.days, {}, &FolderFiles::Day::day);
   std::ranges::sort(folder_files.aside,

@@ -9,6 +9,7 @@
 namespace baudgate::history {
 namespace {
 
+constexpr const char* kTooSlow = "the disk does not answer in time";
 constexpr std::size_t kLeastQueue = 65'536;
 
 std::vector<PointName> NamesOf(const config::Config& config) {
@@ -40,6 +41,8 @@ HistoryLog::HistoryLog(Options options)
       most_samples_(std::max(kLeastQueue, 4 * options_.config->history.points.size())),
       most_trends_(most_samples_),
       feed_(options_.store->Subscribe()),
+      view_(std::make_shared<HistoryView>(HistoryView::Options{
+          options_.folder, options_.why_no_folder, options_.warn, options_.inform})),
       recorder_(options_.config->history, *options_.store, options_.clocks()),
       files_(options_.folder, NamesOf(*options_.config), LimitsOf(options_.config->history),
              options_.vfs),
@@ -50,12 +53,14 @@ HistoryLog::HistoryLog(Options options)
                  return options_.clocks().instant + kCommit;
                }),
       recording_("history", [this](bool last) { return Record(last); }) {
+  view_->Update([this](HistoryState& state) {
+    state.folder = options_.folder.string();
+    state.points = options_.config->history.points.size();
+    state.limit = options_.config->history.limit;
+    state.since = options_.clocks().wall;
+  });
   {
     const MutexLock lock(mutex_);
-    state_.folder = options_.folder.string();
-    state_.points = options_.config->history.points.size();
-    state_.limit = options_.config->history.limit;
-    state_.since = options_.clocks().wall;
     if (options_.folder.empty()) Show(Disk::failing, options_.why_no_folder);
   }
   recording_.Start();
@@ -68,45 +73,10 @@ HistoryLog::~HistoryLog() {
   recording_.Stop();
   writing_.Stop();
   options_.store->Unsubscribe(feed_);
-  const MutexLock lock(mutex_);
-  if (state_.trouble.empty() || state_.waiting == 0) return;
+  const HistoryState state = view_->state();
+  if (state.trouble.empty() || state.waiting == 0) return;
   options_.warn(fmt::format("history: the gateway ends, and {} values are not kept: {}",
-                            state_.waiting, state_.trouble));
-}
-
-HistoryState HistoryLog::state() const {
-  const MutexLock lock(mutex_);
-  HistoryState state = state_;
-  state.unread = unread_;
-  return state;
-}
-
-Result<Page> HistoryLog::Read(const PageQuery& query) const {
-  if (options_.folder.empty()) return Error{options_.why_no_folder};
-  if (state().disk == Disk::opening) return Page{.next = query.after, .known = true};
-  auto page = ReadPage(options_.folder, query);
-  if (page) TellUnread(page->unread);
-  return page;
-}
-
-/// Once each: a file that is damaged while the gateway runs is seen by who reads it first.
-void HistoryLog::TellUnread(const std::vector<std::string>& unread) const {
-  constexpr std::size_t kMost = 16;
-  for (const std::string& text : unread) {
-    {
-      const MutexLock lock(mutex_);
-      const bool known = std::ranges::find(unread_, text) != unread_.end();
-      if (known || unread_.size() >= kMost) continue;
-      unread_.push_back(text);
-    }
-    options_.warn("history: " + text + "; its values are missing in answers");
-  }
-}
-
-Result<TrendPage> HistoryLog::ReadTrends(const TrendQuery& query) const {
-  if (options_.folder.empty()) return Error{options_.why_no_folder};
-  if (state().disk == Disk::opening) return TrendPage{.next = query.since, .known = true};
-  return history::ReadTrends(options_.folder, query);
+                            state.waiting, state.trouble));
 }
 
 // ---------------------------------------------------------------- the recording thread
@@ -132,21 +102,26 @@ Instant HistoryLog::Record(bool last) {
   if (last) recorder_.End(now, batch);
   const MutexLock lock(mutex_);
   HandOver(std::move(batch));
-  const bool opening = state_.disk == Disk::opening;  // which takes as long as reading the file
+  const bool opening =
+      view_->state().disk == Disk::opening;  // which takes as long as reading the file
   if (!opening && writing_since_ && now.instant - *writing_since_ > kLongestWrite) {
-    Show(Disk::stalled, "the disk does not answer in time");
+    Show(Disk::stalled, kTooSlow);
   }
   return now.instant + kLook;
 }
 
 void HistoryLog::HandOver(Batch&& batch) {
   // Spans have a queue of their own: there are few, and they are worth more.
+  std::size_t dropped = 0;
   if (queue_.trends.size() + batch.trends.size() > most_trends_) {
-    state_.trends_dropped += batch.trends.size();
+    dropped = batch.trends.size();
     batch.trends.clear();
   }
   queue_.Append(std::move(batch));
-  state_.counters = recorder_.counters();
+  view_->Update([&](HistoryState& state) {
+    state.trends_dropped += dropped;
+    state.counters = recorder_.counters();
+  });
 }
 
 std::size_t HistoryLog::Room() const {
@@ -154,6 +129,15 @@ std::size_t HistoryLog::Room() const {
 }
 
 // ---------------------------------------------------------------- the writing thread
+
+bool HistoryLog::AreTaken(Instant now) {
+  if (!options_.taken || !options_.taken()) return false;
+  if (!waits_since_) waits_since_ = now;
+  if (now - *waits_since_ <= kLongestWrite) return true;
+  const MutexLock lock(mutex_);
+  Show(Disk::stalled, kTooSlow);
+  return true;
+}
 
 /// What waits in the files goes first; the queue is left alone until then, and fills up.
 void HistoryLog::WriteOnce(bool last) {
@@ -163,12 +147,18 @@ void HistoryLog::WriteOnce(bool last) {
     return;
   }
   const Now clocks = options_.clocks();
+  if (AreTaken(clocks.instant)) return;
   {
     const MutexLock lock(mutex_);
     writing_since_ = clocks.instant;
   }
   Status status = options_.ready ? options_.ready() : Status();
   if (status) status = files_.Open(clocks);
+  if (clocks.instant >= look_at_) {
+    look_at_ = clocks.instant + kLookAgain;
+    files_.Check(view_->TakeDoubts());
+    view_->LookAgain();
+  }
   if (status) {
     Batch batch;
     if (!files_.waits()) {
@@ -180,11 +170,15 @@ void HistoryLog::WriteOnce(bool last) {
   for (const News& news : files_.TakeNews()) {
     (news.trouble ? options_.warn : options_.inform)("history: " + news.text);
   }
+  const FolderFiles& folder = files_.folder_files();
   const MutexLock lock(mutex_);
-  state_.waiting = queue_.samples.size() + files_.waiting();
-  state_.bytes = files_.folder_files().bytes();
-  state_.oldest =
-      files_.folder_files().days.empty() ? WallTime{} : ToWall(files_.folder_files().days[0].day);
+  view_->Update([&](HistoryState& state) BAUDGATE_REQUIRES(mutex_) {
+    state.waiting = queue_.samples.size() + files_.waiting();
+    state.bytes = folder.bytes();
+    state.oldest = folder.days.empty() ? WallTime{} : ToWall(folder.days[0].day);
+    state.put_aside.clear();
+    for (const FolderFiles::Aside& file : folder.aside) state.put_aside.push_back(file.name);
+  });
   writing_since_.reset();
   if (files_.TakeLost()) begin_anew_ = true;
   Show(status ? Disk::fine : Disk::failing, status ? std::string() : status.error());
@@ -192,8 +186,11 @@ void HistoryLog::WriteOnce(bool last) {
 
 /// The log hears of the first trouble and of its end.
 void HistoryLog::Show(Disk disk, const std::string& trouble) {
-  const bool was_in_trouble = !std::exchange(state_.trouble, trouble).empty();
-  if (std::exchange(state_.disk, disk) != disk) state_.since = options_.clocks().wall;
+  bool was_in_trouble = false;
+  view_->Update([&](HistoryState& state) {
+    was_in_trouble = !std::exchange(state.trouble, trouble).empty();
+    if (std::exchange(state.disk, disk) != disk) state.since = options_.clocks().wall;
+  });
   if (!trouble.empty() && !was_in_trouble) {
     options_.warn(fmt::format(
         "history: {}; values wait until it works again, and are dropped when there is no room for "
@@ -201,7 +198,7 @@ void HistoryLog::Show(Disk disk, const std::string& trouble) {
         trouble));
   } else if (trouble.empty() && was_in_trouble) {
     options_.inform(fmt::format("history: values are kept again in {}; {} were dropped",
-                                state_.folder, state_.counters.dropped));
+                                options_.folder.string(), view_->state().counters.dropped));
   }
 }
 

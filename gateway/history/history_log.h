@@ -13,17 +13,19 @@
 
 #include "gateway/base/guarded.h"
 #include "gateway/base/worker.h"
-#include "gateway/history/history_source.h"
+#include "gateway/history/history_view.h"
 #include "gateway/history/value_store.h"
 
 namespace baudgate::history {
 
-class HistoryLog final : public HistorySource {
+class HistoryLog {
  public:
   /// Values are on the disk so soon: as many as a power cut may take.
   static constexpr Duration kCommit = 1s;
   /// What changes within it is looked at together.
   static constexpr Duration kLook = 20ms;
+  /// What readers have found is looked at again.
+  static constexpr Duration kLookAgain = 10s;
   /// A disk that takes longer does not answer in time.
   static constexpr Duration kLongestWrite = 3s;
 
@@ -34,6 +36,8 @@ class HistoryLog final : public HistorySource {
     std::string why_no_folder{};
     /// The folder is there, and ours; asked before its files are opened. Empty: it is.
     std::function<Status()> ready{};
+    /// Another log still ends, and has the files. Empty: there is none.
+    std::function<bool()> taken{};
     std::string vfs{};  ///< as in Database
     std::function<Now()> clocks;
     /// One line when the disk begins to fail, and one when it is well again; from any thread.
@@ -42,34 +46,34 @@ class HistoryLog final : public HistorySource {
   };
   explicit HistoryLog(Options options);
   /// Writes what is left; as long as the disk takes.
-  ~HistoryLog() override;
+  ~HistoryLog();
 
-  HistoryState state() const override;
-  Result<Page> Read(const PageQuery& query) const override;
-  Result<TrendPage> ReadTrends(const TrendQuery& query) const override;
+  /// It may outlive this.
+  std::shared_ptr<const HistorySource> view() const { return view_; }
 
  private:
   Instant Record(bool last);
   void HandOver(Batch&& batch) BAUDGATE_REQUIRES(mutex_);
   std::size_t Room() const BAUDGATE_REQUIRES(mutex_);
   void WriteOnce(bool last);
+  bool AreTaken(Instant now);
   void Show(Disk disk, const std::string& trouble) BAUDGATE_REQUIRES(mutex_);
-  void TellUnread(const std::vector<std::string>& unread) const;
 
   const Options options_;
   const std::size_t most_samples_;
   const std::size_t most_trends_;
   const std::shared_ptr<ChangeFeed> feed_;
+  const std::shared_ptr<HistoryView> view_;
   // Used by the recording thread.
   Recorder recorder_;
   Changes changes_;
   Instant tick_{};
   // Used by the writing thread.
   ValueStore files_;
-  mutable Mutex mutex_;
+  Instant look_at_{};
+  std::optional<Instant> waits_since_;  // for another log
+  Mutex mutex_;
   Batch queue_ BAUDGATE_GUARDED_BY(mutex_);
-  HistoryState state_ BAUDGATE_GUARDED_BY(mutex_);
-  mutable std::vector<std::string> unread_ BAUDGATE_GUARDED_BY(mutex_);
   bool begin_anew_ BAUDGATE_GUARDED_BY(mutex_) = false;  // values are lost that were kept
   std::optional<Instant> writing_since_ BAUDGATE_GUARDED_BY(mutex_);
   Worker writing_;

@@ -48,6 +48,7 @@ class DayReader {
   /// It is just being made, and holds nothing yet.
   bool is_new() const { return is_new_; }
   const std::string& error() const { return database_.error(); }
+  bool damaged() const { return database_.damaged(); }
   bool damaged_chunk() const { return damaged_chunk_; }
   bool knows() const { return point_.has_value(); }
   Millis day() const { return day_; }
@@ -152,8 +153,10 @@ class PageReader {
   }
 
   void NoteUnread(const DayReader& day, const std::string& why) {
-    const std::string text = DayFileName(day.day()) + ": " + why;
-    if (std::ranges::find(page_.unread, text) == page_.unread.end()) page_.unread.push_back(text);
+    UnreadFile file{day.day(), DayFileName(day.day()) + ": " + why, day.damaged()};
+    if (std::ranges::find(page_.unread, file) == page_.unread.end()) {
+      page_.unread.push_back(std::move(file));
+    }
   }
 
   void ReadRun(std::map<std::int64_t, Run>::const_iterator run) {

@@ -41,14 +41,22 @@ struct PageQuery {
   Cursor after{};
 };
 
+/// A file that could not be read, or not whole: what it holds is missing in a page.
+struct UnreadFile {
+  Millis day = 0;
+  std::string text{};    ///< "values-20261123.db: file is not a database"
+  bool damaged = false;  ///< SQLite says so
+
+  bool operator==(const UnreadFile&) const = default;
+};
+
 struct Page {
   /// By runs and in them by time: as it was, whatever the clock.
   std::vector<HistoryRecord> records{};
   Cursor next{};
   bool more = false;
   bool known = false;  ///< some file has the point
-  /// Files that could not be read, or not whole, and why: what they hold is missing here.
-  std::vector<std::string> unread{};
+  std::vector<UnreadFile> unread{};
 };
 
 Result<Page> ReadPage(const std::filesystem::path& folder, const PageQuery& query);
@@ -67,7 +75,9 @@ struct TrendPage {
   bool known = false;
 };
 
-/// The last span is as far as it has come, to the last minute that is over.
-Result<TrendPage> ReadTrends(const std::filesystem::path& folder, const TrendQuery& query);
+/// The last span is as far as it has come, to the last minute that is over. `damaged`: see
+/// ReadOnce.
+Result<TrendPage> ReadTrends(const std::filesystem::path& folder, const TrendQuery& query,
+                             bool* damaged = nullptr);
 
 }  // namespace baudgate::history

@@ -23,7 +23,8 @@ struct HistoryState {
   std::uint64_t limit = 0;
   WallTime oldest{};  ///< begin of the oldest day that is kept; the epoch: none is
   std::string folder;
-  std::vector<std::string> unread{};  ///< files that somebody could not read, or not whole, and why
+  std::vector<std::string> put_aside{};  ///< damaged files that are still there, by name
+  std::vector<std::string> unread{};     ///< files that nobody can read, or not whole, and why
 };
 
 class HistorySource {

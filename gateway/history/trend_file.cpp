@@ -57,16 +57,16 @@ TrendFile::TrendFile(std::filesystem::path path, const std::vector<PointName>& n
                      std::string vfs)
     : path_(std::move(path)), names_(names), vfs_(std::move(vfs)), ids_(names.size(), 0) {}
 
-TrendFile::Opened TrendFile::Open(bool damaged) {
+TrendFile::Opened TrendFile::Open(const std::string& damage) {
   Opened opened;
-  OpenedDatabase file = OpenDatabase(path_, kTrends, vfs_, damaged);
+  OpenedDatabase file = OpenDatabase(path_, kTrends, vfs_, damage);
   opened.put_aside = std::move(file.put_aside);
   opened.lost = std::move(file.lost);
   error_ = std::move(file.error);
   if (!file.database) return opened;
   damaged_ = false;
   database_ = std::move(file.database);
-  open_ = OpenFile(path_, vfs_);
+  open_ = OpenFile(path_, vfs_, *database_);
   minute_ = Statement(*database_, "INSERT OR REPLACE INTO minutes VALUES (?,?,?,?,?,?,?,?,?,?)");
   hour_ = Statement(*database_, "INSERT OR REPLACE INTO hours VALUES (?,?,?,?,?,?,?,?,?,?)");
   drop_minutes_ = Statement(*database_, "DELETE FROM minutes WHERE point=? AND begin<?");

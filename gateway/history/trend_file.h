@@ -34,8 +34,8 @@ class TrendFile {
     std::optional<std::string> lost{};
     std::int64_t last_run = 0;
   };
-  /// `damaged`: it was found so while it was in use.
-  Opened Open(bool damaged = false);
+  /// `damage`: was found while it was in use.
+  Opened Open(const std::string& damage = {});
   /// All or none. The same once more changes nothing. `sure`: see SureTime; spans are too old for
   /// it, and for those that come.
   bool Write(const std::vector<TrendRow>& trends, const std::vector<Run>& runs,
@@ -43,8 +43,9 @@ class TrendFile {
 
   const std::string& error() const { return error_; }
   bool damaged() const { return damaged_; }
-  /// False: it was removed or replaced; what is written is lost.
-  OpenFile::Found Look() { return open_.Look(*database_); }
+  OpenFile::Look LookAt() { return open_.LookAt(*database_); }
+  /// What a reader has found is looked for: all of it is read.
+  std::optional<std::string> Damage() { return database_->Damage(); }
   const std::filesystem::path& path() const { return path_; }
 
  private:

@@ -4,7 +4,7 @@
 
 #include "gateway/history/history_page.h"
 #include "gateway/history/trend_file.h"
-#include "gateway/state/database.h"
+#include "gateway/state/read_once.h"
 
 namespace baudgate::history {
 namespace {
@@ -35,15 +35,6 @@ class TrendReader {
   TrendReader(Database& database, const TrendQuery& query) : database_(database), query_(query) {}
 
   Result<TrendPage> Read() {
-    // One read: an hour that ends meanwhile is counted once.
-    if (!database_.Execute("BEGIN")) return Error{database_.error()};
-    auto page = ReadAll();
-    database_.Rollback();
-    return page;
-  }
-
- private:
-  Result<TrendPage> ReadAll() {
     page_.next = query_.since;
     Statement row(database_, "SELECT point FROM points WHERE name=?");
     row.Bind(1, query_.point);
@@ -63,6 +54,7 @@ class TrendReader {
     return std::move(page_);
   }
 
+ private:
   /// The current run has minutes of an hour that is not over.
   bool AddOpenHour() {
     Statement run(database_, "SELECT run, began FROM runs ORDER BY run DESC LIMIT 1");
@@ -136,15 +128,13 @@ class TrendReader {
 
 }  // namespace
 
-Result<TrendPage> ReadTrends(const std::filesystem::path& folder, const TrendQuery& query) {
-  const std::filesystem::path file = folder / kTrendsFile;
-  Database database(file.string(), Database::Mode::read);
-  if (!database.is_open()) return Error{file.string() + ": " + database.error()};
+Result<TrendPage> ReadTrends(const std::filesystem::path& folder, const TrendQuery& query,
+                             bool* damaged) {
   TrendQuery whole = query;  // a span is whole or not there
   whole.since = FloorTo(query.since, query.every);
-  auto page = TrendReader(database, whole).Read();
-  if (!page) return Error{file.string() + ": " + page.error()};
-  return page;
+  // An hour that ends meanwhile is counted once.
+  return ReadOnce(folder / kTrendsFile, damaged,
+                  [&](Database& database) { return TrendReader(database, whole).Read(); });
 }
 
 }  // namespace baudgate::history

@@ -59,9 +59,10 @@ void ValueStore::NoteFile(const std::string& put_aside, const std::optional<std:
 Status ValueStore::OpenTrends() {
   if (trends_) return {};
   auto file = std::make_unique<TrendFile>(folder_ / kTrendsFile, names_, vfs_);
-  const TrendFile::Opened opened = file->Open(std::exchange(damaged_trends_, false));
+  const TrendFile::Opened opened = file->Open(damaged_trends_);
   NoteFile(opened.put_aside, opened.lost);
   if (!opened.ok) return Error{file->error()};
+  damaged_trends_.clear();
   known_run_ = std::max(known_run_, opened.last_run);
   trends_ = std::move(file);
   return {};
@@ -71,15 +72,16 @@ Result<DayFile*> ValueStore::FileOf(Millis day) {
   auto& file = days_[day];
   if (file) return file.get();
   auto fresh = std::make_unique<DayFile>(folder_ / DayFileName(day), names_, vfs_);
-  const bool damaged = damaged_day_ == day;
-  const DayFile::Opened opened = fresh->Open(damaged);
+  const auto damage = damaged_days_.find(day);
+  const bool damaged = damage != damaged_days_.end();
+  const DayFile::Opened opened = fresh->Open(damaged ? damage->second : std::string());
   NoteFile(opened.put_aside, opened.lost);
   if (!opened.put_aside.empty() || (damaged && opened.ok)) CutRun();
   if (!opened.ok) {
     days_.erase(day);
     return Error{fresh->error()};
   }
-  if (damaged) damaged_day_.reset();
+  damaged_days_.erase(day);
   file = std::move(fresh);
   return file.get();
 }
@@ -89,7 +91,7 @@ Error ValueStore::Failed(DayFile& file) {
   if (!file.damaged()) return error;
   const auto found =
       std::ranges::find_if(days_, [&](const auto& day) { return day.second.get() == &file; });
-  damaged_day_ = found->first;
+  damaged_days_[found->first] = error.message;
   days_.erase(found);
   return error;
 }
@@ -105,26 +107,39 @@ void ValueStore::Number(Batch& batch) const {
   for (TrendRow& row : batch.trends) row.run += *runs_before_;
 }
 
-void ValueStore::FindRemoved() {
+/// Whether it has to be closed. A damaged one is named when it is put aside.
+bool ValueStore::NoteLook(const OpenFile::Look& look, const std::filesystem::path& path) {
+  using Found = OpenFile::Found;
+  if (look.found == Found::whole) return false;
+  if (look.found != Found::damaged) news_.push_back({path.string() + ": " + look.why});
+  return true;
+}
+
+void ValueStore::LookAtFiles() {
+  using Found = OpenFile::Found;
   bool lost = false;
   std::erase_if(days_, [&](const auto& day) {
-    const OpenFile::Found found = day.second->Look();
-    if (found == OpenFile::Found::there) return false;
-    if (found == OpenFile::Found::log_gone) {
-      news_.push_back({day.second->path().string() + ": " + OpenFile::LogGone()});
-      return true;
-    }
-    news_.push_back({day.second->path().string() + ": it was removed, and all values in it"});
-    return lost = true;
+    const OpenFile::Look look = day.second->LookAt();
+    if (look.found == Found::damaged) damaged_days_[day.first] = look.why;
+    lost = lost || look.found == Found::gone || look.found == Found::lost;
+    return NoteLook(look, day.second->path());
   });
-  const auto trends = trends_ ? trends_->Look() : OpenFile::Found::there;
-  if (trends != OpenFile::Found::there) {
-    news_.push_back({trends_->path().string() + ": " +
-                     (trends == OpenFile::Found::gone ? "it was removed, and all means in it"
-                                                      : OpenFile::LogGone())});
-    trends_.reset();
-  }
+  const OpenFile::Look look = trends_ ? trends_->LookAt() : OpenFile::Look();
+  if (look.found == Found::damaged) damaged_trends_ = look.why;
+  if (trends_ && NoteLook(look, trends_->path())) trends_.reset();
   if (lost) CutRun();
+}
+
+void ValueStore::Check(const std::set<std::string>& files) {
+  std::erase_if(days_, [&](const auto& day) {
+    const bool doubted = files.contains(DayFileName(day.first));
+    const auto damage = doubted ? day.second->Damage() : std::nullopt;
+    if (damage) damaged_days_[day.first] = *damage;
+    return damage.has_value();
+  });
+  if (!trends_ || !files.contains(kTrendsFile)) return;
+  damaged_trends_ = trends_->Damage().value_or(std::string());
+  if (!damaged_trends_.empty()) trends_.reset();
 }
 
 /// What waits is of another run than what is lost: between them nobody knows.
@@ -151,7 +166,7 @@ Status ValueStore::Write(Batch&& batch, Now clocks, bool last) {
   sure_ = sure_time_.Look(clocks);
   Number(batch);
   pending_.Append(std::move(batch));
-  FindRemoved();
+  LookAtFiles();
   Status status = OpenTrends();
   if (status) status = Clear(now);
   if (status) status = WriteDays(now, last);
@@ -196,8 +211,10 @@ Status ValueStore::WriteTrends(Millis now) {
   if (!pending_.trends.empty() || is_new) {
     if (!trends_->Write(pending_.trends, pending_.runs, sure_)) {
       Error error{trends_->error()};
-      damaged_trends_ = trends_->damaged();
-      if (damaged_trends_) trends_.reset();
+      if (trends_->damaged()) {
+        damaged_trends_ = trends_->error();
+        trends_.reset();
+      }
       return error;
     }
     if (!pending_.runs.empty()) known_run_ = pending_.runs.back().number;

@@ -8,6 +8,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -46,6 +47,8 @@ class ValueStore {
   /// Takes the batch, and writes it as far as it goes. What is left waits for the next call.
   /// `last`: nothing comes after it.
   Status Write(Batch&& batch, Now clocks, bool last = false);
+  /// Readers have found damage in these: those that are open are read as a whole.
+  void Check(const std::set<std::string>& files);
   /// The rest of an earlier batch waits.
   bool waits() const { return !pending_.samples.empty() || !pending_.trends.empty(); }
 
@@ -63,7 +66,8 @@ class ValueStore {
   Status OpenTrends();
   Result<DayFile*> FileOf(Millis day);
   void Number(Batch& batch) const;
-  void FindRemoved();
+  void LookAtFiles();
+  bool NoteLook(const OpenFile::Look& look, const std::filesystem::path& path);
   void CutRun();
   Status WriteDays(Millis now, bool last);
   Status WriteTrends(Millis now);
@@ -78,8 +82,9 @@ class ValueStore {
   const std::string vfs_;
   std::map<Millis, std::unique_ptr<DayFile>> days_;  // that are open
   std::unique_ptr<TrendFile> trends_;
-  std::optional<Millis> damaged_day_;  // found so while it was in use
-  bool damaged_trends_ = false;
+  // What was found while they were in use.
+  std::map<Millis, std::string> damaged_days_;
+  std::string damaged_trends_;               // empty: nothing
   std::optional<std::int64_t> runs_before_;  // of this start: the last number in the files
   Batch pending_;                            // with numbers of the files
   Millis marked_ = 0;                        // when runs were last written to today's file

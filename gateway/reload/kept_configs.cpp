@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/reload/kept_configs.h"
 
-#include <cstring>
 #include <system_error>
 
+#include "gateway/base/system_trouble.h"
 #include "gateway/state/whole_file.h"
 
 namespace baudgate::reload {
@@ -18,7 +18,7 @@ bool IsThere(const fs::path& file) {
 
 /// `failed`: errno's; 0: it did not.
 Status StatusOf(const fs::path& file, int failed) {
-  return failed == 0 ? Status() : Error{file.string() + ": " + std::strerror(failed)};
+  return failed == 0 ? Status() : Error{file.string() + ": " + SystemTrouble(failed)};
 }
 
 }  // namespace

@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <cerrno>
 #include <limits>
+#include <utility>
 
+#include "gateway/base/system_trouble.h"
 #include "gateway/state/file_health.h"
 
 namespace baudgate {
@@ -14,6 +16,15 @@ namespace {
 
 /// A reader of this machine, such as the program sqlite3, may hold up a commit so long.
 constexpr int kBusyMs = 250;
+
+/// Null: it is not open.
+sqlite3_file* FileOf(sqlite3* handle, Database::Part part) {
+  const bool log = part == Database::Part::log;
+  sqlite3_file* file = nullptr;
+  sqlite3_file_control(handle, "main",
+                       log ? SQLITE_FCNTL_JOURNAL_POINTER : SQLITE_FCNTL_FILE_POINTER, &file);
+  return file != nullptr && file->pMethods != nullptr ? file : nullptr;
+}
 
 }  // namespace
 
@@ -52,17 +63,28 @@ bool Database::Fail(int code) {
   if (error_.empty() || error_ == "not an error") error_ = sqlite3_errstr(code);
   std::ranges::replace(error_, '\n', ' ');  // what it quotes of the schema may have lines
   const int base = code & 0xFF;
+  // What errno was is not certain by now.
   const int system = handle_ ? sqlite3_system_errno(handle_.get()) : 0;
   const bool full = system == ENOSPC || system == EDQUOT;
-  if (base == SQLITE_FULL || (base == SQLITE_IOERR && full)) {
-    error_ = "the disk is full; make room on it";
-  } else if (base == SQLITE_IOERR && system == EFBIG) {
-    error_ = "the file is as large as LimitFSIZE or 'ulimit -f' allows; raise it";
+  if (base == SQLITE_IOERR && IsTooLarge()) {
+    error_ = SystemTrouble(EFBIG);
+  } else if (base == SQLITE_FULL || (base == SQLITE_IOERR && full)) {
+    error_ = SystemTrouble(ENOSPC);
+  } else if (base == SQLITE_CANTOPEN && NoFileLeft()) {
+    error_ = SystemTrouble(EMFILE);
   } else if (base == SQLITE_IOERR) {
     error_ += "; look at the disk (dmesg)";
   }
   damaged_ = base == SQLITE_CORRUPT || base == SQLITE_NOTADB;
+  if (damaged_ && handle_) Abandon();
   return false;
+}
+
+bool Database::IsTooLarge() const {
+  constexpr std::uint64_t kPage = 65536;  // that was to be written
+  const auto most = MostFileBytes();
+  if (!most || !handle_) return false;
+  return std::max(SizeOf(Part::file).value_or(0), SizeOf(Part::log).value_or(0)) + kPage > *most;
 }
 
 bool Database::Execute(const std::string& sql) {
@@ -75,6 +97,51 @@ void Database::Rollback() {
   sqlite3_exec(handle_.get(), "ROLLBACK", nullptr, nullptr, nullptr);
 }
 
+bool Database::EmptyLog() {
+  const Value busy = First("PRAGMA wal_checkpoint(TRUNCATE)");
+  return busy == Value(std::int64_t{0});
+}
+
+std::optional<std::string> Database::Damage() {
+  sqlite3_db_release_memory(handle_.get());
+  damaged_ = false;
+  const Value found = First("PRAGMA integrity_check(1)");
+  if (!HasValue(found)) return damaged_ ? std::optional(error_) : std::nullopt;
+  std::string text = ToText(found);
+  if (text == "ok") return std::nullopt;
+  std::ranges::replace(text, '\n', ' ');
+  Abandon();
+  return text;
+}
+
+std::optional<std::uint64_t> Database::SizeOf(Part part) const {
+  sqlite3_file* const file = FileOf(handle_.get(), part);
+  sqlite3_int64 size = 0;
+  if (file == nullptr || file->pMethods->xFileSize(file, &size) != SQLITE_OK) return std::nullopt;
+  return static_cast<std::uint64_t>(size);
+}
+
+std::optional<Bytes> Database::Read(Part part, std::uint64_t at, std::size_t count) const {
+  const auto size = SizeOf(part);
+  if (!size || at >= *size) return size ? std::optional(Bytes()) : std::nullopt;
+  Bytes bytes(std::min<std::uint64_t>(count, *size - at));
+  sqlite3_file* const file = FileOf(handle_.get(), part);
+  const int code = file->pMethods->xRead(file, bytes.data(), static_cast<int>(bytes.size()),
+                                         static_cast<sqlite3_int64>(at));
+  return code == SQLITE_OK ? std::optional(std::move(bytes)) : std::nullopt;
+}
+
+Bytes Database::ReadIndex(std::size_t count) const {
+  constexpr int kRegion = 32768;  // as SQLite maps it
+  sqlite3_file* const file = FileOf(handle_.get(), Part::file);
+  volatile void* mapped = nullptr;
+  const bool shared = file != nullptr && file->pMethods->iVersion >= 2 &&
+                      file->pMethods->xShmMap(file, 0, kRegion, 0, &mapped) == SQLITE_OK;
+  if (!shared || mapped == nullptr) return {};
+  const auto* const from = static_cast<const volatile std::uint8_t*>(mapped);
+  return {from, from + count};
+}
+
 void Database::Abandon() {
   int on = 1;
   sqlite3_file_control(handle_.get(), "main", SQLITE_FCNTL_PERSIST_WAL, &on);
@@ -84,15 +151,6 @@ void Database::Abandon() {
 Value Database::First(const std::string& sql) {
   Statement statement(*this, sql);
   return statement.Next() == Statement::Step::row ? statement.At(0) : Value();
-}
-
-std::uint64_t Database::size() {
-  const Value pages = First("PRAGMA page_count");
-  const Value each = First("PRAGMA page_size");
-  const auto* count = std::get_if<std::int64_t>(&pages);
-  const auto* bytes = std::get_if<std::int64_t>(&each);
-  if (count == nullptr || bytes == nullptr) return 0;
-  return static_cast<std::uint64_t>(*count) * static_cast<std::uint64_t>(*bytes);
 }
 
 void Statement::Closer::operator()(sqlite3_stmt* handle) const { sqlite3_finalize(handle); }

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -31,19 +32,33 @@ class Database {
   bool is_open() const { return handle_ != nullptr; }
   /// Why the last call failed, in words for users.
   const std::string& error() const { return error_; }
-  /// Bytes of the file, its log not counted; 0: that cannot be said.
-  std::uint64_t size();
-  /// The last call failed because the file is no database, or a damaged one.
+  /// The last call failed because the file is no database, or a damaged one. Closing it touches
+  /// neither file nor log.
   bool damaged() const { return damaged_; }
 
   /// One or several statements; their rows are passed over.
   bool Execute(const std::string& sql);
   /// Ends a transaction that has failed; error() stays.
   void Rollback();
-  /// All that its write-ahead log holds goes to the file, as far as nobody reads.
-  bool EmptyLog() { return Execute("PRAGMA wal_checkpoint(TRUNCATE)"); }
-  /// Another file has its name by now: closing it touches no log.
+  /// All that its write-ahead log holds goes to the file. False: not all of it, for somebody reads,
+  /// or the disk fails.
+  bool EmptyLog();
+  /// All of it is read from the disk. Why it is damaged; nothing: it is not, or that cannot be
+  /// said.
+  std::optional<std::string> Damage();
+  /// Closing touches neither file nor log: another file has its name, or the log is not sound.
   void Abandon();
+
+  /// Bytes as they are on the disk, read by SQLite's own descriptors: whoever opens a file of his
+  /// own and closes it ends all locks of this process on that file (fcntl), and the next program
+  /// that reads the database takes its log away.
+  enum class Part : std::uint8_t { file, log };
+  /// Nothing: it cannot be read.
+  std::optional<std::uint64_t> SizeOf(Part part) const;
+  /// The same; fewer where it ends.
+  std::optional<Bytes> Read(Part part, std::uint64_t at, std::size_t count) const;
+  /// The first bytes of the index of the log, which all connections share. Empty: there is none.
+  Bytes ReadIndex(std::size_t count) const;
   /// First column of the first row. Nothing: there is none, or the statement failed.
   Value First(const std::string& sql);
 
@@ -53,6 +68,7 @@ class Database {
     void operator()(sqlite3* handle) const;
   };
   bool Fail(int code);
+  bool IsTooLarge() const;
 
   std::unique_ptr<sqlite3, Closer> handle_;
   std::string error_;

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <optional>
 #include <system_error>
 
@@ -32,7 +33,13 @@ bool Migrate(Database& database, const DatabaseKind& kind, std::int64_t version)
   return ok;
 }
 
-Look LookAt(Database& database, const DatabaseKind& kind, std::string& why) {
+/// `head`: its first bytes are there, and looked at before SQLite reads them.
+Look LookAt(Database& database, const DatabaseKind& kind, bool head, std::string& why) {
+  const auto bytes = head ? database.Read(Database::Part::file, 0, kDatabaseHead) : std::nullopt;
+  if (const auto damage = bytes ? HeadDamage(*bytes) : std::nullopt) {
+    why = *damage;
+    return Look::damaged;
+  }
   const auto whole = [&](const char* sql) {
     const Value value = database.First(sql);
     return std::holds_alternative<std::int64_t>(value)
@@ -109,7 +116,7 @@ bool IsEmpty(const fs::path& file) {
 }  // namespace
 
 OpenedDatabase OpenDatabase(const fs::path& file, const DatabaseKind& kind, const std::string& vfs,
-                            bool put_aside) {
+                            const std::string& damage) {
   OpenedDatabase opened;
   std::error_code none;
   if (vfs.empty()) {
@@ -118,27 +125,25 @@ OpenedDatabase OpenDatabase(const fs::path& file, const DatabaseKind& kind, cons
       return opened;
     }
   }
-  if (put_aside && fs::exists(file, none)) {
+  if (!damage.empty() && fs::exists(file, none)) {
     const fs::path to = PutAside(file);
     if (to.empty()) {
       opened.error = file.string() + " is damaged, and cannot be renamed";
       return opened;
     }
-    opened.put_aside = RenamedText(file, "found while it was in use", to);
+    opened.put_aside = RenamedText(file, damage, to);
   }
   for (int tries = 0; tries < 2; ++tries) {
     const bool was_there = !vfs.empty() || fs::exists(file, none);
     std::unique_ptr<Database> database;
     std::string why = "it is empty: its content is lost";
     Look look = Look::damaged;
-    const auto damage = vfs.empty() ? HeadDamage(file) : std::nullopt;
-    if (damage) {
-      why = *damage;
-    } else if (!vfs.empty() || !IsEmpty(file)) {
+    if (!vfs.empty() || !IsEmpty(file)) {
       if (vfs.empty()) opened.lost = LogDamage(file);
       database = std::make_unique<Database>(file.string(), Database::Mode::write, vfs);
       why = database->error();
-      look = database->is_open() ? LookAt(*database, kind, why) : Look::failed;
+      look = database->is_open() ? LookAt(*database, kind, vfs.empty() && was_there, why)
+                                 : Look::failed;
     }
     if (look == Look::fine) {
       opened.database = std::move(database);
@@ -155,6 +160,20 @@ OpenedDatabase OpenDatabase(const fs::path& file, const DatabaseKind& kind, cons
     opened.put_aside = RenamedText(file, why, to);
   }
   return opened;
+}
+
+std::vector<std::string> PutAsideOf(const fs::path& file) {
+  const std::string begin = file.filename().string() + ".bad";
+  std::vector<std::string> names;
+  std::error_code error;
+  for (fs::directory_iterator one(file.parent_path(), error), end; !error && one != end;
+       one.increment(error)) {
+    std::string name = one->path().filename().string();
+    const bool part = name.ends_with("-wal") || name.ends_with("-shm");
+    if (name.starts_with(begin) && !part) names.push_back(std::move(name));
+  }
+  std::ranges::sort(names);
+  return names;
 }
 
 }  // namespace baudgate

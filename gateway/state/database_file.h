@@ -10,6 +10,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "gateway/state/database.h"
 
@@ -35,9 +36,12 @@ struct OpenedDatabase {
 };
 
 /// In WAL mode. One that is damaged, or empty, is renamed to FILE.bad, or .bad2 and so on; one of a
-/// newer version is not touched. Takes as long as reading the whole file does. `put_aside`:
-/// whatever it is, because it was found damaged while it was in use.
+/// newer version is not touched. Takes as long as reading the whole file does. `damage`: what was
+/// found while it was in use; it is renamed, whatever it is now. Empty: nothing was found.
 OpenedDatabase OpenDatabase(const std::filesystem::path& file, const DatabaseKind& kind,
-                            const std::string& vfs = {}, bool put_aside = false);
+                            const std::string& vfs = {}, const std::string& damage = {});
+
+/// Names of files that were renamed so and are still there: "events.db.bad".
+std::vector<std::string> PutAsideOf(const std::filesystem::path& file);
 
 }  // namespace baudgate

@@ -4,11 +4,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstring>
 #include <nlohmann/json.hpp>
 #include <string_view>
 #include <utility>
 
+#include "gateway/base/system_trouble.h"
 #include "gateway/state/versions.h"
 #include "gateway/state/whole_file.h"
 
@@ -27,15 +27,15 @@ std::string WordOf(const Json& map, const char* key) {
 
 }  // namespace
 
-DeviceMemory::DeviceMemory(fs::path file, const config::Config& config,
-                           std::function<void(const std::string&)> warn)
+DeviceMemory::DeviceMemory(fs::path file, const config::Config& config, Tell warn, Tell trouble)
     : file_(std::move(file)),
       warn_(std::move(warn)),
+      trouble_(std::move(trouble)),
       keys_(KeysOf(config)),
       memories_(Read()),
       worker_("state", [this](bool last) {
-        WriteChanges(last);
-        return kWhenWoken;
+        WriteChanges();
+        return failing_ && !last ? ReadClocks().instant + kAgain : kWhenWoken;
       }) {
   worker_.Start();
 }
@@ -118,12 +118,11 @@ void DeviceMemory::AwaitWritten() {
   while (kept_ == Kept::waits) lock.Wait(written_);
 }
 
-/// What has failed is written once more at the end.
-void DeviceMemory::WriteChanges(bool last) {
+void DeviceMemory::WriteChanges() {
   std::string text;
   {
     const MutexLock lock(mutex_);
-    if (!changed_ && !(last && failing_)) return;
+    if (!changed_ && !failing_) return;
     changed_ = false;
     text = Text();
   }
@@ -154,13 +153,14 @@ std::string DeviceMemory::Text() const {
 
 void DeviceMemory::Write(const std::string& text) {
   const int error = WriteWhole(file_, text);
-  if (error == 0) {
-    failing_ = false;
-  } else if (!std::exchange(failing_, true)) {
-    warn_(
-        fmt::format("state: cannot write {}: {}; what was learned of devices is kept with the "
-                    "next change",
-                    file_.string(), std::strerror(error)));
+  const bool failed = std::exchange(failing_, error != 0);
+  if (error != 0) {
+    trouble_(
+        fmt::format("cannot write {}: {}; what was learned of devices is forgotten at the next "
+                    "start unless this works again",
+                    file_.string(), SystemTrouble(error)));
+  } else if (failed) {
+    trouble_({});
   }
 }
 

@@ -23,10 +23,14 @@ namespace baudgate {
 
 class DeviceMemory {
  public:
-  /// Reads `file`, which need not be there. `warn` gets one line: when it cannot be read, and when
-  /// writing begins to fail; the latter from the writing thread. Its end writes what has changed.
-  DeviceMemory(std::filesystem::path file, const config::Config& config,
-               std::function<void(const std::string&)> warn);
+  /// What failed is tried again so soon.
+  static constexpr Duration kAgain = 10s;
+
+  using Tell = std::function<void(const std::string&)>;
+  /// Reads `file`, which need not be there. `warn` gets one line when it cannot be read; `trouble`
+  /// why it cannot be written by now, or an empty text, from the writing thread. Its end writes
+  /// what has changed.
+  DeviceMemory(std::filesystem::path file, const config::Config& config, Tell warn, Tell trouble);
 
   /// Devices are numbered through all lines, in the order of the file. Empty: nothing is known.
   std::string Of(std::uint32_t device) const;
@@ -47,12 +51,13 @@ class DeviceMemory {
 
  private:
   std::vector<std::string> Read();
-  void WriteChanges(bool last);
+  void WriteChanges();
   std::string Text() const BAUDGATE_REQUIRES(mutex_);
   void Write(const std::string& text);
 
   const std::filesystem::path file_;
-  const std::function<void(const std::string&)> warn_;
+  const Tell warn_;
+  const Tell trouble_;
   /// Whose a memory is.
   struct Key {
     std::string line;

@@ -22,6 +22,9 @@ class EventsConnection {
   /// other connection.
   explicit EventsConnection(std::filesystem::path path, std::string vfs = {},
                             std::shared_ptr<EventsWriter> writer = {});
+  ~EventsConnection() { Close(); }
+  EventsConnection(const EventsConnection&) = delete;
+  EventsConnection& operator=(const EventsConnection&) = delete;
 
   struct Opened {
     bool ok = false;
@@ -35,29 +38,26 @@ class EventsConnection {
   /// The last statement has failed: what to say of it. A damaged file is closed; whoever opens it
   /// next puts it aside.
   Error Failed();
-  /// The file that is open has been removed or replaced: closed, and an error. Its log has: an
-  /// error once, and until the next start each commit goes to the file at once.
-  Status CheckThere();
-  /// Behind each commit.
-  void OnCommit() {
-    if (log_gone_) database_->EmptyLog();
-  }
-  void Close() { database_.reset(); }
+  /// From time to time, and before each commit: the disk has what is open. Else it is closed, and
+  /// an error. `whole`: all of the file is read, for a reader has found damage.
+  Status Check(bool whole = false);
+  void Close();
 
   bool is_open() const { return database_ != nullptr; }
   Database& database() { return *database_; }
   const std::filesystem::path& path() const { return path_; }
 
  private:
+  Status Leave(std::string why, bool lost);
+
   const std::filesystem::path path_;
   const std::string vfs_;
   const std::shared_ptr<EventsWriter> writer_;
   std::unique_ptr<Database> database_;
   std::uint64_t times_put_aside_ = 0;  ///< when this connection was opened last
-  bool damaged_ = false;               ///< the file that was open then
+  std::string damage_;                 ///< of the file that was open then; empty: it was whole
   OpenFile open_;
-  bool gone_ = false;      ///< the last one that was open
-  bool log_gone_ = false;  ///< of the one that is open
+  bool gone_ = false;  ///< the last one that was open, or records in it
 };
 
 }  // namespace baudgate

@@ -127,8 +127,9 @@ constexpr DatabaseKind kEvents = {kEventsApplication, kMigrations,
 
 }  // namespace
 
-OpenedEvents OpenEvents(const std::filesystem::path& file, const std::string& vfs, bool put_aside) {
-  return OpenDatabase(file, kEvents, vfs, put_aside);
+OpenedEvents OpenEvents(const std::filesystem::path& file, const std::string& vfs,
+                        const std::string& damage) {
+  return OpenDatabase(file, kEvents, vfs, damage);
 }
 
 }  // namespace baudgate

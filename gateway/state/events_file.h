@@ -20,6 +20,6 @@ using OpenedEvents = OpenedDatabase;
 
 /// As OpenDatabase.
 OpenedEvents OpenEvents(const std::filesystem::path& file, const std::string& vfs = {},
-                        bool put_aside = false);
+                        const std::string& damage = {});
 
 }  // namespace baudgate

@@ -4,8 +4,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
+#include <string>
 
 #include "gateway/base/worker.h"
 
@@ -14,8 +17,16 @@ namespace baudgate {
 struct EventsWriter {
   /// What must be so before the file is opened: its folder is there, and ours. Empty: nothing.
   std::function<Status()> ready;
-  /// How often the file has been put aside. Of the thread.
-  std::uint64_t times_put_aside = 0;
+  // Of the thread:
+  std::uint64_t times_put_aside = 0;  ///< the file
+  std::size_t open = 0;               ///< connections
+  /// All connections have to be closed before one is opened: they share an index of the log that is
+  /// wrong.
+  struct Closing {
+    std::string why{};
+    bool lost = false;  ///< records that were in the log
+  };
+  std::optional<Closing> closing{};
   WorkThread thread{"events.db"};
 };
 

@@ -2,7 +2,6 @@
 #include "gateway/state/file_health.h"
 
 #include <fmt/format.h>
-#include <pwd.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -14,14 +13,13 @@
 #include <string_view>
 #include <system_error>
 
-#include "gateway/base/bytes.h"
+#include "gateway/base/user_name.h"
 
 namespace baudgate {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kFileHead = 100;
 constexpr std::string_view kFileMagic{"SQLite format 3\0", 16};
 
 bool IsPageSize(std::uint32_t size) {
@@ -73,14 +71,6 @@ class LogSum {
 
 }  // namespace
 
-std::string NameOfUser(uid_t user) {
-  std::array<char, 1024> texts{};
-  passwd entry{};
-  passwd* found = nullptr;
-  ::getpwuid_r(user, &entry, texts.data(), texts.size(), &found);
-  return found == nullptr ? std::to_string(user) : std::string(found->pw_name);
-}
-
 std::optional<std::string> WhyNoFile(const fs::path& file) {
   for (const char* part : {"", "-wal", "-shm"}) {
     std::error_code none;
@@ -124,17 +114,12 @@ std::string WhyReadOnly(const fs::path& file) {
                      file.string());
 }
 
-std::optional<std::string> HeadDamage(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  Bytes head(kFileHead);
-  const std::size_t count = in ? ReadSome(in, head) : 0;
-  if (count == 0) return std::nullopt;
+std::optional<std::string> HeadDamage(View head) {
   const auto damage = [](const char* what) {
     return std::optional<std::string>(fmt::format("its head is damaged: {}", what));
   };
-  if (count < kFileHead) return damage("it ends there");
-  if (std::string_view(reinterpret_cast<const char*>(head.data()), kFileMagic.size()) !=
-      kFileMagic) {
+  if (head.size() < kDatabaseHead) return damage("it ends there");
+  if (AsText(head.first(kFileMagic.size())) != kFileMagic) {
     return damage("it is no SQLite database");
   }
   const std::uint32_t page = std::uint32_t{head[16]} << 8U | head[17];

@@ -1,14 +1,15 @@
-// What can be told of a database from its bytes, before SQLite opens it: whether it is a file at
-// all, whether its head makes sense, and whether its write-ahead log has lost what was committed.
-// Source: https://www.sqlite.org/fileformat.html, sections 1.3 and 4.
+// What can be told of a database from its bytes: whether it is a file at all, whether its head
+// makes sense, and whether its write-ahead log has lost what was committed. Source:
+// https://www.sqlite.org/fileformat.html, sections 1.3 and 4.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <sys/types.h>
-
+#include <cstddef>
 #include <filesystem>
 #include <optional>
 #include <string>
+
+#include "gateway/base/bytes.h"
 
 namespace baudgate {
 
@@ -16,18 +17,17 @@ namespace baudgate {
 /// might block for ever. Nothing: all are regular files, or not there.
 std::optional<std::string> WhyNoFile(const std::filesystem::path& file);
 
-/// "baudgate"; of a user without a name its number.
-std::string NameOfUser(uid_t user);
-
 /// Why this process may not read a file that is there, and what helps. Nothing: it may.
 std::optional<std::string> WhyNoAccess(const std::filesystem::path& file);
 
 /// What keeps this process from writing to a file that is there, and what helps.
 std::string WhyReadOnly(const std::filesystem::path& file);
 
-/// What is wrong with the first 100 bytes. SQLite itself calls some of it "readonly" or
-/// "unsupported". Nothing: they make sense, or there are none.
-std::optional<std::string> HeadDamage(const std::filesystem::path& file);
+inline constexpr std::size_t kDatabaseHead = 100;
+
+/// What is wrong with the first bytes of a database. SQLite itself calls some of it "readonly" or
+/// "unsupported". Nothing: they make sense.
+std::optional<std::string> HeadDamage(View head);
 
 /// SQLite reads the log up to the first frame that is damaged and says nothing of those behind it.
 /// A last transaction that is torn is no loss: it was never committed. Nothing: nothing is lost.

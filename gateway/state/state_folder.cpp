@@ -10,13 +10,13 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstdlib>
-#include <cstring>
 #include <future>
 #include <system_error>
 #include <utility>
 
+#include "gateway/base/system_trouble.h"
+#include "gateway/base/user_name.h"
 #include "gateway/base/worker.h"
-#include "gateway/state/file_health.h"
 #include "gateway/state/versions.h"
 
 namespace baudgate {
@@ -146,7 +146,7 @@ std::optional<StateFolder::Failure> StateFolder::Open() {
       error ? -1 : ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NONBLOCK, kLockMode);
   if (lock < 0) {
     const int code = error ? error.value() : errno;
-    return Failure{false, fmt::format("{}: {}{}", path_.string(), std::strerror(code),
+    return Failure{false, fmt::format("{}: {}{}", path_.string(), SystemTrouble(code),
                                       HowToMake(path_, code))};
   }
   if (::flock(lock, LOCK_EX | LOCK_NB) != 0) {

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string_view>
@@ -34,16 +33,6 @@ constexpr std::size_t kVersionAt = 60;
 constexpr std::size_t kApplicationAt = 68;
 constexpr std::size_t kHead = 72;
 
-std::string Head(const fs::path& file, std::size_t most) {
-  std::error_code none;
-  if (!fs::is_regular_file(file, none)) return {};
-  std::ifstream in(file, std::ios::binary);
-  std::string bytes(most, '\0');
-  in.read(bytes.data(), static_cast<std::streamsize>(most));
-  bytes.resize(static_cast<std::size_t>(in.gcount()));
-  return bytes;
-}
-
 std::int64_t Big32(std::string_view bytes, std::size_t at) {
   std::uint32_t number = 0;
   for (std::size_t i = 0; i < 4; ++i) {
@@ -52,17 +41,17 @@ std::int64_t Big32(std::string_view bytes, std::size_t at) {
   return number;
 }
 
-/// Nothing: it is no database. Years of history are a thousand files: only one with a log, which a
-/// gateway that was killed leaves, is opened.
+/// Nothing: it is no database. Years of history are a thousand files: SQLite reads only those that
+/// have a log, which a gateway that was killed leaves.
 std::optional<Known> VersionOf(const fs::path& file) {
-  const std::string head = Head(file, kHead);
-  if (head.size() < kHead || !head.starts_with(kMagic)) return std::nullopt;
-  Known found{Big32(head, kApplicationAt), Big32(head, kVersionAt)};
+  Database database(file.string(), Database::Mode::read);
+  const auto head =
+      database.is_open() ? database.Read(Database::Part::file, 0, kHead) : std::optional<Bytes>();
+  if (!head || head->size() < kHead || !AsText(*head).starts_with(kMagic)) return std::nullopt;
+  Known found{Big32(AsText(*head), kApplicationAt), Big32(AsText(*head), kVersionAt)};
   std::error_code error;
   const auto log = fs::file_size(file.string() + "-wal", error);
   if (error || log == 0) return found;
-  Database database(file.string(), Database::Mode::read);
-  if (!database.is_open()) return found;
   const auto take = [&](const char* sql, std::int64_t& target) {
     const Value value = database.First(sql);
     if (const auto* number = std::get_if<std::int64_t>(&value)) target = *number;

@@ -3,6 +3,7 @@
 
 #include "gateway/base/shown.h"
 #include "gateway/status/json_time.h"
+#include "gateway/status/put_aside.h"
 #include "gateway/status/value_json.h"
 
 namespace baudgate::control {
@@ -24,6 +25,9 @@ Json AdviceOf(const audit::AuditState& state) {
     advice.push_back(Plural(state.lost, "record") + " of writes lost since the start: there was " +
                      "no room for more while the disk failed");
   }
+  const std::filesystem::path folder = std::filesystem::path(state.file).parent_path();
+  const std::string aside = PutAsideAdvice(folder, state.put_aside);
+  if (!aside.empty()) advice.push_back(aside);
   return advice;
 }
 
@@ -38,6 +42,7 @@ Json AuditJson(const audit::AuditState& state) {
   json["waiting"] = state.waiting;
   json["lost"] = state.lost;
   json["file"] = state.file;
+  json["put_aside"] = state.put_aside;
   json["advice"] = AdviceOf(state);
   return json;
 }

@@ -3,6 +3,7 @@
 
 #include "gateway/base/shown.h"
 #include "gateway/status/json_time.h"
+#include "gateway/status/put_aside.h"
 #include "gateway/status/value_json.h"
 
 namespace baudgate::control {
@@ -13,10 +14,14 @@ namespace {
 
 Json AdviceOf(const events::EventsState& state) {
   Json advice = Json::array();
-  if (state.trouble.empty()) return advice;
-  std::string text = state.trouble + "; devices are not asked for events until it works again";
-  if (state.waiting > 0) text += ", and " + Plural(state.waiting, "message") + " of theirs wait";
-  advice.push_back(text);
+  if (!state.trouble.empty()) {
+    std::string text = state.trouble + "; devices are not asked for events until it works again";
+    if (state.waiting > 0) text += ", and " + Plural(state.waiting, "message") + " of theirs wait";
+    advice.push_back(text);
+  }
+  const std::filesystem::path folder = std::filesystem::path(state.file).parent_path();
+  const std::string aside = PutAsideAdvice(folder, state.put_aside);
+  if (!aside.empty()) advice.push_back(aside);
   return advice;
 }
 
@@ -84,6 +89,7 @@ Json EventsJson(const events::EventsState& state) {
   json["alarms"] = {{"active", state.alarms_active},
                     {"unacknowledged", state.alarms_unacknowledged}};
   json["file"] = state.file;
+  json["put_aside"] = state.put_aside;
   json["in_memory"] = state.in_memory;
   json["advice"] = AdviceOf(state);
   return json;

@@ -3,6 +3,7 @@
 
 #include "gateway/base/shown.h"
 #include "gateway/status/json_time.h"
+#include "gateway/status/put_aside.h"
 #include "gateway/status/value_json.h"
 
 namespace baudgate::control {
@@ -18,9 +19,10 @@ Json AdviceOf(const history::HistoryState& state) {
                      "; values wait, and are dropped when there is no room for more");
   }
   for (const std::string& text : state.unread) {
-    advice.push_back(text + "; its values are missing in answers. A restart puts a damaged file " +
-                     "aside and begins a new one");
+    advice.push_back(text + "; its values are missing in answers until it is mended or moved away");
   }
+  const std::string aside = PutAsideAdvice(state.folder, state.put_aside);
+  if (!aside.empty()) advice.push_back(aside);
   if (state.counters.dropped > 0) {
     advice.push_back(Plural(state.counters.dropped, "value") +
                      " were dropped since the start, because the disk did not take them; the "
@@ -63,6 +65,7 @@ Json HistoryJson(const history::HistoryState& state) {
   json["limit"] = state.limit;
   json["oldest"] = TimeJson(state.oldest);
   json["folder"] = state.folder;
+  json["put_aside"] = state.put_aside;
   json["advice"] = AdviceOf(state);
   return json;
 }
@@ -72,10 +75,12 @@ Json PageJson(const history::Page& page, const std::string& point) {
   for (const history::HistoryRecord& record : page.records) {
     records.push_back(RecordJson(record, point));
   }
+  Json unread = Json::array();
+  for (const history::UnreadFile& file : page.unread) unread.push_back(file.text);
   return {{"records", std::move(records)},
           {"next", Json::array({page.next.run, page.next.time})},
           {"more", page.more},
-          {"unread", page.unread}};
+          {"unread", std::move(unread)}};
 }
 
 Json PageJson(const history::TrendPage& page, const std::string& point) {

@@ -21,6 +21,8 @@ struct ReloadState {
   /// What was found when the file was looked at last: it differs from what runs, or cannot be read.
   /// A sentence; empty: neither.
   std::string file_changed;
+  /// Why the confirmed copy cannot be written; empty: it is written.
+  std::string not_kept;
 };
 
 }  // namespace baudgate::control

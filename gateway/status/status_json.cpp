@@ -277,12 +277,17 @@ Json ReloadJson(const ReloadState& state) {
   }
   if (!state.not_the_file.empty()) advice.push_back(state.not_the_file);
   if (!state.file_changed.empty()) advice.push_back(state.file_changed);
+  if (!state.not_kept.empty()) {
+    advice.push_back("what was confirmed is not kept, and a start may take another one: " +
+                     state.not_kept);
+  }
   return {{"file", state.file},
           {"folder", state.folder},
           {"applied", TimeJson(state.applied)},
           {"confirm_until", state.confirm_until ? TimeJson(*state.confirm_until) : Json(nullptr)},
           {"not_the_file", state.not_the_file},
           {"file_changed", state.file_changed},
+          {"not_kept", state.not_kept},
           {"advice", std::move(advice)}};
 }
 
@@ -321,6 +326,7 @@ Json StatusJson(const config::Config& config, const PointStore& store, const Gat
   json["events"] = info.events ? EventsJson(info.events->state()) : Json(nullptr);
   json["history"] = info.history ? HistoryJson(info.history->state()) : Json(nullptr);
   json["configuration"] = info.reload ? ReloadJson(info.reload()) : Json(nullptr);
+  json["files"] = info.files ? FilesJson(info.files()) : Json(nullptr);
   return json;
 }
 

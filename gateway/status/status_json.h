@@ -4,6 +4,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -13,6 +14,7 @@
 #include "gateway/events/event_source.h"
 #include "gateway/history/history_source.h"
 #include "gateway/modbus/service/traffic.h"
+#include "gateway/status/files_json.h"
 #include "gateway/status/reload_state.h"
 #include "gateway/status/target.h"
 #include "gateway/store/point_store.h"
@@ -23,15 +25,16 @@ using Json = nlohmann::ordered_json;
 
 struct GatewayInfo {
   std::string version;
-  Instant started{};                                ///< when the lines began to poll
-  const modbus::TrafficSource* traffic = nullptr;   ///< null: no Modbus server
-  std::function<dds::LinkState()> dds{};            ///< empty: DDS is off
-  const audit::AuditSource* audit = nullptr;        ///< null: nothing can be written
-  events::EventSource* events = nullptr;            ///< null: none are kept
-  const history::HistorySource* history = nullptr;  ///< null: nothing is kept
+  Instant started{};                                        ///< when the lines began to poll
+  const modbus::TrafficSource* traffic = nullptr;           ///< null: no Modbus server
+  std::function<dds::LinkState()> dds{};                    ///< empty: DDS is off
+  const audit::AuditSource* audit = nullptr;                ///< null: nothing can be written
+  events::EventSource* events = nullptr;                    ///< null: none are kept
+  std::shared_ptr<const history::HistorySource> history{};  ///< null: nothing is kept
   /// Since when the thread of a line hangs; empty: nobody watches them.
   std::function<std::optional<WallTime>(std::uint32_t line)> stuck_since{};
   std::function<ReloadState()> reload{};  ///< empty: nothing is reloaded
+  std::function<FilesState()> files{};    ///< empty: nobody knows
 };
 
 /// {"point":"current_l1","value":0.52,"unit":"xIn","quality":192,"quality_text":"good","age_ms":120}

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstdlib>
-#include <cstring>
 #include <fstream>
 #include <string_view>
 #include <system_error>
@@ -14,6 +13,7 @@
 #include <vector>
 
 #include "config/model/config.h"
+#include "gateway/base/system_trouble.h"
 #include "gateway/trace/trace_head.h"
 
 namespace baudgate {
@@ -79,13 +79,13 @@ fs::path Recordings::FolderOf(const config::Config& config) {
 }
 
 Recordings::Recordings(fs::path folder, std::string version,
-                       std::function<void(const std::string&)> warn)
+                       std::function<void(const std::string&)> trouble)
     : folder_(std::move(folder)),
       version_(std::move(version)),
-      warn_(std::move(warn)),
+      trouble_(std::move(trouble)),
       worker_("recordings", [this](bool) {
-        while (const auto recording = waiting_.Take()) Write(*recording);
-        return kWhenWoken;
+        WriteAll();
+        return failed_ ? ReadClocks().instant + kAgain : kWhenWoken;
       }) {
   worker_.Start();
 }
@@ -94,35 +94,40 @@ void Recordings::Save(Recording recording) {
   if (waiting_.Put(std::move(recording))) worker_.Wake();
 }
 
-void Recordings::Write(const Recording& recording) {
-  const std::string name = FileName(recording);
+void Recordings::WriteAll() {
+  if (const auto failed = std::exchange(failed_, std::nullopt)) {
+    Write(*failed);
+    if (!failed_) trouble_({});
+  }
+  while (const auto recording = waiting_.Take()) {
+    const std::string name = FileName(*recording);
+    Write({Safe(recording->line->name), name, Contents(*recording, version_, name)});
+  }
+}
+
+void Recordings::Write(const File& file) {
   std::error_code error;
   fs::create_directories(folder_, error);
   // One name a line: what a crash leaves is overwritten by the next.
-  const fs::path part = folder_ / ("." + Safe(recording.line->name) + kEnding.data() + ".part");
+  const fs::path part = folder_ / ("." + file.line + kEnding.data() + ".part");
   errno = 0;
   std::ofstream out(part, std::ios::binary | std::ios::trunc);
-  out << Contents(recording, version_, name);
+  out << file.contents;
   out.close();
   if (!out) {
     error = std::error_code(errno != 0 ? errno : EIO, std::generic_category());
   } else {
     error.clear();
-    fs::rename(part, folder_ / name, error);
+    fs::rename(part, folder_ / file.name, error);
   }
-  if (error) {
-    std::error_code ignored;
-    fs::remove(part, ignored);
-    if (!std::exchange(failing_, true)) {
-      warn_(
-          fmt::format("recordings: cannot write to {}: {}; traces of failures are not kept until "
-                      "this works again",
-                      folder_.string(), error.message()));
-    }
-    return;
-  }
-  failing_ = false;
-  DropOldest(Safe(recording.line->name));
+  if (!error) return DropOldest(file.line);
+  std::error_code ignored;
+  fs::remove(part, ignored);
+  trouble_(
+      fmt::format("recordings: cannot write to {}: {}; traces of failures are not kept until "
+                  "this works again",
+                  folder_.string(), SystemTrouble(error.value())));
+  failed_ = file;
 }
 
 void Recordings::DropOldest(const std::string& line) const {

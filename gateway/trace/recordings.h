@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "config/model/config.h"
@@ -22,22 +23,32 @@ class Recordings {
   /// config.recordings, else the first folder of $STATE_DIRECTORY with /recordings; empty: nowhere.
   static std::filesystem::path FolderOf(const config::Config& config);
 
-  /// `warn` gets one line when writing begins to fail; from the writing thread.
+  /// What failed is tried again so soon.
+  static constexpr Duration kAgain = 10s;
+
+  /// `trouble` gets why nothing can be written by now, or an empty text; from the writing thread.
   /// Its end waits until all that waits is written.
   Recordings(std::filesystem::path folder, std::string version,
-             std::function<void(const std::string&)> warn);
+             std::function<void(const std::string&)> trouble);
 
   /// From any thread; returns at once.
   void Save(Recording recording);
 
  private:
-  void Write(const Recording& recording);
+  /// As it will be in the folder.
+  struct File {
+    std::string line;
+    std::string name;
+    std::string contents;
+  };
+  void WriteAll();
+  void Write(const File& file);
   void DropOldest(const std::string& line) const;
 
   const std::filesystem::path folder_;
   const std::string version_;
-  const std::function<void(const std::string&)> warn_;
-  bool failing_ = false;  // of the writing thread
+  const std::function<void(const std::string&)> trouble_;
+  std::optional<File> failed_;  // the latest that could not be written; of the writing thread
   WorkQueue<Recording> waiting_{kMostWaiting};
   Worker worker_;
 };

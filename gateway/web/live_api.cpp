@@ -25,7 +25,7 @@ Response StreamResponse(std::shared_ptr<Stream> stream) {
 }  // namespace
 
 LiveApi::LiveApi(const config::Config& config, Links links, asio::io_context& io)
-    : config_(&config),
+    : config_(std::shared_ptr<void>(), &config),
       links_(std::move(links)),
       io_(io),
       handler_(config, links_.store, links_.lines, no_writes_, links_.info),
@@ -186,10 +186,11 @@ void LiveApi::Acknowledge(const Request& request, const Answered& answered) {
   if (!reply.text.empty()) answered(ResponseOf(reply.text));
 }
 
-void LiveApi::Apply(const config::Config& config, const history::HistorySource* history) {
-  config_ = &config;
+void LiveApi::Apply(std::shared_ptr<const config::Config> config,
+                    std::shared_ptr<const history::HistorySource> history) {
+  config_ = config;
   links_.info.history = history;
-  handler_.Apply(config, history);
+  handler_.Apply(std::move(config), std::move(history));
   EndStreams();
 }
 

@@ -34,7 +34,8 @@ class LiveApi {
   /// `by`: who acknowledges.
   void Acknowledge(const Request& request, const Answered& answered);
   /// A reload: `config` and `history` are those by now. Streams of points end, and traces.
-  void Apply(const config::Config& config, const history::HistorySource* history);
+  void Apply(std::shared_ptr<const config::Config> config,
+             std::shared_ptr<const history::HistorySource> history);
   /// Each LivePoints::kTick while anybody looks; false: nobody does.
   bool Tick(Now now);
   /// Sends the heartbeat of traces; called each second.
@@ -63,7 +64,7 @@ class LiveApi {
   Decoders DecodersFor(const control::Target& target, const std::string& device) const;
   Result<std::uint32_t> DeviceNamed(const std::string& name) const;
 
-  const config::Config* config_;
+  std::shared_ptr<const config::Config> config_;
   Links links_;
   asio::io_context& io_;
   NoWrites no_writes_;

@@ -99,10 +99,7 @@ class PastApi::Download final : public Stream, public std::enable_shared_from_th
 
 PastApi::PastApi(const config::Config& config, const PointStore& store, LineControl& lines,
                  control::GatewayInfo info, asio::io_context& io)
-    : config_(&config),
-      history_(info.history),
-      io_(io),
-      handler_(config, store, lines, no_writes_, std::move(info)) {}
+    : io_(io), handler_(config, store, lines, no_writes_, std::move(info)) {}
 
 bool PastApi::Has(std::string_view path) { return std::ranges::find(kPaths, path) != kPaths.end(); }
 
@@ -117,12 +114,6 @@ bool PastApi::Answer(const Request& request, Now now, const Answered& answered) 
     return false;
   }
   return true;
-}
-
-void PastApi::Apply(const config::Config& config, const history::HistorySource* history) {
-  config_ = &config;
-  history_ = history;
-  handler_.Apply(config, history);
 }
 
 std::string PastApi::Page(const Json& ask, Now now) {
@@ -154,11 +145,12 @@ Response PastApi::History(const Request& request, Now now) {
     return Problem(400, "'since_ms' is before 'until_ms', by twenty years at most");
   }
   // Why a point has nothing, the control socket says.
-  if (history_ == nullptr)
+  const auto gateway = handler_.gateway();
+  if (!gateway->info.history)
     return ResponseOf(Page({{"command", "history"}, {"point", query.point}}, now));
-  const auto chart = history::ReadChart(*history_, query);
+  const auto chart = history::ReadChart(*gateway->info.history, query);
   if (!chart) return Problem(503, "the history cannot be read: " + chart.error());
-  const auto point = control::FindPoint(*config_, query.point);
+  const auto point = control::FindPoint(*gateway->config, query.point);
   if (!chart->known) {
     const std::string page = Page({{"command", "history"}, {"point", query.point}}, now);
     if (page.starts_with("{\"error\"")) return ResponseOf(page);
@@ -166,7 +158,7 @@ Response PastApi::History(const Request& request, Now now) {
   std::string unit;
   if (point) {
     std::uint32_t device = 0;
-    for (const config::Line& line : config_->lines) {
+    for (const config::Line& line : gateway->config->lines) {
       for (const config::Device& its : line.devices) {
         if (device++ == point->device) unit = its.points[point->point].unit;
       }

@@ -14,15 +14,18 @@ namespace baudgate::web {
 
 class PastApi {
  public:
-  /// All of it outlives this; everything is called on the thread of `io`.
+  /// All of it outlives this; but for Apply everything is called on the thread of `io`.
   PastApi(const config::Config& config, const PointStore& store, LineControl& lines,
           control::GatewayInfo info, asio::io_context& io);
 
   /// False: this is none of its requests.
   bool Answer(const Request& request, Now now, const Answered& answered);
   static bool Has(std::string_view path);
-  /// A reload; see LiveApi.
-  void Apply(const config::Config& config, const history::HistorySource* history);
+  /// A reload, from any thread. A page that is being read goes on with what it has.
+  void Apply(std::shared_ptr<const config::Config> config,
+             std::shared_ptr<const history::HistorySource> history) {
+    handler_.Apply(std::move(config), std::move(history));
+  }
 
  private:
   class Download;
@@ -33,8 +36,6 @@ class PastApi {
   /// One page of the control socket's `history`.
   std::string Page(const control::Json& ask, Now now);
 
-  const config::Config* config_;
-  const history::HistorySource* history_;
   asio::io_context& io_;
   NoWrites no_writes_;
   control::RequestHandler handler_;

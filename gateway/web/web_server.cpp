@@ -111,10 +111,14 @@ WebServer::WebServer(const config::Config& config, LiveApi::Links links, const L
   history_ = links.info.history != nullptr;
 }
 
-Result<std::unique_ptr<WebServer>> WebServer::Start(const config::Config& config, Opened opened,
-                                                    LiveApi::Links links, const Limits& limits) {
-  std::unique_ptr<WebServer> server(new WebServer(config, std::move(links), limits));
-  server->Set(config, std::move(opened.token));
+Result<std::unique_ptr<WebServer>> WebServer::Start(
+    const std::shared_ptr<const config::Config>& config, Opened opened, LiveApi::Links links,
+    const Limits& limits) {
+  const auto history = links.info.history;
+  std::unique_ptr<WebServer> server(new WebServer(*config, std::move(links), limits));
+  server->Set(*config, std::move(opened.token));
+  server->live_.Apply(config, history);
+  server->past_.Apply(config, history);
   auto http = HttpServer::Start(std::move(opened.socket), *server, limits);
   if (!http) return Error{http.error()};
   server->http_ = std::move(*http);
@@ -150,9 +154,9 @@ void WebServer::Set(const config::Config& config, std::optional<std::string> tok
   gateway_ = config.name;
 }
 
-Status WebServer::Apply(const config::Config& config, Opened opened,
-                        const history::HistorySource* history) {
-  Set(config, std::move(opened.token));
+Status WebServer::Apply(const std::shared_ptr<const config::Config>& config, Opened opened,
+                        const std::shared_ptr<const history::HistorySource>& history) {
+  Set(*config, std::move(opened.token));
   ApplyHistory(config, history);
   if (!opened.socket.is_open()) return {};
   auto next = HttpServer::Start(std::move(opened.socket), *this, limits_);
@@ -163,8 +167,9 @@ Status WebServer::Apply(const config::Config& config, Opened opened,
   return {};
 }
 
-void WebServer::ApplyHistory(const config::Config& config, const history::HistorySource* history) {
-  RunOn(past_loop_.io(), [&] { past_.Apply(config, history); });
+void WebServer::ApplyHistory(const std::shared_ptr<const config::Config>& config,
+                             const std::shared_ptr<const history::HistorySource>& history) {
+  past_.Apply(config, history);
   RunOn(live_loop_.io(), [&] { live_.Apply(config, history); });
   const MutexLock lock(mutex_);
   history_ = history != nullptr;

@@ -27,16 +27,19 @@ class WebServer final : public HttpHandler {
   /// What may fail, before anything is changed. `now`: where a server listens already.
   static Result<Opened> Open(const config::Web& next, const config::Web* now);
 
-  /// Serves. `config` and all of `links` outlive it.
-  static Result<std::unique_ptr<WebServer>> Start(const config::Config& config, Opened opened,
-                                                  LiveApi::Links links, const Limits& limits = {});
+  /// Serves. All of `links` that it does not share outlives it.
+  static Result<std::unique_ptr<WebServer>> Start(
+      const std::shared_ptr<const config::Config>& config, Opened opened, LiveApi::Links links,
+      const Limits& limits = {});
   ~WebServer() override;  ///< Stop
 
   /// A reload, done when it returns. With an open socket it listens there from then on; an error:
   /// it does not listen at all.
-  Status Apply(const config::Config& config, Opened opened, const history::HistorySource* history);
+  Status Apply(const std::shared_ptr<const config::Config>& config, Opened opened,
+               const std::shared_ptr<const history::HistorySource>& history);
   /// The same, only the history.
-  void ApplyHistory(const config::Config& config, const history::HistorySource* history);
+  void ApplyHistory(const std::shared_ptr<const config::Config>& config,
+                    const std::shared_ptr<const history::HistorySource>& history);
   /// Ends all streams and closes the port. Idempotent.
   void Stop();
 

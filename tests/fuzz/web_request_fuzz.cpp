@@ -67,7 +67,7 @@ struct WebWorld {
   control::GatewayInfo Info() {
     control::GatewayInfo info{"1.2.3", kWebStart};
     info.events = &events;
-    info.history = &history;
+    info.history = history;
     return info;
   }
 
@@ -75,7 +75,7 @@ struct WebWorld {
   PointStore store{config};
   control::FakeLines lines{store};
   web::FakeEvents events;
-  web::FakeHistory history;
+  std::shared_ptr<web::FakeHistory> history = std::make_shared<web::FakeHistory>();
   asio::io_context io;
   Logins logins{8502};
   web::LiveApi live;

@@ -100,6 +100,7 @@ std::vector<std::string> AdviceOf(const Json& status) {
   if (const Json& configuration = PartOf(status, "configuration"); !configuration.is_null()) {
     add("configuration", configuration);
   }
+  if (const Json& files = PartOf(status, "files"); !files.is_null()) add("files", files);
   return sentences;
 }
 

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 
+#include "gateway/base/user_name.h"
 #include "transports/port_lock.h"
 
 namespace baudgate {
@@ -48,9 +49,7 @@ std::optional<PortFile> ReadPortFile(const std::filesystem::path& root, const st
 
 std::vector<Person> PeopleHere() {
   std::vector<Person> people;
-  const struct ::passwd* self = ::getpwuid(::geteuid());
-  people.push_back({self != nullptr ? self->pw_name : std::to_string(::geteuid()), ::geteuid(),
-                    OwnGroups(), false});
+  people.push_back({NameOfUser(::geteuid()), ::geteuid(), OwnGroups(), false});
   const struct ::passwd* service = ::getpwnam(kServiceUser);
   if (service == nullptr || service->pw_uid == ::geteuid()) return people;
   people.push_back({kServiceUser, service->pw_uid, GroupsOf(kServiceUser, service->pw_gid), true});

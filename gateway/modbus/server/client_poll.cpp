@@ -4,6 +4,10 @@
 
 #include <unistd.h>
 
+#include <cerrno>
+
+#include "gateway/base/system_trouble.h"
+
 namespace baudgate::modbus {
 namespace {
 
@@ -14,9 +18,7 @@ constexpr std::size_t kServedInARow = 256;
 
 Status ClientPoll::Open() {
   const int set = ::epoll_create1(EPOLL_CLOEXEC);
-  if (set < 0) {
-    return Error{"too many open files; raise LimitNOFILE of the service (ulimit -Hn)"};
-  }
+  if (set < 0) return Error{SystemTrouble(errno)};
   asio::error_code failed;
   set_.assign(set, failed);
   if (failed) {

@@ -118,12 +118,24 @@ TEST_F(AuditLogTest, ADiskThatHangsIsShownWhereNobodyWaitsForARecord) {
   disk.Hang(true);
   log->Begin(WrittenPoint("a"));
   disk.WaitUntilItHangs();
-  for (int looks = 0; looks < AuditLog::kMostLooks; ++looks) log->Watch();
+  for (int ticks = 0; ticks < FileWatch::kMostTicks; ++ticks) log->Watch();
   EXPECT_EQ(log->state().disk, Disk::fine);
   log->Watch();
   EXPECT_EQ(log->state().disk, Disk::stalled);
   disk.Hang(false);
   Await(*log, Disk::fine);
+}
+
+TEST_F(AuditLogTest, AFileIsLookedAtAlsoWhereNothingIsWritten) {
+  const auto log = Start(file());
+  const auto ticket = log->Begin(WrittenPoint("a"));
+  ASSERT_EQ(log->WaitFor(*ticket, Ever()), Kept::yes);
+  std::filesystem::resize_file(file().string() + "-wal", 0);
+  for (int ticks = 0; ticks < FileWatch::kLookEvery; ++ticks) log->Watch();
+  while (heard().size() < 2) std::this_thread::yield();
+  EXPECT_THAT(heard()[0], HasSubstr("its write-ahead log (-wal) was shortened or damaged"));
+  EXPECT_THAT(heard()[1], HasSubstr("writes are recorded again"));
+  log->End(*ticket, {WriteEnd::ok, {}, 3ms});
 }
 
 /// The table may not be there yet: whoever reads then is told that there is nothing so far.

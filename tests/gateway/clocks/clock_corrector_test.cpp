@@ -59,7 +59,8 @@ class ClockCorrectorTest : public ::testing::Test, private CommandSink {
     corrector_ = std::make_unique<ClockCorrector>(ClockCorrector::Links{
         store_, *this,
         [this](const config::Config& config) {
-          auto tries = std::make_unique<DeviceMemory>(file_, config, [](const std::string&) {});
+          auto tries = std::make_unique<DeviceMemory>(
+              file_, config, [](const std::string&) {}, [](const std::string&) {});
           tries_ = tries.get();
           return tries;
         },

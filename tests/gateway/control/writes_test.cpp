@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 
 #include <atomic>
+#include <future>
 #include <semaphore>
 #include <sstream>
 
@@ -103,6 +104,28 @@ TEST_F(WritesTest, ADiskThatHangsHoldsUpNobodyElse) {
   EXPECT_THAT(Ask(Connect(), kStatus), HasSubstr("substation-7"));
   audit_.hangs = false;
   audit_.goes_on.release();
+}
+
+/// What a page that hangs was asked of lives as long as the page does.
+TEST_F(WritesTest, AReloadWaitsForNoDisk) {
+  audit_.hangs = true;
+  info_.audit = &audit_;
+  RequestHandler handler(config_, store_, lines_, lines_, info_);
+  handler.ReadApart();
+  auto before = std::make_shared<config::Config>(config_);
+  const std::weak_ptr<config::Config> held = before;
+  handler.Apply(std::move(before), nullptr);
+  std::promise<std::string> page;
+  handler.Answer(R"({"command":"writes"})", {"user:anna", 1}, kNow,
+                 [&page](std::string text) { page.set_value(std::move(text)); });
+  audit_.reading.acquire();
+  handler.Apply(std::make_shared<config::Config>(config_), nullptr);
+  EXPECT_FALSE(held.expired());
+  audit_.hangs = false;
+  audit_.goes_on.release();
+  EXPECT_THAT(page.get_future().get(), HasSubstr("\"records\""));
+  handler.StopReading();
+  EXPECT_TRUE(held.expired());
 }
 
 TEST_F(WritesTest, AllPagesOneObjectALine) {
@@ -205,6 +228,17 @@ TEST_F(WritesTest, ADiskThatFailsIsInTheStatus) {
   const std::string text = RenderStatus(status, "", {});
   EXPECT_THAT(text, HasSubstr("audit: events.db: disk full; writes to points are refused"));
   EXPECT_THAT(text, HasSubstr("audit: 2 records of writes lost"));
+}
+
+TEST_F(WritesTest, AFileThatWasPutAsideIsInTheStatusWhileItIsThere) {
+  audit_.shown.file = "/var/lib/gate/events.db";
+  audit_.shown.put_aside = {"events.db.bad", "events.db.bad2"};
+  Start();
+  const Json status = Json::parse(Ask(Connect(), R"({"command":"status"})"));
+  EXPECT_EQ(status["audit"]["put_aside"].size(), 2U);
+  EXPECT_THAT(
+      RenderStatus(status, "", {}),
+      HasSubstr("audit: /var/lib/gate/events.db.bad (and 1 more) was damaged and put aside"));
 }
 
 TEST_F(WritesTest, StrangeRequestsAreHarmless) {

@@ -74,7 +74,7 @@ TEST_F(EventLogTest, AlarmsAreKnownWhileTheDiskHangs) {
   disk.Hang(true);
   log->queue().Tell(Raised("first"));
   disk.WaitUntilItHangs();
-  for (int looks = 0; looks < EventQueue::kMostLooks; ++looks) log->Watch();
+  for (int ticks = 0; ticks < FileWatch::kMostTicks; ++ticks) log->Watch();
   EXPECT_EQ(log->state().disk, Disk::fine) << "it may just be slow";
   log->queue().Tell(Raised("second"));
   log->Watch();

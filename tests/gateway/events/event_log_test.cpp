@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <sqlite3.h>
 
+#include <fstream>
+
 #include "gateway/audit/audit_log.h"
 #include "tests/gateway/events/event_log_fixture.h"
 
@@ -9,6 +11,7 @@ namespace baudgate::events {
 namespace {
 
 using audit::FaultyDisk;
+using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
@@ -97,6 +100,32 @@ TEST_F(EventLogTest, TellsHowTheGatewayHasStartedAndEnded) {
   next->queue().Started("4");
   while (next->state().newest < 8) std::this_thread::yield();
   EXPECT_THAT(Texts(*next).back(), HasSubstr("4 has started; the run before was broken off after"));
+}
+
+/// Nothing is written, so nobody else would find out.
+TEST_F(EventLogTest, WhatAReaderFindsDamagedIsPutAsideAtTheNextLook) {
+  const auto log = Start(file());
+  log->queue().Add(BatchOf(0, "a"));
+  AwaitKept(1);
+  {
+    // Behind its head nothing is right any more.
+    Database other(file().string(), Database::Mode::write);
+    ASSERT_TRUE(other.EmptyLog());
+    constexpr int kHeader = 100;
+    std::fstream bytes(file(), std::ios::in | std::ios::out | std::ios::binary);
+    bytes.seekp(kHeader);
+    bytes << std::string(std::filesystem::file_size(file()) - kHeader, 'x');
+  }
+  EXPECT_FALSE(log->Read({}));
+  EXPECT_TRUE(log->state().put_aside.empty());
+  for (int ticks = 0; ticks < FileWatch::kLookEvery; ++ticks) log->Watch();
+  while (log->state().put_aside.empty()) std::this_thread::yield();
+  EXPECT_THAT(log->state().put_aside, ElementsAre(file().filename().string() + ".bad"));
+  EXPECT_THAT(heard(), Contains(HasSubstr("is damaged (")));
+  EXPECT_TRUE(log->Read({})) << "a new one has begun";
+  std::filesystem::remove(file().string() + ".bad");
+  for (int ticks = 0; ticks < FileWatch::kLookEvery; ++ticks) log->Watch();
+  while (!log->state().put_aside.empty()) std::this_thread::yield();
 }
 
 TEST_F(EventLogTest, TellsThatTheDiskHasFailed) {

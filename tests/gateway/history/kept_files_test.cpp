@@ -2,10 +2,13 @@
 // that go, or were taken away.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
+#include <sys/stat.h>
 
 #include <fstream>
+#include <functional>
 
 #include "gateway/history/folder_files.h"
+#include "gateway/history/history_view.h"
 #include "gateway/history/sure_time.h"
 #include "tests/gateway/history/store_fixture.h"
 
@@ -175,7 +178,7 @@ TEST_F(KeptFiles, OneThatIsRemovedIsFoundOutAtTheNextCommit) {
   EXPECT_TRUE(store->TakeLost());
   const auto news = store->TakeNews();
   ASSERT_EQ(news.size(), 1U);
-  EXPECT_THAT(news[0].text, HasSubstr(DayFileName(kBegin) + ": it was removed, and all values"));
+  EXPECT_THAT(news[0].text, HasSubstr(DayFileName(kBegin) + ": it was removed, and all that"));
   // What the recorder had already handed over is of its old run still; then it begins anew.
   const Millis anew = next + 3 * kSecond;
   ASSERT_TRUE(store->Write(Seconds(1, next + 2 * kSecond, anew, {}, kBegin), At(anew)));
@@ -208,6 +211,75 @@ TEST_F(KeptFiles, OneThatIsRemovedIsAGapBehindTheDayBefore) {
   EXPECT_EQ(records[2].gap->until, next);
   EXPECT_EQ(records[2].gap->why, RunBegin::dropped);
   EXPECT_EQ(records[3].entry.time, next);
+}
+
+/// Whoever reads it again and again must not be the one who says that all is well.
+TEST_F(KeptFiles, WhatCouldNotBeReadIsForgottenWhenItCan) {
+  const std::filesystem::path file = folder() / DayFileName(kBegin - 3 * kDay);
+  const std::filesystem::path kept = folder() / "kept";
+  const std::function<void()> harms[] = {
+      [&] { std::filesystem::create_directory(file.string() + "-wal"); },
+      [&] {
+        std::filesystem::rename(file, kept);
+        std::filesystem::create_directory(file);
+      },
+      [&] {
+        std::filesystem::rename(file, kept);
+        ASSERT_EQ(::mkfifo(file.c_str(), 0600), 0);
+      },
+      [&] {
+        std::filesystem::rename(file, kept);
+        std::ofstream(file) << std::string(8192, 'x');
+      }};
+  for (const auto& harm : harms) {
+    std::vector<std::string> heard;
+    const auto hear = [&heard](const std::string& text) { heard.push_back(text); };
+    HistoryView view({.folder = folder(), .warn = hear, .inform = hear});
+    view.Update([](HistoryState& state) { state.disk = Disk::fine; });
+    harm();
+    const auto all = [&] { return view.Read({.point = "bay.f1.a"})->records.size(); };
+    EXPECT_EQ(all(), 11U) << "what it holds is missing: two values, and a gap";
+    EXPECT_EQ(all(), 11U);
+    view.LookAgain();
+    ASSERT_EQ(view.state().unread.size(), 1U);
+    EXPECT_THAT(view.state().unread[0], HasSubstr(file.filename().string()));
+    std::filesystem::remove(file.string() + "-wal");
+    if (std::filesystem::exists(kept)) {
+      std::filesystem::remove(file);
+      std::filesystem::rename(kept, file);
+    }
+    view.LookAgain();
+    EXPECT_THAT(view.state().unread, IsEmpty());
+    EXPECT_EQ(heard.size(), 2U) << "its begin and its end";
+    EXPECT_EQ(all(), 14U);
+  }
+}
+
+/// SQLite has sound pages in memory, and writes on.
+TEST_F(KeptFiles, DamageThatAReaderHasFoundIsFoundByWhoeverWrites) {
+  auto store = Open(kBegin);
+  const Millis later = kBegin + 10 * kSecond;
+  ASSERT_TRUE(store->Write(Seconds(1, kBegin, later), At(later)));
+  const std::string file = DayFileName(kBegin);
+  store->Check({file, kTrendsFile});
+  ASSERT_TRUE(store->Write({}, At(later)));
+  EXPECT_THAT(store->TakeNews(), IsEmpty());
+  constexpr std::size_t kPageBytes = 4096;
+  const std::filesystem::path log = folder() / (file + "-wal");
+  const std::size_t bytes = std::filesystem::file_size(log);
+  std::fstream frames(log, std::ios::in | std::ios::out | std::ios::binary);
+  for (std::size_t at = 32 + 24; at < bytes; at += 24 + kPageBytes) {
+    frames.seekp(static_cast<std::streamoff>(at));
+    frames << std::string(kPageBytes, 'x');
+  }
+  frames.close();
+  ASSERT_TRUE(store->Write(Seconds(1, later, later + kSecond), At(later + kSecond)));
+  store->Check({file});
+  ASSERT_TRUE(store->Write(Seconds(1, later, later + 2 * kSecond), At(later + 2 * kSecond)));
+  const auto news = store->TakeNews();
+  ASSERT_EQ(news.size(), 1U);
+  EXPECT_THAT(news[0].text, HasSubstr(file + " is damaged ("));
+  EXPECT_TRUE(store->TakeLost());
 }
 
 TEST_F(KeptFiles, FilesThatWerePutAsideGoFirst) {

@@ -32,7 +32,8 @@ class DeviceMemoryTest : public ::testing::Test {
   /// Each has ended, and written, before the next begins.
   std::unique_ptr<DeviceMemory> Start() {
     return std::make_unique<DeviceMemory>(
-        file(), config_, [this](const std::string& warning) { warnings_.push_back(warning); });
+        file(), config_, [this](const std::string& warning) { warnings_.push_back(warning); },
+        [this](const std::string& trouble) { troubles_.push_back(trouble); });
   }
   fs::path file() const { return folder_ / "devices.json"; }
   config::Device& device(std::size_t index) { return config_.lines[0].devices[index]; }
@@ -40,6 +41,7 @@ class DeviceMemoryTest : public ::testing::Test {
   const fs::path folder_ = fs::path(::testing::TempDir()) / "baudgate-device-memory";
   config::Config config_;
   std::vector<std::string> warnings_;
+  std::vector<std::string> troubles_;
 };
 
 TEST_F(DeviceMemoryTest, IsThereAfterARestart) {
@@ -130,21 +132,19 @@ TEST_F(DeviceMemoryTest, GoesWithTheDeviceWhenAReloadNumbersAnew) {
   EXPECT_EQ(Start()->Of(1), "serial 3");
 }
 
-TEST_F(DeviceMemoryTest, ADiskThatFailsIsToldOnceAndTriedAgain) {
+TEST_F(DeviceMemoryTest, ADiskThatFailsIsToldUntilItIsTriedWithSuccess) {
   fs::create_directories(file().string() + ".part");  // in the way of every write
   {
     const auto memory = Start();
     memory->Set(0, "serial 1");
-    memory->Set(1, "serial 2");
-  }
-  ASSERT_EQ(warnings_.size(), 1U);
-  EXPECT_NE(warnings_[0].find("cannot write"), std::string::npos);
-  {
-    const auto memory = Start();
+    memory->AwaitWritten();
+    EXPECT_EQ(memory->kept(), DeviceMemory::Kept::no);
     fs::remove_all(file().string() + ".part");
-    memory->Set(0, "serial 3");
   }
-  EXPECT_EQ(Start()->Of(0), "serial 3");
+  ASSERT_GE(troubles_.size(), 2U);
+  EXPECT_NE(troubles_[0].find("cannot write"), std::string::npos);
+  EXPECT_EQ(troubles_.back(), "") << "it is over";
+  EXPECT_EQ(Start()->Of(0), "serial 1");
 }
 
 }  // namespace

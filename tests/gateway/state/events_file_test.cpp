@@ -1,13 +1,17 @@
 // events.db, and two connections to it.
 // SPDX-License-Identifier: Apache-2.0
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 
 #include "gateway/state/events_connection.h"
+#include "gateway/state/versions.h"
 
 namespace baudgate {
 namespace {
@@ -23,9 +27,38 @@ class EventsFileTest : public ::testing::Test {
     std::filesystem::remove_all(folder_, ignored);
   }
   std::filesystem::path file() const { return folder_ / "events.db"; }
+  std::filesystem::path log() const { return folder_ / "events.db-wal"; }
   static std::string First(Database& database, const std::string& sql) {
     return ToText(database.First(sql));
   }
+  void OpenBoth() {
+    const auto writer = std::make_shared<EventsWriter>();
+    one_ = std::make_unique<EventsConnection>(file(), "", writer);
+    other_ = std::make_unique<EventsConnection>(file(), "", writer);
+    ASSERT_TRUE(one_->Open().ok);
+    ASSERT_TRUE(other_->Open().ok);
+  }
+  void CloseBoth() {
+    one_.reset();
+    other_.reset();
+  }
+  static void Add(EventsConnection& to, const std::string& name) {
+    EXPECT_TRUE(to.database().Execute("INSERT INTO event_cursors VALUES ('" + name + "', 1, 1)"))
+        << to.database().error();
+  }
+  /// That another connection reads, in their order.
+  std::string Names() const {
+    Database reader(file().string(), Database::Mode::read);
+    EXPECT_TRUE(reader.is_open()) << reader.error();
+    const Value names = reader.First(
+        "SELECT coalesce(group_concat(name), '') FROM (SELECT name FROM event_cursors ORDER BY "
+        "name='old' DESC, name)");
+    EXPECT_TRUE(HasValue(names)) << reader.error();
+    return ToText(names);
+  }
+
+  std::unique_ptr<EventsConnection> one_;
+  std::unique_ptr<EventsConnection> other_;
 
  private:
   std::filesystem::path folder_;
@@ -110,48 +143,154 @@ TEST_F(EventsFileTest, OneThatCouldNotBeMadeIsNotTakenForALoss) {
 TEST_F(EventsFileTest, ARemovedFileIsFoundOut) {
   EventsConnection connection(file());
   ASSERT_TRUE(connection.Open().ok);
-  EXPECT_TRUE(connection.CheckThere());
+  EXPECT_TRUE(connection.Check());
   std::filesystem::remove(file());
-  EXPECT_FALSE(connection.CheckThere());
+  EXPECT_FALSE(connection.Check());
   EXPECT_FALSE(connection.is_open());
   const auto opened = connection.Open();
   EXPECT_TRUE(opened.ok) << opened.error;
   EXPECT_TRUE(opened.new_file);
 }
 
-/// rm events.db-wal, or another file over it, while two connections write; then kill -9.
-TEST_F(EventsFileTest, WhatAGoneLogHoldsIsSavedAndSoIsWhatFollows) {
+/// rm events.db-wal, or another file over it, while two connections write.
+TEST_F(EventsFileTest, WhatAGoneLogHoldsIsSavedAndAnotherLogBegins) {
   for (const bool replaced : {false, true}) {
-    const auto writer = std::make_shared<EventsWriter>();
-    EventsConnection one(file(), {}, writer);
-    EventsConnection other(file(), {}, writer);
-    ASSERT_TRUE(one.Open().ok);
-    ASSERT_TRUE(other.Open().ok);
-    const auto add = [](EventsConnection& to, const std::string& name) {
-      EXPECT_TRUE(to.database().Execute("INSERT INTO event_cursors VALUES ('" + name + "', 1, 1)"));
-      to.OnCommit();
-    };
-    add(one, "before");
-    EXPECT_TRUE(one.CheckThere());
-    EXPECT_TRUE(other.CheckThere());
-    const std::string log = file().string() + "-wal";
-    std::filesystem::remove(log);
-    if (replaced) std::ofstream(log) << "of another database";
-    EXPECT_NE(one.CheckThere().error().find("(-wal) was removed or replaced"), std::string::npos);
-    EXPECT_TRUE(one.CheckThere()) << "it is said once";
-    EXPECT_FALSE(other.CheckThere());
-    add(one, "behind");
-    add(other, "last");
-    EXPECT_FALSE(std::filesystem::exists(log));
-    const auto copy = file().string() + ".copy";
-    std::filesystem::copy_file(file(), copy);
-    Database alone(copy, Database::Mode::read);
-    EXPECT_EQ(First(alone, "SELECT group_concat(name) FROM event_cursors"), "before,behind,last");
-    one.Close();
-    other.Close();
-    std::filesystem::remove(copy);
+    OpenBoth();
+    Add(*one_, "before");
+    EXPECT_TRUE(one_->Check());
+    EXPECT_TRUE(other_->Check());
+    std::filesystem::remove(log());
+    if (replaced) std::ofstream(log()) << "of another database";
+    EXPECT_NE(one_->Check().error().find("(-wal) was removed or replaced"), std::string::npos);
+    EXPECT_NE(one_->Open().error.find("(-wal) was removed or replaced"), std::string::npos)
+        << "not before the other one is closed: it has the log that is gone";
+    EXPECT_FALSE(other_->Check());
+    for (EventsConnection* connection : {one_.get(), other_.get()}) {
+      const auto opened = connection->Open();
+      EXPECT_TRUE(opened.ok) << opened.error;
+      EXPECT_FALSE(opened.new_file) << "nothing is lost";
+      Add(*connection, connection == one_.get() ? "behind" : "last");
+    }
+    EXPECT_TRUE(std::filesystem::exists(log()));
+    EXPECT_EQ(Names(), "before,behind,last");
+    CloseBoth();
     std::filesystem::remove(file());
   }
+}
+
+/// SQLite keeps one lock for all connections of a process. Without it the next program that reads
+/// the file and ends takes the log away.
+TEST_F(EventsFileTest, NothingThatLooksAtTheFileEndsItsLock) {
+  OpenBoth();
+  Add(*one_, "a");
+  EXPECT_TRUE(one_->Check());
+  EXPECT_TRUE(other_->Check(true));
+  EXPECT_EQ(Names(), "a");
+  EXPECT_EQ(NewerStateIn(file().parent_path()), "");
+  constexpr off_t kShared = 0x40000000 + 2;  // sqlite3.c: SHARED_FIRST, SHARED_SIZE
+  constexpr off_t kBytes = 510;
+  struct flock lock {};
+  lock.l_type = F_WRLCK;
+  lock.l_start = kShared;
+  lock.l_len = kBytes;
+  const int reader = ::open(file().c_str(), O_RDWR | O_CLOEXEC);
+  ASSERT_EQ(::fcntl(reader, F_OFD_GETLK, &lock), 0);
+  EXPECT_EQ(lock.l_type, F_RDLCK);
+  CloseBoth();
+  ::close(reader);
+}
+
+struct InUse {
+  const char* name;
+  std::function<void(const std::filesystem::path& file, const std::filesystem::path& log)> harm;
+  std::string said;  ///< a part of it
+  std::string kept;  ///< afterwards, of "old", which is in the file, and "new", which is in its log
+  bool aside = false;  ///< what was there was put aside
+};
+
+void Invert(const std::filesystem::path& path, std::streamoff at) {
+  std::fstream bytes(path, std::ios::in | std::ios::out | std::ios::binary);
+  bytes.seekg(at, at < 0 ? std::ios::end : std::ios::beg);
+  const std::streamoff place = bytes.tellg();
+  const char byte = static_cast<char>(~bytes.get());
+  bytes.seekp(place);
+  bytes.put(byte);
+}
+
+/// Whoever writes has all of it in memory, and would notice nothing.
+TEST_F(EventsFileTest, WhatHappensToAFileInUseIsSeenAtALook) {
+  using std::filesystem::path;
+  using std::filesystem::resize_file;
+  constexpr std::streamoff kFrame = 24 + 4096;
+  const InUse rows[] = {
+      {"schema format", [](const path& file, const path&) { Invert(file, 47); },
+       "the format of its schema", "", true},
+      {"write version", [](const path& file, const path&) { Invert(file, 18); },
+       "the version of its format", "", true},
+      {"application", [](const path& file, const path&) { Invert(file, 68); },
+       "not what it was when it was opened", "", true},
+      {"page size", [](const path& file, const path&) { Invert(file, 16); }, "size of its pages",
+       "", true},
+      {"shortened", [](const path& file, const path&) { resize_file(file, 8192); },
+       "it was shortened while it was in use: 8192 of ", "", true},
+      {"emptied", [](const path& file, const path&) { resize_file(file, 0); }, "it ends there", "",
+       true},
+      {"log emptied", [](const path&, const path& log) { resize_file(log, 0); },
+       "what was recorded last is lost", "old"},
+      {"log shortened", [](const path&, const path& log) { resize_file(log, 32 + kFrame - 1); },
+       "what was recorded last is lost", "old"},
+      {"last frame", [](const path&, const path& log) { Invert(log, 8 - kFrame); },
+       "what was recorded last is lost", "old"},
+      {"head of the log", [](const path&, const path& log) { Invert(log, 17); },
+       "nothing is lost: the file has what the log held", "old,new"},
+  };
+  for (const InUse& row : rows) {
+    SCOPED_TRACE(row.name);
+    OpenBoth();
+    Add(*one_, "old");
+    ASSERT_TRUE(one_->database().EmptyLog());
+    Add(*other_, "new");
+    EXPECT_TRUE(one_->Check());
+    EXPECT_TRUE(other_->Check());
+    row.harm(file(), log());
+    const Status found = one_->Check();
+    ASSERT_FALSE(found);
+    EXPECT_NE(found.error().find(row.said), std::string::npos) << found.error();
+    // As their workers do, each second.
+    std::string aside;
+    for (int turns = 0; turns < 2; ++turns) {
+      for (EventsConnection* connection : {one_.get(), other_.get()}) {
+        if (connection->is_open()) connection->Check();
+        if (!connection->is_open()) aside += connection->Open().put_aside;
+      }
+    }
+    ASSERT_TRUE(one_->is_open());
+    ASSERT_TRUE(other_->is_open());
+    EXPECT_TRUE(one_->Check());
+    EXPECT_TRUE(other_->Check());
+    EXPECT_EQ(Names(), row.kept);
+    EXPECT_EQ(PutAsideOf(file()).size(), row.aside ? 1U : 0U);
+    EXPECT_EQ(aside.find(row.said) != std::string::npos, row.aside) << aside;
+    CloseBoth();
+    std::filesystem::remove_all(file().parent_path());
+    std::filesystem::create_directories(file().parent_path());
+  }
+}
+
+/// A checkpoint that a reader holds up brings to the file only pages that have not changed since.
+TEST_F(EventsFileTest, AFileThatHasAPartOfALostLogIsDamaged) {
+  OpenBoth();
+  Add(*one_, "a");
+  {
+    Database reader(file().string(), Database::Mode::read);
+    ASSERT_TRUE(reader.Execute("BEGIN; SELECT * FROM event_cursors"));
+    Add(*one_, "b");
+    ASSERT_TRUE(one_->database().Execute("PRAGMA wal_checkpoint(PASSIVE)"));
+  }
+  EXPECT_TRUE(one_->Check());
+  std::filesystem::resize_file(log(), 32 + 24 + 4096);
+  EXPECT_NE(one_->Check().error().find("another one is in the file already"), std::string::npos);
+  EXPECT_NE(one_->Open().put_aside.find("a part of its write-ahead log"), std::string::npos);
 }
 
 /// mv backup.db events.db, with a gateway running.
@@ -169,17 +308,17 @@ TEST_F(EventsFileTest, AnotherFileInItsPlaceIsLeftAsItIs) {
   ASSERT_TRUE(one.Open().ok);
   ASSERT_TRUE(other.Open().ok);
   ASSERT_TRUE(one.database().Execute("UPDATE event_cursors SET name='old'"));
-  ASSERT_TRUE(one.CheckThere());
-  ASSERT_TRUE(other.CheckThere());
+  ASSERT_TRUE(one.Check());
+  ASSERT_TRUE(other.Check());
   std::filesystem::rename(backup, file());
-  EXPECT_FALSE(one.CheckThere());
+  EXPECT_FALSE(one.Check());
   ASSERT_TRUE(one.Open().ok);
   EXPECT_EQ(First(one.database(), "SELECT name FROM event_cursors"), "backup");
   ASSERT_TRUE(one.database().Execute("UPDATE event_cursors SET seq=2"));
-  EXPECT_FALSE(other.CheckThere());
+  EXPECT_FALSE(other.Check());
   ASSERT_TRUE(other.Open().ok);
   EXPECT_EQ(First(other.database(), "SELECT seq FROM event_cursors"), "2");
-  EXPECT_TRUE(one.CheckThere()) << "its log is there";
+  EXPECT_TRUE(one.Check()) << "its log is there";
 }
 
 }  // namespace

@@ -189,6 +189,17 @@ TEST_F(StatusTest, WhenAllIsWellThatIsSaid) {
   EXPECT_THAT(Shown("bay-1"), ::testing::EndsWith("\nall is well\n"));
 }
 
+TEST(FilesJson, SaysWhenNoFileIsLeftAndWhatCannotBeWritten) {
+  EXPECT_TRUE(FilesJson({.open = 252, .limit = 256})["advice"].empty());
+  EXPECT_TRUE(FilesJson({.open = 252, .limit = 0})["advice"].empty());
+  const Json none = FilesJson({.open = 253, .limit = 256, .troubles = {"cannot write x"}});
+  ASSERT_EQ(none["advice"].size(), 2U);
+  EXPECT_EQ(none["advice"][0],
+            "253 of the 256 that this process may have open are open, and what needs another one "
+            "fails: too many open files; raise LimitNOFILE of the service (ulimit -Hn)");
+  EXPECT_EQ(none["advice"][1], "cannot write x");
+}
+
 TEST_F(StatusTest, AGatewayJustStartedHasNoNumbersYet) {
   const PointStore fresh(config_);
   const std::string text =

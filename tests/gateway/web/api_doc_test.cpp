@@ -60,9 +60,8 @@ std::string Different(const Json& example, const Json& answer, const std::string
 
 TEST_F(WebTest, ExamplesOfTheDocumentationAreAnsweredSo) {
   FakeEvents events;
-  const FakeHistory history;
   info_.events = &events;
-  info_.history = &history;
+  info_.history = std::make_shared<FakeHistory>();
   info_.reload = [] { return control::ReloadState{}; };
   config_.web.acknowledge = true;
   config_.lines[0].devices[0].points[0].modbus = 0;
@@ -85,12 +84,11 @@ TEST_F(WebTest, ExamplesOfTheDocumentationAreAnsweredSo) {
     EXPECT_EQ(answer.contains("detail") ? answer["status"] : Json(200), Json(reply.status));
   }
   EXPECT_EQ(events.by, "web:127.0.0.1");
-  Stop();  // before events and history end
+  Stop();  // before events end
 }
 
 TEST_F(WebTest, TheHistoryIsDownloadedPageByPage) {
-  const FakeHistory history;
-  info_.history = &history;
+  info_.history = std::make_shared<FakeHistory>();
   Start();
   Reply reply = Get("/api/v1/history.csv?point=bay-1.feeder-1.current");
   EXPECT_EQ(reply.headers["content-type"], "text/csv; charset=utf-8");

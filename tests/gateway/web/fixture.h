@@ -33,11 +33,14 @@ class WebTest : public ::testing::Test {
     if (!token.empty()) opened->token = token;
     LiveApi::Links links{store_, lines_, info_};
     links.configuration = [] { return Result<std::string>("lines: []\n"); };
-    auto server = WebServer::Start(config_, std::move(*opened), std::move(links), limits_);
+    auto server = WebServer::Start(Running(), std::move(*opened), std::move(links), limits_);
     ASSERT_TRUE(server) << server.error();
     server_ = std::move(*server);
   }
   void Stop() { server_.reset(); }
+  std::shared_ptr<const config::Config> Running() const {
+    return {std::shared_ptr<void>(), &config_};
+  }
   HttpClient Client(int receive_buffer = 0) const { return HttpClient(port_, receive_buffer); }
   Reply Get(const std::string& path, const std::string& more = "") const {
     return Client().Get(path, more);

@@ -55,7 +55,7 @@ TEST_F(WebTest, AnswersThatNobodyTakesDoNotFillTheMemory) {
   auto opened = WebServer::Open(config_.web, nullptr);
   ASSERT_TRUE(opened);
   port_ = opened->socket.port();
-  auto server = WebServer::Start(config_, std::move(*opened), {store, lines_, info_}, limits_);
+  auto server = WebServer::Start(Running(), std::move(*opened), {store, lines_, info_}, limits_);
   ASSERT_TRUE(server);
   std::vector<HttpClient> silent;
   int busy = 0;
@@ -115,7 +115,7 @@ TEST_F(WebTest, AViewerWhoReadsNothingIsDroppedAndNobodyElseNotices) {
   auto opened = WebServer::Open(config_.web, nullptr);
   ASSERT_TRUE(opened);
   port_ = opened->socket.port();
-  auto server = WebServer::Start(config_, std::move(*opened), {store, lines_, info_}, limits_);
+  auto server = WebServer::Start(Running(), std::move(*opened), {store, lines_, info_}, limits_);
   ASSERT_TRUE(server);
   HttpClient stalled = Client(4096);
   stalled.raw().Send("GET /api/v1/points/stream HTTP/1.1\r\n" + stalled.Host() + "\r\n");

@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 
 #include <nlohmann/json.hpp>
+#include <semaphore>
 
 #include "tests/gateway/web/fixture.h"
 
@@ -178,7 +179,7 @@ TEST_F(WebTest, AReloadEndsStreamsAndStopEndsAll) {
   Start();
   HttpClient one = Client();
   one.Open("/api/v1/points/stream");
-  server_->ApplyHistory(config_, nullptr);
+  server_->ApplyHistory(Running(), nullptr);
   std::string last;
   while (auto event = one.NextEvent()) last = *event;
   EXPECT_EQ(last, "event: reload\ndata: {}");
@@ -208,16 +209,48 @@ TEST_F(WebTest, ATraceIsFollowed) {
   EXPECT_TRUE(lines_.WaitForTraces(0, 0)) << "who has left is noticed by the next beat";
 }
 
+/// As on a disk that does not answer.
+struct HangingHistory final : history::HistorySource {
+  history::HistoryState state() const override { return {}; }
+  Result<history::Page> Read(const history::PageQuery&) const override {
+    reading.release();
+    goes_on.acquire();
+    return history::Page{.known = true};
+  }
+  Result<history::TrendPage> ReadTrends(const history::TrendQuery&) const override {
+    return Error{};
+  }
+
+  mutable std::counting_semaphore<> reading{0};
+  mutable std::counting_semaphore<> goes_on{0};
+};
+
+TEST_F(WebTest, AReloadWaitsForNoPageOfThePast) {
+  auto hanging = std::make_shared<HangingHistory>();
+  info_.history = hanging;
+  Start();
+  info_.history.reset();
+  HttpClient client = Client();
+  client.raw().Send("GET /api/v1/history.csv?point=bay-1.feeder-1.current HTTP/1.1\r\n" +
+                    client.Host() + "\r\n");
+  hanging->reading.acquire();
+  server_->ApplyHistory(Running(), nullptr);
+  EXPECT_EQ(Get("/api/v1/status").status, 200);
+  hanging->goes_on.release();
+  EXPECT_EQ(client.Receive().status, 200);
+  EXPECT_NE(Get("/api/v1/history.csv?point=bay-1.feeder-1.current").status, 200);
+}
+
 TEST_F(WebTest, AReloadAppliesTokenHostsAndPort) {
   Start();
-  config::Config next = config_;
-  next.web.hosts = {"gate.example"};
+  const auto next = std::make_shared<config::Config>(config_);
+  next->web.hosts = {"gate.example"};
   WebServer::Opened opened;
   opened.token = kToken;
   ASSERT_TRUE(server_->Apply(next, std::move(opened), nullptr));
   EXPECT_EQ(Get("/api/v1/status").status, 401);
   EXPECT_EQ(Client().Send("GET / HTTP/1.1\r\nHost: gate.example\r\n\r\n").status, 200);
-  auto moved = WebServer::ListenAt(next.web.listen);
+  auto moved = WebServer::ListenAt(next->web.listen);
   ASSERT_TRUE(moved);
   const std::uint16_t before = std::exchange(port_, moved->port());
   WebServer::Opened elsewhere;
@@ -225,7 +258,6 @@ TEST_F(WebTest, AReloadAppliesTokenHostsAndPort) {
   ASSERT_TRUE(server_->Apply(next, std::move(elsewhere), nullptr));
   EXPECT_EQ(Get("/api/v1/status").status, 200);
   EXPECT_FALSE(HttpClient(before).raw().connected());
-  Stop();  // before `next` ends
 }
 
 }  // namespace

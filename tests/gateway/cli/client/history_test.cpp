@@ -37,7 +37,7 @@ class HistoryClient : public ControlTest {
   HistoryClient() {
     config_.history.points = {{.device = 0, .point = 0}, {.device = 1, .point = 0}};
     GatewayInfo info{"1.2.3", kStarted};
-    info.history = &source_;
+    info.history = std::make_shared<OneValueEach>();
     StartServerWith(info);
   }
   int Run(std::vector<std::string> points, std::size_t width = 0) {
@@ -45,7 +45,6 @@ class HistoryClient : public ControlTest {
     return RunHistory({.points = std::move(points), .socket = path(), .width = width}, out_, err_);
   }
 
-  OneValueEach source_;
   std::ostringstream out_;
   std::ostringstream err_;
 };
