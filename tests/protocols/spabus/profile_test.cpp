@@ -29,7 +29,7 @@ TEST_P(SpaProfile, LoadsAndIsComplete) {
   EXPECT_FALSE(profile.title.empty());
   EXPECT_GT(profile.points.size(), 40U);
   for (const config::Point& point : profile.points) {
-    EXPECT_FALSE(point.description.empty()) << point.name;
+    EXPECT_FALSE(point.description->empty()) << point.name;
     EXPECT_TRUE(point.simulate) << point.name;
     EXPECT_TRUE(point.modbus) << point.name;
   }
