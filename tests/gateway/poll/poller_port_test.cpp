@@ -69,7 +69,7 @@ TEST(Poller, AnExchangeThatIsCutOffIsCountedAndHasItsEnd) {
     line.Close();
     EXPECT_EQ(tap.ends.size(), tap.sent);
     EXPECT_EQ(tap.ends.back().outcome == Outcome::line_down, cut_off);
-    const LineCounters& counters = line.poller().ledger().counters();
+    const LineCounters& counters = line.poller().ledger().line.counters();
     EXPECT_EQ(counters.exchanges, tap.sent);
     EXPECT_EQ(counters.Count(Outcome::line_down), cut_off ? 1U : 0U);
     EXPECT_EQ(line.StatusOf(0).Count(Outcome::line_down), cut_off ? 1U : 0U);
