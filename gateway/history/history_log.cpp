@@ -172,8 +172,9 @@ void HistoryLog::WriteOnce(bool last) {
   }
   const FolderFiles& folder = files_.folder_files();
   const MutexLock lock(mutex_);
-  view_->Update([&](HistoryState& state) BAUDGATE_REQUIRES(mutex_) {
-    state.waiting = queue_.samples.size() + files_.waiting();
+  const std::size_t waiting = queue_.samples.size() + files_.waiting();
+  view_->Update([&](HistoryState& state) {
+    state.waiting = waiting;
     state.bytes = folder.bytes();
     state.oldest = folder.days.empty() ? WallTime{} : ToWall(folder.days[0].day);
     state.put_aside.clear();
