@@ -69,6 +69,8 @@ class RequestService : public std::enable_shared_from_this<RequestService> {
   std::size_t outstanding() const { return pending_.size(); }
   /// When Sweep has something to answer; nothing waits: none.
   std::optional<Instant> Deadline() const;
+  /// Of the client, as its requests carry it.
+  std::uint64_t id() const { return record_->id; }
 
  private:
   /// What nobody has answered yet: a write to a device, or a routed request.
