@@ -88,7 +88,7 @@ class LinePort final : public RequestPort, public PortLoan::Line {
   void Prove();
   void CheckConnection();
   void Lost(const std::string& reason);
-  void CountLoss();
+  void CountLoss(const std::string& reason);
   void Down(const std::string& reason);
   void ClosePort();
   // The loan, and the stop.

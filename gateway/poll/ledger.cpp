@@ -118,6 +118,13 @@ void Ledger::OnPatience(const Member& member, Duration more) {
   Change(member, [more](DeviceStatus& status) { status.patience = more; });
 }
 
+void Ledger::OnLags(const Member& member, bool lags) {
+  if (!lags && Of(member).behind == 0) return;
+  const std::uint32_t behind = lags ? Of(member).behind + 1 : 0;
+  Of(member).behind = behind;
+  Change(member, [behind](DeviceStatus& status) { status.behind = behind; });
+}
+
 void Ledger::OnLate(const Member& member, Duration lateness) {
   ++counters_.late;
   Change(member, [lateness](DeviceStatus& status) {

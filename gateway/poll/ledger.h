@@ -54,6 +54,8 @@ class Ledger {
   void OnLate(const Member& member, Duration lateness);
   /// It is waited for so much longer.
   void OnPatience(const Member& member, Duration more);
+  /// Its replies come a request late, or do no more.
+  void OnLags(const Member& member, bool lags);
   void OnSecondReply(const Member& member);
   void OnRetry(const Member& member);
   /// A command has ended; `read_back`: the device shows what was written.
@@ -127,6 +129,7 @@ class Ledger {
     std::string trouble;               // what is wrong with it as a whole, or worth a remark
     bool in_trouble = false;           // the former
     Duration patience{};               // as the status has it
+    std::uint32_t behind = 0;          // likewise
     bool told_second = false;          // the user has been warned of a second, different reply
   };
 
