@@ -274,7 +274,7 @@ std::string SerialPort::LostText(const std::error_code& error) const {
   if (error == asio::error::timed_out || error == asio::error::no_buffer_space) {
     return port_ + " takes no data" +
            (serial_.rtscts    ? "; is the CTS line of the device connected and active?"
-            : serial_.xonxoff ? "; has the device sent XOFF and no XON since?"
+            : serial_.xonxoff ? "; XOFF came, and no XON since: switch XON/XOFF off at both ends"
                               : "");
   }
   // Linux reports a vanished adapter as end of file, EIO or ENODEV, depending on the driver.

@@ -165,7 +165,9 @@ void TcpClient::Resolve(const AttemptPtr& attempt, const TcpAddress& address) {
         attempt->looking_up = false;
         if (!found) {
           return attempt->owner->Fail("the host name of " + attempt->owner->port_ +
-                                      " is not known: " + found.error());
+                                      " is not known (" + found.error() +
+                                      "): correct it, or the DNS of this machine, or write the IP "
+                                      "address");
         }
         std::vector<tcp::endpoint> endpoints;
         for (const asio::ip::address& ip : *found) endpoints.emplace_back(ip, port);
@@ -178,8 +180,13 @@ void TcpClient::Connect(const AttemptPtr& attempt, const std::vector<tcp::endpoi
       attempt->socket, endpoints, [attempt](const std::error_code& error, const tcp::endpoint&) {
         if (attempt->owner == nullptr) return;
         if (!error) return attempt->owner->OnConnected(attempt);
+        const bool away = error == asio::error::host_unreachable ||
+                          error == asio::error::network_unreachable ||
+                          error == asio::error::timed_out;
         attempt->owner->Fail("cannot connect to " + attempt->owner->port_ + ": " + error.message() +
-                             "; is a server there (a serial server in raw TCP mode), and free?");
+                             (away ? "; is the host on, its cable in, and its IP address right?"
+                                   : "; is a server there (a serial server in raw TCP mode), and "
+                                     "free?"));
       });
 }
 

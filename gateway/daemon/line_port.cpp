@@ -117,7 +117,7 @@ void LinePort::Prove() {
 void LinePort::OnOpenFailed(const std::string& reason, Now now) {
   now_ = now;
   if (rest_.rests()) {
-    CountLoss();
+    CountLoss(reason);
     return Lost(reason);
   }
   // The time of the loan is over, but the port is not ours yet.
@@ -127,14 +127,15 @@ void LinePort::OnOpenFailed(const std::string& reason, Now now) {
 
 void LinePort::OnLost(const std::string& reason, Now now) {
   now_ = now;
-  CountLoss();
+  CountLoss(reason);
   Lost(reason);
 }
 
-void LinePort::CountLoss() {
-  display_.Update([this](LineStatus& status) {
+void LinePort::CountLoss(const std::string& reason) {
+  display_.Update([&](LineStatus& status) {
     ++status.times_lost;
     status.losses.Add(now_.instant);
+    status.lost_text = reason;
   });
 }
 
@@ -148,7 +149,7 @@ void LinePort::OnEnded(const std::string& reason, bool reset, Now now) {
   }
   if (listens_ || !rest_.OnEnded(Answers(), several)) {
     now_ = now;
-    CountLoss();
+    CountLoss(reason);
     return Lost(reason, reset ? Loss::reset : Loss::port);
   }
   now_ = now;
@@ -169,9 +170,9 @@ void LinePort::Lost(const std::string& reason, Loss loss) {
   connection_ = Connection::useless;
   // One that resets it has not even read the request.
   const bool read = asked && loss != Loss::reset;
-  Down(reason + (read ? ", before it had worked: check its protocol (" + line_.protocol +
-                            "), the address, and other clients"
-                      : ", before it had worked; is the server in use by another client, or at its "
+  Down(reason + (read ? ", before it had worked: check the port number, its protocol (" +
+                            line_.protocol + "), or other clients"
+                      : ", before it had worked; is it in use by another client, or at its "
                         "connection limit?"),
        loss);
 }

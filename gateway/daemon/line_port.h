@@ -94,7 +94,7 @@ class LinePort final : public RequestPort, public PortLoan::Line {
     silence,  ///< closed here, because no device behind it has answered
   };
   void Lost(const std::string& reason, Loss loss = Loss::port);
-  void CountLoss();
+  void CountLoss(const std::string& reason);
   void Down(const std::string& reason, Loss loss = Loss::port);
   void ClosePort();
   // The loan, and the stop.

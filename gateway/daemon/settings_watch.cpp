@@ -47,6 +47,9 @@ void SettingsWatch::CheckSettings(Now now) {
   const auto changes = port_.Restore();
   if (!changes) return;
   ++times_restored_;
+  display_.Update([this](LineStatus& status) {
+    status.restored = static_cast<std::uint32_t>(times_restored_);
+  });
   log::WarnFolded(line_.name + " restored",
                   "line {}: another program has changed the settings of {} ({}); they are set "
                   "again. Find it with 'baudgate ports'; docs/ports.md names the usual ones",

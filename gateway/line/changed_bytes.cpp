@@ -5,6 +5,7 @@
 #include <bit>
 #include <initializer_list>
 #include <iterator>
+#include <set>
 #include <string>
 #include <utility>
 
@@ -105,6 +106,23 @@ bool IsWholeWith(const Hearing& hearing, const Bytes& heard, std::uint8_t byte, 
   return false;
 }
 
+/// The same where it is missing at every second place, as the high bytes of registers that are
+/// alike.
+bool IsWholeWithEverySecond(const Hearing& hearing, View heard, std::uint8_t byte,
+                            std::size_t missing) {
+  const std::size_t size = heard.size() + missing;
+  for (std::size_t from = 0; from + 2 * missing <= size + 1; ++from) {
+    Bytes longer;
+    for (std::size_t i = 0; i < size; ++i) {
+      const bool put = i >= from && (i - from) % 2 == 0 && (i - from) / 2 < missing;
+      const std::size_t taken = i < from ? i : i - std::min((i - from + 1) / 2, missing);
+      longer.push_back(put ? byte : heard[taken]);
+    }
+    if (IsWhole(hearing, longer)) return true;
+  }
+  return false;
+}
+
 /// Bytes that a binary reply lacks. Two bytes that fit prove neither.
 std::optional<Finding> Swallowed(const Hearing& hearing, View heard) {
   if (std::ranges::all_of(hearing.request, IsPrintable)) return std::nullopt;
@@ -115,10 +133,13 @@ std::optional<Finding> Swallowed(const Hearing& hearing, View heard) {
     const std::size_t most = shape.max_length <= kShort     ? kMostMissing
                              : shape.max_length <= kLongest ? 1
                                                             : 0;
-    if (missing == 0 || missing > most) continue;
+    if (missing == 0 || shape.max_length > kLongest) continue;
     for (const Taker& taker : kTakers) {
-      if (!IsWholeWith(hearing, Bytes(heard.begin(), heard.end()), taker.byte, missing, 0))
-        continue;
+      const bool whole =
+          missing <= most
+              ? IsWholeWith(hearing, Bytes(heard.begin(), heard.end()), taker.byte, missing, 0)
+              : IsWholeWithEverySecond(hearing, heard, taker.byte, missing);
+      if (!whole) continue;
       if (found != nullptr && found->byte != taker.byte) return std::nullopt;
       found = &taker;
     }
@@ -163,23 +184,50 @@ std::optional<Finding> Inverted(const Hearing& hearing, View heard) {
                  .remedy = "swap A and B at it, or switch the inversion of its converter off"};
 }
 
-/// The driver gives FF for a character with wrong parity. Between them only such characters came
-/// whose number of ones is even, or only odd ones.
+/// The driver gives FF for a character with wrong parity, and some 00, which no text has. Between
+/// them only such characters came whose number of ones is even, or only odd ones.
 std::optional<Finding> OtherParity(const Hearing& hearing, View heard) {
   constexpr std::ptrdiff_t kFewest = 6;
   constexpr std::ptrdiff_t kMarks = 2;
   const auto is_odd = [](std::uint8_t byte) { return std::popcount(byte) % 2 != 0; };
-  const auto marks = std::ranges::count(heard, 0xFF);
+  const bool text = std::ranges::all_of(hearing.request, IsPrintable);
+  const bool words = text && std::ranges::all_of(heard, [](auto byte) {
+                       return IsPrintable(byte) || byte % 0xFF == 0;
+                     });
+  const auto zeros = words ? std::ranges::count(heard, 0x00) : 0;
+  const auto marks = std::ranges::count(heard, 0xFF) + zeros;
   const auto odd = std::ranges::count_if(heard, is_odd);
   const auto rest = static_cast<std::ptrdiff_t>(heard.size()) - marks;
   if (hearing.connection || marks < kMarks || rest < kFewest) return std::nullopt;
   if (odd != 0 && odd != rest) return std::nullopt;
   return Finding{.symptom = Symptom::other_setting,
-                 .cause = "only characters of one parity come, and FF in place of the others",
+                 .cause = "only characters of one parity come, and " +
+                          std::string(zeros > 0 ? "00" : "FF") + " in place of the others",
                  .remedy = "its parity is another one; set both alike"};
 }
 
 }  // namespace
+
+std::optional<Finding> DoubledBytes(const Hearing& hearing, View heard) {
+  constexpr std::size_t kFewestPairs = 4;
+  constexpr std::size_t kDifferent = 4;
+  Bytes single;
+  std::size_t pairs = 0;
+  std::set<std::uint8_t> values;
+  for (std::size_t i = 0; i + 1 < heard.size(); i += 2) {
+    single.push_back(heard[i]);
+    if (heard[i] != heard[i + 1]) continue;
+    ++pairs;
+    values.insert(heard[i]);
+  }
+  if (single.size() < kFewestPairs || 8 * pairs < 7 * single.size()) return std::nullopt;
+  if (values.size() < kDifferent && !IsWhole(hearing, single)) return std::nullopt;
+  return Finding{.symptom = Symptom::other_setting,
+                 .cause = "each byte of its replies comes twice",
+                 .remedy =
+                     "terminate the bus at both ends, or take out the repeater or converter "
+                     "that doubles them"};
+}
 
 bool IsPrintable(std::uint8_t byte) {
   return (byte >= 0x20 && byte < 0x7F) || byte == '\r' || byte == '\n' || byte == '\t';

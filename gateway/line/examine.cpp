@@ -13,6 +13,7 @@
 #include "gateway/line/assembler.h"
 #include "gateway/line/changed_bytes.h"
 #include "gateway/line/nearly_reply.h"
+#include "gateway/line/other_frame.h"
 #include "gateway/line/other_service.h"
 
 namespace baudgate {
@@ -28,6 +29,11 @@ constexpr std::size_t kQuotedBytes = 8;
 constexpr std::size_t kLongestFrame = 24;
 /// A driver that takes or leaves the bus may make so many bytes of nothing.
 constexpr std::size_t kHarmless = 3;
+/// So many bytes without a pause are no message of any reader.
+constexpr std::size_t kEndless = 240;
+/// So many lines that begin alike, in one exchange: nobody has asked for them.
+constexpr std::ptrdiff_t kRepeated = 2;
+constexpr std::size_t kAlike = 2;
 /// So many bytes are a few.
 constexpr std::size_t kAFew = 2;
 
@@ -128,6 +134,19 @@ bool BeginsLikeReply(const Hearing& hearing, View heard) {
   });
 }
 
+/// One line after another that begins alike.
+bool Repeats(View heard) {
+  const View first = heard.first(std::min(heard.size(), kAlike));
+  std::ptrdiff_t alike = 1;
+  for (std::size_t i = 1; i < heard.size(); ++i) {
+    if (heard[i - 1] != '\n' && (heard[i - 1] != '\r' || heard[i] == '\n')) continue;
+    const View line = heard.subspan(i);
+    const bool same = std::ranges::equal(line.first(std::min(line.size(), kAlike)), first);
+    alike += same ? 1 : 0;
+  }
+  return alike >= kRepeated;
+}
+
 /// Nothing: these are no words for people.
 std::optional<Finding> Words(const Hearing& hearing, View heard, bool lines = false) {
   const bool likely = IsWords(hearing, heard) || (lines && IsLine(hearing, heard));
@@ -137,7 +156,10 @@ std::optional<Finding> Words(const Hearing& hearing, View heard, bool lines = fa
   return Finding{
       .symptom = Symptom::text,
       .bytes = heard.size(),
-      .cause = secret ? std::string("behind a password, and so not shown") : Quote(heard)};
+      .cause = secret ? std::string("behind a password, and so not shown") : Quote(heard),
+      .remedy = Repeats(heard) ? "it sends by itself, asked or not: switch its automatic "
+                                 "(continuous) output off"
+                               : ""};
 }
 
 /// More was to come.
@@ -215,6 +237,10 @@ std::optional<Finding> Stranger(const Hearing& hearing, View part) {
   if (recognised && recognised->symptom == Symptom::other_device) {
     recognised->symptom = Symptom::device_beside;
     return recognised;
+  }
+  if (auto foreign = OtherFrame(hearing, part)) {
+    foreign->symptom = Symptom::master_beside;
+    return foreign;
   }
   auto words = Words(hearing, part, true);
   if (words) words->symptom = Symptom::text_beside;
@@ -298,18 +324,37 @@ Finding Broken(const Hearing& hearing, View heard) {
   return {.symptom = Symptom::damaged};
 }
 
+/// Nothing was asked.
+bool IsStanding(const Hearing& hearing) {
+  return hearing.expect->reply == Expectation::Reply::standing;
+}
+
+/// What somebody sends who does not stop is longer. A message at another bit rate is so many bytes.
+std::size_t LongestHeard(const Hearing& hearing) {
+  const std::size_t most = hearing.expect->max_bytes;
+  return IsStanding(hearing) ? std::max(kEndless, most) : most;
+}
+
 /// No reply is in it.
 Finding Unreadable(const Hearing& hearing, View heard) {
-  if (auto service = hearing.connection ? OtherService(heard) : std::nullopt) return *service;
+  if (auto service = hearing.connection ? OtherService(heard, hearing.protocol->tcp) : std::nullopt)
+    return *service;
+  if (auto doubled = DoubledBytes(hearing, heard)) return *doubled;
+  if (LacksFirstByte(hearing, heard)) return {.symptom = Symptom::head_lost};
   if (auto recognised = Recognise(hearing, heard)) return *recognised;
+  if (auto foreign = OtherFrame(hearing, heard)) return *foreign;
   if (BlameOf(hearing, heard) == Outcome::unexpected) return {.symptom = Symptom::other_reply};
   const bool ends = std::ranges::find(heard, '\n') != heard.end();
-  if (heard.size() > hearing.expect->max_bytes && !(ends && IsLine(hearing, heard)))
+  if (heard.size() > LongestHeard(hearing) && !(ends && IsLine(hearing, heard)))
     return {.symptom = Symptom::endless};
   if (auto words = Words(hearing, heard)) return *words;
   if (auto nearly = NearlyReply(hearing, heard)) return *nearly;
   if (auto line = Words(hearing, heard, true)) return *line;
   if (IsIdle(heard)) return {.symptom = Symptom::zeros};
+  if (IsStanding(hearing)) {
+    const bool words = std::ranges::all_of(heard, IsPrintable);
+    return {.symptom = words ? Symptom::damaged : Symptom::noise};
+  }
   if (!BeginsLikeReply(hearing, heard)) return {.symptom = Symptom::noise};
   return Broken(hearing, heard);
 }
@@ -338,7 +383,8 @@ Finding Plain(const Hearing& hearing) {
 }
 
 std::optional<Finding> Greeting(const Hearing& hearing, View heard) {
-  if (auto service = hearing.connection ? OtherService(heard) : std::nullopt) return service;
+  if (auto service = hearing.connection ? OtherService(heard, hearing.protocol->tcp) : std::nullopt)
+    return service;
   if (auto words = Words(hearing, heard, true)) return words;
   if (!hearing.protocol->tcp || heard.size() <= kHarmless) return std::nullopt;
   return Finding{

@@ -2,6 +2,8 @@
 #include "gateway/line/nearly_reply.h"
 
 #include <algorithm>
+#include <cctype>
+#include <iterator>
 #include <string>
 #include <string_view>
 
@@ -19,16 +21,25 @@ constexpr std::size_t kLongestTried = 80;
 constexpr std::size_t kCheckDigits = 2;
 /// The longest number in a reply that is taken for a name.
 constexpr std::size_t kMostDigits = 3;
+/// Of a text that lacks its end.
+constexpr std::size_t kShortestLine = 4;
 
-/// A whole reply stands at the front. One look of the rule, however much there is.
-bool StartsWithReply(const Hearing& hearing, View heard) {
-  return hearing.protocol->reply_rule(heard, *hearing.expect, true).kind == Cut::Kind::frame;
+/// A whole reply of more than `least` bytes stands at the front. One look of the rule, however much
+/// there is.
+bool StartsWithReply(const Hearing& hearing, View heard, std::size_t least = 0) {
+  const Cut cut = hearing.protocol->reply_rule(heard, *hearing.expect, true);
+  return cut.kind == Cut::Kind::frame && cut.size > least;
 }
 
 View WithoutLineEndBefore(View heard) {
   while (!heard.empty() && (heard.front() == '\r' || heard.front() == '\n'))
     heard = heard.subspan(1);
   return heard;
+}
+
+bool IsText(const Hearing& hearing, View heard) {
+  return std::ranges::all_of(hearing.request, IsPrintable) &&
+         std::ranges::all_of(heard, IsPrintable);
 }
 
 /// Its last byte is missing, whatever that was.
@@ -48,14 +59,44 @@ bool IsWholeWithEnd(const Hearing& hearing, View heard) {
   return false;
 }
 
-/// A line feed stands where its carriage return belongs.
-bool IsWholeWithOtherEnd(const Hearing& hearing, View heard) {
+struct LineEnd {
+  std::string_view bytes;
+  const char* name;
+};
+constexpr LineEnd kLineEnds[] = {
+    {"\r", "a carriage return"}, {"\n", "a line feed"}, {"\r\n", "CR LF"}};
+
+/// It is whole with another end of its line.
+std::optional<Finding> OtherLineEnd(const Hearing& hearing, View heard) {
   std::size_t size = heard.size();
   while (size > 0 && (heard[size - 1] == '\n' || heard[size - 1] == '\r')) --size;
-  if (size == 0 || size == heard.size() || heard[size] != '\n') return false;
-  Bytes changed(heard.begin(), heard.begin() + static_cast<std::ptrdiff_t>(size));
-  changed.push_back('\r');
-  return IsWhole(hearing, changed);
+  const std::string_view had = AsText(heard.subspan(size));
+  const auto came = std::ranges::find(kLineEnds, had, &LineEnd::bytes);
+  if (size == 0 || came == std::end(kLineEnds)) return std::nullopt;
+  for (const LineEnd& end : kLineEnds) {
+    if (end.bytes == had) continue;
+    Bytes changed(heard.begin(), heard.begin() + static_cast<std::ptrdiff_t>(size));
+    Append(changed, end.bytes);
+    if (!IsWhole(hearing, changed)) continue;
+    return Finding{
+        .symptom = Symptom::other_setting,
+        .cause = std::string("its replies end in ") + came->name + ", not in " + end.name,
+        .remedy =
+            "set that at it, or set the converter or serial server in between to "
+            "raw"};
+  }
+  return std::nullopt;
+}
+
+/// Nothing but the carriage return at its end is missing. Where nothing is checked, every beginning
+/// of a text is whole with one.
+bool LacksLineEnd(const Hearing& hearing, View heard) {
+  if (hearing.outcome != Outcome::partial || heard.size() < kShortestLine) return false;
+  const bool ended = std::ranges::any_of(heard, [](auto byte) { return byte == '\r'; });
+  if (ended || !IsText(hearing, heard)) return false;
+  Bytes longer(heard.begin(), heard.end());
+  longer.push_back('\r');
+  return StartsWithReply(hearing, longer);
 }
 
 bool IsWholeWithoutEighthBit(const Hearing& hearing, View heard) {
@@ -67,18 +108,27 @@ bool IsWholeWithoutEighthBit(const Hearing& hearing, View heard) {
 
 /// With `head` in front of it, in which any byte may stand at `any`.
 bool IsWholeBehind(const Hearing& hearing, Bytes head, std::size_t any, View heard) {
+  const std::size_t least = head.size();
   Append(head, heard);
   for (int byte = 0; byte < 256; ++byte) {
     head[any] = static_cast<std::uint8_t>(byte);
-    if (StartsWithReply(hearing, head)) return true;
+    if (StartsWithReply(hearing, head, least)) return true;
   }
   return false;
+}
+
+/// It has the character that a reply begins with.
+bool HasLead(const Hearing& hearing, View heard) {
+  if (heard.empty() || std::ispunct(heard.front()) == 0) return false;
+  return std::ranges::any_of(hearing.expect->shapes,
+                             [&](const Shape& shape) { return shape.tag == heard.front(); });
 }
 
 /// Its first byte is missing, whatever that was; or a few, of which all but one are those of the
 /// request: the second and third of a binary one, the name and the kind of a text. 0: none is.
 std::size_t LostHead(const Hearing& hearing, View heard) {
-  if (hearing.protocol->tcp) return 0;  // nothing stands in it that would prove that
+  // Nothing stands in it that would prove that.
+  if (hearing.protocol->tcp || (IsText(hearing, heard) && HasLead(hearing, heard))) return 0;
   if (IsWholeBehind(hearing, Bytes(1), 0, heard)) return 1;
   const View request = hearing.request;
   for (std::size_t more = 1; more <= kMostDigits && more < request.size(); ++more) {
@@ -94,28 +144,26 @@ std::size_t LostHead(const Hearing& hearing, View heard) {
   return IsWholeBehind(hearing, {request[0], request[1], 0}, 2, heard) ? 3 : 0;
 }
 
-bool IsText(const Hearing& hearing, View heard) {
-  return std::ranges::all_of(hearing.request, IsPrintable) &&
-         std::ranges::all_of(heard, IsPrintable);
-}
-
-/// A text that is whole with other digits in front of its line end. A check value of one byte fits
-/// almost any text once a character is put in, so that this goes before.
+/// A text that is whole with other digits in front of its line end, and with no others. A check
+/// value of one byte fits almost any text once a character is put in, so that this goes before.
 bool IsWholeWithOtherCheck(const Hearing& hearing, View heard) {
   heard = WithoutLineEndBefore(heard);
   std::size_t size = heard.size();
   while (size > 0 && (heard[size - 1] == '\n' || heard[size - 1] == '\r')) --size;
   if (!IsText(hearing, heard) || size < 2 * kCheckDigits || size == heard.size()) return false;
+  // Of what comes unasked several messages may stand there.
+  const bool several = hearing.expect->reply == Expectation::Reply::standing;
   Bytes changed(heard.begin(), heard.end());
+  int fit = 0;
   for (unsigned value = 0; value < 256; ++value) {
     const std::string digits = HexByte(static_cast<std::uint8_t>(value));
     std::ranges::copy(digits, changed.begin() + static_cast<std::ptrdiff_t>(size - kCheckDigits));
-    if (StartsWithReply(hearing, changed)) return true;
+    fit += several ? IsWhole(hearing, changed) : StartsWithReply(hearing, changed);
   }
-  return false;
+  return fit == 1;
 }
 
-/// A text that is whole with one more character.
+/// A text that is whole with one more character, and not with any.
 bool IsWholeWithOneMore(const Hearing& hearing, View heard) {
   heard = WithoutLineEndBefore(heard);
   if (!IsText(hearing, heard) || heard.size() < 2 || heard.size() > kLongestTried) return false;
@@ -124,23 +172,26 @@ bool IsWholeWithOneMore(const Hearing& hearing, View heard) {
     const auto here = static_cast<std::ptrdiff_t>(at);
     std::copy(heard.begin(), heard.begin() + here, longer.begin());
     std::copy(heard.begin() + here, heard.end(), longer.begin() + here + 1);
+    int fit = 0;
     for (const char character : kCharacters) {
       longer[at] = static_cast<std::uint8_t>(character);
-      if (StartsWithReply(hearing, longer)) return true;
+      fit += StartsWithReply(hearing, longer) ? 1 : 0;
     }
+    if (fit == 1) return true;
   }
   return false;
 }
 
 }  // namespace
 
+bool LacksFirstByte(const Hearing& hearing, View heard) {
+  const bool text = std::ranges::all_of(hearing.request, IsPrintable);
+  return !text && !hearing.protocol->tcp && IsWholeBehind(hearing, Bytes(1), 0, heard);
+}
+
 std::optional<Finding> NearlyReply(const Hearing& hearing, View heard) {
   if (IsWholeWithoutEighthBit(hearing, heard)) return Finding{.symptom = Symptom::eighth_bit};
-  if (IsWholeWithOtherEnd(hearing, heard)) {
-    return Finding{.symptom = Symptom::other_setting,
-                   .cause = "its replies end in a line feed, not in a carriage return",
-                   .remedy = "a converter or serial server changes line ends: set it to raw"};
-  }
+  if (auto other = OtherLineEnd(hearing, heard)) return other;
   if (auto changed = ChangedBytes(hearing, heard)) return changed;
   if (const std::size_t lost = LostHead(hearing, heard); lost > 0) {
     return Finding{.symptom = Symptom::head_lost, .cause = lost > 1 ? "a few" : ""};
@@ -150,6 +201,9 @@ std::optional<Finding> NearlyReply(const Hearing& hearing, View heard) {
     return Finding{.symptom = Symptom::bad_check, .cause = "a text"};
   }
   if (IsWholeWithOneMore(hearing, heard)) return Finding{.symptom = Symptom::bytes_lost};
+  if (LacksLineEnd(hearing, heard)) {
+    return Finding{.symptom = Symptom::tail_lost, .cause = "its line end"};
+  }
   return std::nullopt;
 }
 

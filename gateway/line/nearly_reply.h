@@ -13,5 +13,7 @@
 namespace baudgate {
 
 std::optional<Finding> NearlyReply(const Hearing& hearing, View heard);
+/// A binary reply whose check value proves that its first byte alone is missing.
+bool LacksFirstByte(const Hearing& hearing, View heard);
 
 }  // namespace baudgate

@@ -10,6 +10,7 @@ namespace baudgate {
 namespace {
 
 constexpr const char* kPortNumber = "check the host and the port number of the line";
+constexpr const char* kNoTelnet = "set its port to raw TCP, without Telnet or RFC 2217";
 
 struct Service {
   std::string_view begins;
@@ -68,7 +69,7 @@ bool IsTelnet(View heard) {
          heard[2] < 0x80;
 }
 
-std::optional<Finding> OtherService(View heard) {
+std::optional<Finding> OtherService(View heard, bool modbus) {
   const auto other = [&](const char* cause, const char* remedy) {
     return Finding{.symptom = Symptom::other_protocol,
                    .bytes = heard.size(),
@@ -82,7 +83,7 @@ std::optional<Finding> OtherService(View heard) {
     if (service.is_it(heard)) return other(service.cause, kPortNumber);
   }
   if (IsTelnet(heard)) {
-    return other("the server speaks Telnet", "set its port to raw TCP, without Telnet or RFC 2217");
+    return other("the server speaks Telnet", modbus ? kPortNumber : kNoTelnet);
   }
   return std::nullopt;
 }

@@ -117,6 +117,13 @@ void DeviceAccounts::OnPatience(const Member& member, Duration more) {
   Change(member, [more](DeviceStatus& status) { status.patience = more; });
 }
 
+void DeviceAccounts::OnLags(const Member& member, bool lags) {
+  std::uint32_t& known = states_[member].behind;
+  if (!lags && known == 0) return;
+  known = lags ? known + 1 : 0;
+  Change(member, [behind = known](DeviceStatus& status) { status.behind = behind; });
+}
+
 void DeviceAccounts::OnSecondReply(const Member& member) {
   Change(member, [](DeviceStatus& status) { ++status.doubled; });
   if (std::exchange(states_[member].told_second, true)) return;

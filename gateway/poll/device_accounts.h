@@ -52,6 +52,8 @@ class DeviceAccounts {
   void OnLate(const Member& member, Duration lateness);
   /// It is waited for so much longer.
   void OnPatience(const Member& member, Duration more);
+  /// Its replies come a request late, or do no more.
+  void OnLags(const Member& member, bool lags);
   void OnSecondReply(const Member& member);
 
   /// A task has ended, all its repeats included.
@@ -81,6 +83,7 @@ class DeviceAccounts {
     Symptom symptom = Symptom::clean;  // of its last exchange
     std::uint32_t missed = 0;          // of its periods
     Duration patience{};               // as the status has it
+    std::uint32_t behind = 0;          // likewise
     bool told_second = false;          // the user has been warned of a second, different reply
   };
 

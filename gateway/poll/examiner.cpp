@@ -86,8 +86,9 @@ Finding Examiner::End(Outcome outcome) {
     finding = {.symptom = Symptom::same_again, .bytes = heard_.size()};
   }
   // What a server says at once may meet the first request.
-  const bool says = finding.symptom == Symptom::text ||
-                    (roster_.is_network() && OtherService(heard_).has_value());
+  const bool says =
+      finding.symptom == Symptom::text ||
+      (roster_.is_network() && OtherService(heard_, member_->protocol->tcp).has_value());
   if (std::exchange(fresh_, false) && says && greeting_.empty()) greeting_ = heard_;
   const bool greeted = !IsAnswered(finding.symptom) && !greeting_.empty();
   if (greeted) finding = Greeting(Heard(), greeting_).value_or(finding);
@@ -297,6 +298,10 @@ Finding Examiner::Attribute(Finding finding) {
     return late ? Finding{.symptom = Symptom::late, .time = after} : finding;
   }
   // Its own name in a reply to somebody else's request is no second reply.
+  const bool early = arrivals_.back().after < reply / 2;
+  if (!late && early && finding.symptom == Symptom::other_device &&
+      whose->member->device != nullptr)
+    return {.symptom = Symptom::one_behind};
   if (!late && !(answered && whose->answered)) return finding;
   const Symptom again = whose->repeated ? Symptom::copies : Symptom::others_beside;
   const bool news = late && !std::exchange(whose->late, true);

@@ -96,6 +96,7 @@ struct Job {
   Request request;
   bool sending = false;  ///< the request waits for the line to be idle
   int attempts = 0;      ///< of the present request, beyond the first
+  bool unheard = false;  ///< nothing came to what it reads, and never has; others are answered
   bool missed = false;   ///< a request of it had no answer: who answers since may be another
   int steps = 0;         ///< requests of the task, without repetitions
   int broadcasts = 0;    ///< those of them that nobody answers

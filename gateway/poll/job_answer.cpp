@@ -117,6 +117,10 @@ void JobRun::TakeAnswer() {
   const Duration wait = answer.wait;
   const Then then = answer.then;
   const std::string reason = answer.reason;
+  for (const Reading& reading : answer.readings) {
+    if (HasValue(reading.value) && reading.point != kNoPoint)
+      device.heard.OnValue(reading.point, now_.instant);
+  }
   Apply(device, intake_.Take(job, device, std::move(answer), now_.instant));
   if (wait > Duration::zero()) agenda_.schedule.Hold(device.place, now_.instant + wait);
   if (then == Then::ask_again) return Ask();
@@ -182,6 +186,10 @@ void JobRun::OnRoutedFailure(Job::Routed& routed, const ExchangeEnd& end) {
 
 void JobRun::GiveUp(const ExchangeEnd& end) {
   Device& device = *job_->member->device;
+  const auto queries = device.conversation->Queries();
+  const bool silent = job_->task.kind == Task::Kind::poll && end.outcome == Outcome::no_reply;
+  job_->unheard = silent && job_->task.query < queries.size() &&
+                  !device.heard.TellsOfDevice(queries[job_->task.query].points, now_.instant);
   const Then then =
       device.conversation->OnFailure(job_->task, job_->request, end.outcome, now_.instant);
   upkeep_.OnHeard(device, now_.instant);

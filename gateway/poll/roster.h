@@ -15,6 +15,7 @@
 #include "gateway/base/bytes.h"
 #include "gateway/line/line.h"
 #include "gateway/poll/device_health.h"
+#include "gateway/poll/heard_points.h"
 #include "gateway/poll/jump_check.h"
 #include "gateway/trace/tap.h"
 #include "protocols/protocol.h"
@@ -54,6 +55,7 @@ struct Device : Member {
   const config::Device* config = nullptr;
   std::unique_ptr<Conversation> conversation;
   JumpCheck jumps;
+  HeardPoints heard;
   std::string memory;         // of the conversation, as it was told last
   config::Timing configured;  // `timing`, if it needs no longer times
 

@@ -60,6 +60,7 @@ void Upkeep::OnExchange(const Job& job, const ExchangeEnd& end, const Finding& f
     owed_.late.Conclude(asked, end, in_step, now);
   }
   ledger_.devices.OnPatience(member, owed_.late.PatienceFor(member));
+  ledger_.devices.OnLags(member, owed_.whose.Lags(member));
   if (answered && !owed_.late.IsClear(member, now)) HoldBack(member);
   owed_.whose.OnEnd(asked, end.outcome, !cut_off && !job.mute, now);
   if (!job.mute && !cut_off) Charge(job, answered, now);
@@ -217,6 +218,7 @@ void Upkeep::Repeat(const Device& device, config::Group group, Instant now) {
 /// is not good again before it says it again.
 void Upkeep::Reconnect(Device& device, Instant now) {
   device.conversation->OnReconnect();
+  device.heard.Clear();
   device.LearnTimes();
   owed_.whose.OnReconnect(device);
   Plan(device);

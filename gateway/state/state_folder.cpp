@@ -37,6 +37,8 @@ bool IsFile(int open, const fs::path& file) {
 
 /// Behind an error of the system; empty: it would not help.
 std::string HowToMake(const fs::path& folder, int error) {
+  if (error == ENOTDIR || error == EEXIST)
+    return "; that is a file: name a folder in gateway.state";
   if (error != EACCES && error != EPERM) return {};
   const std::string user = NameOfUser(::geteuid());
   return fmt::format("; make it: sudo install -d -o {} {}", user, folder.string());

@@ -23,6 +23,10 @@ using Sentences = std::vector<std::string>;
 constexpr std::size_t kManyFailures = 8;
 /// An outage of the last hour that was shorter than that part is not worth a word.
 constexpr double kNotableOutage = 0.01;
+/// So many exchanges in a row are no disturbance that is just over.
+constexpr std::uint32_t kManyBehind = 16;
+/// As protocols/spabus/conversation.cpp begins what it has learned.
+constexpr std::string_view kNoTime = "not told the time: this machine's clock";
 /// One that begins so soon behind the start may be its end.
 constexpr Duration kStart = 5min;
 
@@ -144,12 +148,21 @@ Sentences DiagnoseDevice(const LineStatus& line, const DeviceRecord& device,
   }
   if (status.unasked) add(Silence(device, now));
   if (found.empty()) add(Patience(status));
+  if (found.empty() && status.behind >= kManyBehind) {
+    found.push_back(
+        "its replies answer the request before, so that each request is sent twice: "
+        "restart the serial server or radio in between, and switch its cache off");
+  }
   if (status.doubled > 0 && status.findings.Count(Symptom::others_beside) == 0) {
     found.push_back(fmt::format(
-        "doubled: a second, different reply came behind one {}: replies come twice, or one request "
-        "late; values may have been another's for a moment. Look at the serial server, radio or "
-        "repeater in between",
+        "doubled: a second, different reply came behind one {}: look at the serial server, radio "
+        "or repeater in between, which sends twice or one request late",
         Times(status.doubled)));
+  }
+  if (status.learned.starts_with(kNoTime)) {
+    found.push_back(
+        "its clock is not set, as this machine's clock is not known to be "
+        "synchronised: set up NTP (chrony) here");
   }
   const double missed = MissedShare(device, now, started);
   const std::string why = missed > 0 ? WhyNoTime(line, all, &device, now, started) : std::string();

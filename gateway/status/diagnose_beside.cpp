@@ -24,13 +24,16 @@ std::string Wrapped(const DeviceRecord& record) {
                              findings.Count(Symptom::noise_before) +
                              findings.Count(Symptom::noise_behind);
   if (beside < kNotableNoise || findings.SameAround() < kConstant) return {};
-  // 00 and FF are of a line that nobody drives.
-  if (findings.Around().find_first_not_of("0F .") == std::string::npos) return {};
+  // 00 and FF are of a line that nobody drives, as are the remains of a character.
+  const std::string& around = findings.Around();
+  if (around.find_first_not_of("0F .") == std::string::npos) return {};
   // What something in between puts there stands around each of them.
   const bool nearly_all = 10 * beside >= 9 * findings.size();
-  if (!nearly_all || findings.Around().empty()) return {};
-  return "the same bytes stand around its replies (" + findings.Around() +
-         "): set the modem, radio or serial server in between to raw, or terminate the bus";
+  if (!nearly_all || around.empty()) return {};
+  const bool idle = around.find_first_not_of("0FEC8 .") == std::string::npos;
+  return "the same bytes stand around its replies (" + around + "): " +
+         (idle ? "noise while nobody drives the bus; fit bias resistors and termination"
+               : "set the modem, radio or serial server in between to raw, or terminate the bus");
 }
 
 }  // namespace
@@ -65,7 +68,7 @@ Sentences Beside(const DeviceRecord& record) {
   const bool server = !SerialOf(record).on_wire();
   const char* const noise =
       server ? "the server sends unasked; let one client use it, or update its firmware"
-             : "noise while nobody drives the bus; check bias resistors, termination and ground";
+             : "noise while nobody drives the bus; check bias, termination and ground";
   const std::size_t before = findings.Count(Symptom::noise_before);
   const std::size_t behind = findings.Count(Symptom::noise_behind);
   const char* const where = before == 0   ? "stray bytes follow its replies"

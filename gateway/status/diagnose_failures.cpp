@@ -17,6 +17,10 @@ using Sentences = std::vector<std::string>;
 
 /// A request that has failed so often in a row, beside others that are answered.
 constexpr std::uint32_t kNeverAnswered = 3;
+/// Refused so often in a row, without one answer between, it is no moment of work.
+constexpr std::size_t kAlways = 8;
+constexpr std::string_view kRaisePoll = "raise its poll";
+constexpr std::string_view kOtherProfile = "does the profile fit";
 
 /// "3 damaged, 2 late": what its failures looked like.
 std::string Looks(const Evidence& evidence) {
@@ -50,12 +54,45 @@ std::string NamesOf(const DeviceRecord& record, IsMeant is_meant) {
   return points > 1 ? fmt::format("{} and {} more", first, points - 1) : first;
 }
 
+/// The same of its points for which `is_meant` holds, with the place of the first.
+template <typename IsMeant>
+std::string PointsOf(const DeviceRecord& record, IsMeant is_meant) {
+  const config::Point* first = nullptr;
+  std::size_t points = 0;
+  for (std::size_t i = 0; i < record.points.size(); ++i) {
+    if (!is_meant(i)) continue;
+    if (first == nullptr) first = &record.device->points[i];
+    ++points;
+  }
+  if (first == nullptr || points == record.points.size()) return {};
+  const std::string more = points > 1 ? fmt::format(" and {} more", points - 1) : std::string();
+  return first->name + more + " (" + first->read + (points > 1 ? ", ...)" : ")");
+}
+
 /// It came, and is no reply as it is.
 bool IsDamage(Symptom symptom) {
   using enum Symptom;
   constexpr Symptom kDamage[] = {head_lost, end_lost, tail_lost, bytes_lost, bytes_added,
                                  bad_check, damaged,  noise,     zeros};
   return std::ranges::find(kDamage, symptom) != std::end(kDamage);
+}
+
+/// What is only asked seldom any more, because the device was silent to it beside answers to
+/// others.
+Sentences SilentPoints(const DeviceRecord& record, const Evidence& evidence) {
+  const bool silent = evidence.Count(Symptom::silence) == evidence.failed;
+  if (!silent || !evidence.Last(Symptom::refusal).cause.empty() || IsAbsent(record.status))
+    return {};
+  const bool tried = evidence.looked == Findings::kKept;
+  const std::string points = PointsOf(record, [&](std::size_t point) {
+    const Quality& said = record.points[point].reported;
+    const config::Point& its = record.device->points[point];
+    const bool polled = its.group >= config::Group::fast && its.access != config::Access::write;
+    return said.reason == Reason::not_fitted || (tried && polled && said == Quality::bad_waiting);
+  });
+  if (points.empty()) return {};
+  return {"does not answer the request for " + points +
+          ", and answers the others: take these points out of the profile, or set access: none"};
 }
 
 /// Requests that are never answered well, beside others that are.
@@ -76,7 +113,9 @@ Sentences DeadQueries(const DeviceRecord& record, const Evidence& evidence) {
     return !fails(query) || query.symptom == Symptom::silence;
   });
   if (silent) {
-    return {"does not answer the request for " + points +
+    const auto first = std::ranges::find_if(status.queries, fails);
+    const std::string& place = record.device->points[first->first_point].read;
+    return {"does not answer the request for " + points + " (" + place + ")" +
             ", and answers the others: take these points out of the profile, or set access: none"};
   }
   const bool damaged = std::ranges::all_of(status.queries, [&](const QueryCount& query) {
@@ -102,6 +141,13 @@ std::string HowOften(const Evidence& evidence) {
   return fmt::format("{} of {} exchanges failed: ", evidence.failed, evidence.looked);
 }
 
+/// Its polls were answered for a while.
+bool HasWorked(const DeviceRecord& record) {
+  return record.status.Count(Outcome::ok) >= kAlways &&
+         std::ranges::any_of(record.points,
+                             [](const PointRecord& point) { return HasValue(point.value); });
+}
+
 /// What it says in place of values: one reason for all that it refuses.
 std::string Refusals(const DeviceRecord& record, const Evidence& evidence) {
   const std::size_t count = evidence.Count(Symptom::refusal);
@@ -111,12 +157,19 @@ std::string Refusals(const DeviceRecord& record, const Evidence& evidence) {
       last.cause.empty() ? std::string(Name(record.status.last_outcome)) : Brief(last);
   const std::string points =
       NamesOf(record, [](const QueryCount& query) { return query.refused >= kNeverAnswered; });
+  const bool always = count == evidence.looked && count >= kAlways;
+  std::string remedy = RemedyOf(last);
+  if (always && remedy == kRaisePoll) {
+    remedy = "end its programming, local or test mode, or restart it";
+  } else if (always && remedy.starts_with(kOtherProfile) && HasWorked(record)) {
+    remedy = "it has answered before: end an update or test mode, or restart it";
+  }
   if (record.status.unasked) {
     return fmt::format("{} ({} of its last {} messages): {}", reason, count, evidence.looked,
-                       RemedyOf(last));
+                       remedy);
   }
   return fmt::format("it says '{}' to {} of {} requests{}: {}", reason, count, evidence.looked,
-                     points.empty() ? "" : " (" + points + ")", RemedyOf(last));
+                     points.empty() ? "" : " (" + points + ")", remedy);
 }
 
 }  // namespace
@@ -134,7 +187,8 @@ Sentences Said(const std::string& before, const Evidence& evidence) {
 }
 
 Sentences Failures(const DeviceRecord& record, const Evidence& evidence) {
-  Sentences found = DeadQueries(record, evidence);
+  Sentences found = SilentPoints(record, evidence);
+  if (found.empty()) found = DeadQueries(record, evidence);
   const std::string often = HowOften(evidence);
   if (!often.empty() && found.empty()) {
     found = Said(often, evidence);

@@ -29,6 +29,8 @@ constexpr std::size_t kDrops = 3;
 constexpr Duration kRecently = 5min;
 /// A connection is opened again so soon.
 constexpr Duration kMoment = 5s;
+/// The text of a port that holds what is sent (transports/serial_port.cpp).
+constexpr std::string_view kTakesNoData = "takes no data";
 /// So many errors of the driver for an exchange.
 constexpr double kNotableErrors = 0.02;
 
@@ -50,7 +52,7 @@ std::string SayOtherService(const config::Line& line, std::span<const DeviceReco
          "): " + (other->remedy.empty() ? "check the port" : other->remedy);
 }
 
-std::string Lost(const config::Line& line, std::size_t times,
+std::string Lost(const config::Line& line, const LineStatus& status, std::size_t times,
                  std::span<const DeviceRecord> devices) {
   if (std::string other = SayOtherService(line, devices); !other.empty()) return other;
   if (line.is_network()) {
@@ -58,6 +60,10 @@ std::string Lost(const config::Line& line, std::size_t times,
         "the connection was lost {} in the last hour: look at the serial server (power, restarts, "
         "inactivity time, another client) and at the network",
         Times(times));
+  }
+  if (status.lost_text.find(kTakesNoData) != std::string::npos) {
+    return fmt::format("the open port was lost {} in the last hour: {}", Times(times),
+                       status.lost_text);
   }
   return fmt::format(
       "the open port was lost {} in the last hour: loose plug, hub or power; the log has the times",
@@ -90,7 +96,8 @@ std::string Closed(const config::Line& line, const LineStatus& status,
   // A server that has never let a device answer is told by its own reason.
   const auto answered = [](const DeviceRecord& one) { return one.status.last_ok.has_value(); };
   const bool worked = std::ranges::any_of(devices, answered);
-  if (again && worked && line.is_network() && lost >= kDrops) return Lost(line, lost, devices);
+  if (again && worked && line.is_network() && lost >= kDrops)
+    return Lost(line, status, lost, devices);
   const std::string since =
       status.port_since == WallTime{} ? std::string() : " for " + FormatAge(closed);
   return fmt::format("port closed{}: {}", since,
@@ -117,6 +124,12 @@ Sentences DriverErrors(const config::Line& line, const LineStatus& status, bool 
         status.parity_errors, status.framing_errors,
         nobody ? "bit rate, parity or data bits differ (" + line.serial.ToString() + ")"
                : std::string("noise, bad termination, or a device with settings of its own")));
+  }
+  if (status.restored >= kProof) {
+    found.push_back(fmt::format(
+        "another program has changed the settings of the port {} (they were set again): keep it "
+        "away from {}; 'baudgate ports' helps to find it",
+        Times(status.restored), line.port));
   }
   if (status.overruns > 0) {
     found.push_back(fmt::format(
@@ -203,9 +216,8 @@ Sentences DiagnoseLine(const config::Line& line, const LineStatus& status,
   const bool nobody = AbsentTogether(devices);
   if (status.cut_since) {
     found.push_back(fmt::format(
-        "the ring is open since {}: requests used to come back and do no more; look for "
-        "a loose or broken fibre, or a device on it without power. No device of the "
-        "line can answer until then",
+        "the ring is open since {}, as requests come back no more: look for a loose or broken "
+        "fibre, or a device on it without power",
         ClockText(*status.cut_since)));
   } else if (nobody) {
     found = NobodyAnswers(status, devices, now);
@@ -242,11 +254,15 @@ Sentences DiagnoseLine(const config::Line& line, const LineStatus& status,
             : "the server answers twice, or does not keep to Modbus TCP; update its firmware"));
   }
   const std::size_t lost = status.losses.Since(now.instant - 1h);
-  if (lost >= (line.is_network() ? kDrops : 1)) found.push_back(Lost(line, lost, devices));
+  if (lost >= (line.is_network() ? kDrops : 1)) found.push_back(Lost(line, status, lost, devices));
   if (std::string dropped = Dropped(status, now); lost < kDrops && !dropped.empty()) {
     found.push_back(std::move(dropped));
   }
-  const bool misses = std::ranges::any_of(devices, [&](const DeviceRecord& one) {
+  // One that says no to most of what it is asked has a sentence of its own.
+  const bool refuses = std::ranges::any_of(devices, [](const DeviceRecord& one) {
+    return 2 * one.status.findings.Count(Symptom::refusal) >= Findings::kKept;
+  });
+  const bool misses = !refuses && std::ranges::any_of(devices, [&](const DeviceRecord& one) {
     return Answers(one.status.state) && MissedShare(one, now, started) > 0;
   });
   const std::string why =

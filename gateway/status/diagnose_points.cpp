@@ -7,6 +7,7 @@
 #include <map>
 
 #include "gateway/base/shown.h"
+#include "gateway/status/diagnose_unasked.h"
 #include "gateway/status/reason.h"
 #include "gateway/status/words.h"
 
@@ -15,8 +16,27 @@ namespace {
 
 using Sentences = std::vector<std::string>;
 
+/// What to do where a value is not good for one reason.
+const char* RemedyFor(Reason reason) {
+  switch (reason) {
+    case Reason::over_range:
+    case Reason::under_range:
+      return "look at the sensor, its wire and its range (a balance: its load)";
+    case Reason::open_sensor:
+      return "look at the sensor and its wire";
+    case Reason::sentinel:
+      return "no measurement: look at what is connected to that input";
+    case Reason::device_fault:
+      return "a fault of its own: look at it, restart or replace it";
+    default:
+      return nullptr;
+  }
+}
+
 /// A point that is polled has a value by then.
 constexpr Duration kLongWait = 20s;
+/// By then a device that speaks by itself has said all that it has to say.
+constexpr std::size_t kManyMessages = 20;
 
 }  // namespace
 
@@ -35,6 +55,7 @@ Sentences DiagnosePoints(const LineStatus& line, const DeviceRecord& record, Now
   std::size_t doubted = 0;
   std::size_t reported = 0;
   std::size_t unreadable = 0;
+  std::size_t unsure = 0;
   std::size_t empty = 0;
   std::string first;
   std::map<Reason, std::size_t> reasons;
@@ -54,7 +75,9 @@ Sentences DiagnosePoints(const LineStatus& line, const DeviceRecord& record, Now
     ++(said ? reported : in_doubt ? doubted : stale);
     if (said && quality.reason != Reason::none) ++reasons[quality.reason];
     if (said && quality.reason == Reason::none) {
-      ++(quality == Quality::bad_sensor_failure ? empty : unreadable);
+      ++(quality == Quality::bad_sensor_failure ? empty
+         : IsUncertain(quality)                 ? unsure
+                                                : unreadable);
     }
     if (said && first.empty()) first = record.device->points[i].name;
   }
@@ -80,13 +103,27 @@ Sentences DiagnosePoints(const LineStatus& line, const DeviceRecord& record, Now
       why += fmt::format("{}{} {}", why.empty() ? " (" : ", ", count, Name(reason));
     }
     why += (why.empty() ? " (" : "; ") + first + (reported > 1 ? ", ...)" : ")");
-    if (unreadable == reported)
-      why += ": what came is no value of their type; does the profile fit?";
-    if (empty == reported) why += ": it gives no value for them; does the profile fit?";
+    if (unsure == reported) {
+      why += ": it says itself that they are not certain (not stable): look at what it measures";
+    }
+    if (unreadable == reported) {
+      why += ": it says that they are not valid, or sends another form: look at its sensors";
+    }
+    if (empty == reported) why += ": it sends no number for them (a decimal comma?); see trace";
+    if (reasons.size() == 1 && reasons.begin()->second == reported) {
+      const char* const remedy = RemedyFor(reasons.begin()->first);
+      const bool all = reported == record.points.size() && reported > 1;
+      if (remedy != nullptr) {
+        why += all ? ": nothing measures: look at what is behind the device" : ": ";
+        why += all ? "" : remedy;
+      }
+    }
     if (reasons.contains(Reason::not_fitted)) {
       const std::string said = Brief(record.status.findings.Last(Symptom::refusal));
       why += said.empty() ? ": it does not answer requests for them" : ": it says '" + said + "'";
-      why += "; does the profile fit?";
+      const bool worked = reported == record.points.size() && HasValue(record.points[0].value);
+      why += worked ? "; it has answered before: end an update or test mode, or restart it"
+                    : "; does the profile fit?";
     }
     found.push_back(
         fmt::format("{} of {} points have no good value{}", reported, record.points.size(), why));
@@ -97,19 +134,28 @@ Sentences DiagnosePoints(const LineStatus& line, const DeviceRecord& record, Now
 Sentences DiagnoseWaiting(const DeviceRecord& record, Now now, Instant started) {
   std::size_t waiting = 0;
   std::string first;
+  const Findings& findings = record.status.findings;
+  const Finding& odd = findings.Last(Symptom::odd);
+  const Finding& said = odd.cause.empty() ? findings.Last(Symptom::refusal) : odd;
+  // What is asked seldom has been asked by then as well, and it has said no.
+  const config::Group least = said.cause.empty() ? config::Group::fast : config::Group::slow;
   for (std::size_t i = 0; i < record.points.size(); ++i) {
     const config::Point& point = record.device->points[i];
-    const bool polled = point.group >= config::Group::fast && point.access != config::Access::write;
+    const bool polled = point.group >= least && point.access != config::Access::write;
     if (!polled || QualityAt(record, i, now.instant) != Quality::bad_waiting) continue;
     ++waiting;
     if (first.empty()) first = point.name;
   }
   const Duration patience = std::max<Duration>(kLongWait, 3 * record.device->poll);
   if (waiting == 0 || now.instant - started < patience) return {};
-  const Findings& findings = record.status.findings;
-  const Finding& odd = findings.Last(Symptom::odd);
-  const Finding& said = odd.cause.empty() ? findings.Last(Symptom::refusal) : odd;
-  if (record.status.unasked && said.cause.empty()) return {};  // nothing has happened yet
+  if (record.status.unasked && said.cause.empty()) {
+    // Messages come one after another, and none of them has these values.
+    if (findings.size() < kManyMessages || !MustSpeakWithin(record)) return {};
+    return {fmt::format(
+        "{} of {} points have no value yet ({}{}): nothing that it sends has them: does the "
+        "profile fit, and its parameters (unit)?",
+        waiting, record.points.size(), first, waiting > 1 ? ", ..." : "")};
+  }
   return {fmt::format(
       "{} of {} points have no value yet ({}{}): {}: {}", waiting, record.points.size(), first,
       waiting > 1 ? ", ..." : "",

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 
 #include "gateway/base/shown.h"
 #include "gateway/status/diagnose_failures.h"
@@ -15,8 +16,21 @@ using Sentences = std::vector<std::string>;
 
 /// It may be silent so long without a word about it.
 constexpr Duration kNotableSilence = 1min;
+/// What may be older is read now and then, and not all the time.
+constexpr Duration kLongestAge = 24h;
 
 }  // namespace
+
+std::optional<Duration> MustSpeakWithin(const DeviceRecord& record) {
+  Duration shortest = record.device->max_age.value_or(Duration::max());
+  if (!record.device->max_age && record.device->protocol != "reader") {
+    for (const config::Point& point : record.device->points) {
+      const auto group = static_cast<std::size_t>(point.group);
+      shortest = std::min(shortest, record.age_limits[group].max_age);
+    }
+  }
+  return shortest <= kLongestAge ? std::optional(shortest) : std::nullopt;
+}
 
 Sentences Unreadable(const DeviceRecord& record, const Evidence& evidence) {
   if (!record.status.unasked || evidence.failed < kNotableFailures) return {};
@@ -28,8 +42,9 @@ Sentences Unreadable(const DeviceRecord& record, const Evidence& evidence) {
 Sentences Silence(const DeviceRecord& record, Now now) {
   const DeviceStatus& status = record.status;
   const auto& max_age = record.device->max_age;
-  if (!status.last_ok && max_age) {
-    return {"has not spoken yet, and its max_age is " + FormatDuration(*max_age) +
+  const auto must = MustSpeakWithin(record);
+  if (!status.last_ok && must) {
+    return {"has not spoken yet, and its values are old after " + FormatDuration(*must) +
             ": check its power and wire, then bit rate and parity (" +
             record.line->serial.ToString() + ") and its options"};
   }

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,5 +13,8 @@ namespace baudgate::control {
 /// Nothing that it says can be read, or much cannot.
 std::vector<std::string> Unreadable(const DeviceRecord& record, const Evidence& evidence);
 std::vector<std::string> Silence(const DeviceRecord& record, Now now);
+/// Values that have to come again and again; nothing: it may be silent for ever, as a reader at
+/// which nobody reads.
+std::optional<Duration> MustSpeakWithin(const DeviceRecord& record);
 
 }  // namespace baudgate::control

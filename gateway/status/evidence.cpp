@@ -29,6 +29,27 @@ void Add(Evidence& evidence, const DeviceRecord& record, Now now) {
   evidence.hour += status.hour.Sum(now.instant);
 }
 
+constexpr std::size_t kNamed = 2;
+/// So close together no two devices fail by themselves.
+constexpr Duration kTogether = 5s;
+
+/// Both have answered, and do no more since the same moment.
+bool FellTogether(const DeviceStatus& one, const DeviceStatus& other) {
+  if (!IsAbsent(one) || !IsAbsent(other) || !one.last_ok || !other.last_ok) return false;
+  const Duration between = *one.last_ok - *other.last_ok;
+  return between < kTogether && between > -kTogether;
+}
+
+/// "d, e and 3 more".
+std::string Listed(const std::vector<std::string>& names) {
+  std::string text;
+  for (std::size_t i = 0; i < std::min(names.size(), kNamed); ++i) {
+    text += (i == 0 ? "" : ", ") + names[i];
+  }
+  if (names.size() > kNamed) text += " and " + std::to_string(names.size() - kNamed) + " more";
+  return text;
+}
+
 /// What most of its failures looked like; nothing: too few.
 std::optional<Symptom> MostOften(const DeviceStatus& status) {
   std::optional<Symptom> most;
@@ -92,16 +113,18 @@ Evidence Gather(const LineStatus& status, const DeviceRecord& device,
   evidence.device = &device;
   evidence.absent = IsAbsent(device.status);
   Add(evidence, device, now);
+  std::vector<std::string> fell;
   for (const DeviceRecord& other : all) {
     if (other.device == device.device) continue;
-    if (IsHealthy(other.status)) {
+    if (FellTogether(device.status, other.status)) fell.push_back(other.device->name);
+    if (IsHealthy(other.status) && evidence.healthy.empty()) {
       evidence.healthy = other.device->name;
-      break;
     }
     const auto own = MostOften(device.status);
     if (own && own == MostOften(other.status)) evidence.alike = other.device->name;
   }
   if (!evidence.healthy.empty()) evidence.alike.clear();
+  evidence.fell = Listed(fell);
   return evidence;
 }
 

@@ -24,8 +24,9 @@ struct Evidence {
   bool answered = false;                 ///< it has, since the start
   std::string healthy{};                 ///< a neighbour that answers well; empty: none
   std::string alike{};                   ///< a neighbour that fails in the same way; empty: none
-  std::size_t looked = 0;                ///< exchanges that are kept
-  std::size_t failed = 0;                ///< of those, without a good reply
+  std::string fell{};      ///< neighbours that fell silent with it: "d, e"; empty: none
+  std::size_t looked = 0;  ///< exchanges that are kept
+  std::size_t failed = 0;  ///< of those, without a good reply
   std::array<std::size_t, kSymptoms> counts{};
   std::array<const Finding*, kSymptoms> last{};
   MinuteCounts minutes;  ///< the last five

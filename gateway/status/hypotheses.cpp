@@ -229,12 +229,12 @@ const std::vector<Hypothesis>& Hypotheses() {
       {"text comes in place of replies", Text, SayText},
       {"only the request itself comes back", Seen<echo>, SayEcho, true},
       {"the gateway's own requests come back late", Seen<late_echo>, SayLateEcho},
-      {"long replies come damaged", LongDamaged, SayLongDamaged, false, true},
       {"replies fail that contain", NotTransparent, SaySpecials},
       {"its replies come in pieces", InPieces, SaySplit, true},
       {"its replies come up to", Late, SayLate, true},
       {"right once the eighth bit is taken away", EighthBit, SayEighthBit},
       {"no character of its replies has its eighth bit", SevenBits, SaySevenBits},
+      {"long replies come damaged", LongDamaged, SayLongDamaged, false, true},
       {"only characters of one parity come", OtherParity, SayOtherParity},
       {"the first byte of its replies is missing", Seen<head_lost>, SayHeadLost},
       {"its replies break off", BreaksOff, SayTailLost},
@@ -287,7 +287,7 @@ std::vector<std::string> Besides(const Evidence& evidence,
   if (evidence.absent && judged.front()->support == TooFast) {
     besides.push_back("or it is off: check its power and its wire");
   }
-  if (!evidence.alike.empty()) {
+  if (!evidence.alike.empty() && evidence.fell.empty()) {
     besides.push_back(evidence.alike + " fails alike: look first at what both share");
   }
   if (evidence.absent && !evidence.healthy.empty()) {

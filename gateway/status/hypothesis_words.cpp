@@ -20,8 +20,10 @@ using enum Symptom;
 constexpr Duration kPause = 100ms;
 /// A suggested time is so much longer than what was seen.
 constexpr double kMargin = 1.25;
-/// Failures in a row, on the average, from which they are outages and no single losses.
-constexpr double kOutage = 2.5;
+/// So many bytes are a reply, each character of which has a wrong parity.
+constexpr std::size_t kWholeReply = 6;
+/// A driver that lets go too early costs no more.
+constexpr std::size_t kFewLost = 4;
 constexpr const char* kSetRaw =
     "set the converter or serial server to raw (no XON/XOFF, no Telnet)";
 
@@ -33,26 +35,6 @@ std::string Suggest(Duration seen) {
   return fmt::format("{}ms", round);
 }
 
-/// What is not proven right by a neighbour or by its own past.
-std::string Unproven(const Evidence& evidence) {
-  const DeviceRecord& record = evidence.first();
-  if (evidence.device == nullptr) {
-    if (!OnWire(evidence)) return "check what they share: the server at " + evidence.line->port;
-    return "check what they share: port, power of the bus, wiring (A and B swapped?)" +
-           (evidence.answered ? "" : ", bit rate and parity (" + SerialOf(record).ToString() + ")");
-  }
-  if (!OnWire(evidence)) {
-    return "check its power, its unit (" + record.device->address + ") and what is behind " +
-           evidence.line->port;
-  }
-  if (evidence.answered) return "check its power and its wire";
-  if (evidence.healthy.empty()) {
-    return "check its power and wiring (A and B swapped?), then its settings (" + Settings(record) +
-           ")";
-  }
-  return "check its power, its wire and its address (" + record.device->address + ")";
-}
-
 /// Bytes too few or too many.
 std::string SayNotTransparent(const Finding& finding, const char* what) {
   const std::string count = finding.expected > 0 && finding.expected != finding.bytes
@@ -61,12 +43,11 @@ std::string SayNotTransparent(const Finding& finding, const char* what) {
   return what + count + ": " + kSetRaw;
 }
 
-/// The settings of the wire are those of a serial server.
-bool IsBehindServer(const Evidence& evidence) { return evidence.line->is_network(); }
-
 }  // namespace
 
 bool OnWire(const Evidence& evidence) { return SerialOf(evidence.first()).on_wire(); }
+
+bool IsBehindServer(const Evidence& evidence) { return evidence.line->is_network(); }
 
 std::string LastReason(const Evidence& evidence) { return evidence.first().status.last_reason; }
 
@@ -75,21 +56,6 @@ unsigned Suspects(const Evidence& evidence) {
   const unsigned all = evidence.device->status.findings.Suspects();
   constexpr unsigned kTelnet = 1U << (std::size(kSpecialBytes) - 1);
   return evidence.line->is_network() ? all : all & ~kTelnet;
-}
-
-bool ComesAndGoes(const Evidence& evidence) {
-  if (evidence.device == nullptr || !evidence.answered) return false;
-  const Findings& findings = evidence.device->status.findings;
-  const std::size_t runs = findings.Runs();
-  if (2 * evidence.failed > evidence.looked && findings.LongestRun() == evidence.failed)
-    return false;
-  // An absent device is asked more seldom, so that the time of its silence counts as well.
-  const double down = Seconds(evidence.minutes.down);
-  const double poll = std::max(1.0, Seconds(evidence.device->device->poll));
-  const bool away =
-      evidence.minutes.outages > 1 && down >= kOutage * poll * evidence.minutes.outages;
-  return away ||
-         (runs > 0 && static_cast<double>(evidence.failed) >= kOutage * static_cast<double>(runs));
 }
 
 std::string SayOtherDevice(const Evidence& evidence) {
@@ -133,12 +99,19 @@ std::string SayEndLost(const Evidence&) {
 
 std::string SayTailLost(const Evidence& evidence) {
   const Finding& finding = evidence.Last(tail_lost);
+  if (!finding.cause.empty()) {
+    return "its replies break off before their line end (CR): a converter takes it out (set it to "
+           "raw), or cuts them off";
+  }
   const std::string of =
       finding.expected > finding.bytes ? fmt::format(" of {}", finding.expected) : std::string();
-  return fmt::format(
-      "its replies break off ({}{} bytes came): the buffer of a serial server or converter is too "
-      "small, or a wire is bad",
-      finding.bytes, of);
+  const bool few = finding.expected > finding.bytes && OnWire(evidence) &&
+                   finding.expected <= finding.bytes + kFewLost;
+  return fmt::format("its replies break off ({}{} bytes came): {}", finding.bytes, of,
+                     few ? "a driver lets go of the bus too early, or the buffer of a converter is "
+                           "too small"
+                         : "the buffer of a serial server or converter is too small, or a wire is "
+                           "bad");
 }
 
 std::string SayBytesLost(const Evidence& evidence) {
@@ -160,6 +133,10 @@ std::string SaySpecials(const Evidence& evidence) {
 }
 
 std::string SayBadCheck(const Evidence& evidence) {
+  if (evidence.first().status.unasked) {
+    return "its messages have a wrong check value: something in between changes them, as a "
+           "multiplexer, or noise";
+  }
   const std::string cause = "its replies have a wrong check value";
   if (!evidence.Last(bad_check).cause.empty()) {
     return cause +
@@ -221,8 +198,9 @@ std::string SayOtherParity(const Evidence& evidence) {
 }
 
 std::string SayText(const Evidence& evidence) {
-  return "text comes in place of replies (" + Brief(evidence.Last(text)) +
-         "): a modem, console or menu; take it off, or check the port";
+  const std::string& remedy = evidence.Last(text).remedy;
+  return "text comes in place of replies (" + Brief(evidence.Last(text)) + "): " +
+         (remedy.empty() ? "a modem, console or menu; take it off, or check the port" : remedy);
 }
 
 std::string SayEcho(const Evidence& evidence) {
@@ -243,6 +221,10 @@ std::string SayLateEcho(const Evidence&) {
 std::string SaySettings(const Evidence& evidence) {
   const DeviceRecord& record = evidence.first();
   const std::string serial = SerialOf(record).ToString();
+  if (record.status.unasked) {
+    return "bytes come, and no message: check bit rate, parity and data bits (" + serial +
+           " here), then what the profile says of its messages";
+  }
   if (!evidence.healthy.empty()) {
     return "its replies cannot be read: its bit rate or parity differs (" + serial +
            "), or two devices have its address (" + record.device->address + ")";
@@ -278,30 +260,21 @@ std::string SayNoise(const Evidence& evidence) {
 }
 
 std::string SayZeros(const Evidence& evidence) {
+  const config::SerialSettings serial = SerialOf(evidence.first());
+  if (evidence.Last(zeros).bytes >= kWholeReply && serial.parity != config::Parity::none) {
+    return fmt::format(
+        "nothing but 00 or FF comes ({} bytes): each character has a wrong parity; set it alike "
+        "({}), or look for A and B swapped",
+        evidence.Last(zeros).bytes, serial.ToString());
+  }
   return "nothing but 00 or FF comes: check A and B, the bias resistors and who drives the line, "
          "then the bit rate (" +
-         SerialOf(evidence.first()).ToString() + ")";
+         serial.ToString() + ")";
 }
 
 std::string SayEndless(const Evidence&) {
   return "bytes come without an end: something on the line sends by itself, or a transmitter is "
          "stuck; unplug devices one by one";
-}
-
-std::string SaySilent(const Evidence& evidence) {
-  if (evidence.absent) {
-    return (evidence.answered ? "not a byte comes any more: " : "not a byte came: ") +
-           Unproven(evidence);
-  }
-  if (ComesAndGoes(evidence)) {
-    return "it is away for some time and comes back: look for restarts, its power and a loose wire";
-  }
-  if (!OnWire(evidence)) {
-    return "single requests get no answer: the server or the network loses them, or it is asked "
-           "too fast (raise its poll)";
-  }
-  return "single requests get no answer: noise, or it is asked too fast (set timing: { quiet: 50ms "
-         "} at the device, or raise its poll)";
 }
 
 std::string SaySaid(const Evidence& evidence) {

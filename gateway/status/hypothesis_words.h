@@ -11,6 +11,8 @@ namespace baudgate::control {
 
 /// The line has a bit rate and a parity.
 bool OnWire(const Evidence& evidence);
+/// The settings of the wire are those of a serial server.
+bool IsBehindServer(const Evidence& evidence);
 /// Of the last failure; empty: nobody knows.
 std::string LastReason(const Evidence& evidence);
 /// Of kSpecialBytes those that a converter may change, one bit each.

@@ -105,10 +105,12 @@ struct DeviceStatus {
   std::uint32_t exchanges = 0;
   std::array<std::uint32_t, kOutcomeCount> outcomes{};  ///< indexed by Outcome
   std::uint32_t retries = 0;
-  std::uint32_t missed = 0;    ///< poll periods skipped because the line had no time
-  std::uint32_t late = 0;      ///< as LineCounters::late
-  Duration lateness{};         ///< the largest, since the reply was due
-  Duration patience{};         ///< so much longer than its reply time it is waited for
+  std::uint32_t missed = 0;  ///< poll periods skipped because the line had no time
+  std::uint32_t late = 0;    ///< as LineCounters::late
+  Duration lateness{};       ///< the largest, since the reply was due
+  Duration patience{};       ///< so much longer than its reply time it is waited for
+  /// Exchanges in a row whose replies come a request late, as probes show.
+  std::uint32_t behind = 0;
   std::uint32_t doubled = 0;   ///< exchanges behind whose reply came another, different one
   std::uint32_t rechecks = 0;  ///< reads for the second time before a reading counts
   std::array<std::uint32_t, kWriteEnds> writes{};  ///< of points, indexed by WriteEnd

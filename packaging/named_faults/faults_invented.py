@@ -7,6 +7,9 @@ import ports as p
 from fault import Fault, family
 
 OTHER = "gap|second master|power|bit rate"
+WEIGHT = ("{ name: weight, read: number, type: float64 }",)
+ROW = tuple(f"{{ name: p{i}, read: holding {i}, type: uint16 }}" for i in range(10))
+BLOCKS = ROW + tuple(f"{{ name: q{i}, read: holding {500 + i}, type: uint16 }}" for i in range(10))
 LONG = ("{ name: speed, read: holding 10, type: uint16 }", "{ name: label, read: holding 100, type: string(60) }")
 
 
@@ -21,6 +24,18 @@ def swapped_pairs(x):
     for i in range(2, len(data) - 1, 2):
         data[i], data[i + 1] = data[i + 1], data[i]
     return x.slave.with_pdu(x.request, bytes(data))
+
+
+def high_bytes(x):
+    """Each register is 11xx."""
+    body = bytearray(x.slave.pdu(x.reply))
+    body[2::2] = b"\x11" * len(body[2::2])
+    return x.slave.with_pdu(x.request, bytes(body))
+
+
+def block_of(x):
+    """The first register that is asked for."""
+    return int.from_bytes(x.slave.request_pdu(x.request)[1:3], "big")
 
 
 def echoed_byte(x):
@@ -93,7 +108,7 @@ INVENTED = family(
 ) + family(
     "half dead",
     Fault("answers probes only", "spa", lambda x: m.well(x) if b"RF" in x.request else [], "answers|polls|single|no answer", "points|profile|quiet|poll|restart", "bit rate|second master"),
-    Fault("always busy", "rtu tcp", m.sends(m.exception(6)), "exception 06", "poll", OTHER),
+    Fault("always busy", "rtu tcp", m.sends(m.exception(6)), "exception 06", "programming|local|restart", OTHER + "|poll"),
     Fault("restarts every 9 s for 3 s", "rtu spa tcp", m.by_time(m.silent, 9, 3), "away|outage|restart", "power|restart|wire", "gap|second master|bit rate"),
     Fault("slower and slower", "rtu tcp", m.growing(0.03), "late|after the request", "timing: \\{ reply", "power|second master|bit rate"),
     Fault("answers from its boot loader", "rtu spa", m.sends(m.only(b"Boot v1.2> ")), "text", "take it off|console|port", OTHER),
@@ -103,4 +118,19 @@ INVENTED = family(
     Fault("exception 04 on one request", "rtu tcp", m.of_request(b"\0\x28", m.sends(m.exception(4))), "exception 04", "fault of its own|restart|manual", OTHER),
     Fault("wrong function now and then", "rtu", m.now_and_then(m.sends(m.pdu(lambda q: bytes([q[0] ^ 4]) + q[1:]))), "function|not fit|other request", "firmware|keep|master|serial server", "gap|power|bit rate"),
     Fault("silent but for the first request", "rtu tcp spa", lambda x: m.well(x) if x.number == 0 else [], "not a byte comes any more|offline|not a byte", "power|wire|server|unit", "bit rate|second master"),
+) + family(
+    "as strangers tried it",
+    Fault("each byte comes twice", "rtu spa dcon dcon0 ascii set", m.sends(lambda x: bytes(b for c in x.reply for b in (c, c))), "comes twice", "terminat|repeater", OTHER),
+    Fault("single losses at random", "rtu spa dcon set", lambda x: m.well(x) if x.random.random() > 0.3 else [], "single requests get no answer", "wire|plug|noise", "gap|away|restart|bit rate|quiet"),
+    Fault("two of three requests lost", "rtu spa dcon", lambda x: m.well(x) if x.number % 3 == 0 else [], "single requests get no answer", "wire|plug|noise", "gap|away|restart|bit rate", "beside"),
+    Fault("high bytes 11 swallowed", "rtu", m.sends(lambda x: high_bytes(x).replace(b"\x11", b"")), "11 are missing", "XON", OTHER, points=ROW),
+    Fault("silent to one block", "rtu ascii", m.of_request(b"\3\0", lambda x: [] if block_of(x) >= 500 else m.well(x)), "does not answer the request for q.*holding 50", "take these points out", OTHER + "|away|noise", points=BLOCKS),
+    Fault("Modbus master on the line", "dcon spa", m.well, "Modbus RTU", "line of its own|separate", OTHER, events=((0.77, lambda s: b"\x04\x03\x00\x00\x00\x02\xc4\x5e"),)),
+    Fault("parity: 00 in place", "spa ascii", m.sends(lambda x: bytes(0 if bin(c).count("1") & 1 else c for c in x.reply)), "parity", "parity", "gap|second master|power"),
+    Fault("parity: nothing but 00", "spa", m.sends(lambda x: bytes(len(x.reply))), "parity", "parity", "gap|second master|power"),
+    Fault("no carriage return", "dcon dcon0", m.sends(lambda x: x.reply.replace(b"\r", b"")), "line end|last byte|carriage", "raw|converter", OTHER + "|first byte"),
+    Fault("sum without its first character", "dcon", m.sends(lambda x: x.reply[:-3] + b"%02X\r" % ((int(x.reply[-3:-1], 16) - x.reply[0]) & 255)), "leaves out the '[>!]'", "firmware|checksum: false", OTHER + "|first byte"),
+    Fault("number with two values", "reader", None, "2 numbers", "read: number", "poll|gap|bit rate", device="form: text", points=WEIGHT, events=((0.7, lambda s: b"GS  12.35kg NT  10.10kg\r\n"),)),
+    Fault("codes without an end", "reader", None, "no end", "end: \"\"", "poll|gap|bit rate", device="form: text, end: \"0x0D\"", points=WEIGHT, events=((1.7, lambda s: b"4006381333931"),)),
+    Fault("nobody reads", "reader", None, "normal", "something has", "poll", device="form: text, max_age: 18250d", points=WEIGHT),
 )

@@ -145,8 +145,8 @@ class Gateway:
                 made["round_trips"].update(count=0, mean_us=0, p50_us=0, p99_us=0, histogram=[])
             made["hour"]["minutes"] = [minute_of(wrong, n) for n in range(60)]
             if wrong == "silent":
-                made["advice"] = [f"has never answered: not a byte came: check its power, its wire and its address "
-                                  f"({number + 1})", f"{devices[0][0]} answers on the same line"]
+                made["advice"] = [f"has never answered: not a byte came: check its power and wire, then its address "
+                                  f"({number + 1}), bit rate, parity and protocol (9600 7E1, spabus)", f"{devices[0][0]} answers on the same line"]
             if wrong == "disabled":
                 made.update(state="disabled", age_ms=None, exchanges=0)
                 made["hour"].update(answered=0, failed=0)
@@ -155,8 +155,7 @@ class Gateway:
             if wrong == "noisy":
                 made.update(state="degraded", last_outcome="no_reply", last_reason="no answer came")
                 made["advice"] = [
-                    "7 of 32 exchanges failed: single requests get no answer: noise, or it is asked too fast (set "
-                    "timing: { quiet: 50ms } at the device, or raise its poll)"]
+                    "7 of 32 exchanges failed: single requests get no answer: noise, a bad wire or plug at its end"]
                 made["hour"].update(availability=0.97, outages=2)
             if wrong == "late":
                 made["advice"] = ["late: its replies come up to 380 ms after the request, and timing.reply is 300 "

@@ -25,8 +25,8 @@ DeviceTrouble JudgeName(const config::Identity& identity, std::string_view says)
   const std::string shown = Printable(ToBytes(Trim(says)));
   if (const auto other = identity.others.find(spoken); other != identity.others.end()) {
     return {Reason::other_module, "the device is not what its profile says: it calls itself '" +
-                                      shown + "', which the profile " + other->second +
-                                      " is for; correct the profile, or say identity: ignore"};
+                                      shown + "': set profile: " + other->second +
+                                      ", or correct its address"};
   }
   return {Reason::none, "it calls itself '" + shown + "', which its profile does not list (" +
                             Listed(identity.names) + "); its values are served all the same"};

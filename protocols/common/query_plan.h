@@ -305,6 +305,8 @@ PlanChange QueryPlan<Key>::OnSilent(std::size_t query) {
   if (first.heard || ++first.silences < kSilencesOfARefusal) return PlanChange::nothing;
   first.silences = 0;
   if (Cut(query)) {
+    // The parts are suspected already: one more silence is enough.
+    ForItemsOf(query, [](Item& item) { item.silences = kSilencesOfARefusal - 1; });
     Make();
     return PlanChange::split;
   }

@@ -18,10 +18,10 @@ constexpr std::array<Identification::Question, 4> kRound = {
     {{kAskName, false}, {kAskType, false}, {kAskName, true}, {kAskType, true}}};
 constexpr int kOwnMode = 2;  // questions of the round
 
-constexpr std::string_view kAdvice = "; correct the profile or the module, or say identity: ignore";
+constexpr std::string_view kAdvice = ": correct the profile, the address or the module";
 
 constexpr const char* kAdviceOnInputs =
-    " (bad until then: correct the unit, the input's type or its wiring, or say identity: ignore)";
+    " (bad until then: correct the unit, the input's type or its wiring)";
 
 std::string_view WordOf(unsigned format) {
   constexpr std::string_view kWords[] = {"engineering", "percent", "hex", "ohms"};

@@ -54,6 +54,11 @@ std::optional<Recognised> OfLine(std::string_view line, std::string_view asked,
   }
   const bool fits = line.size() > 3 && ChecksumFits(line, kChecksum);
   if (fits && !checksum) return OtherChecksum(true);
+  if (!fits && checksum && line.size() > 4 && ChecksumFits(line.substr(1), kChecksum)) {
+    return Recognised{Recognised::What::other_setting,
+                      "its checksum leaves out the '" + std::string(line.substr(0, 1)) + "'",
+                      "update its firmware, or set checksum: false here and in the module"};
+  }
   if (!fits && checksum && IsBare(line, asked, settings.width)) return OtherChecksum(false);
   if (line[0] != '>' && line.substr(1, 2) != asked.substr(1, 2) && fits == checksum) {
     return Recognised{Recognised::What::other_device,

@@ -208,7 +208,8 @@ void AssignChannels(Fields& fields, const Settings& settings, std::size_t expect
                        std::to_string(count) + " values came where " + std::to_string(expected) +
                            " channels are configured; if some are disabled in the module, set "
                            "enable_mask",
-                       "set channels: " + std::to_string(count) + " at the device, or enable_mask");
+                       "use the profile of a module with " + std::to_string(count) +
+                           " channels, or set enable_mask");
     return;
   }
   for (std::size_t i = 0; i < count; ++i) fields.fields[i].channel = enabled[i];

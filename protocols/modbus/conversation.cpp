@@ -54,9 +54,9 @@ const char* RemedyOf(std::uint8_t exception) {
     case kBusy:
       return "raise its poll";
     case kNoPath:
-      return "check the route of that gateway to it, and its port";
+      return "is its unit number right, and known to that gateway? Check its route and port";
     case kNoTarget:
-      return "check the device behind it: power, wire and address";
+      return "check its power, wire and address there";
     case kDeviceFailure:
     case kParityError:
       return "a fault of its own: look at it, restart or replace it";

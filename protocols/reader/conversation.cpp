@@ -2,6 +2,8 @@
 #include "protocols/reader/conversation.h"
 
 #include <algorithm>
+#include <tuple>
+#include <utility>
 
 #include "gateway/base/text.h"
 #include "protocols/reader/codec.h"
@@ -51,6 +53,31 @@ Standing StandingOf(const Settings& settings) {
 
 bool IsNoTag(const std::string& text, const Settings& settings) {
   return settings.form == Form::tag && text.find_first_not_of('0') == std::string::npos;
+}
+
+/// Reason and remedy.
+std::pair<std::string, std::string> WhyNoNumber(std::string_view text) {
+  constexpr std::string_view kNumber = "0123456789.";
+  constexpr std::string_view kDigit = "0123456789";
+  const std::string quoted = "'" + std::string(text.substr(0, kMostQuoted)) + "'";
+  int numbers = 0;
+  bool sign_behind = false;
+  for (std::size_t at = text.find_first_of(kDigit); at != std::string_view::npos;
+       at = text.find_first_of(kDigit, at)) {
+    ++numbers;
+    at = std::min(text.find_first_not_of(kNumber, at), text.size());
+    sign_behind = sign_behind || (at < text.size() && text[at] == '-');
+  }
+  if (sign_behind && numbers == 1) {
+    return {"the sign stands behind the number in " + quoted,
+            "set the indicator to a sign in front of it"};
+  }
+  if (numbers > 1) {
+    return {std::to_string(numbers) + " numbers in " + quoted,
+            "write the characters of the one that is wanted at the point: read: number FROM-TO"};
+  }
+  return {"no number in " + quoted,
+          "look at the indicator (overload?), and whether read: number fits what it sends"};
 }
 
 }  // namespace
@@ -125,9 +152,7 @@ Answer ReaderConversation::OnUnasked(View message, Now received) {
     if (item.kind != Item::Kind::number) continue;
     const Decoded number = NumberIn(item, *text);
     if (!IsGood(number.quality)) {
-      answer.reason = "no number in '" + text->substr(0, kMostQuoted) + "'";
-      answer.remedy =
-          "look at the indicator (overload?), and whether read: number fits what it sends";
+      std::tie(answer.reason, answer.remedy) = WhyNoNumber(*text);
     }
     if (!IsGood(number.quality) && !had_number_[point]) continue;
     had_number_[point] = true;

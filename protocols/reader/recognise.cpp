@@ -85,6 +85,10 @@ std::optional<Recognised> OtherText(View heard, const Settings& settings) {
     return Other("its messages do not begin with " + Code(*settings.start) + said,
                  "set start to what it sends; or a converter eats the first byte");
   }
+  if (settings.end && std::ranges::all_of(heard, IsShown)) {
+    return Other("its messages have no end character" + said,
+                 "set end: \"\" at the device, so that silence ends them");
+  }
   if (settings.end && !has(*settings.end)) {
     return Other("its messages do not end with " + Code(*settings.end) + said,
                  "set end to what it sends");

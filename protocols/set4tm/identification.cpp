@@ -120,10 +120,8 @@ void Identification::Judge() {
     return;
   }
   if (device_.identity.ignore) return;
-  const std::string code = NameOfType(*type_).substr(0, 1);
   trouble_ = {Reason::other_module,
-              "the module is not what its profile says: the meter is of " + what +
-                  "; correct the profile or the address, or say types: [\"" + code + "\"]"};
+              "the meter is of " + what + ": correct the profile or the address"};
 }
 
 /// Before the meter has been asked (`baudgate decode`) the profile has the word.

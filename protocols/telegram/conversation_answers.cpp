@@ -7,6 +7,13 @@
 #include "protocols/telegram/conversation.h"
 
 namespace baudgate::protocols::telegram {
+namespace {
+
+constexpr const char* kNotReady =
+    "is what it measures unstable (vibration, draught, load), or is it in a menu?";
+
+}  // namespace
+
 Answer TelegramConversation::AnswerOf(std::size_t telegram, const Bound& sent, View frame) const {
   const Reply reply = DecodeReply(TelegramOf(telegram), frame, sent);
   Answer answer{reply.outcome, reply.reason};
@@ -16,6 +23,7 @@ Answer TelegramConversation::AnswerOf(std::size_t telegram, const Bound& sent, V
 
 void TelegramConversation::AddReadings(std::size_t telegram, const Bound& sent, const Reply& reply,
                                        Answer& answer) const {
+  if (reply.outcome == Outcome::busy) answer.remedy = kNotReady;
   const bool refused = reply.outcome == Outcome::unsupported;
   if (reply.outcome != Outcome::ok && !refused) return;
   for (std::size_t i = 0; i < reads_.size(); ++i) {

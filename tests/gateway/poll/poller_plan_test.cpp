@@ -36,6 +36,24 @@ TEST(Poller, APollWhoseQueryWentWithTheProbeBeforeItIsNotAsked) {
   EXPECT_EQ(line.QualityOf(1, 0), Quality::good);
 }
 
+/// Many devices are silent to what they do not have.
+TEST(Poller, SilenceToWhatWasNeverAnsweredTellsNothingOfTheDevice) {
+  VirtualLine line(ToyLine({ToyDevice("a", "A", {"1", "2", "3", "4", "5"})}), {&ToyProtocol()});
+  const std::string_view answered = "?A1\r";
+  line.twin(0).manner.deliver = [&](View request, Bytes reply, Instant) {
+    const bool silent = AsText(request).starts_with("?A") && AsText(request) != answered;
+    return silent ? std::vector<TimedPiece>() : std::vector<TimedPiece>{{5ms, reply}};
+  };
+  line.Open();
+  line.RunFor(60s);
+  EXPECT_TRUE(Answers(line.StatusOf(0).state));
+  EXPECT_FALSE(IsBad(line.QualityOf(0, 0))) << "it is read all the time";
+  line.twin(0).manner.deliver = {};
+  line.twin(0).manner.dead = true;
+  line.RunFor(60s);
+  EXPECT_EQ(line.StatusOf(0).state, DeviceState::offline);
+}
+
 TEST(Poller, ReplanAfterAFailureIsHeard) {
   config::Device device = ToyDevice("a", "A", {"2", "L1"});
   VirtualLine line(ToyLine({device}), {&ToyProtocol()});

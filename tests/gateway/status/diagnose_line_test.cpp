@@ -47,6 +47,9 @@ TEST_F(DiagnoseTest, TroubleOfALine) {
       {[](LineStatus& line) { line.overruns = 5; },
        "the driver lost bytes 5 times: the machine is too busy, or the adapter needs flow control "
        "(rtscts)"},
+      {[](LineStatus& line) { line.restored = 11; },
+       "another program has changed the settings of the port 11 times (they were set again): keep "
+       "it away from /dev/ttyUSB0; 'baudgate ports' helps to find it"},
       {[](LineStatus& line) { line.bytes_in = 1000, line.stray_bytes = 60; },
        "60 of 1000 bytes came when nothing was asked: noise (check bias resistors and "
        "termination), "
@@ -113,6 +116,30 @@ TEST_F(DiagnoseTest, AServerThatEndsConnectionsInUse) {
                           "network"));
 }
 
+TEST_F(DiagnoseTest, APortThatHoldsWhatIsSent) {
+  line_.losses.Add(kNow.instant - 1min);
+  line_.lost_text = "/dev/ttyUSB0 takes no data: XOFF without XON";
+  EXPECT_THAT(SayOfLine(), ElementsAre("the open port was lost once in the last hour: "
+                                       "/dev/ttyUSB0 takes no data: XOFF without XON"));
+}
+
+TEST_F(DiagnoseTest, DevicesThatFellSilentAtOneMoment) {
+  for (DeviceStatus* status : {&device(), &neighbour_.status}) {
+    status->state = DeviceState::offline;
+    status->last_ok = kNow.instant - 1min;
+    Looked(*status, Symptom::silence, 20);
+  }
+  DeviceRecord third = neighbour_;
+  third.device = &config_.lines[0].devices[0];
+  third.status = {};
+  third.status.state = DeviceState::online;
+  Looked(third.status, Symptom::clean, 32);
+  const DeviceRecord all[] = {neighbour_, record_, third};
+  EXPECT_THAT(DiagnoseDevice(line_, record_, all, kNow, kStarted)[0],
+              ::testing::HasSubstr("not a byte comes any more, as from feeder-1 since the same "
+                                   "moment: look at what they share"));
+}
+
 TEST_F(DiagnoseTest, WhenNobodyAnswersTheLineIsSuspected) {
   NeverAnswered();
   Ended(Outcome::no_reply, 5);
@@ -120,8 +147,9 @@ TEST_F(DiagnoseTest, WhenNobodyAnswersTheLineIsSuspected) {
   neighbour_.status = device();
   EXPECT_THAT(
       SayOfLine(),
-      ElementsAre("none of its 2 devices answers: not a byte came: check what they share: port, "
-                  "power of the bus, wiring (A and B swapped?), bit rate and parity (9600 7E1)"));
+      ElementsAre("none of its 2 devices answers: not a byte came: check what they share: wiring "
+                  "(A and B), power, bit rate and parity (9600 7E1), direction control of the "
+                  "converter"));
   EXPECT_THAT(Say(), ElementsAre("has never answered, as no device of line 'bay-1' answers"));
   line_.exchanges = 10;
   line_.parity_errors = 4;
@@ -136,10 +164,10 @@ TEST_F(DiagnoseTest, WhenNobodyAnswersTheLineIsSuspected) {
 TEST_F(DiagnoseTest, AnOpenRingIsTheLinesTroubleAndNoDevices) {
   line_.cut_since = kNow.wall - 3min;
   line_.collisions = 40;
-  EXPECT_THAT(SayOfLine(),
-              ElementsAre("the ring is open since 14:10:20 UTC: requests used to come back and do "
-                          "no more; look for a loose or broken fibre, or a device on it without "
-                          "power. No device of the line can answer until then"));
+  EXPECT_THAT(
+      SayOfLine(),
+      ElementsAre("the ring is open since 14:10:20 UTC, as requests come back no more: look "
+                  "for a loose or broken fibre, or a device on it without power"));
   device().state = DeviceState::offline;
   EXPECT_THAT(Say(), ElementsAre("cannot be reached: the ring of line 'bay-1' is open; this says "
                                  "nothing about the device"));

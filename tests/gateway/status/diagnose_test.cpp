@@ -32,8 +32,12 @@ TEST_F(DiagnoseTest, FailuresNowAndThen) {
        "30 of 32 exchanges failed: its replies come damaged (checksum): noise or a bad "
        "wire at its end, or two devices with its address"},
       {Outcome::no_reply, 2, "",
-       "2 of 32 exchanges failed: single requests get no answer: noise, or it is asked too fast "
-       "(set timing: { quiet: 50ms } at the device, or raise its poll)"},
+       "2 of 32 exchanges failed: single requests get no answer: noise, a bad wire or plug at its "
+       "end"},
+      {Outcome::busy, 32, "exception 06",
+       "it says 'exception 06' to 32 of 32 requests: end its programming, local or test mode, or "
+       "restart it",
+       "raise its poll"},
       {Outcome::busy, 7, "function 03: exception 06, device busy",
        "it says 'function 03: exception 06, device busy' to 7 of 32 requests: raise its poll",
        "raise its poll"},
@@ -81,8 +85,9 @@ TEST_F(DiagnoseTest, ARequestThatIsNeverAnsweredBesideOthers) {
   device().queries = {{.first_point = 0, .points = 1},
                       {.first_point = 1, .points = 3, .in_vain = 5, .symptom = Symptom::silence}};
   const std::string name = record_.device->points[1].name;
-  EXPECT_THAT(Say(), ElementsAre("does not answer the request for " + name +
-                                 " and 2 more, and answers the others: take these points out "
+  EXPECT_THAT(Say(), ElementsAre("does not answer the request for " + name + " and 2 more (" +
+                                 record_.device->points[1].read +
+                                 "), and answers the others: take these points out "
                                  "of the profile, or set access: none"));
   device().queries[1].symptom = Symptom::damaged;
   Looked(device(), Symptom::damaged, 8);
@@ -102,7 +107,7 @@ TEST_F(DiagnoseTest, WhatComesBesideGoodReplies) {
   Looked(device(), Symptom::noise_before, 4);
   EXPECT_THAT(Say(),
               ElementsAre("stray bytes stand before its replies in 4 of 32 exchanges: noise while "
-                          "nobody drives the bus; check bias resistors, termination and ground"));
+                          "nobody drives the bus; check bias, termination and ground"));
   Looked(device(), Symptom::few_beside, 20, {.cause = "10 02 ... 10 03"});
   EXPECT_THAT(Say(), ElementsAre(::testing::StartsWith("stray bytes stand before its replies")))
       << "a packet stands around each";
@@ -135,6 +140,14 @@ TEST_F(DiagnoseTest, LateAnswersThatAreWaitedFor) {
   EXPECT_THAT(Say(), ElementsAre(::testing::HasSubstr("up to 380 ms")));
 }
 
+TEST_F(DiagnoseTest, RepliesThatAreAlwaysARequestLate) {
+  device().behind = 15;
+  EXPECT_THAT(Say(), IsEmpty());
+  device().behind = 16;
+  EXPECT_THAT(Say(), ElementsAre(::testing::StartsWith(
+                         "its replies answer the request before, so that each request is sent")));
+}
+
 TEST_F(DiagnoseTest, SecondRepliesAreSaidHoweverSeldom) {
   device().doubled = 1;
   EXPECT_THAT(Say(), ElementsAre(::testing::StartsWith(
@@ -151,7 +164,7 @@ TEST_F(DiagnoseTest, PointsThatAreNotGood) {
               ElementsAre("1 of 2 points are older than their max_age: its polls fail or come too "
                           "seldom",
                           "1 of 2 points have no good value (" + record_.device->points[1].name +
-                              "): it gives no value for them; does the profile fit?"));
+                              "): it sends no number for them (a decimal comma?); see trace"));
   line_.port_since = kNow.wall - 1s;
   EXPECT_THAT(Say(), ElementsAre(::testing::HasSubstr("no good value")))
       << "its polls had no chance yet";
@@ -173,13 +186,18 @@ TEST_F(DiagnoseTest, AReader) {
               ::testing::StartsWith("5 of its last 32 messages are bad: they come damaged"));
   NeverAnswered();
   device().unasked = true;
-  EXPECT_THAT(Say(), ElementsAre("has not spoken yet, and its max_age is 3s: check its power and "
-                                 "wire, then bit rate and parity (9600 7E1) and its options"));
+  EXPECT_THAT(Say(), ElementsAre("has not spoken yet, and its values are old after 3s: check its "
+                                 "power and wire, then bit rate and parity (9600 7E1) and its "
+                                 "options"));
+  config_.lines[0].devices[1].max_age = 18250 * 24h;
+  EXPECT_THAT(Say(), ElementsAre(::testing::StartsWith("has not spoken yet: normal where nothing "
+                                                       "has happened")));
   device().exchanges = 2;
   Looked(device(), Symptom::noise, 2);
-  EXPECT_THAT(Say(),
-              ElementsAre(::testing::StartsWith("no message was good yet: its replies cannot"),
-                          "feeder-1 answers on the same line"));
+  EXPECT_THAT(Say(), ElementsAre(::testing::StartsWith(
+                                     "no message was good yet: bytes come, and no message: "
+                                     "check bit rate, parity and data bits"),
+                                 "feeder-1 answers on the same line"));
 }
 
 TEST_F(DiagnoseTest, WhatAReaderHasNotReadYetIsNotMissing) {
@@ -189,6 +207,48 @@ TEST_F(DiagnoseTest, WhatAReaderHasNotReadYetIsNotMissing) {
     point.reported = Quality(Quality::bad_sensor_failure, Reason::not_ready);
   }
   EXPECT_THAT(Say(), ::testing::Each(::testing::Not(::testing::HasSubstr("no good value"))));
+}
+
+TEST_F(DiagnoseTest, WhatTheDeviceSaysOfItsPoints) {
+  const struct {
+    Quality quality;
+    std::string ends;
+  } rows[] = {
+      {Quality::bad, "it says that they are not valid, or sends another form: look at its sensors"},
+      {Quality::uncertain,
+       "it says itself that they are not certain (not stable): look at what it measures"},
+      {{Quality::bad_sensor_failure, Reason::over_range},
+       "look at the sensor, its wire and its range (a balance: its load)"},
+      {{Quality::bad_sensor_failure, Reason::sentinel},
+       "no measurement: look at what is connected to that input"},
+  };
+  for (const auto& row : rows) {
+    record_.points[1].reported = row.quality;
+    EXPECT_THAT(Say(), ElementsAre(::testing::EndsWith(row.ends)));
+  }
+  record_.points[0].reported = record_.points[1].reported;
+  EXPECT_THAT(Say(), ElementsAre(::testing::EndsWith("look at what is behind the device")));
+}
+
+TEST_F(DiagnoseTest, PointsThatItIsSilentToAreNamed) {
+  record_.points[1].reported = {Quality::bad_configuration, Reason::not_fitted};
+  Looked(device(), Symptom::silence, 9);
+  EXPECT_THAT(Say()[0], ::testing::StartsWith("does not answer the request for " +
+                                              record_.device->points[1].name + " ("));
+  Looked(device(), Symptom::refusal, 1, {.cause = "NACK 6"});
+  EXPECT_THAT(Say()[0], ::testing::Not(::testing::StartsWith("does not answer")));
+}
+
+TEST_F(DiagnoseTest, AClockThatIsNotSet) {
+  device().learned = "not told the time: this machine's clock is not known to be synchronised";
+  EXPECT_THAT(Say(), ElementsAre(::testing::StartsWith("its clock is not set, as this machine's")));
+}
+
+TEST_F(DiagnoseTest, ASpeakerThatNeverSaysWhatIsWanted) {
+  device().unasked = true;
+  record_.points[1] = {};
+  record_.age_limits[static_cast<std::size_t>(record_.device->points[1].group)].max_age = 6s;
+  EXPECT_THAT(Say(), ElementsAre(::testing::HasSubstr("nothing that it sends has them")));
 }
 
 TEST_F(DiagnoseTest, DoubtIsNotTheDevicesReport) {

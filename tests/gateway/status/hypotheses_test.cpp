@@ -62,9 +62,10 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
   const Row rows[] = {
       {{{silence, 20}},
        "not a byte came: check its power and wiring (A and B swapped?), then its settings (address "
-       "2, 9600 7E1)"},
+       "2, 9600 7E1, spabus)"},
       {{{silence, 20}},
-       "not a byte came: check its power, its unit (2) and what is behind tcp://10.0.0.7:502",
+       "not a byte came: check its power, its unit (2) and what is behind tcp://10.0.0.7:502; if "
+       "that passes RTU on: protocol: modbus_rtu",
        false,
        false,
        true},
@@ -178,8 +179,8 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
         {silence, 2, {.idle = 20ms}},
         {clean, 4, {.idle = 600ms}},
         {silence, 2, {.idle = 90ms}}},
-       "single requests get no answer: noise, or it is asked too fast (set timing: { quiet: 50ms } "
-       "at the device, or raise its poll)",
+       "single requests get no answer: noise, a bad wire or plug, or another program that reads "
+       "the port (fuser -v /dev/ttyUSB0)",
        true,
        false,
        false,
@@ -254,7 +255,8 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        true,
        "the server has closed the connection"},
       {{{silence, 6}, {zeros, 5}},
-       "not a byte came: check its power, its wire and its address (2) | nothing but 00 or FF "
+       "not a byte came: check its power and wire, then its address (2), bit rate, parity and "
+       "protocol (9600 7E1, spabus) | nothing but 00 or FF "
        "comes: check A and B, the bias resistors and who drives "
        "the line, then the bit rate (9600 7E1)",
        false,
@@ -271,6 +273,48 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        true},
       {{{silence, 3}, {clean, 6}, {silence, 4}, {clean, 6}, {silence, 4}, {clean, 6}},
        "it is away for some time and comes back: look for restarts, its power and a loose wire",
+       true,
+       false,
+       false,
+       "",
+       true},
+      {{{silence, 2},
+        {clean, 1},
+        {silence, 2},
+        {clean, 1},
+        {silence, 2},
+        {clean, 1},
+        {silence, 2},
+        {clean, 1},
+        {silence, 2},
+        {clean, 1},
+        {silence, 2},
+        {clean, 1},
+        {silence, 2},
+        {clean, 1}},
+       "single requests get no answer: noise, a bad wire or plug at its end",
+       true,
+       true,
+       false,
+       "",
+       true},
+      {{{zeros, 9, {.bytes = 14}}},
+       "nothing but 00 or FF comes (14 bytes): each character has a wrong parity; set it alike "
+       "(9600 7E1), or look for A and B swapped"},
+      {{{text, 9, {.cause = "'S S 1.0 g'", .remedy = "switch it off"}}},
+       "text comes in place of replies ('S S 1.0 g'): switch it off"},
+      {{{tail_lost, 9, {.bytes = 4, .expected = 7}}},
+       "its replies break off (4 of 7 bytes came): a driver lets go of the bus too early, or the "
+       "buffer of a converter is too small"},
+      {{{tail_lost, 9, {.bytes = 8, .cause = "its line end"}}},
+       "its replies break off before their line end (CR): a converter takes it out (set it to "
+       "raw), or cuts them off"},
+      {{{clean, 2, {.expected = 4}},
+        {damaged, 5, {.bytes = 14, .specials = kEvenByte}},
+        {clean, 2, {.expected = 4}},
+        {damaged, 5, {.bytes = 14, .specials = kEvenByte}}},
+       "no character of its replies has its eighth bit: the port or a converter in between has 7 "
+       "data bits; set 8 (now 9600 7E1)",
        true,
        false,
        false,

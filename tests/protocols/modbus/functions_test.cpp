@@ -212,7 +212,7 @@ TEST_F(ModbusNames, OfAnotherProfileAreAContradiction) {
   Talk talk(ModbusRtuProtocol(), Listing({"Meter 7"}));
   AskedBy(talk, {{objects_, Product("Other 5")}, {read_, value_}});
   EXPECT_EQ(talk->trouble().reason, Reason::other_module);
-  EXPECT_NE(talk->trouble().text.find("which the profile other-5 is for"), std::string::npos)
+  EXPECT_NE(talk->trouble().text.find("set profile: other-5"), std::string::npos)
       << talk->trouble().text;
   EXPECT_EQ(AskedBy(talk, {{objects_, Product("Meter 7")}, {read_, value_}}),
             (std::vector{objects_, read_}))

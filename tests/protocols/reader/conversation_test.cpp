@@ -167,6 +167,10 @@ TEST_F(ReaderConversationTest, ATextIsACodeAndANumber) {
   answer = HearText("OL\r", 1h + 2s);
   EXPECT_EQ(Shown(answer, 1), "bad: sensor failure") << "never a number that looks real";
   EXPECT_EQ(Shown(answer, 2), "OL");
+  EXPECT_EQ(HearText("GS 12.3kg NT 10.1kg\r", 1h + 3s).reason,
+            "2 numbers in 'GS 12.3kg NT 10.1kg'");
+  EXPECT_EQ(HearText("12.35-kg\r", 1h + 4s).reason,
+            "the sign stands behind the number in '12.35-kg'");
 }
 
 TEST_F(ReaderConversationTest, CharactersBeyondAsciiAreDamage) {

@@ -28,6 +28,7 @@ TEST(ReaderRecognise, SaysWhatIsOtherwiseThanConfigured) {
        "its messages do not begin with 0x02 ('ST,+1.5kg')"},
       {"text", "0x02", "0x03", "\x02ST,+1.5kg\r\n",
        "its messages do not end with 0x03 ('ST,+1.5kg')"},
+      {"text", "", "0x0D", "4006381333931", "its messages have no end character ('4006381333931')"},
       {"text", "0x02", "0x03", "\x02ST,+1.5kg\x03", ""},
   };
   for (const auto& row : rows) {

@@ -21,8 +21,7 @@ TEST(Designation, OnlyANameThatAnotherProfileListsContradicts) {
   EXPECT_EQ(JudgeName(identity, "spcj 4d29").text, "");
   const DeviceTrouble foreign = JudgeName(identity, "SPAU 130 C");
   EXPECT_EQ(foreign.reason, Reason::other_module);
-  EXPECT_NE(foreign.text.find("which the profile spau130c is for"), std::string::npos)
-      << foreign.text;
+  EXPECT_NE(foreign.text.find("set profile: spau130c"), std::string::npos) << foreign.text;
   const DeviceTrouble unknown = JudgeName(identity, "SPAJ 140 X");
   EXPECT_FALSE(unknown);
   EXPECT_NE(unknown.text.find("does not list (SPCJ 4D29, SPAJ 140 C)"), std::string::npos)
