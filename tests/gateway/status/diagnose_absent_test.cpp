@@ -21,10 +21,11 @@ TEST_F(DiagnoseTest, AnAbsentDeviceSaysSinceWhenWhyAndWhenItsReturnIsNoticed) {
   NeverAnswered();
   EXPECT_THAT(Say(), ElementsAre("not asked yet"));
   Ended(Outcome::no_reply, 34);
-  EXPECT_THAT(Say(),
-              ElementsAre("has never answered: not a byte came: check its power, its wire and its "
-                          "address (2)",
-                          "feeder-1 answers on the same line"));
+  EXPECT_THAT(
+      Say(),
+      ElementsAre("has never answered: not a byte came: check its power and wire, then its address "
+                  "(2), bit rate, parity and protocol (9600 7E1, spabus)",
+                  "feeder-1 answers on the same line"));
 }
 
 TEST_F(DiagnoseTest, ADeviceOnItsWayBackIsNotTalkedAbout) {

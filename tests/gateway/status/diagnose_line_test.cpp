@@ -44,12 +44,12 @@ TEST_F(DiagnoseTest, TroubleOfALine) {
       {[](LineStatus& line) { line.parity_errors = 34, line.framing_errors = 3; },
        "the driver has counted 34 parity and 3 framing errors since the port was opened: noise, "
        "bad termination, or a device with settings of its own"},
-      {[](LineStatus& line) { line.overruns = 5; },
-       "the driver lost bytes 5 times: the machine is too busy, or the adapter needs flow control "
-       "(rtscts)"},
       {[](LineStatus& line) { line.restored = 11; },
        "another program has changed the settings of the port 11 times (they were set again): keep "
        "it away from /dev/ttyUSB0; 'baudgate ports' helps to find it"},
+      {[](LineStatus& line) { line.overruns = 5; },
+       "the driver lost bytes 5 times: the machine is too busy, or the adapter needs flow control "
+       "(rtscts)"},
       {[](LineStatus& line) { line.bytes_in = 1000, line.stray_bytes = 60; },
        "60 of 1000 bytes came when nothing was asked: noise (check bias resistors and "
        "termination), "
