@@ -58,7 +58,9 @@ class PointStoreTest : public ::testing::Test {
     Changes changes;
     feed_->Drain(Instant(), changes);
     std::vector<std::uint32_t> points;
-    for (const PointRef& ref : changes.points) points.push_back(ref.point);
+    for (const PointRef& ref : changes.points) {
+      if (ref.device == 0) points.push_back(ref.point);
+    }
     return points;
   }
   std::vector<std::uint32_t> AgedAt(Duration at) {

@@ -9,6 +9,7 @@
 #include <fstream>
 #include <optional>
 #include <sstream>
+#include <thread>
 
 #include "tests/support/virtual_line.h"
 
@@ -135,9 +136,11 @@ TEST_F(RecordingsTest, AFolderThatCanNotBeWrittenIsSaid) {
 
 TEST_F(RecordingsTest, WhatAFullDiskDidNotTakeIsTriedAgain) {
   // What is written into the part goes to a device without room.
-  fs::create_symlink("/dev/full", folder_ / ".bay-1.trace.part");
+  const fs::path part = folder_ / ".bay-1.trace.part";
+  fs::create_symlink("/dev/full", part);
   Begin(folder_);
   Save(kTime);
+  while (fs::is_symlink(part)) std::this_thread::yield();
   End();
   ASSERT_THAT(warnings_, SizeIs(2));
   EXPECT_THAT(warnings_[0], HasSubstr("the disk is full"));
