@@ -63,8 +63,10 @@ struct LineEnd {
   std::string_view bytes;
   const char* name;
 };
-constexpr LineEnd kLineEnds[] = {
-    {"\r", "a carriage return"}, {"\n", "a line feed"}, {"\r\n", "CR LF"}};
+constexpr LineEnd kLineEnds[] = {{"\r", "a carriage return"},
+                                 {"\n", "a line feed"},
+                                 {"\r\n", "CR LF"},
+                                 {"\n\n", "two line feeds"}};
 
 /// It is whole with another end of its line.
 std::optional<Finding> OtherLineEnd(const Hearing& hearing, View heard) {

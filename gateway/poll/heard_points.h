@@ -6,6 +6,7 @@
 //   silence to p at 2 s     of the device
 //   silence to q at 2 s     of q
 //   silence to q at 12 s    of the device: nothing of it has come for long
+//   a late reply            and for ten minutes silence is lateness, and tells of the device
 //
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -24,7 +25,9 @@ class HeardPoints {
   void Clear() {
     heard_.clear();
     last_.reset();
+    late_.reset();
   }
+  void OnLate(Instant now) { late_ = now; }
   void OnValue(std::size_t point, Instant now) {
     if (heard_.size() <= point) heard_.resize(point + 1);
     heard_[point] = true;
@@ -32,15 +35,18 @@ class HeardPoints {
   }
   bool TellsOfDevice(const std::vector<std::size_t>& points, Instant now) const {
     if (!last_ || now - *last_ > kTrusted) return true;
+    if (late_ && now - *late_ < kLate) return true;
     return std::ranges::any_of(
         points, [this](std::size_t point) { return point < heard_.size() && heard_[point]; });
   }
 
  private:
   static constexpr Duration kTrusted = 10s;
+  static constexpr Duration kLate = 10min;
 
   std::vector<bool> heard_;
   std::optional<Instant> last_;
+  std::optional<Instant> late_;
 };
 
 }  // namespace baudgate

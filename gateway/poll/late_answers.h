@@ -35,8 +35,6 @@ class LateAnswers {
     std::string warning;
   };
   Stray OnStray(const StrayBytes& stray, Instant now);
-  /// Its late answer was found in the exchange of another device.
-  void OnLate(const Member& member, Duration lateness) { patience_.OnLate(member, lateness); }
 
   /// What the end means for the next requests. `in_step`: its replies are proven to belong to their
   /// requests, so that it owes none.

@@ -35,10 +35,8 @@ void Poller::Send() {
   if (const auto more = examiner_.More()) ledger_.devices.OnMore(*examiner_.member(), *more);
   while (const auto late = examiner_.TakeLate()) {
     ledger_.devices.OnMore(*late->member, late->finding, late->back);
-    if (late->lateness > Duration::zero()) {
-      owed_.late.OnLate(*late->member, late->lateness);
-      TellLate(*late->member, late->lateness);
-    }
+    // It is not waited for any longer: its neighbours would pay for that.
+    if (late->lateness > Duration::zero()) TellLate(*late->member, late->lateness);
   }
   const Request& request = run_.Send();
   examiner_.Begin(*run_.job()->member, request, run_.job()->member->times, now_.instant);
@@ -94,6 +92,7 @@ void Poller::OnStray(const StrayBytes& stray) {
 }
 
 void Poller::TellLate(const Member& member, Duration lateness) {
+  if (member.device != nullptr) member.device->heard.OnLate(now_.instant);
   ledger_.line.OnLate();
   ledger_.devices.OnLate(member, lateness);
   ledger_.devices.OnPatience(member, owed_.late.PatienceFor(member));

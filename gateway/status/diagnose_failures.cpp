@@ -80,6 +80,7 @@ bool IsDamage(Symptom symptom) {
 /// What is only asked seldom any more, because the device was silent to it beside answers to
 /// others.
 Sentences SilentPoints(const DeviceRecord& record, const Evidence& evidence) {
+  if (record.status.unasked) return {};
   const bool silent = evidence.Count(Symptom::silence) == evidence.failed;
   if (!silent || !evidence.Last(Symptom::refusal).cause.empty() || IsAbsent(record.status))
     return {};

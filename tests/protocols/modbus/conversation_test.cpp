@@ -137,8 +137,7 @@ TEST(ModbusConversation, ABlockThatIsNeverAnsweredIsTakenForRefused) {
   EXPECT_EQ(Exchange(talk, Poll(1), "").then, Then::replan);
   ASSERT_EQ(talk->Queries().size(), 3U);
   EXPECT_EQ(Exchange(talk, Poll(2), "03 02 0001").outcome, Outcome::ok);
-  for (int i = 0; i < 2; ++i) EXPECT_EQ(Exchange(talk, Poll(1), "").then, Then::done);
-  EXPECT_EQ(Exchange(talk, Poll(1), "").then, Then::replan);
+  EXPECT_EQ(Exchange(talk, Poll(1), "").then, Then::replan) << "a part is suspected already";
   EXPECT_EQ(Asked(talk, Poll(2)), "03 00 64 00 01");
   EXPECT_EQ(talk->Queries()[2].group, Group::slow);
   for (int i = 0; i < 9; ++i) EXPECT_EQ(Exchange(talk, Poll(1), "").then, Then::done);
