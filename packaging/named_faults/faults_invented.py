@@ -132,5 +132,5 @@ INVENTED = family(
     Fault("sum without its first character", "dcon", m.sends(lambda x: x.reply[:-3] + b"%02X\r" % ((int(x.reply[-3:-1], 16) - x.reply[0]) & 255)), "leaves out the '[>!]'", "firmware|checksum: false", OTHER + "|first byte"),
     Fault("number with two values", "reader", None, "2 numbers", "read: number", "poll|gap|bit rate", device="form: text", points=WEIGHT, events=((0.7, lambda s: b"GS  12.35kg NT  10.10kg\r\n"),)),
     Fault("codes without an end", "reader", None, "no end", "end: \"\"", "poll|gap|bit rate", device="form: text, end: \"0x0D\"", points=WEIGHT, events=((1.7, lambda s: b"4006381333931"),)),
-    Fault("nobody reads", "reader", None, "normal", "something has", "poll", device="form: text, max_age: 18250d", points=WEIGHT),
+    Fault("nobody reads", "reader", None, "normal", "something has", "poll", device="form: text", points=WEIGHT),
 )
