@@ -1,4 +1,4 @@
-// What a failed call of the system means for users, and what helps.
+// Names the cause and the cure of a failed system call in words for users.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -8,13 +8,13 @@
 
 namespace baudgate {
 
-/// Of errno. "too many open files; raise LimitNOFILE of the service (ulimit -Hn)".
+/// `error`: an errno. "too many open files; raise LimitNOFILE of the service (ulimit -Hn)".
 std::string SystemTrouble(int error);
 
-/// This process may open no file more.
+/// The process has used up its file descriptors.
 bool NoFileLeft();
 
-/// The bytes that a file of this process may have. Nothing: as many as it likes.
+/// The largest size of a file that this process may write, in bytes. Nothing: no limit.
 std::optional<std::size_t> MostFileBytes();
 
 }  // namespace baudgate

@@ -15,15 +15,15 @@ namespace baudgate {
 /// From any thread.
 class FileTroubles {
  public:
-  /// Of one writer, by the name of its file: takes what is wrong by now; empty: nothing is. It
-  /// outlives this.
+  /// For the writer of `file`: call it with what is wrong now, or with an empty text when the file
+  /// can be written again. It may outlive this object.
   std::function<void(const std::string& trouble)> Reporter(const std::string& file);
   std::vector<std::string> all() const { return held_->All(); }
 
  private:
   struct Held {
     std::vector<std::string> All() const;
-    /// What was said of it before.
+    /// Returns the trouble that was set before.
     std::string Set(const std::string& file, const std::string& trouble);
 
     mutable Mutex mutex;

@@ -1,4 +1,4 @@
-// What outputs ask of lines goes from here to the line that is meant: writes, loans of its port,
+// Passes what outputs ask for to the line that is meant: writes, loans of its port,
 // whether a device is in use, its trace. From any thread.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once

@@ -26,7 +26,7 @@ class WebOutput {
     std::string trouble{};  ///< why it cannot be as wanted; empty: it can
   };
   Prepared Prepare(const config::Web& next) const;
-  /// What of it is missing; empty: nothing.
+  /// Returns what could not be applied; empty: all was.
   std::string Apply(const std::shared_ptr<const config::Config>& config, Prepared prepared);
   /// The history that may be read from now on; null: none.
   void ApplyHistory(const std::shared_ptr<const config::Config>& config,

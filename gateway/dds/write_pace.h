@@ -17,8 +17,8 @@ class WritePace {
 
   /// The next sample may be written now.
   bool MayWrite(Instant now) { return now >= held_until_ && pacer_.Take(now); }
-  /// What the writer said to it. False: the same sample is to be written later; the writer is left
-  /// alone for 1, 2, 4, 8, 10, 10 … ms.
+  /// Takes the writer's answer. False: write the same sample again later, after a pause of 1, 2, 4,
+  /// 8, 10, 10 … ms.
   bool Took(Sent said, Instant now);
   Instant ReadyAt() const { return std::max(held_until_, pacer_.ReadyAt()); }
   /// Somebody else takes the samples.

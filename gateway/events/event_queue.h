@@ -61,7 +61,7 @@ class EventQueue {
   /// A reader has found that the file is damaged.
   void Doubt() const;
 
-  /// What the last batch of the source that is kept has said. When opened.
+  /// The text of the source's last batch in the file. Valid once the file is open.
   std::string said(Source source) const;
   EventsState state() const;
   /// While the disk fails as they will be there.

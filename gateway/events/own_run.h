@@ -17,7 +17,7 @@ class OwnRun {
     start_ = {std::move(version), at};
     ends_ = true;
   }
-  /// What the file says of the run before.
+  /// The previous run, as the file has it.
   void OnOpened(const LastRun& before) { before_ = before; }
 
   bool waits() const { return start_.has_value(); }

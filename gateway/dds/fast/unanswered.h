@@ -1,4 +1,4 @@
-// What people are told of a participant that announces itself and confirms nothing. Pure; the
+// The remark about a participant that announces itself and confirms nothing. Pure; the
 // participants come from gateway/dds/fast/participant_table.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once

@@ -16,7 +16,7 @@
 
 namespace baudgate {
 
-/// What an event says that the image did not have. Each includes those before it.
+/// How much of an event is new to the image. Each value includes those before it.
 enum class News : std::uint8_t {
   nothing,  ///< the same reading, sent once more
   reading,  ///< the same value and quality, read once more
