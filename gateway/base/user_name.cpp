@@ -3,18 +3,24 @@
 
 #include <pwd.h>
 
+#include <atomic>
 #include <cerrno>
 #include <cstddef>
+#include <future>
 #include <map>
+#include <memory>
 #include <optional>
 #include <vector>
 
 #include "gateway/base/guarded.h"
+#include "gateway/base/time.h"
+#include "gateway/base/worker.h"
 
 namespace baudgate {
 namespace {
 
 constexpr std::size_t kMostRemembered = 256;
+constexpr Duration kPatience = 1s;
 
 /// An empty name: the system knows no such user. Nothing: the users cannot be read.
 std::optional<std::string> AskSystem(uid_t user) {
@@ -29,6 +35,26 @@ std::optional<std::string> AskSystem(uid_t user) {
   }
   if (found != nullptr) return found->pw_name;
   return failed == 0 ? std::optional(std::string()) : std::nullopt;
+}
+
+/// The users may be those of a server that does not answer: nothing then, after kPatience. So many
+/// calls may hang at once; no further one is begun.
+std::optional<std::string> AskInTime(uid_t user) {
+  static std::atomic<int> under_way = 0;
+  constexpr int kMostUnderWay = 4;
+  if (++under_way > kMostUnderWay) {
+    --under_way;
+    return std::nullopt;
+  }
+  auto asked = std::make_shared<std::promise<std::optional<std::string>>>();
+  auto name = asked->get_future();
+  const Status begun = StartDetached("user names", [asked, user] {
+    asked->set_value(AskSystem(user));
+    --under_way;
+  });
+  if (!begun) --under_way;
+  const bool known = begun && name.wait_for(kPatience) == std::future_status::ready;
+  return known ? name.get() : std::nullopt;
 }
 
 class Remembered {
@@ -52,7 +78,7 @@ class Remembered {
 
 std::string NameOfUser(uid_t user) {
   static Remembered remembered;
-  const auto name = AskSystem(user);
+  const auto name = AskInTime(user);
   if (!name) return remembered.Get(user);
   if (name->empty()) return std::to_string(user);
   remembered.Put(user, *name);

@@ -17,6 +17,7 @@ using log::Level;
 
 constexpr int kBadFile = 2;   // nothing of it is applied
 constexpr int kCanNotBe = 4;  // a disk fails, or a port is somebody else's
+constexpr const char* kNoAnswer = "cannot be used: its disk does not answer";
 
 control::ReloadAnswer Failed(int exit_code, std::string text) {
   control::ReloadAnswer answer;
@@ -58,12 +59,16 @@ std::string TakenBack(const std::string& file, const std::string& why) {
 }
 
 Reloader::Reloader(ReloadOptions options, Links links)
-    : options_(std::move(options)), links_(std::move(links)) {
+    : options_(std::move(options)),
+      links_(std::move(links)),
+      file_calls_("configuration", options_.disk_patience),
+      copy_calls_("config copies", options_.disk_patience),
+      refused_(options_.refused) {
   const MutexLock lock(mutex_);
   std::error_code ignored;
   state_.file = std::filesystem::absolute(options_.file, ignored).string();
   state_.applied = ReadClocks().wall;
-  state_.not_the_file = options_.not_the_file;
+  if (refused_) state_.not_the_file = TakenBack(options_.file, refused_->why);
   if (options_.kept) state_.folder = options_.kept->folder().string();
 }
 
@@ -72,35 +77,21 @@ void Reloader::Start() {
   confirmed_ =
       std::make_shared<const Applied>(Applied{std::move(options_.text_at_start), links_.running()});
   SetApplied(confirmed_);
+  if (refused_) links_.tell(true, state().not_the_file);
   if (options_.kept && (links_.keeps() || !options_.kept->empty())) {
-    const Status status = OpenFolder();
+    const Status status = Keep(ToKeep());
     if (!status) log::Warn("the configuration is not kept: {}", status.error());
   }
-  WatchFile();
+  WatchFiles();
   loop_.Start();
 }
 
-/// And says there what runs since the start.
 Status Reloader::OpenFolder() {
   if (open_) return {};
   if (!options_.kept) return Error{"there is no state folder; give one with gateway.state"};
-  if (Status status = links_.open_folder(); !status) return status;
-  open_ = true;
-  reload::KeptConfigs& kept = *options_.kept;
-  if (!options_.not_the_file.empty()) {
-    links_.tell(true, options_.not_the_file);
-    return kept.TakeBack(kept.why_taken_back());
-  }
-  const auto trial = kept.trial();
-  if (trial == reload::KeptConfigs::Trial::running) {
-    log::Warn(
-        "a configuration was on trial when the gateway ended, and nobody has confirmed it; {} has "
-        "been edited since, and runs as confirmed",
-        options_.file);
-  }
-  const bool settled = trial == reload::KeptConfigs::Trial::none;
-  if (settled && kept.confirmed() == confirmed_->text) return {};
-  return kept.Add(confirmed_->text, false);
+  const Status status = links_.open_folder();
+  open_ = status.ok();
+  return status;
 }
 
 void Reloader::Stop() {
@@ -109,6 +100,8 @@ void Reloader::Stop() {
     timer_.cancel();
     file_timer_.cancel();
   });
+  file_calls_.Stop();
+  copy_calls_.Stop();
 }
 
 control::ReloadState Reloader::state() const {
@@ -149,7 +142,7 @@ void Reloader::Confirm(const std::string& by, Answered answered) {
 }
 
 control::ReloadAnswer Reloader::Do(const control::ReloadAsk& ask) {
-  const auto text = options_.read();
+  const auto text = file_calls_.Wait(options_.read).value_or(Error{kNoAnswer});
   if (!text) return Failed(kBadFile, options_.file + ": " + text.error());
   LoadedText loaded = options_.load(*text);
   if (!loaded.config) {
@@ -167,7 +160,7 @@ control::ReloadAnswer Reloader::Do(const control::ReloadAsk& ask) {
 
 control::ReloadAnswer Reloader::Take(const control::ReloadAsk& ask, const std::string& text,
                                      config::Config next) {
-  if (ask.confirm == Duration::zero() && WasTakenBack(text)) {
+  if (ask.confirm == Duration::zero() && IsRefused(text)) {
     const std::string taken_back =
         state().not_the_file + "; to try it once more, write: baudgate reload --confirm 60s";
     if (!ask.dry_run) log::Act(Level::error, "reload: nothing is changed: {}", taken_back);
@@ -188,16 +181,16 @@ control::ReloadAnswer Reloader::Take(const control::ReloadAsk& ask, const std::s
   return difference.empty() ? Unchanged(ask, text) : Apply(ask, text, std::move(next), difference);
 }
 
-bool Reloader::WasTakenBack(const std::string& text) const {
-  return !probation_.running() && options_.kept && options_.kept->IsUnconfirmed(text);
+bool Reloader::IsRefused(const std::string& text) const {
+  return refused_ && refused_->text == text;
 }
 
 /// The text may be another all the same. What is on trial stays there.
 control::ReloadAnswer Reloader::Unchanged(const control::ReloadAsk& ask, const std::string& text) {
   const Duration trial = probation_.running() ? TrialOf(ask, *applied_->config) : Duration::zero();
   Status kept;
-  if (text != applied_->text || !state().not_the_file.empty()) {
-    kept = Keep(text, trial > Duration::zero());
+  if (text != applied_->text || refused_) {
+    kept = Keep(Next(text, trial));
     if (!kept && trial > Duration::zero()) return CanNotBeTakenBack(kept);
     SetApplied(std::make_shared<const Applied>(Applied{text, applied_->config}));
   }
@@ -215,7 +208,7 @@ control::ReloadAnswer Reloader::Apply(const control::ReloadAsk& ask, const std::
     return Failed(kCanNotBe, troubles);
   }
   // Before it is applied: whatever ends the gateway then, the next start knows.
-  const Status kept = Keep(text, trial > Duration::zero());
+  const Status kept = Keep(Next(text, trial));
   if (!kept && trial > Duration::zero()) return CanNotBeTakenBack(kept);
   const auto before = links_.healths();
   options_.notify(fmt::format("RELOADING=1\nMONOTONIC_USEC={}\nSTATUS=reads {}",
@@ -264,6 +257,7 @@ void Reloader::BeginTrial(Duration time, const reload::Healths& before) {
     timer_.cancel();
     confirmed_ = applied_;
   }
+  refused_.reset();
   const MutexLock lock(mutex_);
   state_.not_the_file.clear();
   state_.file_changed.clear();
@@ -282,21 +276,34 @@ std::string Reloader::OnTrial() const {
   return probation_.running() ? "; to be confirmed within " + FormatDuration(Left()) : "";
 }
 
-Status Reloader::Keep(const std::string& text, bool trial) {
-  Status status = OpenFolder();
-  // The disk may have been full when what is to be taken back to was applied.
-  if (status && trial && options_.kept->confirmed() != confirmed_->text) {
-    status = options_.kept->Add(confirmed_->text, false);
-  }
-  return status ? options_.kept->Add(text, trial) : status;
+/// What a start has to find, as it is now.
+reload::KeptTexts Reloader::ToKeep() const {
+  if (probation_.running()) return {confirmed_->text, applied_->text};
+  if (refused_) return {confirmed_->text, refused_->text, refused_->why};
+  return {confirmed_->text};
+}
+
+/// What a start has to find once `text` is applied.
+reload::KeptTexts Reloader::Next(const std::string& text, Duration trial) const {
+  if (trial > Duration::zero()) return {confirmed_->text, text};
+  return {text};
+}
+
+/// A write that comes too late is put right when the copies are looked at.
+Status Reloader::Keep(const reload::KeptTexts& texts) {
+  if (Status status = OpenFolder(); !status) return status;
+  const auto written =
+      copy_calls_.Wait([kept = *options_.kept, texts] { return kept.Write(texts); });
+  if (!written) return Error{options_.kept->folder().string() + " " + kNoAnswer};
+  return *written ? Status() : Status(Error{written->error()});
 }
 
 control::ReloadAnswer Reloader::DoConfirm(const std::string& by) {
   if (!probation_.running()) {
     return Failed(kBadFile, "nothing waits to be confirmed" +
-                                (state().not_the_file.empty() ? "" : ": " + state().not_the_file));
+                                (refused_ ? ": " + state().not_the_file : std::string()));
   }
-  if (const Status status = options_.kept->Confirm(); !status) {
+  if (const Status status = Keep({applied_->text}); !status) {
     return Failed(kCanNotBe, "it cannot be confirmed: " + status.error());
   }
   BeginTrial(Duration::zero(), {});
@@ -318,24 +325,52 @@ void Reloader::Watch() {
   });
 }
 
-void Reloader::WatchFile() {
+void Reloader::WatchFiles() {
   file_timer_.expires_after(kLookAtFile);
   file_timer_.async_wait([this](const asio::error_code& stopped) {
     if (stopped) return;
     LookAtFile();
-    LookAtCopy();
-    WatchFile();
+    LookAtCopies();
+    WatchFiles();
   });
 }
 
-/// A start takes it where the file is not confirmed.
-void Reloader::LookAtCopy() {
+void Reloader::LookAtFile() {
+  const bool begun = file_calls_.Offer([this, applied = applied_] {
+    asio::post(loop_.io(), [this, applied, text = options_.read()] {
+      if (applied == applied_) OnFile(text);
+    });
+  });
+  if (!begun) OnFile(Error{kNoAnswer});
+}
+
+/// What was taken back has a sentence of its own.
+void Reloader::OnFile(const Result<std::string>& text) {
+  std::string note;
+  if (!text) {
+    note = options_.file + " " + text.error();
+  } else if (*text != applied_->text && !refused_) {
+    note = options_.file +
+           " differs from what runs; 'baudgate reload --dry-run' says in what, "
+           "'baudgate reload --confirm 60s' takes it";
+  }
+  Show([&](control::ReloadState& state) { state.file_changed = note; });
+}
+
+/// Somebody may have removed or changed them, and a disk that was full may have room again.
+void Reloader::LookAtCopies() {
   if (!open_) return;
-  const std::string copy = options_.kept->confirmed_file().string();
-  const auto written = options_.kept->Restore(confirmed_->text);
+  const bool begun = copy_calls_.Offer([this, kept = *options_.kept, texts = ToKeep()] {
+    asio::post(loop_.io(), [this, written = kept.Write(texts)] { OnCopies(written); });
+  });
+  if (!begun) OnCopies(Error{options_.kept->folder().string() + " " + kNoAnswer});
+}
+
+void Reloader::OnCopies(const Result<bool>& written) {
   std::string trouble = written ? std::string() : written.error();
   if (written && *written) {
-    log::Warn("{} was not what was confirmed, which is written to it again", copy);
+    log::Warn("the copies in {} were not what they have to be, and are written again",
+              options_.kept->folder().string());
   } else if (!trouble.empty() && trouble != copy_trouble_) {
     log::Warn("the confirmed configuration is not kept: {}; it is tried every {}", trouble,
               FormatDuration(kLookAtFile));
@@ -344,24 +379,9 @@ void Reloader::LookAtCopy() {
   Show([&](control::ReloadState& state) { state.not_kept = copy_trouble_; });
 }
 
-/// What was taken back has a sentence of its own.
-void Reloader::LookAtFile() {
-  const auto text = options_.read();
-  std::string note;
-  if (!text) {
-    note = options_.file + " " + text.error();
-  } else if (*text != applied_->text && state().not_the_file.empty()) {
-    note = options_.file +
-           " differs from what runs; 'baudgate reload --dry-run' says in what, "
-           "'baudgate reload --confirm 60s' takes it";
-  }
-  Show([&](control::ReloadState& state) { state.file_changed = note; });
-}
-
 /// The file stays as it is: it is the user's, and may not be ours to write.
 void Reloader::TakeBack(const std::string& why) {
-  const Status kept = options_.kept->TakeBack(why);
-  if (!kept) log::Warn("the configuration is not kept: {}", kept.error());
+  Refused refused{applied_->text, why};
   options_.notify(fmt::format("RELOADING=1\nMONOTONIC_USEC={}\nSTATUS=takes back {}",
                               ReadClocks().instant.time_since_epoch() / 1us, options_.file));
   reload::Difference difference = reload::Compare(*links_.running(), *confirmed_->config);
@@ -371,6 +391,10 @@ void Reloader::TakeBack(const std::string& why) {
   if (!difference.empty()) missing = links_.prepare(*confirmed_->config, difference).apply();
   SetApplied(confirmed_);
   BeginTrial(Duration::zero(), {});
+  refused_ = std::move(refused);
+  // A start before this is written finds the trial, and goes back as well.
+  const Status kept = Keep(ToKeep());
+  if (!kept) log::Warn("the configuration is not kept: {}", kept.error());
   LogChanges(difference);
   const std::string said = TakenBack(options_.file, why);
   Show([&](control::ReloadState& state) {

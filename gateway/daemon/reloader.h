@@ -1,7 +1,7 @@
 // Takes a changed configuration file in while the gateway runs, when asked (SIGHUP,
 // `baudgate reload`); of an edit alone it only tells. Reads it, says what it changes, has
 // it applied, keeps what was applied, and takes it back where nobody confirms it. On a thread of
-// its own; lines, outputs and the watchdog do not wait for it.
+// its own; lines, outputs and the watchdog do not wait for it, and it does not wait for a disk.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -19,6 +19,7 @@
 #include "gateway/reload/difference.h"
 #include "gateway/reload/kept_configs.h"
 #include "gateway/reload/probation.h"
+#include "gateway/state/disk_calls.h"
 #include "gateway/status/reload_state.h"
 #include "transports/loop_thread.h"
 
@@ -28,6 +29,12 @@ namespace baudgate {
 struct LoadedText {
   std::optional<config::Config> config;
   std::vector<std::string> problems;  ///< "…yaml:7:3: …"; with a configuration: warnings
+};
+
+/// A text that was on trial and given up.
+struct Refused {
+  std::string text;
+  std::string why;
 };
 
 /// The sentence of a configuration that was given up, for log, event and status.
@@ -42,9 +49,10 @@ struct ReloadOptions {
   std::function<std::string()> summary;                     ///< what runs, for READY=1
   /// A text without its secrets; empty: nobody can tell.
   std::function<Result<std::string>(const std::string& text)> masked{};
-  std::string text_at_start;                  ///< the text that runs
-  std::string not_the_file;                   ///< see ReloadState
-  std::unique_ptr<reload::KeptConfigs> kept;  ///< null: there is no folder
+  std::string text_at_start;                ///< the text that runs
+  std::optional<Refused> refused;           ///< the text of the file, where it does not run
+  std::optional<reload::KeptConfigs> kept;  ///< nothing: there is no folder
+  Duration disk_patience = 5s;              ///< how long an answer waits for a file
 };
 
 class Reloader final : public control::ReloadService {
@@ -100,7 +108,7 @@ class Reloader final : public control::ReloadService {
                              config::Config next);
   control::ReloadAnswer Apply(const control::ReloadAsk& ask, const std::string& text,
                               config::Config next, const reload::Difference& difference);
-  bool WasTakenBack(const std::string& text) const;
+  bool IsRefused(const std::string& text) const;
   control::ReloadAnswer Unchanged(const control::ReloadAsk& ask, const std::string& text);
   control::ReloadAnswer Done(const control::ReloadAsk& ask, const reload::Difference& difference,
                              const std::string& not_kept);
@@ -110,25 +118,32 @@ class Reloader final : public control::ReloadService {
   std::string OnTrial() const;
   control::ReloadAnswer DoConfirm(const std::string& by);
   void Watch();
-  void WatchFile();
+  void WatchFiles();
   void LookAtFile();
-  void LookAtCopy();
+  void OnFile(const Result<std::string>& text);
+  void LookAtCopies();
+  void OnCopies(const Result<bool>& written);
   void TakeBack(const std::string& why);
   Status OpenFolder();
-  Status Keep(const std::string& text, bool trial);
+  reload::KeptTexts ToKeep() const;
+  reload::KeptTexts Next(const std::string& text, Duration trial) const;
+  Status Keep(const reload::KeptTexts& texts);
   void SetApplied(std::shared_ptr<const Applied> runs);
   void Show(const std::function<void(control::ReloadState&)>& change);
 
   ReloadOptions options_;
   const Links links_;
+  DiskCalls file_calls_;  // of the configuration file
+  DiskCalls copy_calls_;  // of the copies
   LoopThread loop_{"reload"};
   asio::steady_timer timer_{loop_.io()};
   asio::steady_timer file_timer_{loop_.io()};
   reload::Probation probation_;
   std::shared_ptr<const Applied> applied_;    // see SetApplied
   std::shared_ptr<const Applied> confirmed_;  // another than that while one is on trial
+  std::optional<Refused> refused_;            // what the file says, where it does not run
   bool started_ = false;
-  bool open_ = false;         // the folder is ours, and has what runs
+  bool open_ = false;         // the folder is ours
   std::string copy_trouble_;  // why the confirmed copy cannot be written, as it was said last
   mutable Mutex mutex_;
   control::ReloadState state_ BAUDGATE_GUARDED_BY(mutex_);

@@ -46,38 +46,31 @@ bool KeptConfigs::IsUnconfirmed(const std::string& text) const {
   return good && *good != text;
 }
 
-// The order of the steps counts: the power may fail behind each.
-Status KeptConfigs::Add(const std::string& text, bool trial) {
+// The power may fail after each step. A text is never beside the reason of another one, and a
+// trial that is confirmed is never gone.
+Result<bool> KeptConfigs::Write(const KeptTexts& wanted) const {
   std::error_code error;
   fs::create_directories(folder_, error);
   if (error) return Error{folder_.string() + ": " + error.message()};
-  const auto forget = [](const fs::path& file) { return StatusOf(file, RemoveFile(file)); };
-  const fs::path file = trial ? trial_file() : confirmed_file();
-  Status status = trial ? forget(why_file()) : Status();
-  if (status) status = StatusOf(file, WriteWhole(file, text));
-  if (status && !trial) status = forget(trial_file());
-  if (status && !trial) status = forget(why_file());
-  return status;
-}
-
-Result<bool> KeptConfigs::Restore(const std::string& text) {
-  if (confirmed() == text) return false;
-  std::error_code error;
-  fs::create_directories(folder_, error);
-  if (error) return Error{folder_.string() + ": " + error.message()};
-  const Status status = StatusOf(confirmed_file(), WriteWhole(confirmed_file(), text));
+  bool differed = false;
+  Status status;
+  const auto set = [&](const fs::path& file, const std::optional<std::string>& text) {
+    const bool right = text ? ReadWhole(file) == text : !IsThere(file);
+    if (!status || right) return;
+    differed = true;
+    status = StatusOf(file, text ? WriteWhole(file, *text) : RemoveFile(file));
+  };
+  const auto on_trial = ReadWhole(trial_file());
+  if (on_trial == wanted.confirmed && !wanted.trial && trial() == Trial::running) {
+    differed = true;
+    status = StatusOf(confirmed_file(), MoveFile(trial_file(), confirmed_file()));
+  }
+  set(confirmed_file(), wanted.confirmed);
+  if (on_trial != wanted.trial || !wanted.why) set(why_file(), std::nullopt);
+  set(trial_file(), wanted.trial);
+  set(why_file(), wanted.why);
   if (!status) return Error{status.error()};
-  return true;
-}
-
-Status KeptConfigs::Confirm() {
-  if (trial() != Trial::running) return {};
-  return StatusOf(confirmed_file(), MoveFile(trial_file(), confirmed_file()));
-}
-
-Status KeptConfigs::TakeBack(const std::string& why) {
-  if (trial() != Trial::running) return {};
-  return StatusOf(why_file(), WriteWhole(why_file(), why));
+  return differed;
 }
 
 }  // namespace baudgate::reload

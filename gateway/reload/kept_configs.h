@@ -18,6 +18,13 @@
 
 namespace baudgate::reload {
 
+/// What the folder has to say to the next start.
+struct KeptTexts {
+  std::string confirmed;
+  std::optional<std::string> trial{};  ///< on trial, or taken back
+  std::optional<std::string> why{};    ///< with `trial`: why it was taken back
+};
+
 class KeptConfigs {
  public:
   enum class Trial : std::uint8_t { none, running, taken_back };
@@ -39,15 +46,9 @@ class KeptConfigs {
   /// If the copy of the trial is empty or cannot be read, that is any text but the confirmed one.
   bool IsUnconfirmed(const std::string& text) const;
 
-  /// It is about to be applied: for good, or for a trial.
-  Status Add(const std::string& text, bool trial);
-  /// Somebody has removed or changed the copy of what was confirmed: it is written again. Else
-  /// nothing is done. `text`: what it has to be. Whether it had to be written.
-  Result<bool> Restore(const std::string& text);
-  /// What is on trial stays.
-  Status Confirm();
-  /// What is on trial is not wanted.
-  Status TakeBack(const std::string& why);
+  /// Writes what differs in the folder, and removes what is not wanted. Returns whether anything
+  /// differed.
+  Result<bool> Write(const KeptTexts& wanted) const;
 
  private:
   std::filesystem::path trial_file() const { return folder_ / "trial.yaml"; }

@@ -24,7 +24,9 @@ void SyncFolderOf(const std::filesystem::path& file) {
 
 int WriteWhole(const std::filesystem::path& file, std::string_view text) {
   const std::filesystem::path part = file.string() + ".part";
-  const int out = ::open(part.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0640);
+  // The open of a FIFO would wait for a reader, and a link may lead anywhere.
+  if (::unlink(part.c_str()) != 0 && errno != ENOENT) return errno;
+  const int out = ::open(part.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0640);
   if (out < 0) return errno;
   int error = 0;
   while (!text.empty() && error == 0) {

@@ -105,12 +105,19 @@ Choice Choose(const std::string& file, const config::Catalog& catalog, std::ostr
   const config::Config& config = choice.loaded.config;
   const auto folder = StateFolderOf(StatePlaces::Here(config.state), config.name);
   if (folder.empty()) return choice;
-  reload.kept = std::make_unique<reload::KeptConfigs>(folder / reload::KeptConfigs::kFolder);
-  if (!reload.kept->IsUnconfirmed(*text)) return choice;
+  reload.kept.emplace(folder / reload::KeptConfigs::kFolder);
+  if (!reload.kept->IsUnconfirmed(*text)) {
+    if (reload.kept->trial() == reload::KeptConfigs::Trial::running) {
+      err << "baudgate: a configuration was on trial when the gateway ended, and nobody has "
+             "confirmed it; "
+          << file << " has been edited since, and runs as confirmed\n";
+    }
+    return choice;
+  }
   const std::string copy = reload.kept->confirmed_file().string();
   const auto confirmed = ReadText(copy);
-  reload.not_the_file = TakenBack(file, reload.kept->why_taken_back());
-  err << "baudgate: " << reload.not_the_file << '\n';
+  reload.refused = Refused{*text, reload.kept->why_taken_back()};
+  err << "baudgate: " << TakenBack(file, reload.refused->why) << '\n';
   if (confirmed) {
     reload.text_at_start = *confirmed;
     choice.loaded = config::LoadText(*confirmed, file, catalog);

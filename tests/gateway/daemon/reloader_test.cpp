@@ -36,18 +36,22 @@ class ReloaderTest : public ::testing::Test {
     fs::remove_all(folder_);
   }
 
-  void Start(const std::string& not_the_file = {}) {
+  void Start(std::optional<Refused> refused = {}, Duration disk_patience = 1min) {
     ReloadOptions options;
-    options.not_the_file = not_the_file;
+    options.refused = std::move(refused);
+    options.disk_patience = disk_patience;
     options.file = "baudgate.yaml";
     options.text_at_start = "a";
-    options.read = [this]() -> Result<std::string> { return file_; };
+    options.read = [this, disk = disk_]() -> Result<std::string> {
+      if (disk.valid()) disk.wait();
+      return file_;
+    };
     options.load = [this](const std::string& text) {
       return LoadedText{ConfigOf(text, profile_), warnings_};
     };
     options.notify = [](const std::string&) {};
     options.summary = [] { return "runs"; };
-    options.kept = std::make_unique<reload::KeptConfigs>(folder_);
+    options.kept.emplace(folder_);
     Reloader::Links links;
     links.running = [this] { return std::make_shared<const config::Config>(running_); };
     links.keeps = [] { return true; };
@@ -91,6 +95,7 @@ class ReloaderTest : public ::testing::Test {
 
   const fs::path folder_ = fs::path(::testing::TempDir()) / "baudgate-reloader/configurations";
   std::string file_ = "a";
+  std::shared_future<void> disk_;  // where it is given, the file can be read when it is ready
   std::string profile_;
   std::vector<std::string> warnings_;
   std::vector<std::string> troubles_;
@@ -174,21 +179,28 @@ TEST_F(ReloaderTest, WhatCanNotBeKeptIsNotTriedAndSaidElse) {
 }
 
 TEST_F(ReloaderTest, WhatWasTakenBackIsTakenAgainForATrialOnly) {
-  {
-    reload::KeptConfigs kept(folder_);
-    ASSERT_TRUE(kept.Add("a", false));
-    ASSERT_TRUE(kept.Add("b", true));
-    ASSERT_TRUE(kept.TakeBack("nobody has confirmed it"));
-  }
-  Start("b was taken back");
+  Start(Refused{"b", "nobody has confirmed it"});
+  EXPECT_TRUE(reload::KeptConfigs(folder_).IsUnconfirmed("b"));
   const ReloadAnswer again = Reload("b");
   EXPECT_EQ(again.exit_code, 2);
-  EXPECT_THAT(again.text, AllOf(HasSubstr("b was taken back"), HasSubstr("reload --confirm")));
+  EXPECT_THAT(again.text, AllOf(HasSubstr("was taken back: nobody has confirmed it"),
+                                HasSubstr("reload --confirm")));
   EXPECT_EQ(Runs(), "a");
   EXPECT_TRUE(Reload("b", 60s).ok);
   EXPECT_EQ(Runs(), "b");
   EXPECT_THAT(reloader_->state().not_the_file, IsEmpty());
   EXPECT_EQ(AtAStart(), "a");
+}
+
+TEST_F(ReloaderTest, AFileWhoseDiskHangsIsAnsweredAndReadAgain) {
+  std::promise<void> disk;
+  disk_ = disk.get_future().share();
+  Start({}, Duration::zero());
+  const ReloadAnswer answer = Reload("b");
+  EXPECT_EQ(answer.exit_code, 2);
+  EXPECT_EQ(answer.text, "baudgate.yaml: cannot be used: its disk does not answer");
+  EXPECT_EQ(Runs(), "a");
+  disk.set_value();
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <fstream>
 
@@ -21,7 +22,11 @@ class KeptConfigsTest : public ::testing::Test {
   ~KeptConfigsTest() override { fs::remove_all(folder_); }
 
   KeptConfigs Again() const { return KeptConfigs(folder_); }
-  Status Add(const std::string& text, bool trial) { return Again().Add(text, trial); }
+  bool Write(const KeptTexts& wanted) const {
+    const auto written = Again().Write(wanted);
+    EXPECT_TRUE(written) << written.error();
+    return written && *written;
+  }
   std::vector<std::string> Files() const {
     std::vector<std::string> names;
     for (const auto& file : fs::directory_iterator(folder_)) {
@@ -43,8 +48,8 @@ TEST_F(KeptConfigsTest, NothingIsThereAtFirst) {
 }
 
 TEST_F(KeptConfigsTest, WhatIsOnTrialAtAStartIsNotTaken) {
-  ASSERT_TRUE(Add("a", false));
-  ASSERT_TRUE(Add("b", true));
+  Write({"a"});
+  Write({"a", "b"});
   EXPECT_EQ(Again().trial(), Trial::running);
   EXPECT_TRUE(Again().IsUnconfirmed("b"));
   EXPECT_EQ(Again().confirmed(), "a");
@@ -52,23 +57,26 @@ TEST_F(KeptConfigsTest, WhatIsOnTrialAtAStartIsNotTaken) {
   EXPECT_FALSE(Again().IsUnconfirmed("c")) << "the file was changed since";
 }
 
-TEST_F(KeptConfigsTest, ACopyThatSomebodyHasRemovedIsWrittenAgain) {
-  ASSERT_TRUE(Add("a", false));
-  ASSERT_TRUE(Add("b", true));
-  ASSERT_TRUE(Again().TakeBack("why"));
-  EXPECT_EQ(Again().Restore("a").value(), false);
-  fs::remove(Again().confirmed_file());
-  EXPECT_EQ(Again().Restore("a").value(), true);
+TEST_F(KeptConfigsTest, WhatSomebodyHasRemovedOrChangedIsWrittenAgain) {
+  const KeptTexts wanted{"a", "b", "why"};
+  EXPECT_TRUE(Write(wanted));
+  EXPECT_FALSE(Write(wanted));
+  for (const char* file : {"confirmed.yaml", "trial.yaml", "taken_back.txt"}) {
+    SCOPED_TRACE(file);
+    fs::remove(folder_ / file);
+    EXPECT_TRUE(Write(wanted));
+    std::ofstream(folder_ / file) << "edited";
+    EXPECT_TRUE(Write(wanted));
+    EXPECT_FALSE(Write(wanted));
+  }
+  fs::remove_all(folder_);
+  EXPECT_TRUE(Write(wanted));
   EXPECT_EQ(Again().confirmed(), "a");
   EXPECT_EQ(Again().trial(), Trial::taken_back);
-  fs::remove_all(folder_);
-  EXPECT_EQ(Again().Restore("a").value(), true);
-  EXPECT_EQ(Again().confirmed(), "a");
 }
 
 TEST_F(KeptConfigsTest, AnEmptyCopyOfATrialConfirmsNothing) {
-  ASSERT_TRUE(Add("a", false));
-  ASSERT_TRUE(Add("b", true));
+  Write({"a", "b"});
   std::ofstream(folder_ / "trial.yaml", std::ios::trunc).flush();
   EXPECT_TRUE(Again().IsUnconfirmed("b"));
   EXPECT_FALSE(Again().IsUnconfirmed("a")) << "the confirmed one";
@@ -77,61 +85,59 @@ TEST_F(KeptConfigsTest, AnEmptyCopyOfATrialConfirmsNothing) {
 }
 
 TEST_F(KeptConfigsTest, WhatIsConfirmedIsTaken) {
-  ASSERT_TRUE(Add("a", false));
-  ASSERT_TRUE(Add("b", true));
-  ASSERT_TRUE(Again().Confirm());
+  Write({"a", "b"});
+  Write({"b"});
   EXPECT_FALSE(Again().IsUnconfirmed("b"));
-  EXPECT_EQ(Again().confirmed(), "b");
-  ASSERT_TRUE(Again().TakeBack("too late"));
-  EXPECT_FALSE(Again().IsUnconfirmed("b"));
-  ASSERT_TRUE(Again().Confirm());
   EXPECT_EQ(Again().confirmed(), "b");
 }
 
 TEST_F(KeptConfigsTest, WhatWasTakenBackIsNotTakenUntilTheFileDiffers) {
-  ASSERT_TRUE(Add("a", false));
-  ASSERT_TRUE(Add("b", true));
-  ASSERT_TRUE(Again().TakeBack("bay.a worked before"));
+  Write({"a", "b"});
+  Write({"a", "b", "bay.a worked before"});
   EXPECT_EQ(Again().trial(), Trial::taken_back);
   EXPECT_EQ(Again().why_taken_back(), "bay.a worked before");
   EXPECT_TRUE(Again().IsUnconfirmed("b"));
   EXPECT_TRUE(Again().IsUnconfirmed("b")) << "at every start";
   EXPECT_FALSE(Again().IsUnconfirmed("c"));
-  ASSERT_TRUE(Again().Confirm());
-  EXPECT_EQ(Again().confirmed(), "a") << "it is too late";
-  ASSERT_TRUE(Add("b", true));
+  Write({"a", "b"});
   EXPECT_EQ(Again().trial(), Trial::running) << "once more";
-  ASSERT_TRUE(Again().TakeBack("too late"));
-  ASSERT_TRUE(Add("c", false));
+  Write({"a", "b", "too late"});
+  Write({"c"});
   EXPECT_FALSE(Again().IsUnconfirmed("b")) << "it was changed, so it is meant when it comes again";
 }
 
 TEST_F(KeptConfigsTest, OnlyWhatAStartNeedsIsKept) {
   for (const char* text : {"a", "b", "c"}) {
-    ASSERT_TRUE(Add(text, false));
-    ASSERT_TRUE(Add("trial", true));
-    ASSERT_TRUE(Again().TakeBack("too late"));
+    Write({text});
+    Write({text, "trial"});
+    Write({text, "trial", "too late"});
   }
   EXPECT_THAT(Files(), UnorderedElementsAre("confirmed.yaml", "trial.yaml", "taken_back.txt"));
-  ASSERT_TRUE(Add("d", false));
+  Write({"d"});
   EXPECT_THAT(Files(), UnorderedElementsAre("confirmed.yaml"));
 }
 
 TEST_F(KeptConfigsTest, ADiskThatFailsIsToldAndChangesNothing) {
   fs::create_directories(folder_.parent_path());
   std::ofstream(folder_) << "a file";
-  EXPECT_FALSE(Add("a", false));
+  EXPECT_FALSE(Again().Write({"a"}));
   EXPECT_TRUE(Again().empty());
   fs::remove(folder_);
-  ASSERT_TRUE(Add("a", false));
-  ASSERT_TRUE(Add("b", true));
+  Write({"a", "b"});
   fs::create_directories(folder_ / "taken_back.txt.part");
-  EXPECT_FALSE(Again().TakeBack("too late"));
+  EXPECT_FALSE(Again().Write({"a", "b", "too late"}));
   EXPECT_EQ(Again().trial(), Trial::running);
   fs::create_directories(folder_ / "confirmed.yaml.part");
-  EXPECT_FALSE(Add("c", false));
+  EXPECT_FALSE(Again().Write({"c"}));
   EXPECT_EQ(Again().confirmed(), "a");
   EXPECT_TRUE(Again().IsUnconfirmed("b"));
+}
+
+TEST_F(KeptConfigsTest, APipeInTheWayOfAWriteIsRemoved) {
+  Write({"a"});
+  ASSERT_EQ(::mkfifo((folder_ / "confirmed.yaml.part").c_str(), 0600), 0);
+  Write({"b"});
+  EXPECT_THAT(Files(), UnorderedElementsAre("confirmed.yaml"));
 }
 
 }  // namespace
