@@ -17,7 +17,7 @@ using log::Level;
 
 constexpr int kBadFile = 2;   // nothing of it is applied
 constexpr int kCanNotBe = 4;  // a disk fails, or a port is somebody else's
-constexpr const char* kNoAnswer = "cannot be used: its disk does not answer";
+constexpr const char* kNoAnswer = "cannot be read: its disk does not answer";
 
 control::ReloadAnswer Failed(int exit_code, std::string text) {
   control::ReloadAnswer answer;
@@ -62,14 +62,14 @@ Reloader::Reloader(ReloadOptions options, Links links)
     : options_(std::move(options)),
       links_(std::move(links)),
       file_calls_("configuration", options_.disk_patience),
-      copy_calls_("config copies", options_.disk_patience),
+      copies_(loop_.io(), std::move(options_.kept), options_.disk_patience, links_.open_folder),
       refused_(options_.refused) {
   const MutexLock lock(mutex_);
   std::error_code ignored;
   state_.file = std::filesystem::absolute(options_.file, ignored).string();
   state_.applied = ReadClocks().wall;
   if (refused_) state_.not_the_file = TakenBack(options_.file, refused_->why);
-  if (options_.kept) state_.folder = options_.kept->folder().string();
+  state_.folder = copies_.folder();
 }
 
 void Reloader::Start() {
@@ -78,20 +78,12 @@ void Reloader::Start() {
       std::make_shared<const Applied>(Applied{std::move(options_.text_at_start), links_.running()});
   SetApplied(confirmed_);
   if (refused_) links_.tell(true, state().not_the_file);
-  if (options_.kept && (links_.keeps() || !options_.kept->empty())) {
-    const Status status = Keep(ToKeep());
+  if (links_.keeps() || copies_.found()) {
+    const Status status = copies_.Keep(ToKeep());
     if (!status) log::Warn("the configuration is not kept: {}", status.error());
   }
   WatchFiles();
   loop_.Start();
-}
-
-Status Reloader::OpenFolder() {
-  if (open_) return {};
-  if (!options_.kept) return Error{"there is no state folder; give one with gateway.state"};
-  const Status status = links_.open_folder();
-  open_ = status.ok();
-  return status;
 }
 
 void Reloader::Stop() {
@@ -101,7 +93,7 @@ void Reloader::Stop() {
     file_timer_.cancel();
   });
   file_calls_.Stop();
-  copy_calls_.Stop();
+  copies_.Stop();
 }
 
 control::ReloadState Reloader::state() const {
@@ -190,7 +182,7 @@ control::ReloadAnswer Reloader::Unchanged(const control::ReloadAsk& ask, const s
   const Duration trial = probation_.running() ? TrialOf(ask, *applied_->config) : Duration::zero();
   Status kept;
   if (text != applied_->text || refused_) {
-    kept = Keep(Next(text, trial));
+    kept = copies_.Keep(Next(text, trial));
     if (!kept && trial > Duration::zero()) return CanNotBeTakenBack(kept);
     SetApplied(std::make_shared<const Applied>(Applied{text, applied_->config}));
   }
@@ -208,7 +200,7 @@ control::ReloadAnswer Reloader::Apply(const control::ReloadAsk& ask, const std::
     return Failed(kCanNotBe, troubles);
   }
   // Before it is applied: whatever ends the gateway then, the next start knows.
-  const Status kept = Keep(Next(text, trial));
+  const Status kept = copies_.Keep(Next(text, trial));
   if (!kept && trial > Duration::zero()) return CanNotBeTakenBack(kept);
   const auto before = links_.healths();
   options_.notify(fmt::format("RELOADING=1\nMONOTONIC_USEC={}\nSTATUS=reads {}",
@@ -289,21 +281,12 @@ reload::KeptTexts Reloader::Next(const std::string& text, Duration trial) const 
   return {text};
 }
 
-/// A write that comes too late is put right when the copies are looked at.
-Status Reloader::Keep(const reload::KeptTexts& texts) {
-  if (Status status = OpenFolder(); !status) return status;
-  const auto written =
-      copy_calls_.Wait([kept = *options_.kept, texts] { return kept.Write(texts); });
-  if (!written) return Error{options_.kept->folder().string() + " " + kNoAnswer};
-  return *written ? Status() : Status(Error{written->error()});
-}
-
 control::ReloadAnswer Reloader::DoConfirm(const std::string& by) {
   if (!probation_.running()) {
     return Failed(kBadFile, "nothing waits to be confirmed" +
                                 (refused_ ? ": " + state().not_the_file : std::string()));
   }
-  if (const Status status = Keep({applied_->text}); !status) {
+  if (const Status status = copies_.Keep({applied_->text}); !status) {
     return Failed(kCanNotBe, "it cannot be confirmed: " + status.error());
   }
   BeginTrial(Duration::zero(), {});
@@ -330,7 +313,9 @@ void Reloader::WatchFiles() {
   file_timer_.async_wait([this](const asio::error_code& stopped) {
     if (stopped) return;
     LookAtFile();
-    LookAtCopies();
+    copies_.Look(ToKeep(), [this](const std::optional<std::string>& trouble) {
+      Show([&](control::ReloadState& state) { state.not_kept = trouble.value_or(std::string()); });
+    });
     WatchFiles();
   });
 }
@@ -357,28 +342,6 @@ void Reloader::OnFile(const Result<std::string>& text) {
   Show([&](control::ReloadState& state) { state.file_changed = note; });
 }
 
-/// Somebody may have removed or changed them, and a disk that was full may have room again.
-void Reloader::LookAtCopies() {
-  if (!open_) return;
-  const bool begun = copy_calls_.Offer([this, kept = *options_.kept, texts = ToKeep()] {
-    asio::post(loop_.io(), [this, written = kept.Write(texts)] { OnCopies(written); });
-  });
-  if (!begun) OnCopies(Error{options_.kept->folder().string() + " " + kNoAnswer});
-}
-
-void Reloader::OnCopies(const Result<bool>& written) {
-  std::string trouble = written ? std::string() : written.error();
-  if (written && *written) {
-    log::Warn("the copies in {} were not what they have to be, and are written again",
-              options_.kept->folder().string());
-  } else if (!trouble.empty() && trouble != copy_trouble_) {
-    log::Warn("the confirmed configuration is not kept: {}; it is tried every {}", trouble,
-              FormatDuration(kLookAtFile));
-  }
-  copy_trouble_ = std::move(trouble);
-  Show([&](control::ReloadState& state) { state.not_kept = copy_trouble_; });
-}
-
 /// The file stays as it is: it is the user's, and may not be ours to write.
 void Reloader::TakeBack(const std::string& why) {
   Refused refused{applied_->text, why};
@@ -393,7 +356,7 @@ void Reloader::TakeBack(const std::string& why) {
   BeginTrial(Duration::zero(), {});
   refused_ = std::move(refused);
   // A start before this is written finds the trial, and goes back as well.
-  const Status kept = Keep(ToKeep());
+  const Status kept = copies_.Keep(ToKeep());
   if (!kept) log::Warn("the configuration is not kept: {}", kept.error());
   LogChanges(difference);
   const std::string said = TakenBack(options_.file, why);

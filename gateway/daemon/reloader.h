@@ -16,6 +16,7 @@
 #include "gateway/base/guarded.h"
 #include "gateway/base/result.h"
 #include "gateway/control/reload_requests.h"
+#include "gateway/daemon/config_copies.h"
 #include "gateway/reload/difference.h"
 #include "gateway/reload/kept_configs.h"
 #include "gateway/reload/probation.h"
@@ -121,21 +122,17 @@ class Reloader final : public control::ReloadService {
   void WatchFiles();
   void LookAtFile();
   void OnFile(const Result<std::string>& text);
-  void LookAtCopies();
-  void OnCopies(const Result<bool>& written);
   void TakeBack(const std::string& why);
-  Status OpenFolder();
   reload::KeptTexts ToKeep() const;
   reload::KeptTexts Next(const std::string& text, Duration trial) const;
-  Status Keep(const reload::KeptTexts& texts);
   void SetApplied(std::shared_ptr<const Applied> runs);
   void Show(const std::function<void(control::ReloadState&)>& change);
 
   ReloadOptions options_;
   const Links links_;
   DiskCalls file_calls_;  // of the configuration file
-  DiskCalls copy_calls_;  // of the copies
   LoopThread loop_{"reload"};
+  ConfigCopies copies_;
   asio::steady_timer timer_{loop_.io()};
   asio::steady_timer file_timer_{loop_.io()};
   reload::Probation probation_;
@@ -143,8 +140,6 @@ class Reloader final : public control::ReloadService {
   std::shared_ptr<const Applied> confirmed_;  // another than that while one is on trial
   std::optional<Refused> refused_;            // what the file says, where it does not run
   bool started_ = false;
-  bool open_ = false;         // the folder is ours
-  std::string copy_trouble_;  // why the confirmed copy cannot be written, as it was said last
   mutable Mutex mutex_;
   control::ReloadState state_ BAUDGATE_GUARDED_BY(mutex_);
   std::shared_ptr<const Applied> applied_for_readers_ BAUDGATE_GUARDED_BY(mutex_);  // as applied_

@@ -198,7 +198,7 @@ TEST_F(ReloaderTest, AFileWhoseDiskHangsIsAnsweredAndReadAgain) {
   Start({}, Duration::zero());
   const ReloadAnswer answer = Reload("b");
   EXPECT_EQ(answer.exit_code, 2);
-  EXPECT_EQ(answer.text, "baudgate.yaml: cannot be used: its disk does not answer");
+  EXPECT_EQ(answer.text, "baudgate.yaml: cannot be read: its disk does not answer");
   EXPECT_EQ(Runs(), "a");
   disk.set_value();
 }
