@@ -35,6 +35,9 @@ struct Batch {
   std::vector<EventRecord> events{};
   std::vector<PastRecord> past{};
   bool told = false;  ///< what becomes of alarms was, although it is not kept yet
+  // Of the source when it was told, by EventQueue::Add: a reload may have ended its line since.
+  std::string line{};
+  std::string device{};
 };
 
 class EventBook {

@@ -44,11 +44,10 @@ struct Job {
     RouteQueue::Batch batch;          ///< whom the reply goes to; they may leave meanwhile
     bool every_slave_answers = true;  ///< if only with an exception: silence tells of the slave
     Bytes reply;
+    bool is_read = false;
     bool odd = false;  ///< the slave has answered, but not in a form that fits its request
     LostReplies::Older older{};  ///< what else its latest reply may answer
     std::size_t replies = 0;     ///< to this request
-
-    bool is_read() const { return !batch.empty() && !IsWrite(batch.front()); }
   };
 
   Job(Member& who, std::variant<Poll, Events, Background, Probe, ReadBack, Write, Routed> kind,
@@ -76,7 +75,7 @@ struct Job {
   Asked asked() const {
     return {.member = member,
             .request = &request,
-            .began = exchange_began,
+            .sent = sent_at,
             .first = steps == 1 + broadcasts && attempts == 0 && !is_probe(),
             .retry = attempts > 0,
             .probe = is_probe(),
@@ -94,15 +93,16 @@ struct Job {
   bool proved = false;                ///< a probe went before it
 
   Request request;
-  bool sending = false;  ///< the request waits for the line to be idle
-  int attempts = 0;      ///< of the present request, beyond the first
-  bool unheard = false;  ///< nothing came to what it reads, and never has; others are answered
-  bool missed = false;   ///< a request of it had no answer: who answers since may be another
-  int steps = 0;         ///< requests of the task, without repetitions
-  int broadcasts = 0;    ///< those of them that nobody answers
-  int parkings = 0;      ///< how often its device has asked to wait with it
-  bool out = false;      ///< a request of it has been sent
-  Instant exchange_began{};
+  bool sending = false;      ///< the request waits for the line to be idle
+  int attempts = 0;          ///< of the present request, beyond the first
+  bool unheard = false;      ///< nothing came to what it reads, and never has; others are answered
+  bool missed = false;       ///< a request of it had no answer: who answers since may be another
+  int steps = 0;             ///< requests of the task, without repetitions
+  int broadcasts = 0;        ///< those of them that nobody answers
+  int parkings = 0;          ///< how often its device has asked to wait with it
+  bool out = false;          ///< a request of it has been sent
+  Instant exchange_began{};  ///< the line was given its present request
+  Instant sent_at{};         ///< see Asked
   std::optional<ExchangeEnd> end;  ///< of the present request
   Answer answer;                   ///< to it
   WhoseReply::Verdict verdict;     ///< on that

@@ -45,7 +45,7 @@ class JobRun {
 
   /// Null: nothing is to be done.
   Job* job() const { return job_.get(); }
-  /// A read-back that has not failed yet.
+  /// A read-back, or the probe before it, and nothing of it has failed yet.
   bool IsReadingBack() const;
   /// Only without a job. It asks for its first request, and may be over already.
   void Begin(std::unique_ptr<Job> job);

@@ -43,8 +43,8 @@ class LateAnswers {
   /// port: from the device within its reply time; from a serial server, which keeps what comes, as
   /// late as a reply can be.
   void OnClosed(const Member& member, Instant now);
-  /// From the end of its request to the first byte of its reply.
-  static Duration TookUntilReply(const Asked& asked, const ExchangeEnd& end);
+  /// How much later than its reply time the first byte of its reply came; not above zero: in time.
+  static Duration Lateness(const Asked& asked, const ExchangeEnd& end);
   /// It is offline: silent, not late. Its bytes will tell should it be late even so.
   void OnOffline(const Member& member) {
     states_[member].lateness = {};
