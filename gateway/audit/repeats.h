@@ -1,8 +1,8 @@
 // Writes that come again and again, folded into one record: those of one client (its address,
 // whatever its port) to one register, with one outcome and for one reason. The first is recorded at
-// once; what follows within a minute changes its count, its last value and time. Bounded: a client
-// that writes to too many registers shares one record among the rest of them, and where too many
-// clients write, the rest of them share one of each kind. No thread, no clock.
+// once; what follows within a minute changes its count, its last value and time. Bounded: the
+// registers of one client beyond a limit share one record; clients beyond a limit share one record
+// of each kind. No thread, no clock.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,5 +1,6 @@
-// Events that a consumer still lacks and that have left the memory: asked for by the number that he
-// has, read from the file by whoever writes it, and taken from here. No lock, no disk.
+// Events that a consumer still needs but that are no longer in memory. It asks by the last number
+// that it has; the thread that writes the file reads them; the consumer takes them here. No lock,
+// no disk.
 //
 //   Take(40)               → nothing: wanted() is 40
 //   Supply(40, {41 … 600})

@@ -1,7 +1,6 @@
-// What can wait, as a load profile that is read back: asked for when nothing else of the line is
-// due before it would be through, so that no poll is later for it. On a line that is never idle for
-// so long it is asked for once a minute all the same. Of several devices the one goes first that
-// has waited longest.
+// Low-priority reads, such as load profiles: sent when they fit before the next poll is due, so no
+// poll is delayed. On a line that is never idle for long enough, one is sent once a minute anyway.
+// Among several devices the one that has waited longest goes first.
 //
 //   polls due at 1.0 s and 2.0 s, room 400 ms      taken at 1.1 s; not at 1.7 s
 //

@@ -53,8 +53,9 @@ class LateAnswers {
 
   Instant LateUntil(const Member& member) const;
   bool IsClear(const Member& member, Instant now) const { return LateUntil(member) <= now; }
-  /// The earliest moment at which no answer to another request can come any more that would pass
-  /// for that to this one. A reply that carries its sender's address passes for nobody else's.
+  /// The earliest moment at which this request can be sent without a late reply to another one
+  /// being taken for its reply. A reply that carries its sender's address is taken for no other
+  /// device's.
   Instant ClearAt(const Asked& asked) const;
   /// So much longer than its reply time it is waited for.
   Duration PatienceFor(const Member& member) const { return patience_.More(member); }

@@ -18,7 +18,7 @@ namespace baudgate {
 
 class LostReplies {
  public:
-  /// What else than the present request a reply may answer.
+  /// Which earlier, lost requests a reply could answer instead of the present one.
   struct Older {
     bool other = false;  ///< a request of other bytes
     bool same = false;   ///< an earlier one of the same bytes
@@ -40,8 +40,8 @@ class LostReplies {
     std::optional<Instant> lost_at;  // the latest
     std::vector<Bytes> requests;     // the latest
   };
-  /// No slave takes longer for a reply. Needed by
-  /// PollerRoutedFaults.ALateReplyOfAnotherFormIsNoOddReply.
+  /// Assumed: no slave takes longer for a reply. One whose ceiling is longer is guarded for these 5
+  /// s only. Needed by PollerRoutedFaults.ALateReplyOfAnotherFormIsNoOddReply.
   static constexpr Duration kLatest = 5s;
   static constexpr std::size_t kMost = 8;
 

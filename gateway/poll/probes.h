@@ -42,7 +42,8 @@ class Probes {
   /// It has just gone offline: what its probes cost before says nothing any more.
   void OnOffline(const Member& member) { states_[member] = {}; }
 
-  /// Who is next, were there time; null: nobody is offline, looked for, and not to be waited for.
+  /// The member to probe next, if there is time. Null: no offline member is wanted, or a late reply
+  /// of each may still come.
   Member* Next(const Facts& facts) const;
   /// When; may change with anything that happens on the line.
   std::optional<Instant> NextAt(const Facts& facts) const;

@@ -17,7 +17,7 @@ class RoutedSide {
  public:
   /// Clients of transparent routes that poll do so at least this often.
   static constexpr Duration kClientsReturn = std::chrono::seconds(2);
-  /// Who has asked for a slave that is offline wants to know of its return for so long.
+  /// A client that asked for an offline slave is assumed to want it back for this long.
   static constexpr Duration kStillWanted = std::chrono::minutes(1);
 
   RouteQueue& queue() { return queue_; }
@@ -34,8 +34,8 @@ class RoutedSide {
   /// asked for is remembered for its probes.
   std::vector<RoutedRequest> TakeHopeless(const Member& slave, std::size_t keep,
                                           const PduCarrier& carrier, Instant now);
-  /// Whether anybody wants to know if this slave is back, who is not there with a request right
-  /// now: a client that asks its slaves one after the other waits for others then, so that its last
+  /// Whether a client that has no request waiting right now still wants to know if this slave is
+  /// back: a client that asks its slaves one after the other waits for others then, so its last
   /// read is repeated in its place. For 2 s after that at once, up to 1 min only directly behind
   /// another exchange (`behind`). Needed by
   /// AskedInTurn.ASlaveThatReturnsIsFoundThoughItsClientNeverWaitsForIt.

@@ -52,7 +52,7 @@ void Upkeep::OnExchange(const Job& job, const ExchangeEnd& end, const Finding& f
   const bool answered = ProvesLife(end.outcome);
   const bool cut_off = end.outcome == Outcome::line_down;
   if (!job.mute) member.health.OnExchange(end.outcome);
-  // Replies that are behind by count are owed, and no silence helps against that.
+  // A device that lags by a number of replies keeps lagging; waiting does not help.
   const bool in_step = owed_.whose.Lags(member) || owed_.whose.IsInStep(member);
   if (cut_off) {
     owed_.late.OnClosed(member, now);

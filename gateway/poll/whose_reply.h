@@ -113,8 +113,8 @@ class WhoseReply {
   /// A device that is silent to its identification is found out within fewer
   /// (protocols/common/probe_choice.h).
   static constexpr int kProbesWithoutProof = 8;
-  /// How long a proof holds. Who is one reply ahead because one came twice shows it by nothing
-  /// else, nor does another device that has taken the place unnoticed.
+  /// How long a proof holds. Only a probe reveals a device that is one reply ahead because one
+  /// reply came twice, or a device that was swapped unnoticed.
   static constexpr Duration kProofHolds = 1min;
   static constexpr Duration kProofRenews = 45s;
   static constexpr std::size_t kSelf = static_cast<std::size_t>(-1);

@@ -85,7 +85,7 @@ class RouteQueue {
   Batch TakeWithTwins(std::size_t place);
   template <typename Wanted>
   std::vector<RoutedRequest> TakeIf(Wanted wanted);
-  /// Who has been taken and does not wait any more has no turn.
+  /// Clients with nothing left in the queue lose their turn.
   void ForgetServed(const std::vector<RoutedRequest>& taken);
 
   std::deque<RoutedRequest> waiting_;            // in the order of their arrival

@@ -1,9 +1,10 @@
 // A write to points on its way from an output back to a line, one object from the gate of all
 // writers to its end; routed requests have gateway/requests/routed.h. It passes the audit and the
 // queue of its line; the device confirms or refuses it, or its deadline passes; End tells all that
-// it has passed, and its client. The gate has converted and checked its values: a client's
-// registers "00 19" of a point with scale 0.1 are 25, which is 250 for the device
-// (gateway/modbus/registers/write_request.h). From here on nothing converts them.
+// it has passed, and its client. Its values are raw: the output has made values of its client's
+// words, and the gate has checked them and made raw values of those. Example: a point with scale
+// 0.1; registers "00 19" are the value 25, which is 250 for the device. From here on nothing
+// converts them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -57,8 +58,7 @@ struct WriteCommand {
   /// True: nobody waits for it any more, and it is not begun.
   std::shared_ptr<const std::atomic<bool>> dropped;
   using Ended = std::function<void(const WriteResult&)>;
-  /// Whoever the command has passed on its way and who wants to hear how it ends: the audit, the
-  /// room in the line's queue.
+  /// Parts that must be told the result: the audit, the room in the line's queue.
   std::vector<Ended> observers{};
   /// Its client's answer.
   Ended done;

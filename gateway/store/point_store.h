@@ -78,9 +78,9 @@ class PointStore {
 
   /// One more line, which gets the number behind all others; so do its devices. It outlives them.
   void Append(const config::Line& line);
-  /// The line, with another configuration of the same devices and points, which are shown as it
-  /// says. It outlives the store, or what comes after it; so does the one before, until nobody can
-  /// look at it any more.
+  /// Gives the line another configuration of the same devices and points. `as` must live as long as
+  /// the store; so must the configuration that it replaces. Unlike SetLineCycle, the user has
+  /// changed the rule: new age limits hold for old readings as well.
   void Show(std::uint32_t line, const config::Line& as);
   /// Nobody asks the devices of this line any more. What is known of them stays.
   void Retire(std::uint32_t line);
