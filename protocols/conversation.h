@@ -205,20 +205,20 @@ class Conversation {
   /// Answer or OnFailure says replan, or OnReconnect is called.
   virtual std::span<const Query> Queries() const = 0;
 
-  /// It can be asked for events, and is wanted to: tasks of events come as often as fast polls, and
-  /// again as soon as a batch is kept. Asked when Queries() are.
+  /// The device has events, and the user wants them: tasks of events come as often as fast polls,
+  /// and again as soon as a batch is kept. Called whenever Queries() is.
   virtual bool HasEvents() const { return false; }
 
-  /// From when on it wants a task in the background; nothing: it does not. Such tasks come when
+  /// From when on it wants a task in the background; empty: it wants none. Such tasks come when
   /// nothing else of the line is due soon, at least once a minute, and never while a batch is not
-  /// kept yet. Asked behind each task, and when a batch is kept.
+  /// kept yet. Called after each task, and when a batch is kept.
   virtual std::optional<Instant> BackgroundDue() const { return std::nullopt; }
 
-  /// What the latest batch of its events that is on the disk has said (EventBatch::said), empty:
-  /// none has. Called when the store of events is open, with what it holds from before a restart,
-  /// and whenever a batch is kept; HasEvents is asked again behind it. For devices that forget
-  /// nothing: their conversations tell by it what they have given already. Until it is called
-  /// nobody knows, and such a conversation says that it has no events.
+  /// `said` of its newest batch of events on the disk (EventBatch::said); empty: there is none.
+  /// Called when the store of events is open, with what it holds from before a restart, and
+  /// whenever a batch is kept; HasEvents is asked again after it. For devices that never forget
+  /// events: their conversations see by it which ones they have delivered. Until it is called such
+  /// a conversation has no events.
   virtual void OnEventsKept(std::string_view /*said*/) {}
 
   /// The next request for `task`. That may be one which the task itself does not name, such as a
@@ -235,11 +235,11 @@ class Conversation {
   virtual Answer OnFrame(const Task& task, const Request& request, View frame, Instant now) = 0;
 
   /// `request` was a broadcast (Expectation::Reply::none), and is sent. ask_again: the task goes on
-  /// behind it; what it began with is then the next request.
+  /// after it; what it began with is then the next request.
   virtual Then OnSent(const Task&, const Request&, Instant) { return Then::done; }
 
-  /// A stamped request is sent now: its bytes anew, as many as before. `arrives`: when the last of
-  /// them is out; `character`: the time of one on this line.
+  /// A stamped request is sent now: writes its bytes again, as many as before. `arrives`: when the
+  /// last of them is out; `character`: the time of one on this line.
   virtual void Stamp(Request&, Now /*arrives*/, Duration /*character*/) {}
 
   /// This machine's clock is known to be right (synchronised), or not any more. It is not before
@@ -248,9 +248,9 @@ class Conversation {
 
   /// `request` has failed, and is not repeated any more. The outcome is why: no_reply, partial,
   /// corrupt, unexpected; line_down: the port is gone; busy: the task's time was over before the
-  /// request was sent. ask_again: another exchange is needed all the same, to close what is open.
-  /// Also called behind an OnFrame that gave a batch, if it cannot be known whose reply that was:
-  /// the batch is not kept.
+  /// request was sent. ask_again: another exchange is needed, to close what is open. Also called
+  /// after an OnFrame that gave a batch, if it cannot be known whose reply that was: the batch is
+  /// not kept.
   virtual Then OnFailure(const Task&, const Request&, Outcome, Instant) { return Then::done; }
 
   /// What to send before a failed request is repeated, or in place of one that is not repeatable.

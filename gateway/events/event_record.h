@@ -1,4 +1,6 @@
-// One event as it is kept for ever. docs/events.md has the fields for users.
+// One event as it is kept for ever. docs/events.md has the fields for users. On its way an event is
+// a DeviceEvent in an EventBatch (protocols), ReportedEvents (poll), an EventRecord in a Batch
+// (here), and a FedEvent for outputs.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

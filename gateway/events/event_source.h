@@ -13,10 +13,10 @@
 
 namespace baudgate::events {
 
-/// Who takes all events, and keeps his place in the file.
+/// A consumer of all events, whose position is kept in the file.
 struct Consumer {
   std::string name;
-  std::int64_t seq = 0;   ///< he has this, and all before
+  std::int64_t seq = 0;   ///< it has this event, and all before
   std::int64_t lost = 0;  ///< that he has not, and the file has no longer: there was no room
 };
 

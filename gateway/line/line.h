@@ -100,10 +100,10 @@ class Line {
   /// line.
   void Listen(const Standing& what) { standing_ = &what; }
 
-  /// `keeps_bit_rate`: characters take their time on this port, so that nothing can answer a
-  /// request before its last one is out, and bytes that come so early are the rest of something
-  /// else. Not so on a pty, or behind a network; a port that only claims to (in a virtual machine)
-  /// is found out by the first early reply that nothing follows.
+  /// `keeps_bit_rate`: characters take their time on this port, so no reply can come before the
+  /// last character of its request is out, and earlier bytes are the rest of something else. False
+  /// for a pty and for a network. It is cleared when an early reply turns out to be the real one (a
+  /// port of a virtual machine).
   void OnOpened(Instant now, bool keeps_bit_rate = false);
   /// From anywhere. An exchange ends as line_down, unless nothing of it has been sent yet.
   LineNews OnClosed();
@@ -166,7 +166,8 @@ class Line {
   UnaskedReceiver unasked_;
   Exchange exchange_;
   Assembler assembler_;
-  Bytes taken_;       // the last reply
+  // The last reply; empty: none, or a second one can no longer come or was reported already.
+  Bytes taken_;
   Assembler behind_;  // what came behind it; looks for a second one
   LineNews news_;     // of the input that is being handled
 };
