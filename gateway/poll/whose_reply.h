@@ -45,7 +45,8 @@ class WhoseReply {
   bool IsOfLatest(const Asked& asked) const {
     return OrderOf(*asked.member).IsOfLatest() && (asked.named() || line_.IsOfLatest());
   }
-  /// How many replies may still come: before OnSent to earlier requests only, after it also its own.
+  /// How many replies may still come: before OnSent to earlier requests only, after it also its
+  /// own.
   int Owed(const Asked& asked) const {
     const std::size_t own = OrderOf(*asked.member).Owed();
     return static_cast<int>(asked.named() ? own : std::max(own, line_.Owed()));
@@ -73,8 +74,8 @@ class WhoseReply {
     return states_[member].proofless >= kProbesWithoutProof;
   }
 
-  /// So long nothing was asked that nothing can be owed, unless by count; of a device whose order
-  /// nothing proves its user says that this does not happen.
+  /// The device has `trust_order`: its user says that nothing holds its replies back, so after a
+  /// rest of the line nothing is owed.
   void OnTrusted(const Member& member);
   void OnSent(const Asked& asked, Instant now);
 
