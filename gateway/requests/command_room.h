@@ -33,7 +33,7 @@ class CommandRoom {
 
   explicit CommandRoom(std::size_t limit) : limit_(limit) {}
 
-  /// Nothing: there is no room for another command of this client.
+  /// Empty: there is no room for another command of this client.
   std::optional<Ticket> Take(const std::string& client, Left left = nullptr) {
     const MutexLock lock(mutex_);
     const auto waits = [](const auto& held) { return !held.second.HasLeft(); };
