@@ -63,7 +63,8 @@ struct Daemon::Impl {
   void ApplyHistory(const config::Config& before);
   void SetReload(ReloadOptions options);
 
-  /// Room of file descriptors. Which part of each listener's max_clients may connect.
+  /// Raises the limit of file descriptors. Returns which part of each listener's max_clients may
+  /// connect.
   static double MakeRoomFor(const config::Config& its_config);
   Status OpenRecords();
   void TellUnsettled(const std::set<audit::Target>& devices);

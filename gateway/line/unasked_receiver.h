@@ -53,7 +53,7 @@ class UnaskedReceiver {
 
   const Standing* what_ = nullptr;
   Assembler assembler_;
-  /// The next byte begins a message, or the message is known by its beginning.
+  /// The next byte begins a message, or messages are recognised by their beginning.
   bool aligned_ = true;
   bool damaged_ = false;  // what came last
   Instant began_{};       // the message that is held
