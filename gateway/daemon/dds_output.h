@@ -47,7 +47,7 @@ class DdsOutput {
 
   bool has_events_ = false;
   dds::LinkOpen opened_;                  ///< with room for reloads
-  std::unordered_set<std::size_t> seen_;  ///< names of points that have been published, as hashes
+  std::unordered_set<std::size_t> seen_;  ///< hashes of the names of published points
   std::unique_ptr<dds::ProcessLink> link_;
   std::unique_ptr<dds::DdsWrites> writes_;  // null: writes are denied
   std::unique_ptr<dds::DdsPublisher> publisher_;
