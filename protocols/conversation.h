@@ -36,8 +36,7 @@ namespace baudgate {
 /// In place of an index into a device's points: none of them.
 inline constexpr std::size_t kNoPoint = std::numeric_limits<std::size_t>::max();
 
-/// A task has at most so many exchanges, broadcasts included. One that asks for more is ended as
-/// unexpected.
+/// The most exchanges of a task, broadcasts included. A task that asks for more ends as unexpected.
 inline constexpr int kMostSteps = 10;
 
 /// Points that one request reads together.
@@ -47,19 +46,19 @@ struct Query {
 };
 
 struct PointValue {
-  std::size_t point = kNoPoint;  ///< one that may be written
+  std::size_t point = kNoPoint;  ///< a point that may be written
   Value value{};                 ///< raw, scale and offset are already taken out
 };
 
-/// What the gateway wants of a device. Mostly one exchange; several where a session has to be
-/// opened first, or a password closed behind a write.
+/// What the gateway wants of a device. Mostly one exchange; several if a session must be opened
+/// first, or a password closed after a write.
 struct Task {
   enum class Kind : std::uint8_t {
     poll,        ///< read Queries()[query]
     probe,       ///< find out with one short exchange whether the device is there
     write,       ///< write `value` to `point`, and leave the device as it was found
-    events,      ///< take what has happened since out of the device
-    background,  ///< one exchange for what can wait, see Conversation::BackgroundDue
+    events,      ///< take the events since the last time out of the device
+    background,  ///< one low-priority exchange, see Conversation::BackgroundDue
   };
   Kind kind = Kind::poll;
   std::size_t query = 0;         ///< polls only: less than Queries().size()
@@ -87,35 +86,34 @@ struct Request {
   bool prepares = false;
   /// It tells the time, or asks for it: Conversation::Stamp is called when it is sent.
   bool stamped = false;
-  /// The device may take so long until the first byte of this reply, where that is longer than the
-  /// device's reply time. Example: 5 s to clear all parameters, where reads take 500 ms.
+  /// The longest time until the first byte of this reply, if that is longer than the device's reply
+  /// time. Example: 5 s to clear all parameters, while reads take 500 ms.
   Duration reply{};
-  /// The device wants the line silent so long before it, where that is longer than usual.
+  /// The silence that the device needs before this request, if that is longer than usual.
   Duration quiet{};
 };
 
 /// One value out of a reply, still raw: the gateway applies scale, offset and sentinels.
 struct Reading {
   std::size_t point = kNoPoint;  ///< index into the device's points
-  Value value{};                 ///< nothing: only the quality is known
+  Value value{};                 ///< empty: only the quality is known
   Quality quality = Quality::good;
-  std::string
-      label{};  ///< where no point fits (`baudgate decode`): the item in the protocol's words
+  std::string label{};  ///< if no point fits (`baudgate decode`): the item in the protocol's words
 };
 
-/// A time as a device has said it: "12.345" of a minute is {12345ms, 1min}, a whole date is the
-/// time since 1970 and no period. Whose clock it is, and whether that is right, nobody knows here.
+/// A time as a device has reported it: "12.345" of a minute is {12345ms, 1min}, a whole date is the
+/// time since 1970 and no period. Whether the device's clock is right is not known here.
 struct SaidTime {
   Duration time{};
-  Duration period{};  ///< what is left of it when whole ones are taken out; zero: nothing is
+  Duration period{};  ///< the time is known modulo this; zero: it is known whole
 };
 
-/// Something that a device says has happened.
+/// An event that a device reports.
 struct DeviceEvent {
   std::uint32_t channel = 0;  ///< 0: the device as a whole
-  std::uint32_t code = 0;     ///< the device's own; 0: it cannot be read, and `text` is all
+  std::uint32_t code = 0;     ///< the device's own; 0: it cannot be read, only `text` is known
   std::optional<SaidTime> time{};
-  std::string text{};  ///< what it says beyond that; mostly empty
+  std::string text{};  ///< further words of the device; mostly empty
 };
 
 /// One value of a PastRecord.
@@ -126,22 +124,23 @@ struct PastValue {
   std::string unit{};
 };
 
-/// What a device has measured and kept itself, by its own clock: half an hour of a load profile,
-/// the energies at the begin of a month.
+/// Values that a device has measured and kept itself, by its own clock: half an hour of a load
+/// profile, the energies at the beginning of a month.
 struct PastRecord {
-  std::string series{};  ///< "load_1", of whose values one is "load_1.active_import"; "month"
+  std::string series{};  ///< "load_1", with values such as "load_1.active_import"; "month"
   Duration begin{};      ///< since 1970
   Duration span{};       ///< zero: its values were read off at one moment, and belong together
-  std::vector<PastValue> values{};  ///< none: nobody can know any more what they were
+  std::vector<PastValue> values{};  ///< none: they are lost
 };
 
-/// What one reply has taken out of a device, the oldest first. It forgets them when it is asked for
-/// more: the poller does not before they are kept (gateway/poll/poller_listener.h).
+/// Events that one reply has taken out of a device, the oldest first. The device forgets them when
+/// it is asked for more: the poller does so only when they are saved
+/// (gateway/poll/poller_listener.h).
 struct EventBatch {
   std::vector<DeviceEvent> events{};
   std::vector<PastRecord> past{};
-  std::string said{};    ///< as it came: a batch that comes once more is known by it
-  bool again = false;    ///< it may be the last batch once more
+  std::string said{};    ///< the batch as it came: one that comes twice is recognised by it
+  bool again = false;    ///< this may be the last batch again
   bool drained = false;  ///< nothing is left in the device: no event is older than this exchange
 };
 
@@ -149,8 +148,8 @@ struct EventBatch {
 enum class Then : std::uint8_t {
   done,       ///< it has ended
   ask_again,  ///< call Ask once more with the same task: the next exchange
-  replan,     ///< it has ended, and Queries() are others now
-  restart,    ///< the same, and all of them are due at once: what they read is another thing now
+  replan,     ///< it has ended, and Queries() has changed
+  restart,    ///< the same, and all of them are due at once: they read something else now
 };
 
 /// What a reply means. The outcome of a task is the outcome of its last Answer. So when a write was
@@ -163,16 +162,15 @@ struct Answer {
   std::string remedy{};
   std::vector<Reading> readings{};
   Then then = Then::done;
-  /// A write was refused, and something may have changed all the same, as an analog output that has
-  /// gone to its limit.
+  /// A write was refused, but something may have changed: an analog output that went to its limit.
   bool may_have_acted = false;
-  Duration wait{};  ///< the device wants to be left alone so long: "busy, ask me in 2 s"
+  Duration wait{};  ///< the device wants no request for this time: "busy, ask me in 2 s"
   /// For tasks of events and tasks in the background. An answer with a batch ends the task.
   std::optional<EventBatch> batch{};
 };
 
-/// What is wrong with a device as a whole, as it has said itself. As long as it is, no value of it
-/// is good, whatever its replies say.
+/// What is wrong with a device as a whole, by its own words. As long as it is, no value of it is
+/// good, whatever its replies say.
 struct DeviceTrouble {
   Reason reason = Reason::none;  ///< one that ConcernsDevice; none: its values are good
   std::string text{};  ///< "type 0D, the profile says 08"; without a reason it is a remark
@@ -181,14 +179,14 @@ struct DeviceTrouble {
 };
 
 /// How messages that a device sends unasked are recognised: readers of tags and bar codes, weighing
-/// indicators. gateway/line/unasked_receiver.h takes them in, whatever else goes on on the line.
+/// indicators. gateway/line/unasked_receiver.h receives them, also during an exchange.
 struct Standing {
   FrameRule rule = nullptr;
   Expectation expect{};  ///< reply: standing
   Duration idle{};       ///< silence that ends a message: the rule is asked once more
-  Duration whole{};      ///< what takes longer from its first byte is damaged
-  /// A message is known by how it begins. Otherwise its begin is where the one before ended, or
-  /// where the line was silent.
+  Duration whole{};      ///< a message that takes longer from its first byte is damaged
+  /// A message is recognised by its beginning. Else it begins where the one before ended, or after
+  /// a silence of the line.
   bool marked = false;
 };
 
@@ -201,24 +199,24 @@ class Conversation {
  public:
   virtual ~Conversation() = default;
 
-  /// The requests that read all readable points, in the order in which to ask. The same until an
-  /// Answer or OnFailure says replan, or OnReconnect is called.
+  /// The requests that read all readable points, in the order of asking. They stay the same until
+  /// an Answer or OnFailure says replan, or OnReconnect is called.
   virtual std::span<const Query> Queries() const = 0;
 
-  /// It can be asked for events, and is wanted to: tasks of events come as often as fast polls, and
-  /// again as soon as a batch is kept. Asked when Queries() are.
+  /// The device has events, and the user wants them: tasks of events come as often as fast polls,
+  /// and again as soon as a batch is kept. Called whenever Queries() is.
   virtual bool HasEvents() const { return false; }
 
-  /// From when on it wants a task in the background; nothing: it does not. Such tasks come when
+  /// From when on it wants a task in the background; empty: it wants none. Such tasks come when
   /// nothing else of the line is due soon, at least once a minute, and never while a batch is not
-  /// kept yet. Asked behind each task, and when a batch is kept.
+  /// kept yet. Called after each task, and when a batch is kept.
   virtual std::optional<Instant> BackgroundDue() const { return std::nullopt; }
 
-  /// What the latest batch of its events that is on the disk has said (EventBatch::said), empty:
-  /// none has. Called when the store of events is open, with what it holds from before a restart,
-  /// and whenever a batch is kept; HasEvents is asked again behind it. For devices that forget
-  /// nothing: their conversations tell by it what they have given already. Until it is called
-  /// nobody knows, and such a conversation says that it has no events.
+  /// `said` of its newest batch of events on the disk (EventBatch::said); empty: there is none.
+  /// Called when the store of events is open, with what it holds from before a restart, and
+  /// whenever a batch is kept; HasEvents is asked again after it. For devices that never forget
+  /// events: their conversations see by it which ones they have delivered. Until it is called such
+  /// a conversation has no events.
   virtual void OnEventsKept(std::string_view /*said*/) {}
 
   /// The next request for `task`. That may be one which the task itself does not name, such as a
@@ -235,81 +233,81 @@ class Conversation {
   virtual Answer OnFrame(const Task& task, const Request& request, View frame, Instant now) = 0;
 
   /// `request` was a broadcast (Expectation::Reply::none), and is sent. ask_again: the task goes on
-  /// behind it; what it began with is then the next request.
+  /// after it; what it began with is then the next request.
   virtual Then OnSent(const Task&, const Request&, Instant) { return Then::done; }
 
-  /// A stamped request is sent now: its bytes anew, as many as before. `arrives`: when the last of
-  /// them is out; `character`: the time of one on this line.
+  /// A stamped request is sent now: writes its bytes again, as many as before. `arrives`: when the
+  /// last of them is out; `character`: the time of one on this line.
   virtual void Stamp(Request&, Now /*arrives*/, Duration /*character*/) {}
 
-  /// This machine's clock is known to be right (synchronised), or not any more. It is not before
-  /// the first call.
+  /// Whether this machine's clock is known to be right (synchronised). Before the first call it is
+  /// not.
   virtual void OnHostClock(bool /*right*/) {}
 
   /// `request` has failed, and is not repeated any more. The outcome is why: no_reply, partial,
   /// corrupt, unexpected; line_down: the port is gone; busy: the task's time was over before the
-  /// request was sent. ask_again: another exchange is needed all the same, to close what is open.
-  /// Also called behind an OnFrame that gave a batch, if it cannot be known whose reply that was:
-  /// the batch is not kept.
+  /// request was sent. ask_again: another exchange is needed, to close what is open. Also called
+  /// after an OnFrame that gave a batch, if it cannot be known whose reply that was: the batch is
+  /// not kept.
   virtual Then OnFailure(const Task&, const Request&, Outcome, Instant) { return Then::done; }
 
   /// What to send before a failed request is repeated, or in place of one that is not repeatable.
   /// Examples: a DCON broadcast that is due; the SPA command L takes events out of the device, B
-  /// gives the last answer to L once more. Nothing: it is repeated, or the exchange has failed.
+  /// gives the last answer to L again. Empty: it is repeated, or the exchange has failed.
   virtual std::optional<Request> Instead(const Request&, Outcome, Instant) { return std::nullopt; }
 
-  /// It says something unasked; null: it does not. The same as long as the conversation lives. Its
-  /// silence is then no failure: nothing is asked of it but what Queries() say, which may be none.
+  /// Not null: the device sends unasked. The result does not change. Its silence is then no
+  /// failure: only Queries() are asked of it, and there may be none.
   virtual const Standing* Listens() const { return nullptr; }
   /// A whole message has come unasked. Readings and a batch of events are taken as those of a
   /// reply; an outcome that is not ok counts it as damaged. What its batch has `said` is not
   /// compared: every batch is kept, and OnEventsKept is called for each. `received`: its last byte.
   virtual Answer OnUnasked(View /*message*/, Now /*received*/) { return {}; }
-  /// When OnDue is to be called next; nothing: not before something has come. Asked behind each of
+  /// When OnDue is to be called next; empty: not before a message has come. Called after each of
   /// the two.
   virtual std::optional<Instant> DueAt() const { return std::nullopt; }
   virtual Answer OnDue(Now /*now*/) { return {}; }
 
-  /// The port was opened again, or the device has stopped answering. Another device may hang there
-  /// now: forget open sessions and what was learned, such as "does not know command 5".
+  /// The port was opened again, or the device has stopped answering. Another device may be
+  /// connected now: forget open sessions and what was learned, such as "does not know command 5".
   virtual void OnReconnect() {}
 
-  /// A person has taken the device into use: what was given up is tried again, as a password that
-  /// was refused.
+  /// A person has taken the device into use: what was given up is tried again, for example a
+  /// password that was refused.
   virtual void OnEnabled() {}
 
-  /// Asked after each reply and failure. It outlives OnReconnect: what is right again has to say
-  /// so.
+  /// Called after each reply and failure. It outlives OnReconnect: the conversation itself clears
+  /// it.
   virtual const DeviceTrouble& trouble() const {
     static const DeviceTrouble kNone;
     return kNone;
   }
 
-  /// What is worth keeping over restarts of the program, one line in its own words: "serial 12345".
-  /// Asked after each reply and failure, after OnEnabled and OnUnsettledWrite. Empty: nothing.
+  /// What is kept over restarts of the program, one line in its own words: "serial 12345". Called
+  /// after each reply and failure, after OnEnabled and OnUnsettledWrite. Empty: nothing.
   virtual const std::string& Memory() const {
     static const std::string kNothing;
     return kNothing;
   }
-  /// What Memory said before the restart, for the same gateway, line, device, protocol, address and
-  /// profile; empty: nothing. Called before anything else, and never where nothing can be kept.
-  /// What the conversation does not understand counts as nothing.
+  /// What Memory returned before the restart, for the same gateway, line, device, protocol, address
+  /// and profile; it may be empty. Called before anything else, and never if nothing can be kept. A
+  /// text that the conversation does not understand counts as empty.
   /// `now`: for civil times in it.
   virtual void Recall(std::string_view /*memory*/, Now /*now*/) {}
 
   /// A write that was begun before a restart has not ended, as far as the audit knows: a session or
-  /// a password may still be open in the device. The audit tells it once: what a device that does
-  /// not answer still needs is in Memory.
+  /// a password may still be open in the device. Called once, so Memory must hold it until the
+  /// device answers.
   virtual void OnUnsettledWrite() {}
 
-  /// One of the latest replies on the line was another request's: a refusal may have been, too.
-  /// What was refused is asked again. True: Queries() are others now.
+  /// One of the latest replies on the line was to another request, perhaps a refusal. What was
+  /// refused is asked again. True: Queries() has changed.
   virtual bool ForgetRefusals() { return false; }
 
-  /// What the outcome of OnFrame would be: a first look that remembers nothing. The poller calls it
-  /// before OnFrame, and for requests that were sent earlier, to find out whose reply this is. It
-  /// may be stricter, and say unexpected of a text where a number was asked for: such a reply is
-  /// taken only where nothing else is owed.
+  /// What the outcome of OnFrame would be, without any effect. The poller calls it before OnFrame,
+  /// and for requests that were sent earlier, to find out to which one this reply belongs. It may
+  /// be stricter, and return unexpected for a text where a number was asked for: such a reply is
+  /// taken only if no other is owed.
   virtual Outcome Check(View request, View frame) const = 0;
 
   /// What a reply to a request means: for `baudgate decode`, for routed requests, and for a frame
@@ -317,15 +315,15 @@ class Conversation {
   /// and no memory. What fits no point gets a label.
   virtual Answer Interpret(View request, View frame) = 0;
 
-  /// The least times that the device needs, as it has said itself; nothing = as configured. The
-  /// longer one counts. `character`: the time of one on its line. Asked when trouble() is.
+  /// The times that the device needs at least, as it has reported itself; empty: as configured. The
+  /// longer one counts. `character`: the time of one on its line. Called whenever trouble() is.
   virtual config::Timing LeastTimes(Duration character) const {
     static_cast<void>(character);
     return {};
   }
 
-  /// For the status: what was learned of how the device wants to be asked, such as "at most 4 items
-  /// in one request". Empty: nothing that a user need know.
+  /// For the status: what was learned of how the device must be asked, such as "at most 4 items in
+  /// one request". Empty: nothing.
   virtual std::string WhatIsLearned() const { return {}; }
 };
 

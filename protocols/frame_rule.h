@@ -17,39 +17,39 @@ namespace baudgate {
 
 /// One form that a reply may have. A request often has two: the value, or a refusal.
 struct Shape {
-  int tag = 0;  ///< a number of the protocol's own: its frame rule tells by it which form this is
+  int tag = 0;                 ///< the protocol's own number of this form, for its frame rule
   std::size_t min_length = 0;  ///< of the whole frame, bytes
   std::size_t max_length = 0;
 };
 
-/// What a frame rule has to know beyond an Expectation, where the frames of a protocol are
-/// described in a file. A protocol derives its own; most need none.
+/// What a frame rule needs beyond an Expectation, if the frames of a protocol are described in a
+/// file. A protocol derives its own; most need none.
 class FrameForms {
  public:
   virtual ~FrameForms() = default;
 };
 
 /// What may answer one request. A pure function of the request's bytes and the device's options
-/// (Protocol::expect). For an empty request it describes requests, for whoever listens for them.
+/// (Protocol::expect). For an empty request it describes requests, for listeners on a shared bus.
 struct Expectation {
   enum class Reply : std::uint8_t {
     none,  ///< a broadcast: the exchange is over once the request is sent
     one,
-    standing,  ///< what the device says unasked, as often as it likes (Conversation::Listens); the
-               ///< next of these messages answers a request with this expectation
+    standing,  ///< messages that the device sends unasked (Conversation::Listens); the next of them
+               ///< answers a request with this expectation
   } reply = Reply::one;
   std::vector<Shape> shapes{};  ///< empty: every frame that the rule takes for whole
   std::size_t max_bytes = 256;  ///< no frame is longer; no more bytes are ever kept
-  int checksum = 0;  ///< which kind of checksum, where a protocol has several; its own numbers
-  /// The bytes by which a reply names its device, as they stand in the frame. Empty: replies name
-  /// nobody, so that a late one could be taken for another device's. The line then stays silent
-  /// longer after a lost reply.
+  int checksum = 0;  ///< the kind of checksum, if a protocol has several; its own numbers
+  /// The bytes by which a reply names its device, as they are in the frame. Empty: replies carry no
+  /// address, so a late one could be taken for another device's. The line then stays silent longer
+  /// after a lost reply.
   Bytes address{};
   /// After a failure the same request may be sent once more: it reads, or it sets something to a
-  /// value. False where a second request does harm: a counter that counts requests, an event that
-  /// is read out of the device.
+  /// value. False if a second request does harm: a counter that counts requests, an event that is
+  /// taken out of the device.
   bool repeatable = true;
-  /// A reply may have the same bytes as its request, as that to a Modbus write. On a line that
+  /// A reply may have the same bytes as its request, for example to a Modbus write. On a line that
   /// echoes what is sent, the echo then looks like the reply.
   bool mirrors = false;
   /// Bytes of the request that no log may show, each as offset and count: passwords, and the check
@@ -58,12 +58,12 @@ struct Expectation {
   std::shared_ptr<const FrameForms> forms{};
 };
 
-/// What a frame rule says to the bytes that have been kept so far.
+/// The answer of a frame rule to the bytes kept so far.
 struct Cut {
   enum class Kind : std::uint8_t {
     need_more,  ///< they may become a frame: nothing is taken yet
     frame,      ///< the first `size` bytes are a whole frame
-    discard,    ///< the first `size` bytes are none, and are dropped
+    discard,    ///< the first `size` bytes belong to no frame, and are dropped
   };
   Kind kind = Kind::need_more;
   std::size_t size = 0;  ///< 1 to all bytes kept; 0 only with need_more

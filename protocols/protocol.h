@@ -42,15 +42,14 @@ struct DecoderSpec {
   std::string_view help{};
 };
 
-/// Something of a device that is wrong (Protocol::faults), or possible and yet hardly meant
+/// Something wrong with a device (Protocol::faults), or possible but hardly meant
 /// (Protocol::doubts).
 struct Doubt {
   std::size_t point = kNoPoint;  ///< index of the point that it is about; kNoPoint: the address
   std::string text{};            ///< one sentence: what it leads to, and what to do
 };
 
-/// The times of a protocol as data (docs/timeouts.md): how long its devices take, whatever the bit
-/// rate.
+/// The times of a protocol as data (docs/timeouts.md): how long its devices take at any bit rate.
 struct TimingRule {
   /// The longer one of `least`, and of `characters` character times and `plus` together.
   /// {.least = 5ms, .characters = 7} at 9600 bit/s, 11 bits: 8.02 ms; at 115200: 5 ms.
@@ -67,9 +66,9 @@ struct TimingRule {
   Span quiet{};               ///< silence on the line before a request
   Span reply{};               ///< from the end of the request to the first byte of the reply
   Span gap{};                 ///< the longest silence inside a frame
-  Span drain{};               ///< silence after which nothing of an old reply comes any more
+  Span drain{};               ///< after this silence nothing more of an old reply comes
   std::size_t longest = 256;  ///< characters of the longest reply
-  int gaps = 2;               ///< so many pauses may be in it
+  int gaps = 2;               ///< the most pauses inside it
   Span longest_time{};        ///< no reply takes longer than this; zero: no such bound
 
   /// All five times of a line with these settings. Its ceiling is the time for the longest reply.
@@ -88,7 +87,7 @@ struct TimingRule {
   }
 };
 
-/// What a protocol makes of bytes that came in place of a reply, for `baudgate status`.
+/// What a protocol recognises in bytes that came in place of a reply, for `baudgate status`.
 struct Recognised {
   enum class What : std::uint8_t {
     other_device,    ///< a whole reply in the name of another device
@@ -102,21 +101,21 @@ struct Recognised {
   std::string remedy{};  ///< "set protocol: modbus_rtu at the line"
 };
 
-/// What a person sends by hand (`baudgate ask`). Pure functions.
+/// Telegrams that a person sends by hand (`baudgate ask`). Pure functions.
 struct TelegramRule {
   /// The characters that a telegram in text begins with, each of one protocol's only. Empty: its
   /// telegrams are no text.
   std::string_view leads{};
-  /// The whole frame of what was written: the checksum that the device's options want in the place
-  /// of a final "XX", or behind text and bytes that have none, and the end of the line. The error
-  /// says what is wrong.
+  /// The whole frame of what was typed: the checksum that the device's options want replaces a
+  /// final "XX", or is appended if there is none; then comes the end of the line. The error says
+  /// what is wrong.
   Result<Bytes> (*complete)(View written, const ParsedOptions& options) = nullptr;
-  /// No device takes `request`, a whole frame, for anything else than a read. False: nobody knows.
+  /// True: every device takes `request`, a whole frame, for a read. False: that is not known.
   bool (*is_read)(View request, const ParsedOptions& options) = nullptr;
 };
 
-/// What devices of one line have to share, such as a checksum variant that is learned from the
-/// replies of all. A protocol derives its own; most have none.
+/// What the devices of one line share, such as a checksum variant that is learned from the replies
+/// of all. A protocol derives its own; most have none.
 class Bus {
  public:
   virtual ~Bus() = default;
@@ -129,23 +128,22 @@ struct PduCarrier {
   Result<std::uint8_t> (*slave_of)(std::string_view address) = nullptr;
   /// The whole frame for one slave, or for all (0). `pdu` has 1…253 bytes.
   Bytes (*wrap)(std::uint8_t slave, View pdu) = nullptr;
-  /// What the whole reply frame means for `request`, a frame made by wrap:
-  /// ok, `pdu` is the reply; refused, `pdu` is the slave's exception; unexpected: length or the
-  /// repeated part do not fit the request, and `pdu` is what came; or address or function do not,
-  /// and `pdu` is empty.
+  /// What the whole reply frame means for `request`, a frame made by wrap. ok: `pdu` is the reply.
+  /// refused: `pdu` is the slave's exception. unexpected: length or the repeated part do not fit
+  /// the request, and `pdu` is what came; or address or function do not fit, and `pdu` is empty.
   Outcome (*unwrap)(View request, View frame, Bytes& pdu) = nullptr;
-  /// Slave and PDU of a whole request frame that some master has sent. Nothing: it is none.
+  /// Slave and PDU of a whole request frame of a master. Empty: it is not a request.
   std::optional<std::pair<std::uint8_t, Bytes>> (*unwrap_request)(View frame) = nullptr;
-  /// Every slave answers this PDU, if only with an exception. Silence to any other PDU does not
-  /// mean that the slave is absent: it may be one that ignores functions which it does not know.
+  /// Whether every slave answers this PDU, at least with an exception. Silence to any other PDU
+  /// does not mean that the slave is absent: it may ignore functions that it does not know.
   bool (*is_common)(View pdu) = nullptr;
-  /// What masters call these frames that ask the gateway itself: those at serial listeners, and TCP
-  /// clients of listeners with this `framing`. Of each but `tcp`, which means none of them, there
-  /// is one installed protocol.
+  /// The framing of masters that ask the gateway itself: at serial listeners, and of TCP clients at
+  /// listeners with this `framing`. For each framing but `tcp` there is one installed protocol;
+  /// `tcp` means that this protocol serves no such masters.
   modbus::Framing framing = modbus::Framing::tcp;
 };
 
-/// The address of a device that has none, as a balance on RS-232.
+/// The address of a device that has none, such as a balance on RS-232.
 inline constexpr std::string_view kNoAddress = "none";
 
 struct Protocol {
@@ -158,8 +156,9 @@ struct Protocol {
   std::span<const OptionSpec> options{};
   std::span<const DecoderSpec> decoders{};
 
-  /// Reads an option of kind `description` and tells all that is wrong with it. Not null, so that a
-  /// description with an error is not taken for none. Null: no option is of that kind.
+  /// Reads an option of kind `description` and reports all that is wrong with it. The result is
+  /// never null, so a description with an error is not taken for none. Null: no option is of that
+  /// kind.
   std::shared_ptr<const config::Description> (*describe)(const config::YamlNode& node,
                                                          config::Problems& problems) = nullptr;
 
@@ -176,11 +175,11 @@ struct Protocol {
   /// address stands for a profile: only what is wrong for every device of the profile is reported.
   /// Null: nothing is checked.
   std::vector<Doubt> (*faults)(const config::Device& device) = nullptr;
-  /// What the user is warned of. Address and points may be wrong: other checks report that. Null:
+  /// Warnings for the user. Address and points may be wrong: other checks report that. Null:
   /// nothing is checked.
   std::vector<Doubt> (*doubts)(const config::Device& device) = nullptr;
 
-  /// Used where a line's configuration gives no serial settings.
+  /// Used if a line's configuration has no serial settings.
   config::SerialSettings serial{};
   int data_bits = 7;  ///< the fewest that its characters need: 7 or 8
   /// Spoken over TCP connections only (port: tcp://host:port): no serial settings, no echo.
@@ -194,19 +193,19 @@ struct Protocol {
   ParsedOptions (*parse)(const config::Options& options) = nullptr;
   /// What may answer `request`; for an empty request: what requests look like. Pure.
   Expectation (*expect)(View request, const ParsedOptions& options) = nullptr;
-  /// What `heard`, bytes that came for `request` and are no reply to it, may be. Nothing: it cannot
-  /// be told. Null: it can never be told. Pure.
+  /// What `heard`, bytes that came for `request` and are no reply to it, may be. Empty: not known.
+  /// Null: it is never known. Pure.
   std::optional<Recognised> (*recognise)(View request, View heard,
                                          const ParsedOptions& options) = nullptr;
 
-  /// Whether a device with these options speaks unasked (Conversation::Listens). It has its line to
-  /// itself. The configuration asks this, before options are parsed. Null: none does.
+  /// Whether a device with these options sends unasked (Conversation::Listens). It has its line to
+  /// itself. Used by the configuration, before options are parsed. Null: no device does.
   bool (*unasked)(const config::Options& options) = nullptr;
-  /// The silence of such a device is normal: its values grow old only where `max_age` says so.
+  /// The silence of such a device is normal: its values grow old only if it has `max_age`.
   bool never_old = false;
 
-  /// Nothing stronger than an 8-bit sum guards its replies: of the damaged ones at least one in 256
-  /// looks whole.
+  /// Its replies have no check stronger than an 8-bit sum: at least one in 256 damaged ones looks
+  /// whole.
   bool weak_check = false;
 
   /// Whether the conversation with this device has a Memory. Null: none has.
@@ -218,7 +217,7 @@ struct Protocol {
   /// The protocol whose profiles serve this one as well: "modbus_rtu" of modbus_ascii. Empty: none.
   std::string_view profiles_of{};
 
-  /// Called once for each line, where devices of a line share something; else null.
+  /// Called once for each line, if devices of a line share something; else null.
   std::unique_ptr<Bus> (*make_bus)() = nullptr;
   /// `options` are those of `device`. `device` and `bus` outlive the conversation. `bus` is what
   /// make_bus gave; null without it.

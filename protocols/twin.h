@@ -33,15 +33,15 @@ class Twin {
   /// wrong checksum.
   virtual Bytes Answer(View request, Instant now) = 0;
   /// From now on replies carry `address`, a valid one, in place of the device's own; requests to
-  /// its own are answered as before. Address 7, ReplyAs("9"): "?7A1" is answered by "!9…". Where
-  /// replies of the protocol carry no address, nothing changes. For the fault wrong_address.
+  /// its own address are answered as before. Address 7, ReplyAs("9"): "?7A1" is answered by "!9…".
+  /// If replies of the protocol carry no address, nothing changes. For the fault wrong_address.
   virtual void ReplyAs(std::string_view address) = 0;
-  /// Its own clock shows this, and runs on. A twin that is not told has no clock.
+  /// Sets its own clock, which runs on. A twin whose clock was never set has none.
   virtual void SetClock(Now /*now*/) {}
-  /// It happens now; `event.time` is its own clock's, and not looked at. False: this twin has no
-  /// events.
+  /// The event happens now; `event.time` is ignored, because the twin's own clock gives it. False:
+  /// this twin has no events.
   virtual bool Raise(const DeviceEvent& /*event*/, Now /*now*/) { return false; }
-  /// The next message that it sends by itself; empty: there is none now.
+  /// The next message that it sends unasked; empty: there is none now.
   virtual Bytes Say(Instant /*now*/) { return {}; }
 };
 

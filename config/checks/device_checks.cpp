@@ -15,7 +15,7 @@ std::string Called(const Device& device) {
   return device.name.empty() ? "device" : "device '" + device.name + "'";
 }
 
-/// Points that are read more seldom than their values may grow old.
+/// Groups that are read at longer intervals than max_age.
 void CheckSeldomGroups(const Device& device, const Keys& keys, Problems& problems) {
   std::set<Group> told;
   for (const Point& point : device.points) {

@@ -50,7 +50,8 @@ void CheckClient(const ClientPriority& client, const Listener& listener, const M
       listener.allow.begin(), listener.allow.end(),
       [&](const Network& network) { return Covers(network, from) || Covers(from, network); });
   if (!listener.allow.empty() && !can_come) {
-    problems.Warning(mark, "from: " + from.text + " has no effect: 'allow' lets nobody of it in");
+    problems.Warning(
+        mark, "from: " + from.text + " has no effect: 'allow' excludes all of these addresses");
   }
 }
 

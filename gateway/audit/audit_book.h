@@ -1,6 +1,6 @@
-// Records that are not in the file yet, or not as they are now: what the writing thread takes from
-// and what waits here while the disk fails. Bounded. No thread, no lock, no disk: audit_log.h has
-// them.
+// Records that are not in the file yet, or have changed since: the writing thread takes them from
+// here, and they wait here while the disk fails. Bounded. No thread, no lock, no disk: audit_log.h
+// has them.
 //
 //   Begin(r)      → 7            a ticket
 //   Due()         → {7, r}       to be inserted
@@ -27,12 +27,12 @@ struct Ending {
   Duration took{};
 };
 
-/// A record as it has to be in the file.
+/// A record as it must be in the file.
 struct Draft {
   Ticket ticket = 0;
   std::uint64_t version = 0;
-  bool ended = false;  ///< no change comes behind it
-  WriteRecord record;  ///< seq 0: it is not there yet
+  bool ended = false;  ///< no change follows
+  WriteRecord record;  ///< seq 0: it is not in the file yet
 };
 
 class AuditBook {
@@ -40,24 +40,24 @@ class AuditBook {
   /// The most of each kind: writes to points wait here for their end, all for a disk that fails.
   static constexpr std::array<std::size_t, kKinds> kLimits = {8192, 2048, 2048, 256};
 
-  /// Nothing: there is no room, and one more of its kind is lost.
+  /// Empty: there is no room, and the record is lost.
   std::optional<Ticket> Begin(WriteRecord record);
-  /// No change comes behind it. A ticket that is not here is passed over.
+  /// Its last change. An unknown ticket is ignored.
   void End(Ticket ticket, const Ending& ending);
-  /// In its place, but for seq; `last`: no change comes behind it.
+  /// Replaces the record, except seq; `last`: no change follows.
   void Change(Ticket ticket, const WriteRecord& record, bool last);
 
   bool due() const { return due_ > 0; }
-  /// In the order of their tickets.
+  /// What is to be written, in the order of the tickets.
   std::vector<Draft> Due() const;
-  /// They are on the disk; each has its seq now.
+  /// These are on the disk; each has its seq now.
   void Kept(const std::vector<Draft>& drafts);
-  /// The file is another one: what is still here is in none.
+  /// The file is a new one: none of these records is in it.
   void NewFile();
 
-  /// All up to this ticket were in the file at one time.
+  /// All records up to this ticket have been in the file.
   Ticket kept() const { return kept_; }
-  /// Nothing in the file has them yet.
+  /// Records that are not in the file yet.
   std::size_t unwritten() const { return unwritten_; }
   std::uint64_t lost() const { return lost_; }
 

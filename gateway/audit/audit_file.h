@@ -1,5 +1,6 @@
-// The audit's side of events.db: opens it when it is needed, writes what the book has due, and says
-// what went wrong. On one thread (gateway/audit/audit_log.h), without a clock of its own.
+// The audit's part of events.db: opens the file when it is needed, writes what the book has due,
+// and reports what went wrong. On one thread (gateway/audit/audit_log.h), without a clock of its
+// own.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -23,15 +24,15 @@ class AuditFile {
                      std::shared_ptr<EventsWriter> writer = {});
 
   using Opened = EventsConnection::Opened;
-  /// Nothing where it is open and fit for use.
+  /// Empty: it was open already.
   std::optional<Opened> Open();
-  /// Open; all of them are on the disk, with their seq, or none is.
+  /// Only if open. All of them are on the disk, with their seq, or none is.
   Status Write(std::vector<Draft>& drafts);
-  /// Open: what a reader has found damaged is read as a whole.
+  /// Only if open. A reader has found damage: the whole file is checked.
   Status Check();
   /// See PutAsideOf.
   std::vector<std::string> PutAside() const { return PutAsideOf(connection_.path()); }
-  /// Takes out what there is no room for, and what is too old. Its failures are the next write's.
+  /// Deletes records beyond the limits. A failure shows at the next write.
   void Tidy(Now now);
 
   /// See WriteTable. Of a file that is open.

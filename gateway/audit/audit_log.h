@@ -1,6 +1,12 @@
 // The audit while the gateway runs: records come from any thread, the thread of events.db writes
 // them to the file, and all that come while the disk is busy share the next commit. While the disk
 // fails they wait in memory, as many as audit_book.h holds, and it is tried again every second.
+//
+//   WriteLog        the interface for writers of records        AuditSource   for readers of its
+//   state AuditLog        this: the thread and the lock               AuditedWrites the sink before
+//   the lines AuditBook       records that are not in the file yet        Repeats       folds equal
+//   denials AuditFile       opens the file, WriteTable writes its rows  Witness       records a
+//   routed write
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -31,8 +37,8 @@ class AuditLog final : public WriteLog, public AuditSource {
     /// One line when the disk begins to fail, and one when it is well again; from any thread.
     std::function<void(const std::string&)> warn;
     std::function<void(const std::string&)> inform;
-    /// Devices to which the last run has begun a write that has not ended, when the file opens
-    /// first; on the writing thread. Empty: nobody wants to know.
+    /// Called when the file is first opened, on the writing thread: devices with a write that the
+    /// last run began and did not end. Empty: not wanted.
     std::function<void(const std::set<Target>& devices)> unsettled{};
   };
   explicit AuditLog(Options options);
@@ -64,14 +70,14 @@ class AuditLog final : public WriteLog, public AuditSource {
   const Options options_;
   const std::shared_ptr<EventsWriter> writer_;
   AuditFile file_;         // of the writing thread
-  bool was_open_ = false;  // likewise
+  bool was_open_ = false;  // of the writing thread
   mutable Mutex mutex_;
   std::condition_variable changed_;
   AuditBook book_ BAUDGATE_GUARDED_BY(mutex_);
   Repeats repeats_ BAUDGATE_GUARDED_BY(mutex_){book_};
   AuditState state_ BAUDGATE_GUARDED_BY(mutex_);
   std::string told_ BAUDGATE_GUARDED_BY(mutex_);   // the trouble that the log has; empty: none
-  Instant look_at_ BAUDGATE_GUARDED_BY(mutex_){};  // a round is due then, whatever has come
+  Instant look_at_ BAUDGATE_GUARDED_BY(mutex_){};  // a round is due at this time in any case
   mutable FileWatch watch_ BAUDGATE_GUARDED_BY(mutex_);
   Worker worker_;
 };

@@ -1,4 +1,4 @@
-// What others may ask of the audit: gateway/status and gateway/control. From any thread.
+// What gateway/status and gateway/control may ask of the audit. From any thread.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -25,7 +25,7 @@ class AuditSource {
  public:
   virtual ~AuditSource() = default;
   virtual AuditState state() const = 0;
-  /// Nothing while the file is being opened, which may take as long as reading all of it does.
+  /// Empty while the file is being opened, which may take as long as reading it.
   virtual Result<Page> Read(const PageQuery& query) const = 0;
 };
 

@@ -1,5 +1,5 @@
-// Before the lines: every write to a point waits until its record is on the disk, at most 500 ms,
-// and then goes to the line; what became of it completes the record. Commands go on in their order.
+// The sink before the lines: every write to a point waits until its record is on the disk, at most
+// 500 ms, and then goes to the line; its end completes the record. Commands keep their order.
 //
 //   Submit(w) → Begin(record of w) → kept → inner.Submit(w) → w.End(ok) → End(record, ok)
 //                                  → not kept, require      → w.End(denied)
@@ -22,13 +22,13 @@ namespace baudgate::audit {
 
 class AuditedWrites final : public CommandSink {
  public:
-  /// A line never waits for a disk, nor does whoever submits.
+  /// Neither a line nor a caller of Submit ever waits for a disk.
   static constexpr Duration kWaitForRecord = 500ms;
   /// Commands that may wait for their records.
   static constexpr std::size_t kLimit = 1024;
 
-  /// All outlive it; so does `log` every command that was handed to `inner`. With
-  /// `require` a write without a record is denied.
+  /// All outlive it, and `log` outlives every command that was handed to `inner`. With `require` a
+  /// write without a record is denied.
   AuditedWrites(const PointStore& store, CommandSink& inner, WriteLog& log, config::Audit audit,
                 std::function<Now()> clocks);
   ~AuditedWrites() override { Stop(); }
@@ -39,10 +39,11 @@ class AuditedWrites final : public CommandSink {
 
   /// Begins to hand commands on, on a thread of its own.
   void Start() { worker_.Start(); }
-  /// Hands on, or denies, what still waits. Nobody submits any more.
+  /// Hands on, or denies, what still waits. Submit is not called any more.
   void Stop();
 
-  /// Hands the next one on; waits for its record. False: none waits. For tests, in place of Start.
+  /// Waits for the record of the next command and hands it on. False: none waits. For tests, in
+  /// place of Start.
   bool HandOn();
 
  private:

@@ -1,5 +1,5 @@
-// The two records of a loan of a port over the network: its beginning and its end. What its client
-// has sent is in none of them.
+// The two records of a loan of a port to a network client: its beginning and its end. Neither has
+// what the client sent.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

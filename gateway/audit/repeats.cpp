@@ -9,7 +9,7 @@
 namespace baudgate::audit {
 namespace {
 
-/// "40.1 is above the most, 40" and "41 is above the most, 40" are one reason.
+/// "40.1 is above the maximum, 40" and "41 is above the maximum, 40" are one reason.
 std::string ReasonOf(const WriteRecord& record) {
   std::string reason = record.reason;
   std::erase_if(reason, [](char c) { return (c >= '0' && c <= '9') || c == '.' || c == '-'; });

@@ -1,8 +1,8 @@
-// Writes that come again and again, folded into one record: those of one client (its address,
-// whatever its port) to one register, with one outcome and for one reason. The first is recorded at
-// once; what follows within a minute changes its count, its last value and time. Bounded: a client
-// that writes to too many registers shares one record among the rest of them, and where too many
-// clients write, the rest of them share one of each kind. No thread, no clock.
+// Equal writes, folded into one record: writes of one client (its address, with any port) to one
+// register, with one outcome and one reason. The first is recorded at once; those within a minute
+// after it change its count, its last value and time. Bounded: the
+// registers of one client beyond a limit share one record; clients beyond a limit share one record
+// of each kind. No thread, no clock.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,10 +16,10 @@ namespace baudgate::audit {
 
 class Repeats {
  public:
-  /// A record takes no repeats after that.
+  /// After this time a record takes no more repeats.
   static constexpr Duration kWindow = 1min;
-  /// Records of a kind that may be open at a time, and of those the ones of one client address;
-  /// beside those that the rest share.
+  /// The most open records of a kind, and of these of one client address, apart from those that the
+  /// rest share.
   static constexpr std::size_t kMost = 1024;
   static constexpr std::size_t kMostOfClient = 64;
   /// What stands for the rest.
@@ -28,10 +28,10 @@ class Repeats {
 
   explicit Repeats(AuditBook& book) : book_(book) {}
 
-  /// `record.end` is known. Reaches the book at once where it is the first.
+  /// `record.end` is known. The first one is put into the book at once.
   void Add(WriteRecord record, Instant now);
-  /// Hands what has changed to the book, and closes what has been open for long enough. To be
-  /// called about once a second.
+  /// Hands changed records to the book, and closes those that were open for long enough. Call it
+  /// about once a second.
   void Tick(Instant now);
   /// The program ends: closes all.
   void Close();

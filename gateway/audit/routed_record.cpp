@@ -109,7 +109,7 @@ Witness::Witness(WriteLog& log, const RoutedWrite& write)
       broadcast_(write.broadcast) {}
 
 Witness::~Witness() {
-  if (!told_) Tell({WriteEnd::unknown, "nothing was heard of its end"});
+  if (!told_) Tell({WriteEnd::unknown, "its result never became known"});
 }
 
 Witness::Done Witness::Watch(std::shared_ptr<Witness> witness, Done done) {

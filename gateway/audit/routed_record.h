@@ -1,5 +1,5 @@
-// Writes that pass through to a slave as they are: their records are made behind the exchange, and
-// nothing waits for them. Called by gateway/modbus/service for every routed request but reads.
+// Writes that are passed on to a slave as they are: their records are made after the exchange, and
+// nothing waits for them. Called by gateway/modbus/service for every routed request except reads.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,18 +16,18 @@ namespace baudgate::audit {
 struct RoutedWrite {
   std::string client;
   std::string target;     ///< name of the line, or "10.0.0.9:502"
-  std::uint8_t unit = 0;  ///< as the client asks for it
+  std::uint8_t unit = 0;  ///< as the client addresses it
   bool broadcast = false;
   View pdu;
   Now asked;
 };
 
-/// Function, address and values, of which 16 at most are told: "06 holding 100", 7;
-/// "16 holding 100-101", "1 2". Of functions other than 5, 6, 15, 16, 22 and 23 only the code.
+/// Function, address and at most 16 values: "06 holding 100", 7; "16 holding 100-101", "1 2". Only
+/// the code for functions other than 5, 6, 15, 16, 22 and 23.
 WriteRecord RecordOf(const RoutedWrite& write);
 
-/// The record of one request. Tells the log once how the request ended, or that nobody knows if all
-/// copies of Watch's function be gone without a call.
+/// The record of one request. Reports once to the log how the request ended; if all copies of
+/// Watch's function are destroyed without a call, that its result is not known.
 class Witness {
  public:
   /// `log` outlives it.
@@ -37,9 +37,9 @@ class Witness {
   Witness& operator=(const Witness&) = delete;
 
   using Done = std::function<void(RoutedReply)>;
-  /// `done`, which also tells the log.
+  /// Returns `done`, which also reports to the log.
   static Done Watch(std::shared_ptr<Witness> witness, Done done);
-  /// It was not let in.
+  /// The gateway has refused it.
   void Refuse(WriteEnd end, const std::string& reason);
 
  private:

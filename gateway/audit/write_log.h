@@ -1,5 +1,5 @@
-// Where records of writes go: gateway/audit/audit_log.h keeps them, tests only remember. From any
-// thread; nothing but WaitFor waits.
+// The interface for records of writes: gateway/audit/audit_log.h saves them, tests only remember.
+// From any thread; only WaitFor waits.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,17 +12,17 @@ class WriteLog {
   enum class Kept : std::uint8_t {
     yes,      ///< it is on the disk
     failing,  ///< the disk has said that it cannot
-    late,     ///< the disk has said nothing in time
+    late,     ///< the disk did not answer in time
   };
   virtual ~WriteLog() = default;
-  /// A record of what is about to be done. Nothing: there is no room for it.
+  /// A record of a write that is about to be done. Empty: there is no room for it.
   virtual std::optional<Ticket> Begin(WriteRecord record) = 0;
   virtual void End(Ticket ticket, const Ending& ending) = 0;
-  /// Waits until the record of Begin is kept, and all before it.
+  /// Waits until the record of Begin, and all before it, are on the disk.
   virtual Kept WaitFor(Ticket ticket, Instant until) = 0;
-  /// What has been done already, or was denied, `asked` at that time: repeats share a record.
+  /// A write that was done already, or denied; it was asked for at `asked`. Repeats share a record.
   virtual void Note(WriteRecord record, Instant asked) = 0;
-  /// As the last answers of WaitFor were, in words; empty: all is well.
+  /// The last trouble of WaitFor, in words; empty: there is none.
   virtual std::string Trouble() const = 0;
 };
 

@@ -1,5 +1,5 @@
-// Reads what the audit holds, page by page: for `baudgate writes`, over a connection of its own
-// that holds up nobody. What stands in the file may be anything; every field is checked.
+// Reads the records of the audit, page by page, for `baudgate writes`: over a connection of its
+// own, so nothing waits for it. The file may contain anything; every field is checked.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,17 +18,17 @@ namespace baudgate::audit {
 inline constexpr std::size_t kPage = 100;
 
 struct PageQuery {
-  /// seq: all, in the order in which they were asked for. settled: those that have ended, in the
-  /// order of their ends; nothing is ever put in before what was read.
+  /// seq: all records, in the order of the requests. settled: those that have ended, in the order
+  /// of their ends; a record never appears before one that was read already.
   enum class Order : std::uint8_t { seq, settled } order = Order::seq;
-  std::int64_t after = 0;         ///< of that order
-  std::optional<WallTime> since;  ///< none that was asked for earlier
+  std::int64_t after = 0;         ///< a number in that order
+  std::optional<WallTime> since;  ///< only writes requested at this time or later
 };
 
 struct Page {
   std::vector<WriteRecord> records;
   std::int64_t next = 0;  ///< `after` of the next page
-  bool more = false;      ///< there was more at that time
+  bool more = false;      ///< there were more at that time
 };
 
 Result<Page> ReadPage(Database& database, const PageQuery& query);

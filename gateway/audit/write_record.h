@@ -1,6 +1,6 @@
-// One write as the audit keeps it: who wanted what, and what became of it. Values are in
-// engineering units, as users see them; bytes of a line are in none of it. docs/audit.md has the
-// fields for users.
+// One write as the audit keeps it: its client, what it wanted, and the result. Values are in
+// engineering units, as users see them, never bytes of a line. docs/audit.md has the fields for
+// users.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,11 +16,11 @@
 
 namespace baudgate::audit {
 
-/// Each has room of its own in the file, so that a flood of one pushes out none of another.
+/// Each kind has its own room in the file, so that a flood of one displaces no other.
 enum class Kind : std::uint8_t {
   point,   ///< to a point: recorded before it is sent
-  route,   ///< passed on as it was: recorded behind its exchange
-  denied,  ///< not let through by the gateway
+  route,   ///< passed on as it was: recorded after its exchange
+  denied,  ///< refused by the gateway
   loan,    ///< of a port over the network: its beginning, and its end
 };
 inline constexpr std::size_t kKinds = 4;
@@ -36,14 +36,14 @@ struct WriteRecord {
   std::string line;                     ///< or the server elsewhere: "10.0.0.9:502"
   std::string device;                   ///< its bare name; of a route "unit 20"
   std::string point;                    ///< of a route its function and address: "06 holding 100"
-  Value before;                         ///< what the point showed before; nothing: not known
-  Value first;                          ///< of repeats what was written first; else nothing
-  Value value;                          ///< what was to be written; of repeats the last
-  std::optional<WriteEnd> end;          ///< nothing: it is under way
+  Value before;                         ///< what the point showed before; empty: not known
+  Value first;                          ///< of repeats the first value; else empty
+  Value value;                          ///< the value to write; of repeats the last
+  std::optional<WriteEnd> end;          ///< empty: it is under way
   std::string reason;                   ///< one sentence; empty when ok
   Duration took{};                      ///< from when it was asked for to its end
   std::uint64_t count = 1;              ///< of repeats, this one included
-  std::optional<std::int64_t> settled;  ///< its place among those that have ended; nothing: not yet
+  std::optional<std::int64_t> settled;  ///< its number among those that have ended; empty: not yet
 };
 
 /// Longer texts are cut.

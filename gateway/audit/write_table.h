@@ -15,8 +15,8 @@
 
 namespace baudgate::audit {
 
-/// How much is kept of a kind. Beyond `rows` the oldest of the point that has most of them goes
-/// first, so that who writes to one without end pushes out nothing of another.
+/// How much is kept of a kind. Beyond `rows` the oldest record of the point with most records goes
+/// first, so a client that writes to one point without end displaces no record of another.
 struct Room {
   std::int64_t rows = 0;
   Duration age{};
@@ -35,15 +35,15 @@ class WriteTable {
   /// `database` is of OpenEvents, and outlives it.
   explicit WriteTable(Database& database, const std::array<Room, kKinds>& rooms = kRooms);
 
-  /// Once, before anything else: what the last run has begun and not ended is unknown now. Its
-  /// writes to points are `unsettled()` then.
+  /// Once, before anything else: writes that the last run began and did not end become unknown.
+  /// Those to points are then in `unsettled()`.
   bool SettleOrphans();
   const std::set<Target>& unsettled() const { return unsettled_; }
-  /// All or none. Sets the seq of new ones.
+  /// Writes all or none. Sets the seq of new ones.
   bool Write(std::vector<Draft>& drafts);
-  /// Takes out what is beyond the rows of its kind.
+  /// Deletes records beyond the rows of their kind.
   bool MakeRoom();
-  /// Takes out what is older than its kind is kept.
+  /// Deletes records that are older than their kind is kept.
   bool DropOld(WallTime now);
 
  private:

@@ -26,7 +26,7 @@ class Journal {
   Journal(const Journal&) = delete;
   Journal& operator=(const Journal&) = delete;
 
-  /// At once, and thread-safe; false: nobody is there, or he has no room for it.
+  /// Does not block; thread-safe. False: there is no journal, or its socket is full.
   bool Send(Level level, const About& about, const std::string& text) const;
 
  private:

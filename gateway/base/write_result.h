@@ -28,8 +28,8 @@ struct WriteResult {
   bool read_back = false;  ///< ok: the device shows what was written
   /// How many of several points were confirmed, in their order, before the first that was not.
   std::size_t written = 0;
-  /// How many of several points belonged to exchanges that were begun; not above `written`: what
-  /// is said of the first that was not written holds for the rest.
+  /// How many of several points belonged to exchanges that were begun. If not above `written`, the
+  /// end is that of the first point that was not begun, and of all after it.
   std::size_t tried = 0;
   /// Refused, and nothing was sent: the protocol has no form for the value (0.05 in steps of 0.1).
   bool unfit = false;

@@ -15,7 +15,7 @@ namespace baudgate {
 namespace {
 
 void AddScan(CLI::App& app, Action& action) {
-  auto* command = app.add_subcommand("scan", "Look who is on a bus: reads only");
+  auto* command = app.add_subcommand("scan", "Find the devices on a bus (only reads)");
   auto options = std::make_shared<ScanOptions>();
   command
       ->add_option("TARGET", options->target,
@@ -35,7 +35,7 @@ void AddScan(CLI::App& app, Action& action) {
                     "Also where somebody else speaks on the line");
   command->add_flag("--rs485", options->rs485, "The driver of the port switches the direction");
   command->add_option("--config", options->config, "Write a configuration of what was found");
-  command->add_flag("--force", options->force, "The file may be there: it is written anew");
+  command->add_flag("--force", options->force, "Overwrite the file if it exists");
   command->add_flag("--json", options->json, "Print one JSON object a device");
   AddSocket(*command, options->socket);
   command->callback([options, &action] {

@@ -109,7 +109,7 @@ void AddTrace(CLI::App& app, Action& action) {
 }
 
 void AddWrites(CLI::App& app, Action& action) {
-  auto* command = app.add_subcommand("writes", "Show who has written what, and the result");
+  auto* command = app.add_subcommand("writes", "List writes: who wrote what, and the result");
   auto options = std::make_shared<WritesOptions>();
   command->add_flag("--follow", options->follow, "Then show each new one");
   AddSince(*command, options->since);

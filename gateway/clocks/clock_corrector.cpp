@@ -150,8 +150,8 @@ void ClockCorrector::GoOn(std::uint32_t device, const ClockCare& care, Now now) 
     under_way_.erase(device);
     const char* why = nullptr;
     if (gone) why = "a reload has ended its line";
-    if (!right_) why = "this machine's clock is not known to be right any more";
-    if (kept == DeviceMemory::Kept::no) why = "that it was tried cannot be kept: the disk fails";
+    if (!right_) why = "this machine's clock is no longer synchronised";
+    if (kept == DeviceMemory::Kept::no) why = "the attempt cannot be recorded: the disk fails";
     if (why == nullptr) return Correct(device, care, was.drift, now);
     return links_.tell(device, false, "it is " + Shown(was.drift) + "; " + why, now);
   }

@@ -33,7 +33,7 @@ class ControlSession : public std::enable_shared_from_this<ControlSession> {
   ControlSession(Socket socket, RequestHandler& service, const Limits& limits, bool may_trace,
                  std::function<void(ControlSession&)> closed);
 
-  /// What somebody is told who finds no place.
+  /// The error for a client beyond the limit.
   static std::string TooMany(const Limits& limits);
 
   void Start();

@@ -5,7 +5,7 @@
 //   {"end":"ok","reason":"","read_back":true}
 //
 //   {"command":"may_write","target":"bay-1.feeder-1.setting_group","value":"9"}
-//   {"may_write":false,"reason":"'setting_group': 9 is above the most that may be written, 1"}
+//   {"may_write":false,"reason":"'setting_group': 9 is above the maximum, 1"}
 //
 //   {"command":"read","target":"bay-1.feeder-1"}
 //   {"read":true,"reason":"","points":[{"point":"current_l1","value":0.52,"unit":"xIn",

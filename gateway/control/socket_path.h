@@ -16,7 +16,7 @@ std::vector<std::string> SocketDirectories();
 std::vector<std::string> SocketPaths(const std::string& gateway);
 
 /// Makes the directory of a default place other than /run/baudgate where it is missing. One that
-/// another user owns or may write to is refused: he could stand in for the gateway.
+/// another user owns or may write to is refused: that user could impersonate the gateway.
 Status PrepareDirectory(const std::string& directory);
 
 /// All sockets in the default places, in their order, whether anybody answers there or not.

@@ -61,7 +61,7 @@ Status AskManually(const config::Config& config, LineControl& control, CommandSi
   const Protocol* protocol = control.FindProtocol(to->device->protocol);
   if (protocol == nullptr || protocol->telegram == nullptr ||
       SpeaksUnasked(*protocol, to->device->options)) {
-    return Error{"devices that speak " + to->device->protocol + " are not asked by hand"};
+    return Error{"telegrams by hand are not supported for " + to->device->protocol};
   }
   const auto written = ParseHex(TextOf(request, "telegram"));
   if (!written || written->empty()) return Error{"'telegram' is bytes in hex: 3E 31 52 46 3A"};

@@ -1,6 +1,6 @@
-// The alarms that the gateway raises itself: hears of lines, routes and disks, from any thread, and
-// tells what raises and ends alarms, in order. What is an alarm, and when, is decided by
-// gateway/events/own_alarms.h.
+// The alarms that the gateway raises itself: takes facts about lines, routes and disks from any
+// thread, and reports in order what raises and ends alarms. gateway/events/own_alarms.h decides
+// what is an alarm, and when.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -23,14 +23,14 @@ namespace baudgate {
 class AlarmService {
  public:
   using Tell = std::function<void(events::EventRecord record)>;
-  /// `tell` returns at once, and asks nothing of this.
+  /// `tell` returns at once, and does not call this.
   AlarmService(std::shared_ptr<const config::Config> config, Tell tell)
       : tell_(std::move(tell)), alarms_(std::move(config)) {}
 
-  /// `device`: its name; empty: it is of the line.
+  /// `device`: its name; empty: the news is of the line.
   void OnNews(const std::string& line, const std::string& device, const News& news, Now at);
   void OnRouted(const modbus::RoutedReport& end, Now now);
-  /// A device that the configuration does not use.
+  /// The configuration does not use this device.
   void OnUnused(const std::string& line, const std::string& device, Now now);
 
   struct DiskState {
@@ -38,14 +38,14 @@ class AlarmService {
     Disk disk = Disk::opening;
     std::string why{};
   };
-  /// From time to time: how the disks do, and what has lasted long enough.
+  /// From time to time: the state of the disks; raises what has lasted long enough.
   void Look(std::span<const DiskState> disks, Now now);
 
   /// See OwnAlarms.
   void Renew(std::shared_ptr<const config::Config> config, const std::set<std::string>& begun);
 
  private:
-  /// Requests of clients to one unit that got no reply, one after another.
+  /// Requests of clients to one unit that got no reply, in a row.
   struct Unanswered {
     int requests = 0;
     Now first{};

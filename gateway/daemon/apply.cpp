@@ -1,7 +1,7 @@
 // Another configuration for a gateway that runs. What may fail, the opening of ports, comes first.
-// Lines that are the same are not touched; of the others each part hears in the order that leaves
-// nobody with a number that he does not know: lines end, the store knows the new ones, then files
-// and outputs do, then the new lines begin.
+// Lines that are the same are not touched. The other parts are told in an order in which no part
+// meets a number that it has not been told of: lines end, the store gets the new ones, then files
+// and outputs, then the new lines begin.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <map>
@@ -75,8 +75,8 @@ void Daemon::Impl::Examine(const config::Config& next, reload::Difference& diffe
   }
   if (modbus) CountClients(modbus->server().Traffic(), difference.modbus);
   if (NeedsState(next, catalog) && !records.open()) {
-    difference.restart.push_back("what is recorded, from nothing to " + WhatIsKept(next, catalog) +
-                                 " (the file of records is opened at a start)");
+    difference.restart.push_back("recording of " + WhatIsKept(next, catalog) +
+                                 ", which is off now (its files are opened at a start only)");
   } else if (KeepsEvents(next) && !records.keeps_events()) {
     difference.restart.emplace_back("that events are kept");
   }

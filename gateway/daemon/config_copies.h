@@ -1,5 +1,5 @@
-// The copies of the configuration in the state folder, as they have to be for the next start.
-// Nobody waits long for their disk: a write that comes too late is put right at the next look.
+// The copies of the configuration in the state folder, as the next start needs them. No caller
+// waits long for the disk: a write that comes too late is corrected at the next look.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,7 +17,7 @@ namespace baudgate {
 /// All is called on one thread, or while it does not run: that of `loop`.
 class ConfigCopies {
  public:
-  /// `kept`: nothing where there is no folder. `open_folder` makes it and locks it.
+  /// `kept` empty: there is no folder. `open_folder` makes and locks it.
   ConfigCopies(asio::io_context& loop, std::optional<reload::KeptConfigs> kept, Duration patience,
                std::function<Status()> open_folder);
 
@@ -28,9 +28,9 @@ class ConfigCopies {
 
   /// Opens the folder if that was not done yet, and writes `texts`.
   Status Keep(const reload::KeptTexts& texts);
-  /// Somebody may have removed or changed the copies, and a disk that was full may have room
-  /// again: writes what differs from `texts`, if the folder is open. `seen` gets why they cannot be
-  /// written, later or at once; nothing: they are as they have to be.
+  /// Writes the copies that differ from `texts`, if the folder is open: a copy may have been
+  /// removed or changed, or a full disk may have room again. `seen` gets why they cannot be
+  /// written, later or at once; empty: they are up to date.
   void Look(const reload::KeptTexts& texts,
             std::function<void(std::optional<std::string> trouble)> seen);
   /// As long as the disk takes. Idempotent.

@@ -19,8 +19,7 @@ class ControlOutput {
     control::GatewayInfo info;
     control::ReloadService* reload = nullptr;  ///< null: nothing is reloaded
   };
-  /// All of it outlives this. Null where there is no socket: a gateway that cannot be asked still
-  /// polls.
+  /// All of it outlives this. Null if there is no socket: the gateway polls without one.
   static std::unique_ptr<ControlOutput> Start(const config::Config& config, const Links& links);
   ~ControlOutput();  ///< Stop
 

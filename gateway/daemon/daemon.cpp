@@ -71,8 +71,9 @@ bool Daemon::Stop() {
   impl_->records.EndHistory();
   const std::vector<std::string> hang = impl_->lines.Stop();
   for (const std::string& line : hang) {
-    log::Warn({.line = line},
-              "does not end: a call of its driver does not come back; the gateway ends without it");
+    log::Warn(
+        {.line = line},
+        "cannot be stopped: a call of its driver does not return; the gateway ends without it");
   }
   impl_->host_clock.reset();
   if (hang.empty()) impl_->EndLines();

@@ -20,21 +20,22 @@ class Daemon {
   Daemon(config::Config config, const config::Catalog& catalog);
   ~Daemon();
 
-  /// Before Start: `baudgate reload` and Reload have the file read anew.
+  /// Before Start. Then `baudgate reload` and Reload read the file again.
   void SetReload(ReloadOptions options);
-  /// From any thread, done soon after; the log tells what came of it.
+  /// From any thread, done soon after; the result is in the log.
   void Reload(const std::string& by);
 
-  /// Opens the outputs, then starts the lines. A port of the network that is taken is an error; a
-  /// serial port that is absent is not.
+  /// Opens the outputs, then starts the lines. A network port that is in use is an error; a missing
+  /// serial port is not.
   Status Start();
-  /// Closes the lines, says so of what was published and releases every port; within two seconds.
-  /// False: a line hangs in a call of its driver. All others have ended as they should, and the
-  /// process may end (_Exit); the destructor would wait for the driver.
+  /// Closes the lines, tells subscribers the end and releases every port; within two seconds.
+  /// False: a line hangs in a call of its driver. All others have ended properly, and the process
+  /// may end
+  /// (_Exit); the destructor would wait for the driver.
   bool Stop();
 
-  /// To be called once a second between Start and Stop. False: something that the whole gateway
-  /// needs hangs. A line that hangs is told in log and status, and the rest goes on.
+  /// Call it once a second between Start and Stop. False: something that the whole gateway needs
+  /// hangs. A line that hangs is reported in log and status, and the rest goes on.
   bool Look();
 
   const config::Config& config_at_start() const;

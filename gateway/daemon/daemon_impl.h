@@ -40,7 +40,7 @@ struct Daemon::Impl {
         lines(store, catalog, PlaceLines(config.lines, std::thread::hardware_concurrency()).loops) {
   }
 
-  /// Where commands go in.
+  /// The sink of all outputs: the audit, or the lines themselves where no write is recorded.
   CommandSink& Commands() {
     CommandSink* const recorded = records.entrance();
     return recorded != nullptr ? *recorded : dispatcher;
@@ -53,17 +53,18 @@ struct Daemon::Impl {
   Reloader::Prepared Prepare(config::Config next, const reload::Difference& difference);
   /// By name of the line that begins.
   using Threads = std::map<std::string, std::shared_ptr<LoopThread>>;
-  /// What of it is missing.
+  /// Returns what could not be applied.
   std::vector<std::string> Apply(config::Config next, const reload::Difference& difference,
                                  const modbus::Renewal& renewal, const Threads& threads,
                                  WebOutput::Prepared page);
-  /// On a thread that it shares, where the system has none of its own for it.
+  /// `own` null: on a shared thread, because the system has none left.
   void AddLine(std::shared_ptr<const config::Line> line, std::shared_ptr<LoopThread> own);
   reload::Healths Healths() const;
   void ApplyHistory(const config::Config& before);
   void SetReload(ReloadOptions options);
 
-  /// Room of file descriptors. Which part of each listener's max_clients may connect.
+  /// Raises the limit of file descriptors. Returns which part of each listener's max_clients may
+  /// connect.
   static double MakeRoomFor(const config::Config& its_config);
   Status OpenRecords();
   void TellUnsettled(const std::set<audit::Target>& devices);
@@ -80,13 +81,14 @@ struct Daemon::Impl {
   modbus::GatewayFigures Figures() const;
 
   const config::Config config;  // of the start: what only a restart can change is in it
-  /// By the numbers of the store. Replaced by the reloader's thread, which alone uses it then.
+  /// By the numbers of the store. Points to `config` without owning it until the first reload.
+  /// Replaced by the reloader's thread, which alone uses it then.
   std::shared_ptr<const config::Config> running{std::shared_ptr<void>(), &config};
   const config::Catalog& catalog;
   PointStore store;
   OpenFiles open_files;
   FileTroubles troubles;
-  std::unique_ptr<Recordings> recordings;  // nothing: nowhere to keep them
+  std::unique_ptr<Recordings> recordings;  // null: there is no place to keep them
   Records records;
   Lines lines;
   LineDispatcher dispatcher{store, catalog, lines};
@@ -101,9 +103,10 @@ struct Daemon::Impl {
 #ifdef BAUDGATE_WITH_DDS
   std::unique_ptr<DdsOutput> dds;
 #endif
-  /// Every line that was ever shown otherwise than it began: pointers to them are still out.
+  /// Configurations of lines that were changed in place. Never freed: the poller, the gate and the
+  /// store hold references to them.
   std::vector<std::shared_ptr<const config::Line>> shown;
-  std::unique_ptr<Reloader> reloader;  // nothing: nothing is reloaded
+  std::unique_ptr<Reloader> reloader;  // null: nothing is reloaded
 };
 
 }  // namespace baudgate

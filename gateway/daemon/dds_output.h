@@ -21,9 +21,9 @@ namespace baudgate {
 
 class DdsOutput {
  public:
-  /// All outlive it; writes go to `sink`. The error says which name or setting to change; a process
-  /// that cannot be had is a state.
-  /// `events`: null: no alarms either. `keeps_events`: else only alarms are published.
+  /// All outlive it; writes go to `sink`. The error says which name or setting to change. A process
+  /// that cannot be started is no error but a state.
+  /// `events` null: no events and no alarms. `keeps_events` false: only alarms are published.
   static Result<std::unique_ptr<DdsOutput>> Start(const config::Config& config, PointStore& store,
                                                   CommandSink& sink,
                                                   std::shared_ptr<events::EventFeed> events,
@@ -32,12 +32,12 @@ class DdsOutput {
 
   /// A reload: the store has other devices, those of `config`.
   void OnReload(const config::Config& config);
-  /// What of `next` cannot be published before a restart, if anything.
+  /// What of `next` cannot be published before a restart; empty: all can.
   std::optional<std::string> WhyNot(const config::Config& next) const;
 
   /// No write goes to the sink after this; those under way are answered. Idempotent.
   void StopWrites();
-  /// Tells subscribers the end; within about a second. Idempotent.
+  /// Tells subscribers that all points are gone; within about a second. Idempotent.
   void Stop();
   /// From any thread.
   dds::LinkState state() const;
@@ -47,9 +47,9 @@ class DdsOutput {
 
   bool has_events_ = false;
   dds::LinkOpen opened_;                  ///< with room for reloads
-  std::unordered_set<std::size_t> seen_;  ///< names of points that have been published, as hashes
+  std::unordered_set<std::size_t> seen_;  ///< hashes of the names of published points
   std::unique_ptr<dds::ProcessLink> link_;
-  std::unique_ptr<dds::DdsWrites> writes_;  // nothing: denied
+  std::unique_ptr<dds::DdsWrites> writes_;  // null: writes are denied
   std::unique_ptr<dds::DdsPublisher> publisher_;
 };
 

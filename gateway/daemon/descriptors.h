@@ -1,7 +1,7 @@
 // File descriptors: how many the gateway needs by its configuration, and how many Modbus clients
-// and viewers of the page may connect where the system allows fewer. Neither must take those with
-// which a port is opened anew and the control socket answers, nor the viewers those of the clients.
-// Asked once, by daemon.cpp.
+// and viewers of the page may connect if the system allows fewer. Neither may take descriptors that
+// are needed to open a port again or to answer the control socket; nor may viewers take those of
+// clients. Used once, by daemon.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -25,8 +25,8 @@ struct DescriptorNeeds {
 
 DescriptorNeeds DescriptorNeedsOf(const config::Config& config);
 
-/// Raises this process's soft limit towards `needed`, as far as its hard one allows; never lowers
-/// it. The limit that holds then.
+/// Raises this process's soft limit towards `needed`, as far as the hard one allows; never lowers
+/// it. Returns the new limit.
 std::size_t RaiseDescriptorLimit(std::size_t needed);
 
 /// Which part of each listener's max_clients may connect, above 0 and at most 1.
@@ -35,7 +35,7 @@ double ClientShare(const DescriptorNeeds& needs, std::size_t limit);
 /// How many of `needs.web` the page may use: all, or an eighth of the limit.
 std::size_t WebShare(const DescriptorNeeds& needs, std::size_t limit);
 
-/// For the log, when it is less than all.
+/// For the log, if it is less than all.
 std::string ExplainClientShare(const DescriptorNeeds& needs, std::size_t limit);
 
 }  // namespace baudgate::modbus

@@ -1,5 +1,6 @@
-// The way of an event from its line to the file, and back the leave to ask for more; what the
-// gateway has seen itself goes in here, and to its own alarms. Made and ended by daemon.cpp.
+// The way of an event from its line to the file, and the way back, by which its device may be asked
+// for more. The gateway's own events enter here, too, and its own alarms. Made and ended by
+// daemon.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -25,28 +26,28 @@ namespace baudgate {
 class EventPath final : public EventSink {
  public:
   /// `said` of the device's last events that are on the disk (see Conversation::OnEventsKept):
-  /// `reported` by Take, or from before the start. On a thread of its own, or from Start.
+  /// `reported`: by OnReported; else from before the start. On the writing thread, or from Start.
   using Kept = std::function<void(std::uint32_t device, std::string said, bool reported)>;
-  /// All references outlive it. `commands`: what events owe is read by it.
+  /// All references outlive it. `commands`: for reads of the records that events owe.
   EventPath(const config::Config& config, const PointStore& store, const EventsPlace& place,
             CommandSink& commands, Kept kept);
 
-  /// The lines can hear what is kept from before, as soon as the file is open.
+  /// From now on lines are told what is kept from before, as soon as the file is open.
   void Start();
   /// A reload: `config` has the lines of the store; `begun`, the last of them, outlive this. Before
   /// these start; then Begun.
   void Renumber(const std::shared_ptr<const config::Config>& config,
                 std::span<const std::shared_ptr<const config::Line>> begun);
-  /// The lines of these devices have started: they can hear what is kept from before, and are
-  /// asked for what their events owe.
+  /// The lines of these devices have started: they are told what is kept from before, and asked for
+  /// the records that their events owe.
   void Begun(std::uint32_t first_device, std::size_t devices);
   /// A configuration was applied, or taken back.
   void OnReload(bool taken_back, const std::string& text);
-  /// The gateway has corrected the clock of a device, or has not.
+  /// The gateway has corrected the clock of a device, or could not.
   void OnClock(std::uint32_t device, bool corrected, const std::string& text, Now at);
   /// The lines are about to start.
   void Started() { queue().Started(kVersion); }
-  /// The lines have ended; outputs may hear of the end of the gateway from here on.
+  /// The lines have ended; from now on outputs are told that the gateway ends.
   void End();
 
   void OnReported(ReportedEvents reported) override;

@@ -14,7 +14,7 @@ namespace baudgate {
 
 class EventSamples final : public dds::EventSupply {
  public:
-  /// Without `events` only alarms: their numbers would begin anew at each start.
+  /// Without `events` only alarms: the numbers of events would start again at each start.
   EventSamples(std::string gateway, std::shared_ptr<events::EventFeed> feed, bool events = true)
       : gateway_(std::move(gateway)), feed_(std::move(feed)), events_(events) {}
   ~EventSamples() override { OnNew({}); }

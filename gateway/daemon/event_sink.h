@@ -1,5 +1,4 @@
-// Where a line hands over what has happened, to be kept: implemented by
-// gateway/daemon/event_path.h.
+// Where a line hands over events to be saved: implemented by gateway/daemon/event_path.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,4 +1,4 @@
-// Where events.db lies, for those who write to it.
+// Where events.db is, for the parts that write to it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,7 +13,7 @@ namespace baudgate {
 struct EventsPlace {
   std::filesystem::path file;  ///< empty: there is no place for it
   std::string why_no_file{};
-  bool in_memory = false;  ///< nothing but alarms of the gateway's own, until it ends
+  bool in_memory = false;  ///< only the gateway's own alarms, until it ends
   std::shared_ptr<EventsWriter> writer = std::make_shared<EventsWriter>();
 };
 

@@ -1,5 +1,5 @@
-// Passes what outputs ask for to the line that is meant: writes, loans of its port,
-// whether a device is in use, its trace. From any thread.
+// Passes requests of outputs to their line: writes, loans of its port, whether a device is in use,
+// its trace. The one CommandSink of all lines. From any thread.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,6 +1,6 @@
 // All that belongs to one line, joined: its poller, its port, telegrams by hand, the loan of its
-// port, the flight recorder, and who tells of it. No thread and no clock: line_runner.h brings
-// bytes, calls and the time, and calls Settle behind each of them.
+// port, the flight recorder, and the reporter. No thread and no clock: line_runner.h brings bytes,
+// calls and the time, and calls Settle after each of them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,7 +18,7 @@
 
 namespace baudgate {
 
-/// One thread at a time, but what its parts say of themselves. `now` never goes back.
+/// One thread at a time, except where a part says otherwise. `now` never goes back.
 class LineParts {
  public:
   /// What a line needs of the gateway.
@@ -35,14 +35,14 @@ class LineParts {
 
   /// Conversations know what they had learned; the port opens.
   void Start(Now now);
-  /// Whoever hands commands over keeps to Poller::kQueueLimit, so the poller never says no.
+  /// The caller keeps to Poller::kQueueLimit (CommandRoom), so the poller never refuses one.
   void Submit(WriteCommand command, Now now);
   /// See EventPath::Kept.
   void OnEventsKept(std::uint32_t device, const std::string& said, bool reported, Now now);
   /// To be called at Deadline(); earlier does nothing.
   void OnTimer(Now now);
   std::optional<Instant> Deadline() const;
-  /// Behind every input.
+  /// After every input.
   void Settle(Now now);
 
  private:

@@ -144,7 +144,7 @@ void LinePort::OnEnded(const std::string& reason, bool reset, Now now) {
   if (rest_.IsDrop(Answers(), now.instant - used_)) {
     display_.Update([&](LineStatus& status) { status.drops.Add(now.instant); });
     log::WarnFolded(line_.name + " ended",
-                    "line {}: {}, which was in use; it is opened again with the next request",
+                    "line {}: {} while it was in use; it is reopened with the next request",
                     line_.name, reason);
   }
   if (listens_ || !rest_.OnEnded(Answers(), several)) {
@@ -327,7 +327,7 @@ void LinePort::OnTimer(Now now) {
   const auto is_due = [&](const std::optional<Instant>& at) { return at && *at <= now.instant; };
   if (is_due(patience_until_) && poller_.IsWriting()) {
     log::Warn({.line = line_.name},
-              "a write is broken off; a password that it has opened may stay open");
+              "a write was aborted; the device may still be unlocked by its password");
     GoOn();
   }
   if (is_due(lent_until_)) EndLoan();

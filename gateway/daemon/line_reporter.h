@@ -1,6 +1,6 @@
-// What one line tells: device states and warnings to the log, news and events to the event sink,
-// what conversations have learned to their memory. Of a state that lasts, the beginning and the end
-// are told once each; an end without a beginning is told the first time only (News::first).
+// What one line reports: device states and warnings to the log, news and events to the event sink,
+// what conversations have learned to their memory. The beginning and the end of a lasting state are
+// reported once each; an end without a beginning is reported the first time only (News::first).
 //
 //   device online → offline           no_answer
 //   port lost, opened                 port_down, port_down over
@@ -50,8 +50,8 @@ class LineReporter final : public PollerListener {
     if (events_ != nullptr) events_->OnRead(device, points, at);
   }
 
-  /// Events of the device are on the disk: those that OnEvents told last (`reported`), or those of
-  /// before the start. False: OnEvents has told others since, which are not.
+  /// Events of the device are on the disk: those that OnEvents reported last (`reported`), or those
+  /// from before the start. Returns whether none of its events is unsaved.
   [[nodiscard]] bool AllKept(std::uint32_t device, bool reported) {
     if (reported) unsaved_.erase(device);
     return !unsaved_.contains(device);

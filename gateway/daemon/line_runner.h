@@ -31,18 +31,18 @@ class LineRunner final : private TransportListener, private serial_server::PortO
 
   /// The loop runs, or will soon.
   void Start();
-  /// Closes the port and answers what is queued, soon; from any thread. Nobody submits after it.
-  /// `why`: of the log, for who is connected or waits.
+  /// Closes the port and answers what is queued, soon; from any thread. Nothing may be submitted
+  /// after it. `why`: for the log, and for clients that are connected or wait.
   void RequestStop(const std::string& why = "the gateway stops");
-  /// The same, and waits for the end, after which nothing of this line is left on the loop: as long
-  /// as the driver needs for a call that it is in. Any thread but the loop's.
+  /// The same, and waits until nothing of this line is left on the loop: as long as the driver
+  /// needs for the present call. Any thread but the loop's.
   void Stop();
-  /// The same, but waits no longer than that; false: Stop has to be called again before anything
-  /// that the line uses goes.
+  /// The same, but waits at most this long; false: Stop must be called again before anything that
+  /// the line uses is destroyed.
   bool StopBefore(Instant deadline);
 
-  /// Since when the loop hangs; nothing: it does not. What it cannot do now is refused. From any
-  /// thread.
+  /// Since when the loop hangs; empty: it does not. Until it runs again, requests are refused. From
+  /// any thread.
   void SetStuck(std::optional<WallTime> since) { stuck_since_ = since.value_or(WallTime{}); }
   std::optional<WallTime> stuck_since() const {
     const WallTime since = stuck_since_;
@@ -99,7 +99,7 @@ class LineRunner final : private TransportListener, private serial_server::PortO
   LineServers servers_;
   asio::steady_timer offer_end_;
   CommandRoom queued_{Poller::kQueueLimit};  // for commands handed over and not yet answered
-  std::atomic<std::size_t> routed_ = 0;      // routed requests, alike
+  std::atomic<std::size_t> routed_ = 0;      // the same for routed requests
   std::atomic<WallTime> stuck_since_ = WallTime{};
   bool started_ = false;
   bool stopping_ = false;

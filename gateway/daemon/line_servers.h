@@ -1,4 +1,4 @@
-// Where clients come in for the port of one line: as configured, and by hand for a while
+// The servers for the port of one line: the configured one, and one by hand for a while
 // (`baudgate release --tcp`). On the loop of the line.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -25,7 +25,7 @@ class LineServers {
   void Stop(const std::string& why);
   /// Until Withdraw, which is due after `time`.
   void Offer(config::PortServer server, Duration time, Now now);
-  /// Nobody comes in there any more, and whoever has done loses the port.
+  /// Ends the offer: no client can connect there any more, and one that has the port loses it.
   void Withdraw(const std::string& why, Now now);
 
  private:

@@ -1,5 +1,5 @@
-// The number of a line, with the line behind it, for as long as the gateway runs: whoever submits
-// need not know whether a reload has ended the line meanwhile. All calls from any thread.
+// The number of a line for as long as the gateway runs, and the line itself, if there still is one:
+// a caller need not know whether a reload has ended it. All calls from any thread.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -38,7 +38,7 @@ class LineSlot final : public RouteTarget {
     With([&](LineRunner& runner) { runner.Post(std::move(call)); });
   }
 
-  /// For whoever puts and takes it; null: there is none.
+  /// For gateway/daemon/lines.cpp, which puts and takes it; null: there is none.
   LineRunner* mine() const {
     const MutexLock lock(mutex_);
     return runner_.get();
@@ -47,7 +47,7 @@ class LineSlot final : public RouteTarget {
     const MutexLock lock(mutex_);
     runner_ = std::move(runner);
   }
-  /// Nobody calls it from now on.
+  /// No call reaches the line after this.
   std::unique_ptr<LineRunner> Take() {
     const MutexLock lock(mutex_);
     return std::move(runner_);

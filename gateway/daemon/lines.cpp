@@ -102,7 +102,7 @@ bool Lines::Remove(std::span<const std::uint32_t> lines) {
     if (!one.runner->StopBefore(deadline)) {
       all = false;
       log::Warn({.line = place.config->name},
-                "does not end: a call of its driver does not come back; it is left alone");
+                "cannot be stopped: a call of its driver does not return; the line is abandoned");
       hanging_.push_back(std::move(one.runner));
       continue;
     }
@@ -194,7 +194,7 @@ void Lines::OnLoop(const LoopWatch::Change& change) {
   const bool stuck = change.stuck_since.has_value();
   if (!change.line) {
     if (!stuck) return log::Info("{}: its thread runs again", change.loop);
-    return log::Fail("{}: its thread hangs; until it runs again, systemd's watchdog gets no sign",
+    return log::Fail("{}: its thread hangs; until it runs again, systemd's watchdog is not fed",
                      change.loop);
   }
   at(*change.line).With([&](LineRunner& runner) { runner.SetStuck(change.stuck_since); });
@@ -202,8 +202,8 @@ void Lines::OnLoop(const LoopWatch::Change& change) {
   const log::About about{.line = line.name};
   if (!stuck) return log::Info(about, "its thread runs again");
   log::Warn(about,
-            "its thread hangs: the driver of {} does not come back from a call; all other lines "
-            "go on",
+            "its thread hangs: a call of the driver of {} does not return; other lines are not "
+            "affected",
             line.port);
 }
 

@@ -27,7 +27,7 @@ class Lines {
   /// For lines to end: a second for a write under way (line_port.cpp), and some room.
   static constexpr Duration kWaitForLines = 1300ms;
 
-  /// `loops`: so many threads for lines that never block (placement.h), at least one. All
+  /// `loops`: the number of threads for lines that never block (placement.h), at least one. All
   /// references outlive it; lines have the numbers of the store.
   Lines(PointStore& store, const config::Catalog& catalog, std::size_t loops);
   ~Lines();
@@ -45,11 +45,11 @@ class Lines {
   /// Those that do not run yet.
   void Start();
   /// Ends these lines and closes their ports, within about a second. False: a call of a driver does
-  /// not come back; that line is left alone from now on.
+  /// not return; that line is abandoned.
   bool Remove(std::span<const std::uint32_t> lines);
-  /// All, within about a second. The names of those that hang.
+  /// Ends all, within about a second. Returns the names of those that hang.
   std::vector<std::string> Stop();
-  /// All, and waits for every driver.
+  /// Ends all, and waits for every driver.
   void End();
   /// After End: nothing runs any more.
   void StopLoops();
@@ -65,9 +65,9 @@ class Lines {
   std::optional<WallTime> stuck_since(std::uint32_t line) const;
   void OnHostClock(bool right);
 
-  /// One more loop that is watched, of others, which outlives this.
+  /// Another loop to be watched, which outlives this.
   void Watch(const std::string& name, asio::io_context& io);
-  /// Tells of loops that hang, once a second; false: one that the whole gateway needs.
+  /// Reports loops that hang; called once a second. False: one that the whole gateway needs hangs.
   bool Look(WallTime now);
 
  private:

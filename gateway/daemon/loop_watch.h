@@ -1,6 +1,6 @@
-// Sees which event loops still run: each is asked once a second for a sign of life. A gateway
-// without one of its own loops has to be started again; the loop of a single line is that line's
-// trouble. No thread, no clock and no loop of its own: daemon.cpp brings them.
+// Finds event loops that hang: each is asked once a second for a sign of life. If one of the
+// gateway's own loops hangs, the gateway must be restarted; the loop of a single line concerns only
+// that line. No thread, no clock and no loop of its own: daemon.cpp has them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -19,25 +19,25 @@ namespace baudgate {
 /// One thread at a time; signs come from any.
 class LoopWatch {
  public:
-  /// So many times in a row without a sign: it hangs. Looks are counted and not seconds: a machine
-  /// that slept has missed none.
+  /// A loop hangs after this many looks in a row without a sign. Looks are counted, not seconds: a
+  /// machine that slept has missed none.
   static constexpr int kStuckAfter = 5;
 
-  /// Puts `sign` at the end of what the loop has to do.
+  /// Posts `sign` to the loop.
   using Ask = std::function<void(std::function<void()> sign)>;
   struct Change {
     std::string loop;
     std::optional<std::uint32_t> line;
-    std::optional<WallTime> stuck_since;  ///< nothing: it runs again
+    std::optional<WallTime> stuck_since;  ///< empty: it runs again
   };
 
   /// `line`: nothing but this line depends on the loop.
   void Add(std::string name, std::optional<std::uint32_t> line, Ask ask);
   /// The loop of a line that has ended.
   void Remove(std::uint32_t line);
-  /// Which loops hang or run again since the last look. Asks all that have answered.
+  /// Returns which loops hang, or run again, since the last look. Asks all that have answered.
   std::vector<Change> Look(WallTime now);
-  /// All that the gateway depends on had answered at the last look.
+  /// Whether all loops of the gateway itself had answered at the last look.
   bool complete() const { return complete_; }
 
  private:

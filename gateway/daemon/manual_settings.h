@@ -1,9 +1,9 @@
-// What somebody has set at a line while it ran, by `release`, `disable` or `enable`: a reload that
-// begins the line anew carries it over. A loan that ended with it would put two masters on the bus,
-// but a client over the network loses its connection with the line, and polls go on.
+// What a person has set at a running line by `release`, `disable` or `enable`: a reload that
+// restarts the line carries it over. If a loan ended with the old line, there would be two masters
+// on the bus. But a network client loses its connection with the old line, and polls go on.
 //
 //   bay-1 is lent until 12:00, its device a disabled; a reload changes the poll of a
-//   bay-1 begins anew: lent until 12:00, a disabled
+//   bay-1 is restarted: lent until 12:00, a disabled
 //
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -19,15 +19,15 @@ namespace baudgate {
 
 struct ManualSettings {
   WallTime released_until{};             ///< the epoch: the port is not lent by hand
-  std::map<std::string, bool> in_use{};  ///< devices that are otherwise than `enabled` says
+  std::map<std::string, bool> in_use{};  ///< devices that differ from `enabled`
 };
 
 /// The manual settings of a running line, by its number.
 ManualSettings ManualSettingsOf(const PointStore& store, std::uint32_t line,
                                 const config::Line& config);
 
-/// To the line in its place, by its number, which has not been started. What the new configuration
-/// says of a device stands where it is another than before.
+/// Applies them to the line in its place, by its number, which is not started yet. If the new
+/// configuration has changed `enabled` of a device, that holds.
 void Restore(const ManualSettings& before, LineControl& lines, const config::Line& config,
              std::uint32_t line, std::uint32_t first_device, WallTime now);
 

@@ -29,14 +29,14 @@ class ModbusOutput {
   static Result<std::unique_ptr<ModbusOutput>> Start(const config::Config& config, Links links);
   ~ModbusOutput();  ///< Stop
 
-  /// What a reload opens before it changes anything. Dropped, the ports close.
+  /// The ports that a reload opens before it changes anything. If it is dropped, they close.
   struct Prepared {
     modbus::Renewal renewal;
     /// "listener 0.0.0.0:502: address already in use; …", one for each port that stays closed.
     std::vector<std::string> troubles;
   };
   Prepared Prepare(const config::Modbus& next, const reload::ModbusDifference& difference) const;
-  /// The rest of the reload, done when it returns, and what of it is missing; see ModbusServer.
+  /// Does the rest of the reload, and returns what could not be applied; see ModbusServer.
   std::vector<std::string> Apply(const config::Config& config, std::span<RouteTarget* const> lines,
                                  const modbus::Renewal& renewal);
   /// Closes ports and clients. Idempotent.

@@ -1,6 +1,6 @@
-// Finds and loads protocol modules and tells where profiles are.
-// Search order: $BAUDGATE_MODULES, beside the binary, the install path; profiles likewise, and
-// before what is shipped /etc/baudgate/profiles.
+// Finds and loads protocol modules, and says where profiles are.
+// Search order: $BAUDGATE_MODULES, beside the binary, the install path; for profiles the same, with
+// /etc/baudgate/profiles before the shipped ones.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

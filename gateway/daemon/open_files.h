@@ -10,14 +10,14 @@
 
 namespace baudgate {
 
-/// Counts the files that this process has open, also where it may open none more. From any thread.
+/// Counts the files that this process has open, also at its limit. From any thread.
 class OpenFiles {
  public:
   OpenFiles();
 
   struct Count {
     std::size_t open = 0;
-    std::size_t limit = 0;  ///< 0: there is none, or it cannot be said
+    std::size_t limit = 0;  ///< 0: there is none, or it is not known
   };
   Count Now();
 

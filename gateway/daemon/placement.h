@@ -1,4 +1,4 @@
-// Decides on which thread each line runs: one of its own where opening or closing the port may
+// Decides on which thread each line runs: one of its own if opening or closing the port may
 // block, else one of a few that many lines share. Used by daemon.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -27,7 +27,7 @@ struct Placement {
   std::vector<std::size_t> loop_of;  ///< by line: one of the shared loops, in turn, or kOwn
 };
 
-/// `cores`: of this machine, 0 when nobody knows.
+/// `cores`: of this machine, 0: not known.
 Placement PlaceLines(const std::vector<config::Line>& lines, std::size_t cores);
 
 }  // namespace baudgate

@@ -1,10 +1,11 @@
-// The port of a line in the hands of a client over the network: when it is handed over, how long
-// the client has it, and when the line may go on. A part of gateway/daemon/line_parts.h; clients
-// come in at gateway/serial_server/server.h.
+// The loan of a line's port to a network client: when the port is handed over, how long the client
+// has it, and when the line may go on. A part of gateway/daemon/line_parts.h; clients connect at
+// gateway/serial_server/server.h.
 //
 //   free → wanted (the exchange under way ends) → held → rests (until the bus is silent) → free
 //
-// Whoever wants it during a rest, or soon after, waits: between two loans the line polls.
+// A client that wants the port during a rest, or soon after, waits: between two loans the line
+// polls.
 //
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -36,9 +37,9 @@ class PortLoan final : public serial_server::PortOwner {
    public:
     /// Why its port cannot be lent now, if it cannot.
     virtual std::optional<std::string> WhyNot() const = 0;
-    /// Nothing is begun any more. True: nothing is under way.
+    /// Begins nothing more. True: nothing is under way.
     virtual bool Quiet() = 0;
-    /// The client has the port until then; `text` says who. Points are out of service.
+    /// The client has the port until then; `text` names it. Points are out of service.
     virtual void OnLent(const std::string& text, WallTime until, Now now) = 0;
     /// The port is the line's again, with its settings: it goes on.
     virtual void OnReturned(Now now) = 0;
@@ -55,7 +56,7 @@ class PortLoan final : public serial_server::PortOwner {
     Transport& port;
     PollerListener& news;
     LoanRecords records{};
-    /// After the client has left its answers may still come: the line is silent so long first.
+    /// Replies to the client may still come after it has left, so the line is silent for this time.
     Duration rest{};
   };
   /// All outlive it.
@@ -68,11 +69,11 @@ class PortLoan final : public serial_server::PortOwner {
   void OnListening(const std::string& place, const std::string& trouble, Now now) override;
   /// The server of the configuration.
   void Serve(const config::PortServer& server) { ShowService(server, std::nullopt); }
-  /// The server of `release --tcp`, for so long. Its first client need not wait.
+  /// The server of `release --tcp`, for this time. Its first client need not wait.
   void Offer(const config::PortServer& server, Duration time, Now now);
   void Withdraw(const config::PortServer& server);
 
-  /// False: they are the line's.
+  /// False: the bytes are the line's.
   bool OnBytes(View bytes, Now now);
   void OnRoom();
   /// The port is gone, or is given away: the client is disconnected.
@@ -85,7 +86,7 @@ class PortLoan final : public serial_server::PortOwner {
   void TakeBack(const std::string& why, Now now);
   /// Which client wants the port, or has it: a sentence.
   std::optional<std::string> InUse() const;
-  /// Behind every input of the line. True: the line waits.
+  /// After every input of the line. True: the line waits.
   bool Settle(Now now);
   void OnTimer(Now now);
   std::optional<Instant> Deadline() const;

@@ -1,5 +1,5 @@
-// What the gateway keeps on the disk, as far as its configuration wants it: the state folder, what
-// conversations remember, the audit of writes, events, values. Made before the lines, ended behind
+// What the gateway keeps on the disk, as far as its configuration wants it: the state folder, the
+// memory of conversations, the audit of writes, events, values. Made before the lines, ended after
 // them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -39,9 +39,9 @@ class Records {
   };
   /// The error: another gateway has the folder. `config` outlives this.
   Status Open(const config::Config& config, const Links& links);
-  /// Nothing is kept: the alarms of the gateway's own, in memory.
+  /// Nothing is kept on the disk: only the gateway's own alarms, in memory.
   void OpenAlarms(const config::Config& config, const Links& links);
-  /// The folder alone: for what a gateway keeps that needs nothing else of this.
+  /// Opens only the folder, for parts that need nothing else.
   Status OpenFolder(const config::Config& config);
   /// Something is kept.
   bool open() const { return writes_ != nullptr; }
@@ -49,11 +49,11 @@ class Records {
   /// A reload; see EventPath.
   void OnReload(const std::shared_ptr<const config::Config>& config,
                 std::span<const std::shared_ptr<const config::Line>> begun);
-  /// The history of other points; whoever reads it has to be given the new one. The one before ends
-  /// as soon as the disk lets it: nobody waits for a disk that does not answer.
+  /// Begins a new run of the history; its readers must be given the new one. The old one ends as
+  /// soon as the disk allows: nothing waits for a disk that does not answer.
   void RenewHistory(const std::shared_ptr<const config::Config>& config, PointStore& store);
 
-  /// Where writes go in that are recorded; null: none are.
+  /// The sink of recorded writes; null: none are recorded.
   CommandSink* entrance() { return writes_ ? &writes_->entrance() : nullptr; }
   WritePath* write_path() const { return writes_.get(); }
   DeviceMemory* memory() const { return memory_.get(); }
@@ -73,12 +73,12 @@ class Records {
   const StateFolder* state() const { return why_no_state_.empty() ? state_.get() : nullptr; }
   const std::string& why_no_state() const { return why_no_state_; }
 
-  /// From time to time, on any thread, until EndEvents: what is wrong long enough raises alarms.
+  /// From time to time, on any thread, until EndEvents: lasting troubles raise alarms.
   void Look(Now now);
 
-  /// Before lines that end look as if their devices were lost.
+  /// Before the lines end, so that their devices do not look lost.
   void EndHistory();
-  /// Keeps what is left; the loops of the lines still run.
+  /// Saves what is left; the loops of the lines still run.
   void EndEvents();
 
  private:

@@ -28,8 +28,8 @@ control::ReloadAnswer Failed(int exit_code, std::string text) {
 
 control::ReloadAnswer CanNotBeTakenBack(const Status& kept) {
   return Failed(kCanNotBe,
-                "nothing is applied, because it could not be taken back after a "
-                "restart: " +
+                "nothing was applied, because a restart could not go back to the confirmed "
+                "configuration: " +
                     kept.error());
 }
 

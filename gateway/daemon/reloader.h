@@ -1,7 +1,7 @@
-// Takes a changed configuration file in while the gateway runs, when asked (SIGHUP,
-// `baudgate reload`); of an edit alone it only tells. Reads it, says what it changes, has
-// it applied, keeps what was applied, and takes it back where nobody confirms it. On a thread of
-// its own; lines, outputs and the watchdog do not wait for it, and it does not wait for a disk.
+// Applies a changed configuration file while the gateway runs, on request (SIGHUP, `baudgate
+// reload`); an edit alone is only shown in the status. Reads the file, says what it changes, has it
+// applied, keeps a copy, and takes it back if it is not confirmed. On a thread of its own; lines,
+// outputs and the watchdog do not wait for it, and it does not wait for a disk.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -26,10 +26,10 @@
 
 namespace baudgate {
 
-/// A text as a configuration, or why it is none.
+/// A text as a configuration, or why it is invalid.
 struct LoadedText {
   std::optional<config::Config> config;
-  std::vector<std::string> problems;  ///< "…yaml:7:3: …"; with a configuration: warnings
+  std::vector<std::string> problems;  ///< "…yaml:7:3: …"; only warnings if there is a configuration
 };
 
 /// A text that was on trial and given up.
@@ -41,34 +41,34 @@ struct Refused {
 /// The sentence of a configuration that was given up, for log, event and status.
 std::string TakenBack(const std::string& file, const std::string& why);
 
-/// Whatever starts a gateway from a file gives these.
+/// What a program that starts a gateway from a file provides.
 struct ReloadOptions {
   std::string file;
   std::function<Result<std::string>()> read;                ///< the file, as it is now
   std::function<LoadedText(const std::string& text)> load;  ///< paths in it are the file's
   std::function<void(const std::string& state)> notify;     ///< as sd_notify
   std::function<std::string()> summary;                     ///< what runs, for READY=1
-  /// A text without its secrets; empty: nobody can tell.
+  /// A text without its secrets; empty: they cannot be found.
   std::function<Result<std::string>(const std::string& text)> masked{};
   std::string text_at_start;                ///< the text that runs
-  std::optional<Refused> refused;           ///< the text of the file, where it does not run
-  std::optional<reload::KeptConfigs> kept;  ///< nothing: there is no folder
+  std::optional<Refused> refused;           ///< the text of the file, if it was taken back
+  std::optional<reload::KeptConfigs> kept;  ///< empty: there is no folder
   Duration disk_patience = 5s;              ///< how long an answer waits for a file
 };
 
 class Reloader final : public control::ReloadService {
  public:
-  /// A configuration, before it is taken. Dropped without `apply`, nothing has changed.
+  /// A configuration before it is applied. If it is dropped without `apply`, nothing has changed.
   struct Prepared {
-    /// What of it cannot be had: "listener 0.0.0.0:502: address already in use; …".
+    /// What cannot be opened: "listener 0.0.0.0:502: address already in use; …".
     std::vector<std::string> troubles;
-    /// Takes it all the same, and what cannot be had as soon as it can; says what that is.
+    /// Applies the rest anyway, and the missing part as soon as it can; returns what is missing.
     std::function<std::vector<std::string>()> apply;
   };
   /// How it is done; on the reloader's thread.
   struct Links {
     std::function<std::shared_ptr<const config::Config>()> running;
-    /// Something is kept anyway. Else the state folder is made for the first reload.
+    /// Whether the gateway keeps anything. Else the state folder is made at the first reload.
     std::function<bool()> keeps;
     std::function<Status()> open_folder;
     /// Adds what only a restart can change.
@@ -84,7 +84,7 @@ class Reloader final : public control::ReloadService {
 
   /// Keeps what runs.
   void Start();
-  /// Ends what is under way; nothing is asked or answered after it. Idempotent.
+  /// Ends what is under way; nothing is answered after it. Idempotent.
   void Stop();
 
   // From any thread.
@@ -136,9 +136,10 @@ class Reloader final : public control::ReloadService {
   asio::steady_timer timer_{loop_.io()};
   asio::steady_timer file_timer_{loop_.io()};
   reload::Probation probation_;
-  std::shared_ptr<const Applied> applied_;    // see SetApplied
-  std::shared_ptr<const Applied> confirmed_;  // another than that while one is on trial
-  std::optional<Refused> refused_;            // what the file says, where it does not run
+  std::shared_ptr<const Applied> applied_;  // see SetApplied
+  std::shared_ptr<const Applied>
+      confirmed_;                   // differs from `applied_` while a configuration is on trial
+  std::optional<Refused> refused_;  // the text of the file, if it was taken back
   bool started_ = false;
   mutable Mutex mutex_;
   control::ReloadState state_ BAUDGATE_GUARDED_BY(mutex_);

@@ -1,5 +1,5 @@
-// Connections of a server that ends them by itself, as some do behind each answer and others after
-// a rest. Such an end is no outage: the next request opens the connection again.
+// Connections of a server that ends them by itself, as some do after each answer and others after a
+// rest. Such an end is no outage: the next request opens the connection again.
 //
 //   answered, ended while nothing is asked        rests; opened by the next request
 //   answered, ended with a request under way      the same, and the next 1,000 requests get a
@@ -23,15 +23,16 @@ namespace baudgate {
 
 class Rest {
  public:
-  /// A connection was opened, with so many answers on the line before. True: it goes on for one
-  /// that rested.
+  /// A connection was opened, after this many answers on the line. True: it continues one that
+  /// rested.
   bool OnOpened(std::uint64_t answers) {
     if (answers > answers_before_) in_vain_ = 0;
     answers_before_ = answers;
     is_used_ = asks_ = false;
     return std::exchange(rests_, false);
   }
-  /// It was ended by the server; `several` devices are asked over it. False: that is an outage.
+  /// The server has ended it; `several`: more than one device is polled over it. False: that is an
+  /// outage.
   bool OnEnded(std::uint64_t answers, bool several) {
     if (rests_) return false;
     const bool answered = answers > answers_before_;
@@ -44,8 +45,8 @@ class Rest {
     if (answered && asks_) alone_ = kAlone;
     return rests_ = true;
   }
-  /// The server ends one that is in use, `since` the last byte on it: not behind each answer, and
-  /// not after a rest.
+  /// Whether the server has ended a connection that was in use, `since` the last byte on it: not
+  /// after each answer, and not after a rest.
   bool IsDrop(std::uint64_t answers, Duration since) const {
     const std::uint64_t its = answers - answers_before_;
     return asks_ ? its > 1 : its > 0 && since >= kBehindAnswer && since < kShortestRest;
@@ -88,7 +89,7 @@ class Rest {
 
   std::uint64_t answers_before_ = 0;
   bool rests_ = false;
-  int alone_ = 0;         // so many requests get a connection each
+  int alone_ = 0;         // requests that still get a connection each
   bool is_used_ = false;  // a request went out over this connection
   bool asks_ = false;     // and nothing has come since
   int in_vain_ = 0;       // connections in a row that ended before any answer

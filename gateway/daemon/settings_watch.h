@@ -16,8 +16,8 @@ namespace baudgate {
 
 class SettingsWatch {
  public:
-  /// All outlive it. `listens`: a device of the line speaks unasked, so the port is looked at
-  /// although nothing is sent.
+  /// All outlive it. `listens`: a device of the line sends unasked, so the port is looked at even
+  /// if nothing is sent.
   SettingsWatch(const config::Line& line, Transport& port, PortDisplay& display, bool listens)
       : line_(line), port_(port), display_(display), listens_(listens && !line.is_network()) {}
 

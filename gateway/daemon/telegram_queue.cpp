@@ -7,7 +7,7 @@
 namespace baudgate {
 namespace {
 
-constexpr const char* kTooLate = "the telegram waited for the line beyond its deadline";
+constexpr const char* kTooLate = "its deadline passed while it waited for the line";
 
 WriteEnd EndOf(const WriteCommand& command, Outcome outcome) {
   if (outcome == Outcome::ok) return WriteEnd::ok;

@@ -1,5 +1,5 @@
 // Telegrams by hand (`baudgate ask`) that wait for their turn on a line: when the poller has ended
-// what it is at, it stops, the telegram has the line to itself, and the poller goes on.
+// its present job, it pauses, the telegram has the line to itself, and the poller goes on.
 //
 //   poll under way → its end → the telegram and its reply → silence → the next poll
 //
@@ -27,12 +27,12 @@ class TelegramQueue {
 
   /// `why_not`: nothing can be sent now; it is answered at once.
   void Submit(WriteCommand command, const std::optional<std::string>& why_not, Now now);
-  /// False: nothing of it is on the line, and the bytes are the poller's.
+  /// False: no telegram is on the line, and the bytes are the poller's.
   bool OnBytes(View bytes, Now now);
   void OnTimer(Now now);
   /// The port is gone, or is given away.
   void OnClosed(const std::string& reason);
-  /// Behind every input of the line.
+  /// After every input of the line.
   void Settle(Now now);
   std::optional<Instant> Deadline() const;
   bool is_busy() const { return exchange_.has_value(); }

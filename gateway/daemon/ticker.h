@@ -1,5 +1,5 @@
-// Tells parts without a thread of their own a few times a second what time it is: the point store,
-// whose feeds hear by that of every value that has grown old, the correction of clocks, and the
+// Gives the time a few times a second to parts without a thread of their own: the point store,
+// which tells its feeds of every value that has grown old, the correction of clocks, and the
 // records. Runs on a loop that never blocks.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -15,7 +15,7 @@ namespace baudgate {
 /// All on the loop's thread, but Start before it runs. The loop stops before this goes.
 class Ticker {
  public:
-  /// An edge from good to uncertain is told at most this late.
+  /// A change from good to uncertain is reported at most this late.
   static constexpr Duration kInterval = 200ms;
 
   Ticker(asio::io_context& io, std::function<void(Instant now)> tick);

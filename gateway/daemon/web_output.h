@@ -1,4 +1,4 @@
-// The web server as the configuration wants it: there, somewhere else, or not at all.
+// The web server as the configuration wants it: at this address, at another one, or not at all.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,12 +18,12 @@ class WebOutput {
   WebOutput(web::LiveApi::Links links, const web::Limits& limits)
       : links_(std::move(links)), limits_(limits) {}
 
-  /// The file of the token has another one, or none any more.
+  /// Whether the token file has another token than the one in use, or none.
   bool HasOtherToken(const config::Web& next) const;
-  /// What a reload opens before it changes anything. Dropped, the port closes.
+  /// The port that a reload opens before it changes anything. If it is dropped, the port closes.
   struct Prepared {
     web::WebServer::Opened opened{};
-    std::string trouble{};  ///< why it cannot be as wanted; empty: it can
+    std::string trouble{};  ///< why it cannot be opened; empty: it can
   };
   Prepared Prepare(const config::Web& next) const;
   /// Returns what could not be applied; empty: all was.

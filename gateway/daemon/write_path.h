@@ -1,5 +1,5 @@
-// The way of a write from an output to its line, as far as the audit takes part: made and ended by
-// daemon.cpp.
+// The way of a recorded write from an output to its line: the audit log and the sink in front of
+// the lines. Made and ended by daemon.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -32,7 +32,7 @@ class WritePath {
 
   /// The lines are there: `unsettled` is called from now on.
   void Start();
-  /// Nobody submits any more: what waits is handed to the lines, or denied.
+  /// Nothing is submitted any more: waiting writes are handed to the lines, or denied.
   void Stop() { audited_.Stop(); }
 
  private:

@@ -46,12 +46,13 @@ class SampleSender {
   SampleSender(const config::Config& config, const PointStore& store, SampleWriter& writer, Log log,
                Now now, EventSupply* events = nullptr);
 
-  /// Whoever takes the samples knows nothing yet: forgets what was sent, and everything is due at
+  /// The receiver of the samples knows nothing yet: forgets what was sent; everything is due at
   /// `now` again.
   void StartAnew(Instant now);
 
-  /// A reload: the store has other devices. Subscribers are told of points that are gone, and
-  /// everything is due again. What was added and is not sent yet is among that.
+  /// A reload: the configuration has changed, and the store may have other devices. Subscribers are
+  /// told of points that are gone, and everything is due again, also what was added and is not sent
+  /// yet.
   void OnReload(Instant now);
 
   /// Takes over what has changed; also when nothing has. Only while idle, and before each Send

@@ -1,5 +1,5 @@
-// Acknowledgements that wait for the disk: whoever asked hears of it when it is there, or why not.
-// No lock: gateway/events/event_queue.h has it.
+// Acknowledgements that wait for the disk: the client is told when they are saved, or why they are
+// not. No lock: gateway/events/event_queue.h has it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,7 +16,8 @@ class AckService {
  public:
   using Done = std::function<void(const Acknowledged&)>;
 
-  /// An event into the book for each alarm that is meant and waits to be acknowledged; how many.
+  /// Puts an event into the book for each alarm that is meant and waits to be acknowledged. Returns
+  /// how many.
   static std::size_t Tell(const AckQuery& query, const std::vector<Alarm>& alarms, EventBook& book,
                           WallTime at);
 
@@ -26,9 +27,9 @@ class AckService {
     Done done;
   };
   void Wait(Ack ack) { acks_.push_back(std::move(ack)); }
-  /// All that wait now.
+  /// Takes all that wait now.
   std::vector<Ack> Take() { return std::exchange(acks_, {}); }
-  /// Not with a lock. `trouble`: empty: they are on the disk.
+  /// Without a lock. `trouble` empty: they are on the disk.
   static void Answer(const std::vector<Ack>& acks, const std::string& trouble);
 
  private:

@@ -1,10 +1,10 @@
-// An alarm as ISA 18.2 has it: somebody has to know of it, even when it is over. docs/events.md has
-// the states for users.
+// An alarm as in ISA 18.2: a person has to know of it, even when it is over. docs/events.md has the
+// states for users.
 //
 //   normal ─raise→ active ─acknowledge→ acknowledged ─clear→ normal
 //                  active ─clear→ returned ─acknowledge→ normal
 //
-// A device that says once more that it is on has lost its "off": it is active anew.
+// If a device reports "on" twice, its "off" was lost: the alarm is raised again.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,10 +21,10 @@ namespace baudgate::events {
 
 /// The numbers are users'.
 enum class AlarmState : std::uint8_t {
-  normal = 0,        ///< it is kept no more
-  active = 1,        ///< and nobody has acknowledged it
+  normal = 0,        ///< no longer kept
+  active = 1,        ///< and not acknowledged
   acknowledged = 2,  ///< and active
-  returned = 3,      ///< it is over, and nobody has acknowledged it
+  returned = 3,      ///< over, and not acknowledged
 };
 inline constexpr std::size_t kAlarmStates = 4;
 std::string_view Name(AlarmState state);  ///< "returned"
@@ -48,10 +48,10 @@ struct AlarmMark {
   Step step = Step::none;
   config::AlarmPriority priority = config::AlarmPriority::none;
   std::string point{};
-  /// The first that is known since the start: it is an event only where the kept state differs.
+  /// The first state known since the start: it is an event only if the kept state differs.
   bool first = false;
   std::string by{};      ///< who acknowledges
-  std::int64_t seq = 0;  ///< acknowledges only what this event has raised; 0: whatever it was
+  std::int64_t seq = 0;  ///< acknowledges only the alarm that this event has raised; 0: any
 };
 
 using AlarmKey = std::tuple<std::string, std::string, std::string>;
@@ -67,21 +67,21 @@ struct Alarm {
   WallTime raised{};     ///< device_time of that event
   WallTime changed{};    ///< the state, by the gateway's clock
   std::string text;      ///< of that event
-  std::string by;        ///< who has acknowledged it last
+  std::string by;        ///< who acknowledged it last
 
   AlarmKey key() const { return {line, device, name}; }
 };
 
-/// "bay-1.feeder-1.current_l1", "bay-1", or "gateway" where it is of no line: what users call it.
+/// Its name for users: "bay-1.feeder-1.current_l1", "bay-1", or "gateway" if it is of no line.
 std::string PlaceOf(const Alarm& alarm);
 
 struct EventRecord;
 
 struct AlarmChange {
-  bool counts = true;            ///< false: the event has not happened
-  std::optional<Alarm> alarm{};  ///< as it is now; nothing: as before
+  bool counts = true;            ///< false: the event is dropped
+  std::optional<Alarm> alarm{};  ///< the new state; empty: as before
 };
-/// `before`: null where it is normal. `event` has its number.
+/// `before`: null if it is normal. `event` has its number.
 AlarmChange Apply(const Alarm* before, const EventRecord& event);
 
 }  // namespace baudgate::events

@@ -1,6 +1,5 @@
-// The alarms as they are on the disk, for outputs that tell others of their states and never wait
-// for it. Each change has a number, so that an output that has come to one gets what is newer.
-// From any thread.
+// The alarms as they are on the disk, for outputs, which never wait for the disk. Each change has a
+// version, so an output that has come to one gets the newer ones. From any thread.
 //
 //   Update(a active), Update(b active), Update(a acknowledged)
 //   Take(0)   → b active, a acknowledged
@@ -20,16 +19,16 @@ namespace baudgate::events {
 
 class AlarmBoard {
  public:
-  /// So many are known; beyond that the oldest of those that are normal are forgotten.
+  /// The most alarms that are known; beyond it the oldest normal ones are forgotten.
   static constexpr std::size_t kMost = 10'000;
 
   void Update(const Alarm& alarm);
 
   struct Change {
     std::uint64_t version = 0;
-    Alarm alarm{};  ///< as it is now: also normal
+    Alarm alarm{};  ///< as it is now; may be normal
   };
-  /// Those that have changed behind `after`, by their versions.
+  /// Alarms that have changed after version `after`, in order of their versions.
   std::vector<Change> Take(std::uint64_t after, std::size_t most) const;
 
  private:

@@ -1,4 +1,4 @@
-// The table `alarms` of events.db: those that are not normal. Written in the transaction of the
+// The table `alarms` of events.db: alarms that are not normal. Written in the transaction of the
 // event that has changed them. One thread.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once

@@ -1,5 +1,6 @@
-// Events that a consumer still lacks and that have left the memory: asked for by the number that he
-// has, read from the file by whoever writes it, and taken from here. No lock, no disk.
+// Events that a consumer still needs but that are no longer in memory. It asks by the last number
+// that it has; the thread that writes the file reads them; the consumer takes them here. No lock,
+// no disk.
 //
 //   Take(40)               → nothing: wanted() is 40
 //   Supply(40, {41 … 600})
@@ -19,23 +20,23 @@
 namespace baudgate::events {
 
 struct FedEvent {
-  Source source = kGateway;  ///< also where the device is no longer configured
+  Source source = kGateway;  ///< also if the device is no longer configured
   EventRecord record{};
 };
 
 class Backlog {
  public:
-  /// A page of a consumer that has gone elsewhere is not kept for ever.
+  /// A page that its consumer does not take is not kept for ever.
   static constexpr std::size_t kMostPages = 8;
 
-  /// Nothing: it is asked for now. Empty: the file has none behind `after` either.
+  /// nullopt: it is requested now. An empty list: the file has no event after `after` either.
   std::optional<std::vector<FedEvent>> Take(std::int64_t after, std::size_t most);
   std::optional<std::int64_t> wanted() const;
   void Supply(std::int64_t after, std::vector<FedEvent> events);
 
  private:
   std::set<std::int64_t> wanted_;
-  std::map<std::int64_t, std::vector<FedEvent>> pages_;  // by what is before them
+  std::map<std::int64_t, std::vector<FedEvent>> pages_;  // by the number before them
 };
 
 }  // namespace baudgate::events

@@ -1,4 +1,4 @@
-// How far each consumer of all events has come, by its name, kept in the file: over restarts it
+// The position of each consumer of all events, by its name, kept in the file: after a restart it
 // goes on where it was. From any thread.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -17,8 +17,8 @@ namespace baudgate::events {
 inline constexpr char kDdsConsumer[] = "dds";
 
 struct Cursor {
-  std::int64_t seq = 0;  ///< it has been given this, and all before
-  /// And has confirmed it; otherwise the last may have been lost on their way when the gateway was
+  std::int64_t seq = 0;  ///< it has got this event, and all before
+  /// It has confirmed them. Else the last ones may have been lost on their way when the gateway was
   /// killed.
   bool sure = false;
 
@@ -29,17 +29,17 @@ using Cursors = std::map<std::string, Cursor>;
 
 class CursorBook {
  public:
-  /// Whoever is not named here has none: what the file holds of him is forgotten.
+  /// The consumers. A cursor in the file of any other name is dropped.
   explicit CursorBook(std::set<std::string> consumers = {}) : consumers_(std::move(consumers)) {}
 
-  /// Nothing: it has never had an event, or is no consumer.
+  /// Empty: it never got an event, or is no consumer.
   std::optional<Cursor> Of(const std::string& consumer) const;
-  /// True: the file has to hear of it, and had nothing to hear of before.
+  /// True: there is a change for the file now, and there was none before.
   bool Set(const std::string& consumer, Cursor cursor);
 
-  /// What the file holds. What is known here goes before.
+  /// What the file holds. What is known here takes precedence.
   void OnOpened(const Cursors& kept);
-  /// All, where the file does not have them so; the only ones that it is to hold.
+  /// All cursors, if the file differs; it is to hold no others.
   std::optional<Cursors> Due() const;
   void OnKept(const Cursors& kept);
   Cursors all() const;

@@ -1,5 +1,5 @@
-// Events that are not on the disk yet: what the writing thread takes from, and what waits here
-// while the disk fails. Gives out the numbers, and knows a batch that comes once more. No thread,
+// Events that are not on the disk yet: the writing thread takes them from here, and they wait here
+// while the disk fails. Gives out the numbers, and recognises a batch that comes twice. No thread,
 // no lock, no disk: gateway/events/event_queue.h has them.
 //
 //   Add({source 3, "12.345 0E1", again, {r}})
@@ -7,9 +7,13 @@
 //                                        source 3 that was kept said the same
 //   Kept()  → {3}                        it may be asked for more
 //
-// Bounded: a source is not asked again before its batch is kept, so that one of each waits at most.
-// The gateway's own events have nobody who would wait with them: they keep to their shares
-// (gateway/events/shares.h), and to a limit for all.
+// Bounded: a source is not asked again before its batch is kept, so at most one of each waits. The
+// gateway's own events have no source that could be made to wait: they are limited by their shares
+// (gateway/events/shares.h), and by a limit for all.
+//
+// Alarms are kept in three states: `alarms_` are on the disk, `after_.alarms` are changed by the
+// transaction that is being written, `expected_` by that and by all that waits. For outputs there
+// is gateway/events/alarm_board.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -34,7 +38,7 @@ struct Batch {
   bool again = false;
   std::vector<EventRecord> events{};
   std::vector<PastRecord> past{};
-  bool told = false;  ///< what becomes of alarms was, although it is not kept yet
+  bool told = false;  ///< its alarms were reported already, although it is not on the disk yet
   // Of the source when it was told, by EventQueue::Add: a reload may have ended its line since.
   std::string line{};
   std::string device{};
@@ -42,7 +46,7 @@ struct Batch {
 
 class EventBook {
  public:
-  /// So many of the gateway's own wait at most: some megabytes.
+  /// The most of the gateway's own events that wait: some megabytes.
   static constexpr std::size_t kMostOwn = 10'000;
 
   void Add(Batch batch);
@@ -50,35 +54,36 @@ class EventBook {
   void Tell(EventRecord record, Instant now);
   /// The same, and never left out.
   void TellAlways(EventRecord record);
-  /// The same before all that waits. Not between Due and Kept.
+  /// The same, in front of all that waits. Not between Due and Kept.
   void TellFirst(EventRecord record);
-  /// What was left out and may be told by now waits, too.
+  /// Adds what was left out and may be told by now.
   void TellLeftOut(Now now, bool all = false);
   std::optional<Instant> LeftOutAt() const { return shares_.NextAt(); }
 
-  /// What the file holds: its last number, what each source has said last, and the alarms. What
-  /// the book knows of them itself goes before: a new file may have begun.
+  /// What the file holds: its last number, what each source said last, and the alarms. What the
+  /// book knows itself takes precedence: the file may be a new one.
   void OnOpened(std::int64_t last, const std::map<Source, std::string>& said,
                 const std::vector<Alarm>& alarms = {});
 
-  /// What waits, in the order of Add, with its numbers, and what becomes of alarms. After OnOpened.
+  /// What waits, in the order of Add, with its numbers and the new states of alarms. After
+  /// OnOpened.
   std::vector<Batch> Due();
-  /// The same, while what Due said last is still being written.
+  /// The same, while what Due returned last is still being written.
   std::vector<Batch> Ahead();
-  /// Marks those of the first that wait which were told meanwhile.
+  /// Marks those of the first batches that wait whose alarms were reported meanwhile.
   void TakeTold(std::vector<Batch>& batches) const;
-  /// All that Due said last, so many, is on the disk. Their sources, in their order; kGateway is
-  /// none.
+  /// The `batches` that Due returned last are on the disk. Returns their sources, in their order,
+  /// without kGateway.
   std::vector<Source> Kept(std::size_t batches);
 
-  /// For so many of the first that wait, it was reported what becomes of alarms.
+  /// The alarms of the first `batches` that wait were reported.
   void OnTold(std::size_t batches);
 
-  /// Sources have other numbers, by those of before: what waits and what they have said last.
+  /// Sources have new numbers, by their old ones: for what waits and for what they said last.
   void Move(const std::map<Source, Source>& moved);
 
   bool empty() const { return waiting_.empty(); }
-  /// What the last batch of the source that is kept has said; empty: none is.
+  /// `said` of the last batch of the source that is kept; empty: none is.
   std::string said(Source source) const;
   std::size_t waiting() const { return waiting_.size() - own_; }  ///< of devices
   std::size_t waiting_own() const { return own_; }
@@ -87,7 +92,7 @@ class EventBook {
   std::uint64_t repeats() const { return repeats_; }  ///< events that came once more
   /// Those that are not normal, on the disk.
   const std::map<AlarmKey, Alarm>& alarms() const { return alarms_; }
-  /// As they will be when all that Due or Ahead said last is kept.
+  /// As they will be when all that Due or Ahead returned last is kept.
   std::map<AlarmKey, Alarm> Expected() const;
   static constexpr std::size_t kMostAlarms = 10'000;
 

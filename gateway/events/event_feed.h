@@ -1,11 +1,11 @@
 // The newest events that are on the disk, for outputs that must never wait for it: Modbus looks at
 // them (gateway/modbus/service), DDS takes them in order (gateway/dds). Filled by the writing
 // thread of gateway/events/event_log.h after each commit, never before. A consumer that takes all
-// of them has a cursor, and gets from the file what has left the memory, by way of that thread. One
-// that only looks misses it, by numbers that it can count.
+// of them has a cursor; events that are no longer in memory it gets from the file, by way of that
+// thread. A consumer that only looks misses these, and can count them by their numbers.
 //
-//   number  1 … 60   61 … 80         81 … 90
-//           old      whose they were  shown whole
+//   number  1 … 60   61 … 80          81 … 90
+//           old      only the device  whole
 //
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -28,7 +28,7 @@
 
 namespace baudgate::events {
 
-/// An event that is no longer shown: whose it was.
+/// The device of an event that is no longer shown.
 struct GoneEvent {
   std::int64_t seq = 0;
   Source source = kGateway;
@@ -36,7 +36,7 @@ struct GoneEvent {
 
 struct FeedLimits {
   std::size_t events = 4000;       ///< about 1 MB
-  std::size_t remembered = 16000;  ///< before these, whose they were: 256 kB
+  std::size_t remembered = 16000;  ///< devices of the events before these: 256 kB
 };
 
 /// What a file holds when it is opened; both by their numbers.
@@ -50,51 +50,50 @@ struct FeedImage {
 
 class EventFeed {
  public:
-  /// `consumers`: those with a cursor.
+  /// `consumers`: names of those with a cursor.
   explicit EventFeed(FeedLimits limits = {}, std::set<std::string> consumers = {})
       : limits_(limits), cursors_(std::move(consumers)) {}
 
-  /// Nothing where events are there already: the file is opened once more.
+  /// Does nothing if there are events already: the file was opened again.
   void Begin(FeedImage image);
-  /// They are on the disk, by their numbers.
+  /// These events are on the disk, in order of their numbers.
   void Add(const std::vector<FedEvent>& events);
   using Listener = std::uint64_t;
-  /// Sources have other numbers, by those of before.
+  /// Sources have new numbers, by their old ones.
   void Move(const std::map<Source, Source>& moved);
   /// `wake` is called after each of these, on the writing thread; it returns at once.
   Listener Listen(std::function<void()> wake);
-  /// It is called no longer, and no call is under way when this returns.
+  /// When this returns, it is not called any more.
   void Leave(Listener listener);
 
   struct Shown {
     std::int64_t newest = 0;  ///< of all devices; 0: none
     std::int64_t oldest = 0;  ///< that can be shown, of all devices
-    std::uint64_t lost = 0;   ///< of `source`, from the first asked for on, that cannot be shown
+    std::uint64_t lost = 0;   ///< events of `source` after the first asked for that cannot be shown
     std::vector<EventRecord> events{};  ///< at most `most`, by their numbers
   };
-  /// Events of one device or of all, from this number on (of a longer one the low 32 bits); 0: the
-  /// newest. What is so old that it is not known whose it was counts as lost, unless the device had
-  /// none then.
+  /// Events of one device or of all, from this number on (its low 32 bits); 0: the newest. Events
+  /// so old that their device is not known count as lost, unless the device had none then.
   Shown Show(std::optional<Source> source, std::uint32_t first, std::size_t most) const;
 
-  /// Those behind `after`, of all devices, at most `most`. None also where they have to be read
-  /// from the file first: listeners are woken then.
+  /// Events of all devices after `after`, at most `most`. Also none if they must be read from the
+  /// file first: listeners are woken when they are there.
   std::vector<FedEvent> Take(std::int64_t after, std::size_t most);
   std::int64_t newest() const;
 
-  /// What the events have made of the alarms; before the listeners are woken.
+  /// The new states of alarms; called before the listeners are woken.
   const AlarmBoard& alarms() const { return alarms_; }
 
-  /// Where the consumer was; after Begin.
+  /// The position of the consumer; after Begin.
   std::optional<Cursor> cursor(const std::string& consumer) const { return cursors_.Of(consumer); }
   /// On the disk within a second or so.
   void SetCursor(const std::string& consumer, Cursor cursor);
 
-  /// The rest is of the thread that writes the file. `asked` is called on any thread: `now`: some
-  /// events are to be read, else there are cursors to be written. Null: nobody reads the file.
+  /// The rest is for the thread that writes the file. `asked` is called on any thread; `now`:
+  /// events are to be read, else cursors are to be written. Null: the file is not read.
   void ServeWith(std::function<void(bool now)> asked);
   CursorBook& cursors() { return cursors_; }
-  /// Behind which events are to be read; nothing: none are.
+  /// The number after which events are to be read; empty: none are.
   std::optional<std::int64_t> wanted() const;
   void Supply(std::int64_t after, std::vector<FedEvent> events);
 

@@ -1,5 +1,5 @@
-// The events' side of events.db: opens it when it is needed, writes what the book has due, and says
-// what went wrong. On one thread (gateway/events/event_log.h), without a clock.
+// The events' part of events.db: opens the file when it is needed, writes what the book has due,
+// and reports what went wrong. On one thread (gateway/events/event_log.h), without a clock.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -23,12 +23,12 @@ class EventFile {
   struct Opened : EventsConnection::Opened {
     EventTable::Contents contents{};
   };
-  /// Nothing where it is open and fit for use.
+  /// Empty: it was open already.
   std::optional<Opened> Open();
-  /// Open; all of them are on the disk, or none is. As EventTable.
+  /// Only if open. All of them are on the disk, or none is. See EventTable.
   Status Write(const std::vector<Batch>& batches, const Cursors* cursors = nullptr,
                const std::vector<KeptRecord>& records = {});
-  /// Open: what a reader has found damaged is read as a whole.
+  /// Only if open. A reader has found damage: the whole file is checked.
   Status Check();
   /// See PutAsideOf.
   std::vector<std::string> PutAside() const { return PutAsideOf(connection_.path()); }
@@ -36,9 +36,9 @@ class EventFile {
   Result<std::vector<FedEvent>> ReadBehind(std::int64_t after);
   std::int64_t oldest() const { return table_ ? table_->oldest() : 0; }
 
-  /// Open, and not for the first time: another file may be there, without alarms.
+  /// Whether it was opened again: the file may be a new one, without alarms.
   bool lacks_alarms() const { return lacks_alarms_; }
-  /// Open; these alarms are on the disk, and no others.
+  /// Only if open. These alarms are on the disk, and no others.
   Status WriteAlarms(const std::vector<Alarm>& alarms);
 
   const std::filesystem::path& path() const { return connection_.path(); }

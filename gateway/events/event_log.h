@@ -1,8 +1,8 @@
-// The events while the gateway runs: batches come from the lines, the thread of events.db writes
-// them, and all that come while the disk is busy share the next commit: the first of an idle
-// queue is written at once. While the disk fails they wait in memory, and it is tried again every
-// second; their devices are not asked for more, and keep what they have. Without a file (in_memory)
-// what would be written is over at once.
+// The events while the gateway runs: batches come from the lines, and the thread of events.db
+// writes them. The first batch of an idle queue is written at once; all that come while the disk is
+// busy share the next commit. While the disk fails they wait in memory, and it is tried again every
+// second; their devices are not asked for more, and keep their events. Without a file (in_memory) a
+// batch is done at once.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -25,11 +25,11 @@ class EventLog final : public EventSource {
   /// Writes what is left; as long as the disk takes.
   ~EventLog() override;
 
-  /// Where events come in.
+  /// The entrance of all events.
   EventQueue& queue() { return queue_; }
 
-  /// Once a second, from any thread that does not write. While the disk does not answer in time,
-  /// that is said, and alarms are told all the same.
+  /// Once a second, from any thread but the writing one. If the disk does not answer in time, this
+  /// reports it, and reports the alarms that wait.
   void Watch() { TellAlarms(queue_.Watch()); }
 
   EventsState state() const override;
@@ -55,7 +55,7 @@ class EventLog final : public EventSource {
   const std::shared_ptr<EventsWriter> writer_;
   EventQueue queue_;
   SourceNames sources_;  // of the writing thread
-  EventFile file_;       // likewise
+  EventFile file_;       // of the writing thread
   Worker worker_;
 };
 

@@ -1,5 +1,5 @@
-// Reads what events are kept, page by page: for `baudgate events`, over a connection of its own
-// that holds up nobody. What stands in the file may be anything; every field is checked.
+// Reads kept events, page by page, for `baudgate events`: over a connection of its own, so nothing
+// waits for it. The file may contain anything; every field is checked.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,13 +21,13 @@ struct PageQuery {
   std::int64_t after = 0;           ///< a number
   std::string line{};               ///< empty: of all
   std::string device{};             ///< its bare name; empty: of all
-  std::optional<WallTime> since{};  ///< none that was received earlier
+  std::optional<WallTime> since{};  ///< only events received at this time or later
 };
 
 struct Page {
   std::vector<EventRecord> records;  ///< by their numbers
   std::int64_t next = 0;             ///< `after` of the next page
-  bool more = false;                 ///< there was more at that time
+  bool more = false;                 ///< there were more at that time
 };
 
 Result<Page> ReadPage(Database& database, const PageQuery& query);

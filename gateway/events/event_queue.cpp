@@ -324,7 +324,7 @@ std::vector<std::string> EventQueue::LeftBehind() const {
         book_.waiting(), state_.trouble));
   }
   if (book_.waiting_own() > 0) {
-    lines.push_back(fmt::format("events: the gateway ends, and {} of its own are not kept: {}",
+    lines.push_back(fmt::format("events: the gateway ends with {} of its own not saved: {}",
                                 Plural(book_.waiting_own(), "event"), state_.trouble));
   }
   return lines;

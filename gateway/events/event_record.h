@@ -1,4 +1,6 @@
-// One event as it is kept for ever. docs/events.md has the fields for users.
+// One event as it is kept for ever. docs/events.md has the fields for users. On its way an event is
+// a DeviceEvent in an EventBatch (protocols), ReportedEvents (poll), an EventRecord in a Batch
+// (here), and a FedEvent for outputs.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -27,23 +29,24 @@ struct EventRecord {
   std::uint32_t code = 0;
   config::EventState state = config::EventState::message;
   std::string text;
-  /// In a gateway's event: what of the device it concerns, "current_l1 above 5"; not in the file.
-  /// Also what its alarm is called.
+  /// In an event of the gateway: the part of the device, "current_l1 above 5"; not in the file.
+  /// Also the name of its alarm.
   std::string subject{};
   AlarmMark mark{};
-  /// Which values belong to it: `kept`, or they are still to be read. Empty: none.
+  /// The name of the values that belong to it: they are in `kept`, or still to be read. Empty:
+  /// none.
   std::string record{};
   std::optional<KeptRecord> kept{};  ///< written with it, in one transaction
-  std::optional<Alarm> alarm{};      ///< as it is behind this; nothing: as before, or there is none
+  std::optional<Alarm> alarm{};  ///< its state after this event; empty: as before, or there is none
 };
 
 /// Longer texts are cut.
 inline constexpr std::size_t kLongestText = 128;
 
-/// To kLongestText, and no half character at its end.
+/// Cuts to kLongestText, without half a character at the end.
 void Shorten(std::string& text);
 
-/// With the words of the device's table. `oldest`: as for Place.
+/// Makes records with the texts of the device's profile. `oldest`: see Place.
 std::vector<EventRecord> RecordsOf(const EventBatch& batch, const std::string& line,
                                    const config::Device& device, WallTime received,
                                    std::optional<Duration> oldest);

@@ -1,4 +1,4 @@
-// What others may ask of the events: gateway/status and gateway/control. From any thread.
+// What gateway/status and gateway/control may ask of the events. From any thread.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,11 +13,12 @@
 
 namespace baudgate::events {
 
-/// Who takes all events, and keeps his place in the file.
+/// A consumer of all events, whose position is kept in the file.
 struct Consumer {
   std::string name;
-  std::int64_t seq = 0;   ///< he has this, and all before
-  std::int64_t lost = 0;  ///< that he has not, and the file has no longer: there was no room
+  std::int64_t seq = 0;  ///< it has this event, and all before
+  std::int64_t lost =
+      0;  ///< events that it has not got and that the file no longer has: there was no room
 };
 
 struct EventsState {
@@ -29,7 +30,7 @@ struct EventsState {
   std::int64_t newest = 0;  ///< number of the last that is kept; 0: none is
   std::int64_t oldest = 0;  ///< of the first
   std::vector<Consumer> consumers{};
-  std::uint64_t repeats = 0;   ///< that came once more, since the start
+  std::uint64_t repeats = 0;   ///< that came twice, since the start
   std::uint64_t left_out = 0;  ///< of the gateway's own, too many of one kind, since the start
   std::size_t alarms_active = 0;
   std::size_t alarms_unacknowledged = 0;
@@ -38,13 +39,13 @@ struct EventsState {
   bool in_memory = false;                ///< there is no file, and only alarms of the gateway's own
 };
 
-/// Whose alarms somebody has seen, and who.
+/// The alarms that a person acknowledges, and the person.
 struct AckQuery {
   std::string line{};
   std::string device{};
   std::string point{};   ///< empty: of the device, and of all its points
-  std::int64_t seq = 0;  ///< not 0: what this event has raised, whosesoever
-  /// Only what an event with these low 32 bits has raised.
+  std::int64_t seq = 0;  ///< not 0: the alarm that this event has raised, of any device
+  /// Only the alarm raised by an event with these low 32 bits.
   std::optional<std::uint32_t> number{};
   bool all = false;  ///< of every line and device
   std::string by{};  ///< "user:anna"
@@ -67,12 +68,13 @@ class EventSource {
  public:
   virtual ~EventSource() = default;
   virtual EventsState state() const = 0;
-  /// Those that are not normal.
+  /// Alarms that are not normal.
   virtual std::vector<Alarm> Alarms() const = 0;
-  /// How many wait for it. `done` is called once, from any thread, also from within this call.
+  /// Returns how many alarms wait for it. `done` is called once, from any thread, also within this
+  /// call.
   virtual std::size_t Acknowledge(const AckQuery& query,
                                   std::function<void(const Acknowledged&)> done) = 0;
-  /// Nothing while the file is being opened.
+  /// Empty while the file is being opened.
   virtual Result<Page> Read(const PageQuery& query) const = 0;
   virtual Result<PastPage> ReadPast(const PastQuery& query) const = 0;
 };

@@ -24,11 +24,11 @@ namespace baudgate::events {
 /// Line and device of each source, by its number.
 using SourceNames = std::vector<std::pair<std::string, std::string>>;
 
-/// By its name alone, so that a device that has moved to another line keeps what it said there;
-/// kGateway: none has it.
+/// By the name of the device alone, so a device that has moved to another line keeps its last
+/// batch. kGateway: no source has this name.
 Source SourceOf(const SourceNames& names, std::string_view device);
 
-/// So many are kept: about 200 MB.
+/// The most events that are kept: about 200 MB.
 inline constexpr std::int64_t kMostEvents = 1'000'000;
 
 class EventTable {
@@ -47,15 +47,15 @@ class EventTable {
     FeedImage image{};
   };
   Contents Read(FeedLimits limits = {});
-  /// All or none, and with them the alarms that they have changed, and what they owe. `cursors`:
-  /// and no others; null: as they are.
+  /// Writes all or none: events, the alarms that they have changed, and the records that they owe.
+  /// `cursors`: replace those in the file; null: they stay.
   bool Write(const std::vector<Batch>& batches, const Cursors* cursors = nullptr,
              const std::vector<KeptRecord>& records = {});
-  /// These alarms and no others.
+  /// Writes these alarms, and deletes all others.
   bool WriteAlarms(const std::vector<Alarm>& alarms);
-  /// The next events behind a number.
+  /// The next events after a number.
   Result<std::vector<FedEvent>> ReadBehind(std::int64_t after);
-  /// The first that is kept; 0: none is.
+  /// The number of the oldest event; 0: there is none.
   std::int64_t oldest() const { return oldest_; }
 
  private:

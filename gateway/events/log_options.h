@@ -14,21 +14,21 @@
 
 namespace baudgate::events {
 
-/// Its priority in the configuration; nothing: the configuration does not have it any more. Without
-/// a function all alarms stay as they are.
+/// The priority of an alarm in the configuration; empty: the configuration no longer has it.
+/// Without a function all alarms stay as they are.
 using Watched = std::function<std::optional<config::AlarmPriority>(const Alarm&)>;
 
 struct LogOptions {
   std::filesystem::path file;  ///< empty: there is no place for it
   std::string why_no_file{};
-  /// What happens is known until the program ends, and there is no file.
+  /// There is no file: events are known until the program ends.
   bool in_memory = false;
   std::string vfs{};  ///< as in Database
   /// Shared with the audit. Null: the events have a thread of their own.
   std::shared_ptr<EventsWriter> writer{};
   SourceNames sources;
   std::function<Now()> clocks;
-  std::shared_ptr<EventFeed> feed{};  ///< hears of what is on the disk; null: nobody does
+  std::shared_ptr<EventFeed> feed{};  ///< gets what is on the disk; null: there is none
   bool tells_own = false;             ///< the gateway's own events are kept, too
   Watched watches{};
   /// They are on the disk, so that their sources may be asked for more; on the writing thread.

@@ -1,5 +1,6 @@
-// The codes of what the gateway has seen happen itself. The numbers are users' (docs/events.md): a
-// new one is appended, none is used again. No device has such: a table of a profile ends at 999999.
+// The codes of the gateway's own events. The numbers are public (docs/events.md): new ones are
+// appended, none is used again. Devices do not have such codes: a table of a profile ends at
+// 999999.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -11,7 +12,7 @@ enum class OwnCode : std::uint32_t {
   started = 1'000'001,
   stops = 1'000'002,
   left_out = 1'000'003,      ///< events of one kind that came too often
-  disk_trouble = 1'000'004,  ///< of events.db, told when it is over
+  disk_trouble = 1'000'004,  ///< of events.db, reported when it is over
   port_down = 1'000'005,     ///< of a line
   port_lent = 1'000'006,
   collisions = 1'000'007,
@@ -24,14 +25,14 @@ enum class OwnCode : std::uint32_t {
   point_above = 1'000'014,
   point_below = 1'000'015,
   acknowledged = 1'000'016,  ///< an alarm
-  not_watched = 1'000'017,   ///< an alarm that the configuration does not have any more
+  not_watched = 1'000'017,   ///< an alarm that the configuration no longer has
   reloaded = 1'000'018,
   taken_back = 1'000'019,       ///< a configuration that was not confirmed
   clock_corrected = 1'000'020,  ///< of a device
-  clock_left = 1'000'021,       ///< it should have been, and was not
+  clock_left = 1'000'021,       ///< of a device: it should have been corrected, and was not
   own_alarm = 1'000'022,        ///< of a line, a device, a route or a disk
-  port_served = 1'000'023,      ///< of a line that nobody polls: a client has its port
-  priority = 1'000'024,         ///< an active alarm has another one in the configuration now
+  port_served = 1'000'023,      ///< of a line that is not polled: a client has its port
+  priority = 1'000'024,         ///< of an active alarm: the configuration has changed it
 };
 
 constexpr std::uint32_t CodeOf(OwnCode code) { return static_cast<std::uint32_t>(code); }

@@ -1,5 +1,5 @@
-// The start and the end of the gateway itself as events: each is told once, and the start with how
-// the run before has ended. No lock, no clock: gateway/events/event_queue.h has them.
+// The start and the end of the gateway itself as events, once each; the start says how the previous
+// run ended. No lock, no clock: gateway/events/event_queue.h has them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,7 +17,7 @@ class OwnRun {
     start_ = {std::move(version), at};
     ends_ = true;
   }
-  /// The previous run, as the file has it.
+  /// The previous run, from the file.
   void OnOpened(const LastRun& before) { before_ = before; }
 
   bool waits() const { return start_.has_value(); }

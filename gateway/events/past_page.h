@@ -1,5 +1,5 @@
-// Reads what devices have measured themselves, page by page: for `baudgate history`, over a
-// connection of its own that holds up nobody. What stands in the file may be anything.
+// Reads values that devices have measured themselves, page by page, for `baudgate history`: over a
+// connection of its own, so nothing waits for it. The file may contain anything.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -20,7 +20,7 @@ namespace baudgate::events {
 /// Rows of one page: about 100 kB of the control socket.
 inline constexpr std::size_t kPastPage = 1000;
 
-/// Where a page has ended: times of a device may come twice, numbers do not.
+/// Where a page ended: times of a device may come twice, numbers do not.
 struct PastCursor {
   std::int64_t seq = 0;
   std::int64_t time = std::numeric_limits<std::int64_t>::min();  ///< microseconds since 1970
@@ -35,7 +35,7 @@ struct PastQuery {
   PastCursor after{};
 };
 
-/// A span of time that begins at `time`. Without a quality nobody knows its value any more.
+/// A span of time that begins at `time`. Without a quality its value is lost.
 struct PastRow {
   WallTime time{};
   Duration span{};
@@ -47,7 +47,7 @@ struct PastPage {
   std::vector<PastRow> rows{};  ///< by their times
   PastCursor next{};
   bool more = false;
-  bool known = false;  ///< there is something of that name
+  bool known = false;  ///< there is a series of that name
 };
 
 Result<PastPage> ReadPast(Database& database, const PastQuery& query);

@@ -1,6 +1,6 @@
-// The tables `past` and `past_points` of events.db: what devices have measured and kept themselves,
-// as the load profiles of meters. Each value is a row with a number of its own, and they have the
-// device's time, which may be days before. Each call is part of the caller's transaction. One
+// The tables `past` and `past_points` of events.db: values that devices have measured and kept
+// themselves, such as the load profiles of meters. Each value is a row with a number of its own and
+// the device's time, which may be days ago. Each call is part of the caller's transaction. One
 // thread; gateway/events/past_page.h reads from another connection.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -17,7 +17,7 @@ namespace baudgate::events {
 
 class PastTable {
  public:
-  /// So many values are kept: about 270 MB, 70 years of one meter by half hours.
+  /// The most values that are kept: about 270 MB, 70 years of one meter by half hours.
   static constexpr std::int64_t kMost = 5'000'000;
 
   /// `database` is of OpenEvents, and outlives it.

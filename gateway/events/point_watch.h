@@ -1,14 +1,14 @@
-// Decides what happens at a point: takes its readings, gives events. No clock, no lock, no disk.
+// Makes events of the readings of a point. No clock, no lock, no disk.
 //
 //   above 5, hysteresis 1:   4 6 5 4     on at 6, off at 4
 //   above 5, delay 3 s:      6 6 6 6     on at the first that is 3 s behind the one that began it
 //   change:                  1 1 2 bad 2 3   at 2 and 3
 //   change, normal 0:        0 16 17 0       on at 16 and at 17, off at 0
 //
-// A bad reading is none: it makes no event and ends no delay. The first since the start tells of a
-// limit that is exceeded; where the point has an alarm it is told either way, and is an event where
-// the kept state of the alarm differs (AlarmMark::first). Between limit and hysteresis nobody
-// knows.
+// A bad reading makes no event and ends no delay. The first good reading since the start makes one
+// if a limit is exceeded; if the point has an alarm it is passed on in any case, and is an event if
+// the kept state of the alarm differs (AlarmMark::first). Between limit and hysteresis the state is
+// not known.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -41,11 +41,11 @@ class PointWatch {
   std::optional<Finding> Change(const Value& value, Instant now);
   bool IsNormal(const Value& value) const;
   bool IsSame(const Value& a, const Value& b) const;
-  /// What is seen now is so for long enough.
+  /// Whether the present state has lasted long enough.
   bool Lasts(const Value& seen, Instant now);
 
   const config::PointEvent& rule_;
-  Value told_;                    // of a limit whether it is exceeded; nothing: not known
+  Value told_;                    // of a limit whether it is exceeded; empty: not known
   Value seen_;                    // another than that
   std::optional<Instant> since_;  // it is
 };

@@ -13,17 +13,17 @@ namespace baudgate::events {
 
 class RecordTable {
  public:
-  /// So many of a kind are kept; those of events as long as their events.
+  /// The most of a kind that are kept; records of events are kept as long as their events.
   static constexpr std::int64_t kMost = 1'000'000;
 
   /// `database` is of OpenEvents, and outlives it.
   explicit RecordTable(Database& database, std::int64_t most = kMost);
 
-  /// With the next number of its kind, and its event owes nothing any more. One that is there
-  /// already is left as it is: of the same kind, line, device, name, device_time and event.
+  /// Writes it with the next number of its kind; its event owes it no longer. If a record with the
+  /// same kind, line, device, name, device_time and event is there already, that one stays.
   bool Insert(const KeptRecord& record);
   bool Owe(const OwedRecord& owed);
-  /// What belongs to events up to this number goes with them.
+  /// Deletes what belongs to events up to this number.
   bool Drop(std::int64_t event);
 
   bool ReadOwed(std::vector<OwedRecord>& owed);

@@ -1,8 +1,7 @@
-// How much of the log each thing that happens may take: what flaps must not crowd out the others.
-// Twenty at once, then one a minute. What is beyond is left out, but for the last, so that what the
-// log says in the end is how it is: told in its minute, or as soon as it has settled, which takes
-// two seconds, and twice as long each time. Kept are events of one code of one device, port or
-// point.
+// How many events of one kind are kept: a kind is one code of one device, port or point. One that
+// flaps must not crowd out the others. Twenty at once, then one a minute. The rest is left out,
+// except the last one, so that the log ends with the present state: it is kept in its minute, or as
+// soon as the state has settled, which takes two seconds, and twice as long each time.
 //
 //   61 x tripped, reset within seconds     20 of them
 //   2 s later                              "40 events like the next left out", and the last
@@ -27,14 +26,14 @@ class Shares {
   static constexpr Duration kEach = std::chrono::minutes(1);
   static constexpr Duration kSettles = std::chrono::seconds(2);
 
-  /// False: it is left out. `room`: there is some for anybody.
+  /// False: it is left out. `room`: whether there is room at all.
   bool Take(const EventRecord& record, bool room, Instant now);
-  /// One that was taken is on the disk: of each so many wait at most.
+  /// One that was taken is on the disk: the number of each kind that may wait is limited.
   void OnKept(const EventRecord& record);
-  /// What may be told by now of those that were left out: how many, then the last of them. `all`:
-  /// it is now or never.
+  /// Returns what may be kept by now of those that were left out: their number, then the last of
+  /// them. `all`: at the end of the program.
   std::vector<EventRecord> TakeLeftOut(Now now, bool all = false);
-  /// When there may be some; nothing: none was left out.
+  /// When there may be some; empty: none was left out.
   std::optional<Instant> NextAt() const;
 
   std::uint64_t left_out() const { return left_out_; }  ///< since the start

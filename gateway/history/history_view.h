@@ -1,5 +1,5 @@
-// What outputs see of the history: how it does, and what is read back. A page that hangs in a disk
-// has it as long as it needs it, also behind a reload that has ended the log.
+// The history as outputs see it: its health and its values. A read that hangs in a disk keeps the
+// view alive, also after a reload that has ended the log.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -28,12 +28,12 @@ class Assembler {
   void Begin(FrameRule rule, Expectation expect);
 
   /// Memory stays below expect.max_bytes + bytes.size(): what overflows is discarded as corrupt
-  /// from the front, one byte at a time, so that a frame behind it still has its chance.
+  /// from the front, one byte at a time, so a frame after it can still be found.
   void Feed(View bytes);
 
-  /// The next whole frame, or nothing. `idle`: the line has fallen silent, so a rule may now decide
-  /// what it left open; bytes that it still wants more for are discarded as partial.
-  /// `discarded`: what was discarded on the way is appended to it; null: it is wanted by nobody.
+  /// The next whole frame, if there is one. `idle`: the line is silent, so the rule may now decide
+  /// what it left open; bytes for which it still needs more are discarded as partial. `discarded`:
+  /// discarded bytes are appended to it; null: they are not wanted.
   std::optional<Bytes> Next(bool idle, Bytes* discarded = nullptr);
 
   std::size_t held() const { return held_.size() - head_; }

@@ -16,8 +16,8 @@ struct EchoResult {
 
 /// strip: bytes are held back while they repeat the request and dropped once it is whole; at the
 /// first difference they are released untouched, so a bus that does not echo works. verify: the
-/// same, and the difference is reported. off: every byte passes at once, and `complete` tells that
-/// the request came back even so.
+/// same, and the difference is reported. off: every byte passes at once, and `complete` tells
+/// whether the request came back.
 class EchoFilter {
  public:
   explicit EchoFilter(config::Echo mode) : mode_(mode) {}

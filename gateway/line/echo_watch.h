@@ -1,5 +1,5 @@
-// What of the bytes that come from a bus is our own request coming back, and whether that is as the
-// configuration says. Asked by gateway/poll/poller.cpp before the bytes go to gateway/line/line.h.
+// Which bytes from a bus are the echo of our own request, and whether the echo is as configured.
+// Called by gateway/poll/poller.cpp before the bytes go to gateway/line/line.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,7 +17,7 @@ class EchoWatch {
     Bytes bytes;                    ///< what is not echo; with `off`, all that came
     bool echo = false;              ///< `off`: the request under way has come back whole
     bool collision = false;         ///< `verify`: the echo differs from what was sent
-    const char* warning = nullptr;  ///< what the user should know, each thing once
+    const char* warning = nullptr;  ///< for the user, each warning once
   };
 
   explicit EchoWatch(config::Echo mode) : mode_(mode), filter_(mode) {}
@@ -29,13 +29,13 @@ class EchoWatch {
   /// `asked`: the request under way; null when there is none.
   Heard OnReceived(View bytes, const Request* asked);
   /// The frame equals its request, the protocol confirms writes in that way, and this bus was seen
-  /// to echo: nobody need have answered.
+  /// to echo: perhaps no device has answered.
   bool MayBeEcho(const Request& request, View frame) const;
-  /// The exchange of `request` is over; its reason is set where its echo explains it. True:
-  /// `verify` has missed the echo.
+  /// The exchange of `request` is over; its reason is set if the echo explains it. True: with
+  /// `verify` the echo was missing.
   bool OnExchangeEnd(const Request& request, ExchangeEnd& end);
-  /// `verify`: the bus used to echo, and nothing of the latest requests came back: a fibre ring is
-  /// open somewhere, and nobody on it can be blamed for being silent.
+  /// `verify`: the bus used to echo, and none of the latest requests came back: a fibre ring is
+  /// open somewhere, and its devices are not to blame for their silence.
   bool is_cut() const { return has_echoed_ && unechoed_ >= kUnechoedOfACut; }
 
  private:

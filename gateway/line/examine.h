@@ -30,13 +30,13 @@ struct Arrival {
   Duration after{};  ///< from the computed end of the request; below zero: before it
 };
 
-/// One exchange, and what came behind it.
+/// One exchange, and what came after it.
 struct Hearing {
   const Protocol* protocol = nullptr;
   const ParsedOptions* options = nullptr;
   View request{};
   const Expectation* expect = nullptr;
-  Outcome outcome = Outcome::none;  ///< none: nobody has judged it yet
+  Outcome outcome = Outcome::none;  ///< none: it was not judged yet
   View heard{};
   std::span<const Arrival> arrivals{};  ///< of `heard`; the first stands at 0
   Duration reply{};                     ///< the longest until the first byte

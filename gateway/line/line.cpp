@@ -12,10 +12,11 @@
 //                                              drain stray bytes may be a second, different reply
 //   quiet        bytes                         quiet anew, but never longer than the ceiling
 //   quiet        timer                         sending
-//   sending      bytes                         kept: echo; where the port keeps its bit rate, stray as
-//                                              soon as more comes later
-//   sending      whole frame                   idle, where the port does not keep it: a pty that answers
-//                                              before the computed end
+//   sending      bytes, on a pty or a network  kept: an echo, or an early reply
+//   sending      bytes, on a port that keeps   kept apart; stray as soon as more bytes come after the
+//                its bit rate                  request is out
+//   sending      whole frame, on a pty or a    idle: it may answer before the computed end
+//                network
 //   sending      timer (end of transmission)   settle when no reply is due, else await_first/receiving
 //   settle       bytes                         stray: nobody was asked to answer
 //   settle       timer                         idle, ok

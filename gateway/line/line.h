@@ -1,7 +1,7 @@
 // One exchange at a time on one bus: the line discipline as a state machine without sockets, clock
-// or YAML. Bytes and time come in as arguments, what they have led to comes back as LineNews; the
-// client is asked one thing only: what a frame means. Driven by gateway/poll/poller.cpp; under
-// virtual time in tests.
+// or YAML. Bytes and time come in as arguments; their effect is returned as LineNews. The client is
+// asked one thing only: what a frame means. Driven by gateway/poll/poller.cpp, in tests under
+// virtual time.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -28,7 +28,7 @@ struct LineTimes {
   Duration gap{};        ///< longest silence inside a frame
   Duration ceiling{};    ///< whole exchange, from the computed end of transmission
   Duration drain{};      ///< silence that ends a drain
-  Duration settle{};     ///< silence after a request that nobody answers, where quiet is shorter
+  Duration settle{};     ///< silence after a request without a reply, if quiet is shorter
   Duration character{};  ///< start to stop bit
 };
 
@@ -37,39 +37,38 @@ struct Exchange {
   Request request;
   FrameRule reply_rule = nullptr;
   LineTimes times;
-  /// Silence that even a good reply is followed by, because replies to earlier attempts may still
-  /// be under way: the one that came may be theirs, and the rest must not meet another request.
+  /// Silence after a reply, even a good one, because replies to earlier tries may still be under
+  /// way: the reply that came may be to one of these, and the others must not meet another request.
   Duration aftermath{};
-  /// The device is known to be some requests behind: another's reply ends the exchange, for its own
-  /// comes behind a later request and not before.
+  /// The device lags by some requests: the reply to another request ends the exchange, because its
+  /// own comes only after a later request.
   bool lags = false;
 };
 
 struct ExchangeEnd {
   Outcome outcome = Outcome::none;
-  std::string reason;        ///< one sentence where the line itself knows why; else empty
+  std::string reason;        ///< one sentence if the line itself knows why; else empty
   Duration round_trip{};     ///< first byte out to last byte in; zero when no frame came
   std::size_t received = 0;  ///< bytes that came for it
-  /// From the last byte of its reply to this end, where silence had to show that it was the last.
+  /// From the last byte of its reply to this end, if only silence showed that it was the last.
   Duration since_reply{};
 };
 
-/// Bytes that belong to no exchange. A device that answers later than its reply time shows itself
-/// by them.
+/// Bytes that belong to no exchange, for example a late reply.
 struct StrayBytes {
   std::size_t count = 0;
   Duration since_end{};  ///< from the end of the last exchange
 };
 
-/// What one input has led to. Where several fields are set, they happened in this order.
+/// The effect of one input. If several fields are set, they happened in this order.
 struct LineNews {
-  UnaskedInput unasked;            ///< what the device that speaks unasked has said; no rest
+  UnaskedInput unasked;            ///< from the device that sends unasked; no rest
   bool send = false;               ///< the request is to be sent now
-  StrayBytes stray_before;         ///< in front of the end of the exchange under way
+  StrayBytes stray_before;         ///< before the end of the exchange under way
   std::optional<ExchangeEnd> end;  ///< the line may still drain: see idle()
-  StrayBytes stray;                ///< behind that end, or while no exchange was under way
-  /// Behind the reply that was taken came another whole one, not the same: one of the two belongs
-  /// to another request.
+  StrayBytes stray;                ///< after that end, or while no exchange was under way
+  /// After the reply that was taken came another whole one that differs: one of the two belongs to
+  /// another request.
   bool second_reply = false;
 };
 
@@ -96,14 +95,14 @@ class Line {
 
   explicit Line(LineClient& client) : client_(client) {}
 
-  /// A device of the line says this unasked, at any time. Before OnOpened; `what` outlives the
-  /// line.
+  /// A device of the line sends such messages unasked, at any time. Before OnOpened; `what`
+  /// outlives the line.
   void Listen(const Standing& what) { standing_ = &what; }
 
-  /// `keeps_bit_rate`: characters take their time on this port, so that nothing can answer a
-  /// request before its last one is out, and bytes that come so early are the rest of something
-  /// else. Not so on a pty, or behind a network; a port that only claims to (in a virtual machine)
-  /// is found out by the first early reply that nothing follows.
+  /// `keeps_bit_rate`: characters take their time on this port, so no reply can come before the
+  /// last character of its request is out, and earlier bytes are the rest of something else. False
+  /// for a pty and for a network. It is cleared when an early reply turns out to be the real one (a
+  /// port of a virtual machine).
   void OnOpened(Instant now, bool keeps_bit_rate = false);
   /// From anywhere. An exchange ends as line_down, unless nothing of it has been sent yet.
   LineNews OnClosed();
@@ -124,7 +123,7 @@ class Line {
 
   bool idle() const { return state_ == State::idle && !unasked_.receiving(); }
   State state() const { return state_ == State::idle && !idle() ? State::receiving : state_; }
-  /// When OnTimer is due; nothing while the line waits for bytes or work only.
+  /// When OnTimer is due; empty while the line waits for bytes or work only.
   std::optional<Instant> Deadline() const;
 
   const AssemblerCounters& counters() const { return assembler_.counters(); }
@@ -162,12 +161,13 @@ class Line {
   Bytes early_;                  // came during the transmission on a port that keeps its bit rate
   std::uint64_t in_before_ = 0;  // counters().in when the exchange began
   bool ended_badly_ = false;     // the last exchange, so that its drain is due
-  const Standing* standing_ = nullptr;  // null: nobody speaks unasked
+  const Standing* standing_ = nullptr;  // null: no device sends unasked
   UnaskedReceiver unasked_;
   Exchange exchange_;
   Assembler assembler_;
-  Bytes taken_;       // the last reply
-  Assembler behind_;  // what came behind it; looks for a second one
+  // The last reply; empty: none, or a second one can no longer come or was reported already.
+  Bytes taken_;
+  Assembler behind_;  // bytes after it; looks for a second reply
   LineNews news_;     // of the input that is being handled
 };
 

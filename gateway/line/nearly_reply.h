@@ -1,6 +1,6 @@
-// Bytes that would be a whole reply if one thing were otherwise: its first or last byte is missing,
-// a converter has put characters in or changed line ends, it has a parity bit too many. Pure; used
-// by gateway/line/examine.h.
+// Bytes that would be a whole reply but for one thing: the first or last byte is missing, a
+// converter has inserted characters or changed line ends, there is a parity bit too many. Pure;
+// used by gateway/line/examine.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,4 +1,4 @@
-// Messages of another protocol on a line of texts: somebody else's, as their check value proves.
+// Messages of another protocol on a line of a text protocol, as their check value proves.
 // Pure; used by gateway/line/examine.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -11,7 +11,7 @@
 
 namespace baudgate {
 
-/// Nothing: there is none, or the protocol of the line is none of texts.
+/// Empty: there is none, or the protocol of the line is not a text protocol.
 std::optional<Finding> OtherFrame(const Hearing& hearing, View heard);
 
 }  // namespace baudgate

@@ -11,8 +11,7 @@
 
 namespace baudgate {
 
-/// Nothing: it is none that is known. `modbus`: a Modbus TCP server is wanted there, and no serial
-/// server.
+/// Empty: no known service. `modbus`: a Modbus TCP server is expected there, not a serial server.
 std::optional<Finding> OtherService(View heard, bool modbus);
 /// IAC and WILL, WONT, DO or DONT, at the front.
 bool IsTelnet(View heard);

@@ -1,6 +1,6 @@
-// Takes in what a device says unasked: whole messages out of bytes that come whenever they like.
-// Sans-I/O and pure as the line, which owns it (gateway/line/line.h); what belongs to no message is
-// left for the exchange under way.
+// Receives what a device sends unasked: whole messages out of bytes that come at any time. Sans-I/O
+// and pure as the line, which owns it (gateway/line/line.h). Bytes of no message are left for the
+// exchange under way.
 //
 //   what is held          what it becomes
 //   whole by its rule     a message, at once
@@ -22,14 +22,14 @@ namespace baudgate {
 
 struct UnaskedMessage {
   Bytes bytes;
-  Duration since{};  ///< from its last byte to now, where silence had to show that it was the last
+  Duration since{};  ///< from its last byte to now, if only silence showed that it was the last
 };
 
-/// What one input has led to.
+/// The effect of one input.
 struct UnaskedInput {
   std::vector<UnaskedMessage> messages;
   std::size_t damaged = 0;  ///< messages, as far as they can be told apart
-  std::string_view why{};   ///< of the last of them. Static text
+  std::string_view why{};   ///< reason of the last of them; static text
   Bytes rest;               ///< bytes of no message, in their order
 };
 
@@ -53,7 +53,7 @@ class UnaskedReceiver {
 
   const Standing* what_ = nullptr;
   Assembler assembler_;
-  /// What comes next is the beginning of a message, or tells that it is.
+  /// The next byte begins a message, or messages are recognised by their beginning.
   bool aligned_ = true;
   bool damaged_ = false;  // what came last
   Instant began_{};       // the message that is held

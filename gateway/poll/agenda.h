@@ -1,4 +1,4 @@
-// All that waits to be asked on a line: polls that are due, writes and their read-backs, requests
+// All that waits to be sent on a line: polls that are due, writes and their read-backs, requests
 // of routes. gateway/poll/chooser.cpp takes from it what goes first.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once

@@ -1,12 +1,12 @@
-// Which of the latest requests was answered last, as far as anybody can know. Replies of these
+// Which of the latest requests was answered last, as far as that can be known. Replies of these
 // protocols carry no number, but they come in the order of their requests, each once:
 //
 //   ?A1   no reply        it is lost, or still owed
 //   ?A2   a reply         to ?A2, or to ?A1 while that to ?A2 is still owed
 //   ?A2   a reply         whichever was answered before, this one is to a ?A2
 //
-// One for each device, which may lag by itself, and one for the line, because a serial server
-// before it delays whatever comes. Asked by gateway/poll/whose_reply.cpp.
+// There is one for each device, which may lag by itself, and one for the line, because a serial
+// server in front of it delays all replies. Used by gateway/poll/whose_reply.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -22,54 +22,55 @@
 namespace baudgate {
 
 struct SentRequest {
-  std::size_t place = kNobody;  ///< in the roster: whom it went to
+  std::size_t place = kNobody;  ///< in the roster: the member it went to
   Bytes bytes;
   Instant at{};
-  bool proof = false;  ///< its reply can be told from those to all polls of the device
+  bool proof = false;  ///< its reply differs from those to all polls of the device
 
   static constexpr std::size_t kNobody = ~std::size_t{0};  ///< none was sent
-  static constexpr std::size_t kStranger = kNobody - 1;    ///< another master's: none knows what
+  static constexpr std::size_t kStranger = kNobody - 1;    ///< another master's, of unknown content
 };
 
 class AnswerOrder {
  public:
-  /// Replies to so many requests may be owed; older ones are given up.
+  /// The most requests whose replies may be owed; older ones are given up.
   static constexpr std::size_t kMostOwed = 63;
 
   void OnSent(const SentRequest& request);
-  /// Up to three replies may be owed to requests of somebody else, so any that come. No more than
-  /// three, however often a port is opened before anything is answered.
+  /// Up to three replies to requests of another master may still come, and any reply may be one of
+  /// them. Three in all, however often a port is opened before anything is answered.
   void OnStranger(Instant now);
-  /// No stranger has asked.
+  /// No other master has asked.
   void ForgetStrangers();
-  /// Whether a reply may be that to a request.
+  /// Whether a reply may answer this request.
   using MayAnswer = std::function<bool(const SentRequest&)>;
-  /// A reply came to the latest request. `fits`: it may be its own. False: to none of those that
-  /// are remembered, and nothing has changed.
+  /// A reply came. `fits`: it may answer the latest request. False: it answers none of the
+  /// remembered requests, and nothing has changed.
   bool OnAnswer(bool fits, const MayAnswer& may_answer);
   /// A reply came to a request that is not remembered any more.
   void OnForgotten() { answered_ = std::uint64_t{1} << kMostOwed; }
-  /// Whether an earlier request may be answered so, whatever is thought to be owed.
+  /// Whether an earlier request may have this reply, even if nothing seems to be owed.
   bool MayBeEarlier(const MayAnswer& may_answer) const;
-  /// A reply has come twice: one more than was thought may be owed.
+  /// A reply has come twice, so one more than before may be owed.
   void OnCopy();
   /// Nothing is owed.
   void Reset() { answered_ = 1; }
 
-  /// So many of the latest requests may yet be answered.
+  /// How many of the latest requests may still be answered.
   std::size_t Owed() const { return static_cast<std::size_t>(std::bit_width(answered_)) - 1; }
   /// Nothing is owed: the latest request was answered last.
   bool IsInStep() const { return answered_ == 1; }
   bool MayBeInStep() const { return (answered_ & 1U) != 0; }
-  /// Whether a reply that is owed would be found out, whatever is sent next: all of them answer
+  /// Whether an owed reply would be recognised, whatever is sent next: all that are owed answer
   /// proofs.
   bool IsSafe() const;
   /// Whether the latest reply answers this request, or an earlier one of the same bytes.
   bool IsAnswerTo(const Bytes& request) const;
-  /// Whether all requests that the latest reply may belong to are the latest one and those before
-  /// it of the same bytes, without another between.
+  /// Whether the latest reply can only belong to the latest request and to those of the same bytes
+  /// directly before it.
   bool IsOfLatest() const;
-  /// How much earlier than the latest request the oldest was sent that the reply may belong to.
+  /// How much earlier than the latest request the oldest one was sent to which the reply may
+  /// belong.
   Duration Older() const { return SentBefore(0).at - SentBefore(Owed()).at; }
 
  private:
@@ -82,7 +83,7 @@ class AnswerOrder {
 
   std::array<SentRequest, kMostOwed + 1> sent_{};
   std::size_t count_ = kMostOwed;  // of requests; the latest is sent_[count_ % size]
-  std::uint64_t answered_ = 1;     // bit n: the one n before the latest may be the last answered
+  std::uint64_t answered_ = 1;  // bit n: the request n before the latest may be the last answered
 };
 
 }  // namespace baudgate

@@ -10,21 +10,21 @@
 
 namespace baudgate {
 
-/// At most so many tries beyond `retries`. Example: a server that is three replies late gives the
-/// fourth try the reply to the first, and one more try makes up for a lost one.
+/// The most tries beyond `retries`. Example: a server that is three replies late gives the fourth
+/// try the reply to the first, and one more try makes up for a lost one.
 inline constexpr int kMostTriesMore = 4;
-/// To find out how far it is behind.
+/// The most probes in a row that find out by how many replies a device lags.
 inline constexpr int kMostProbesMore = 16;
 
 struct Asked {
   const Member* member = nullptr;
   const Request* request = nullptr;
   Instant sent{};           ///< its first byte; until then, when the line was given it
-  bool first = false;       ///< of its task, which is no probe; not a repetition
+  bool first = false;       ///< the first request of a task that is no probe; no repetition
   bool retry = false;       ///< the same request had failed before
   bool probe = false;       ///< the task is a probe
-  bool lone_probe = false;  ///< and nothing waits behind it: a look whether the device is back
-  bool renews = false;      ///< the line has time: the proof of the device is renewed early
+  bool lone_probe = false;  ///< no task waits for it: it finds out whether the device is back
+  bool renews = false;      ///< the line has time, so the proof of the device is renewed early
 
   /// From its last byte to the first one of its reply. A reply that takes longer is late.
   Duration reply_time() const { return std::max(member->times.reply, request->reply); }

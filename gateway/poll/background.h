@@ -1,13 +1,12 @@
-// What can wait, as a load profile that is read back: asked for when nothing else of the line is
-// due before it would be through, so that no poll is later for it. On a line that is never idle for
-// so long it is asked for once a minute all the same. Of several devices the one goes first that
-// has waited longest.
+// Low-priority reads, such as load profiles: sent when they fit before the next poll is due, so no
+// poll is delayed. On a line that is never idle for long enough, one is sent once a minute anyway.
+// Among several devices the one that has waited longest goes first.
 //
 //   polls due at 1.0 s and 2.0 s, room 400 ms      taken at 1.1 s; not at 1.7 s
 //
-// Now and then a device has to prove who it is (gateway/poll/whose_reply.h), and a poll would be
-// later by that. Where there is room the proof goes with an exchange in the background, before it
-// is needed.
+// From time to time a proof has to show whose replies come (gateway/poll/whose_reply.h), which
+// would delay a poll. If there is room, the proof goes with a background exchange before it is
+// needed.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -28,25 +27,25 @@ class Background {
   /// `schedule` outlives it.
   explicit Background(const Schedule& schedule) : schedule_(schedule) {}
 
-  /// Wanted from `due` on; nothing: not at all. `room`: how long an exchange may take, before it is
+  /// Wanted from `due` on; empty: not at all. `room`: how long an exchange may take, until it is
   /// known how long the last one took.
   void Set(std::size_t device, std::optional<Instant> due, Duration room);
-  /// From `may` on a proof may go with its exchange, from `must` on it has to.
+  /// From `may` on a proof may go with its exchange, from `must` on it must.
   void SetProof(std::size_t device, Instant may, Instant must);
-  /// What it has brought last is not kept yet: nothing before Release.
+  /// What it brought last is not on the disk yet: it has no turn before Release.
   void Hold(std::size_t device) { At(device).held = true; }
   void Release(std::size_t device) { At(device).held = false; }
 
   std::optional<std::size_t> Next(Which which, Instant now) const;
   void OnTaken(std::size_t device, Instant now);
-  /// The exchange took so long, with its proof where it had one; zero: it was not answered. Long
-  /// ones are remembered for a while: the next may be as long.
+  /// The exchange took `took`, its proof included; zero: it was not answered. Long ones are
+  /// remembered for a while, because the next may be as long.
   void OnEnd(std::size_t device, Duration took, bool proved = false);
-  /// Another exchange of the device, begun now, is through before the next poll is due.
+  /// Whether another exchange of the device would end before the next poll is due.
   bool HasRoom(std::size_t device, Instant now) const;
-  /// The same with a proof, and one may go with it.
+  /// The same with a proof, if one may go with it.
   bool MayProve(std::size_t device, Instant now) const;
-  /// When Next may have something although nothing happens meanwhile. May lie in the past.
+  /// When Next may have something even if nothing else happens. May lie in the past.
   std::optional<Instant> NextAt(Instant now) const;
 
  private:
@@ -70,7 +69,7 @@ class Background {
   };
 
   Item& At(std::size_t device);
-  /// From when on it may be asked; nothing: not before something else happens.
+  /// From when on it may be asked; empty: not before something else happens.
   std::optional<Instant> MayBegin(std::size_t device) const;
   Instant Starves(const Item& item) const;
   bool Fits(const Item& item, Instant at) const;

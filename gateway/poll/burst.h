@@ -1,5 +1,5 @@
-// Whether something that may happen once by chance goes on: three times within a minute it has
-// begun, a minute without any it has ended.
+// Whether something that may happen once by chance happens again and again: it has begun when it
+// happened three times within a minute, and ended after a minute without it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,13 +14,13 @@ class Burst {
   static constexpr int kCount = 3;
   static constexpr Duration kTime = 1min;
 
-  /// Once more. True: it has begun.
+  /// It happened. True: the burst has begun.
   bool Add(Instant now) {
     if (count_ == 0 || now - last_ >= kTime) count_ = 0;
     last_ = now;
     return ++count_ >= kCount && !std::exchange(going_on_, true);
   }
-  /// True: it has ended.
+  /// True: the burst has ended.
   bool EndsAt(Instant now) { return going_on_ && now - last_ >= kTime && !(going_on_ = false); }
 
  private:

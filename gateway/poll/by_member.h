@@ -1,5 +1,5 @@
-// What a part of the poller keeps of each member of the roster. It begins when it is first asked
-// for, and stays where it is.
+// What a part of the poller keeps for each member of the roster. An entry is made when it is first
+// used, and never moves.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -100,7 +100,7 @@ std::unique_ptr<Job> Chooser::TakeUrgent(const Idle& idle) {
     if (auto job = ForRoute(agenda_.routes.queue().TakeUrgent(may_ask), idle.now)) return job;
     if (auto job = TakeWriteProbe(idle)) return job;
   }
-  // Who has written waits for the read-back, too.
+  // Read-backs before further writes: their clients are waiting.
   if (auto job = TakeReadBack(idle.now)) return job;
   return TakeCommand(idle.now);
 }

@@ -1,5 +1,5 @@
 // What a line does next: asks the parts in the order of gateway/poll/turns.h and makes a job of the
-// first that has something. Asked by gateway/poll/poller.cpp whenever the line is idle.
+// first that has something. Called by gateway/poll/poller.cpp whenever the line is idle.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -27,33 +27,33 @@ class Chooser {
   /// What it chooses from.
   Agenda& agenda() { return agenda_; }
 
-  /// A moment, and since when the line has been idle: the same where an exchange has just ended.
+  /// A moment, and since when the line has been idle: the same if an exchange has just ended.
   struct Idle {
     Instant now{};
     Instant since{};
   };
-  /// Null: nothing may be sent now. A routed job has its request; others have to be asked for it.
+  /// Null: nothing may be sent now. A routed job has its request already; others must be asked.
   std::unique_ptr<Job> Next(const Idle& idle);
-  /// When Next may have something although nothing happens meanwhile.
+  /// When Next may have something even if nothing else happens.
   std::optional<Instant> NextAt(const Idle& idle) const;
 
-  /// Time has passed; the line was busy with this member, if with any.
+  /// Time has passed; the line was busy with this member, or (null) with none.
   void OnTime(Duration passed, const Member* busy_with);
 
   /// Whether a routed request may be sent, as far as its slave and earlier writes are concerned.
   bool MayAsk(const RoutedRequest& request, Instant now) const;
-  /// Whether the request of this job, which has failed, may be sent again now. A lost reply is made
-  /// up for at once. But while a device that answers is due, nothing is repeated to one that has
-  /// failed a whole task, nor while another fails too: a stub of the bus may be cut. A start or
-  /// stop that a client sends does not wait for repetitions either.
-  /// `more`: so many repetitions beyond the usual, because other replies may come before its own.
+  /// Whether the failed request of this job may be sent again now. Usually at once. But while a
+  /// device that answers is due, nothing is repeated to a device that has failed a whole task, nor
+  /// while another fails too: part of the bus may be cut off. A start or stop that a client sends
+  /// does not wait for repetitions either. `more`: repetitions beyond the usual number, because
+  /// other replies may come before its own.
   bool MayRepeat(const Job& job, int more, Instant now) const;
   /// Whether a read of a slave that is offline is its probe right now.
   bool MayProbe(const Member& member, const Idle& idle) const;
-  /// How long others would have waited for a probe that took the line all this time.
+  /// How long others waited if a probe took the line from `from` to `to`.
   Duration Waited(Instant from, Instant to) const;
 
-  /// Its conversation is asked when it wants its next task in the background.
+  /// Asks its conversation when it wants its next background task.
   void PlanBackground(const Device& device);
   Background& background() { return background_; }
 

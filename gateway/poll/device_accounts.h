@@ -1,5 +1,5 @@
 // The accounts of the members of a line: how their exchanges, polls and writes have ended, and how
-// much line time they took. Shown in the point store. Told by gateway/poll/poller.cpp and its
+// much line time they took. Shown in the point store. Driven by gateway/poll/poller.cpp and its
 // parts.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -27,40 +27,40 @@ class DeviceAccounts {
                  PollerListener& listener)
       : roster_(roster), schedule_(schedule), store_(store), listener_(listener) {}
 
-  /// Time has passed. The line was busy for `took` of it, with `member` where that is known;
-  /// `drains`: it kept silence behind an exchange of that.
+  /// Time has passed. The line was busy for `took` of it, with `member` if that is known; `drains`:
+  /// it kept silence after an exchange of that member.
   void OnTime(Now now, const Member* member, Duration took, bool drains);
   /// The port has opened.
   void OnOpened();
 
-  /// Whose judgement an exchange is.
+  /// What the end of an exchange says about the member.
   struct About {
     bool mute = false;    ///< its end says nothing about the member
-    bool probe = false;   ///< it looks whether a member is back that is offline
-    bool routed = false;  ///< a client has asked: what it is refused says nothing about the member
+    bool probe = false;   ///< it finds out whether an offline member is back
+    bool routed = false;  ///< of a client: a refusal says nothing about the member
   };
   void OnExchange(const Member& member, const ExchangeEnd& end, const Finding& finding,
                   About about);
-  /// More has come behind its last exchange, or behind the one that is `back` before it: that looks
-  /// otherwise now.
+  /// More has come after its last exchange, or after the one `back` before it, and that exchange
+  /// now looks different.
   void OnMore(const Member& member, const Finding& finding, std::size_t back = 0);
-  /// The conversation would not ask.
+  /// The conversation refused to make a request.
   void OnUnsupported(const Member& member, const std::string& reason);
   void OnRetry(const Member& member);
-  /// A reading does not count before a second one agrees.
+  /// A reading counts only when a second one agrees.
   void OnRecheck(const Member& member);
   void OnLate(const Member& member, Duration lateness);
-  /// It is waited for so much longer.
+  /// The line waits this much longer for it.
   void OnPatience(const Member& member, Duration more);
-  /// Its replies come a request late, or do no more.
+  /// Whether its replies come one or more requests late.
   void OnLags(const Member& member, bool lags);
   void OnSecondReply(const Member& member);
 
   /// A task has ended, all its repeats included.
   void OnTask(const Member& member, bool answered);
-  /// A poll has.
+  /// A poll has ended.
   void OnPoll(const Device& device, std::size_t query, bool answered);
-  /// Its queries are others now.
+  /// Its queries have changed.
   void OnPlan(const Device& device);
   /// A command has ended; `read_back`: the device shows what was written.
   void OnWrite(const Member& member, WriteEnd end, bool read_back);
@@ -68,7 +68,7 @@ class DeviceAccounts {
 
   /// The device speaks unasked.
   void OnSpeaks(const Member& member);
-  /// It has said something, and this is what became of it.
+  /// It has sent something, with this outcome.
   void OnUnasked(const Member& member, Outcome outcome, const std::string& reason,
                  const Finding& finding);
   void OnLostEvents(const Member& member, std::size_t events);

@@ -1,6 +1,5 @@
 // Whether a device is there: decided from the outcomes of its exchanges by count *and* by time, so
-// that neither one lost reply nor a fast burst of retries makes a device offline. Time is an
-// argument; gateway/poll/poller.cpp asks.
+// neither one lost reply nor a fast burst of retries makes a device offline. Time is an argument.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,22 +14,22 @@ namespace baudgate {
 
 class DeviceHealth {
  public:
-  /// Offline after so many failed tasks in a row (each with its retries) that span at least so
-  /// long.
+  /// Offline after this many failed tasks in a row (each with its retries) that span at least this
+  /// time.
   static constexpr int kOfflineCount = 3;
   static constexpr Duration kOfflineTime = 1s;
-  /// Degraded while so many of the last 32 exchanges failed.
+  /// Degraded while at least this many of the last 32 exchanges failed.
   static constexpr int kDegradedCount = 3;
 
-  /// Every exchange, retries included: shows as degraded.
+  /// Every exchange, retries included: decides about degraded.
   void OnExchange(Outcome outcome);
-  /// A task ended for good; decides about online and offline.
+  /// The end of a task: decides about online and offline.
   void OnTask(Outcome outcome, Instant now);
 
   DeviceState state() const;
-  /// Asked by probes only: it went offline, or it has not answered even once.
+  /// Only probes are sent to it: it went offline, or it has never answered.
   bool offline() const { return offline_ || (!seen_ && failed_tasks_ > 0); }
-  /// Its last two exchanges were refused: it is there, and has nothing for us.
+  /// Its last two exchanges were refused: it is there, but gives nothing.
   bool refuses() const { return refusals_ > 1; }
   /// Its last task failed.
   bool failing() const { return failed_tasks_ > 0; }

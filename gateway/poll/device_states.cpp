@@ -79,13 +79,14 @@ bool DeviceStates::OnTrouble(const Device& device) {
   ShowOverride(device);
   store_.UpdateStatus(device.index, [&text](DeviceStatus& status) { status.trouble = text; });
   listener_.OnNews({News::What::wrong_device, text.empty(), device.index, text}, now_);
-  listener_.OnWarning(device.index, text.empty() ? "it is what it should be again" : text);
+  listener_.OnWarning(device.index, text.empty() ? "it is the configured device again" : text);
   return over;
 }
 
 void DeviceStates::OnReplaced(const Member& member) {
   const std::string text =
-      "it tells another name than before: another device answers here, and everything is read anew";
+      "it reports another name than before: another device answers at this address, and all points "
+      "are read again";
   listener_.OnNews({.what = News::What::replaced, .device = member.index, .text = text}, now_);
   listener_.OnWarning(member.index, text);
 }

@@ -1,5 +1,5 @@
-// The state of each device as everybody sees it, and the quality that it gives to all its points:
-// published in the point store, and told to listener and tap when it changes. Told by
+// The public state of each device, and the quality that it gives to all its points: published in
+// the point store, and reported to the listener and the tap when it changes. Driven by
 // gateway/poll/poller.cpp and upkeep.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -24,14 +24,14 @@ class DeviceStates {
   void Attach(Tap& tap) { tap_ = &tap; }
   void OnTime(Now now) { now_ = now; }
   void OnOpened() { open_ = true; }
-  /// `why`: of all points while the port is closed.
+  /// `why`: the quality of all points while the port is closed.
   void OnClosed(Override why);
   /// "the port is closed", or why.
   std::string WhyClosed() const;
 
-  /// Its state may have changed; `reason`: what has led to that.
+  /// Its state may have changed; `reason`: why.
   void OnState(const Member& member, const std::string& reason);
-  /// What is wrong with it as a whole may be another thing than before. True: nothing is any more.
+  /// Its trouble as a whole (wrong type, no identification) may have changed. True: it is over.
   bool OnTrouble(const Device& device);
   /// Another device answers in its place.
   void OnReplaced(const Member& member);

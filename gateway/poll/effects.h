@@ -18,11 +18,12 @@ namespace baudgate {
 
 /// What follows from a reply whose readings and events were taken over.
 struct ReplyEffects {
-  bool rechecked = false;             ///< a reading counts only when a second one agrees
-  std::vector<QueryRef> read_soon;    ///< for that second reading
-  std::vector<config::Group> repeat;  ///< seldom groups with a point that was not read well
-  std::optional<QueryRef> stored;     ///< readings of this query are in the store
-  bool hold_events = false;           ///< until the events of the reply are on the disk
+  bool rechecked = false;           ///< a reading counts only when a second one agrees
+  std::vector<QueryRef> read_soon;  ///< queries to read again for that
+  std::vector<config::Group>
+      repeat;                      ///< seldom groups with a point that was not read, or is doubtful
+  std::optional<QueryRef> stored;  ///< readings of this query are in the store
+  bool hold_events = false;        ///< until the events of the reply are on the disk
 };
 
 /// What follows from the end of a job.
@@ -47,7 +48,7 @@ struct EndEffects {
       confirm,  ///< the device has confirmed it; its client is answered after the read-back
       go_on,    ///< with the points that remain
     };
-    std::vector<std::size_t> unknown;   ///< points whose values nobody knows until they are read
+    std::vector<std::size_t> unknown;   ///< points whose values are unknown until they are read
     std::vector<PointWrite> confirmed;  ///< a reading that agrees with one of these counts
     Next next = Next::answer;
     WriteResult result{};
@@ -57,9 +58,9 @@ struct EndEffects {
   std::optional<FastPoll> fast_poll;
   std::optional<Poll> poll;
   std::optional<config::Group> repeat;  ///< a seldom group that was not read
-  std::optional<QueryRef> doubt;        ///< what this query reads is uncertain
-  bool polls_first = false;             ///< before the next write to the device
-  bool judges_member = true;            ///< whether the member answers
+  std::optional<QueryRef> doubt;        ///< the points of this query are uncertain
+  bool polls_first = false;             ///< go before the next write to the device
+  bool judges_member = true;            ///< the end says whether the member answers
   std::vector<std::pair<RoutedRequest, RoutedReply>> replies;
   std::optional<Write> write;
 };

@@ -1,6 +1,6 @@
-// Events that devices have told when they were asked, from the reply to the disk: how old they can
-// be, and how soon their device is asked again. What one says unasked is gateway/poll/speaker.h's
-// affair.
+// Events that devices have reported when they were asked, from the reply to the disk: how old they
+// can be, and how soon their device is asked again. Events of a device that sends unasked are in
+// gateway/poll/speaker.h.
 //
 //   exchange                                 what follows
 //   asked at 10 s: nothing is left           drained
@@ -25,16 +25,16 @@ namespace baudgate {
 class EventDelivery {
  public:
   struct Exchange {
-    Instant asked{};          ///< before it the device may have looked what it has
+    Instant asked{};          ///< when it was asked; events after this may be left in it
     Now answered{};           ///< the end of the reply
-    bool background = false;  ///< asked for what can wait, and not for events
+    bool background = false;  ///< a background read, not a request for events
   };
-  /// A reply has brought `batch`. Nothing: there is nothing in it that has to be kept.
+  /// A reply has brought `batch`. Empty: it has nothing that must be saved.
   std::optional<ReportedEvents> Take(const Device& device, EventBatch batch,
                                      const Exchange& exchange);
   /// The latest batch that is on the disk, maybe from before a restart, is `said` (EventBatch).
   Schedule::Brought OnKept(const Device& device, const std::string& said);
-  /// Another device answers in its place: when that was drained is not known.
+  /// Another device answers in its place; when that one was drained is not known.
   void OnReplaced(const Device& device) { states_[device].drained_at.reset(); }
 
  private:

@@ -1,11 +1,12 @@
 // Keeps what comes from a line between one request and the next, and says what it looked like
-// (gateway/line/examine.h). For the status only: whose_reply.h decides what counts. Told by
-// gateway/poll/poller_line.cpp. Bounded memory.
+// (gateway/line/examine.h). For the status, and for one rule: a device whose late reply it finds is
+// blamed for its silence for ten minutes (heard_points.h). Which replies count is decided in
+// whose_reply.h. Driven by gateway/poll/poller_line.cpp. Bounded memory.
 //
-//   Begin          a request goes out; More() has told what came behind the one before
+//   Begin          a request goes out; More() has told what came after the one before
 //   Hear(bytes)    at any time
 //   End(outcome)   what the exchange looked like
-//   More()         what it looks like now, where more has come behind its end
+//   More()         what it looks like now, where more has come after its end
 //
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -41,11 +42,11 @@ class Examiner {
   /// The frame was taken for the reply.
   void Take(View frame) { frame_.assign(frame.begin(), frame.end()); }
   Finding End(Outcome outcome);
-  /// Nothing: it looks as it did. It tells once.
+  /// Empty: it looks as before. Each change is returned once.
   std::optional<Finding> More();
-  /// The connection has begun as Telnet, and a device has answered all the same. It tells once.
+  /// The connection began as Telnet, and yet a device has answered. True once.
   bool TakeNegotiation() { return std::exchange(negotiated_, false); }
-  /// Whose exchange began last; null: none did.
+  /// The member whose exchange began last; null: there was none.
   const Member* member() const { return member_; }
 
   /// What an earlier exchange looks like now: the one of `member` that is `back` before its last.
@@ -55,8 +56,8 @@ class Examiner {
     std::size_t back = 0;
     Duration lateness{};  ///< since it was due; zero: it was not late
   };
-  /// A reply to another member, late or once more, or the rest of an earlier reply, found in the
-  /// exchange that was looked at last. Nothing: no more of that.
+  /// A reply of another member that was late or came twice, or the rest of an earlier reply, found
+  /// in the exchange that was looked at last. Empty: there are no more.
   std::optional<Late> TakeLate();
 
  private:

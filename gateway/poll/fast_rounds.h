@@ -1,5 +1,5 @@
-// How long one fast round of all devices of a line takes that are polled: the point store makes the
-// age limits of fast values of it. Told by gateway/poll/upkeep.cpp and job_finish.cpp.
+// How long one fast round of all polled devices of a line takes: the point store derives the age
+// limits of fast values from it. Driven by gateway/poll/upkeep.cpp and job_finish.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -19,7 +19,7 @@ class FastRounds {
   /// A poll of the fast group has ended. Failures, retries and waiting say nothing about how long a
   /// round takes: an outage must not make old values look younger.
   void OnPoll(const Member& member, const EndEffects::FastPoll& poll, Instant now);
-  /// Its queries are others now.
+  /// Its queries have changed.
   void OnPlan(const Device& device);
   /// One of the devices has come or gone.
   void Measure(Instant now) const;

@@ -1,12 +1,12 @@
-// Which points of a device were answered since it was connected, for one question: does silence to
-// a request tell of the device, or of what was asked? Many devices are silent to what they do not
-// have.
+// Which points of a device were answered since it was connected. It decides one question: does
+// silence to a request say something about the device, or about the points that were asked for?
+// Many devices are silent to points that they do not have.
 //
 //   p was answered, q never; p is answered at 1 s
-//   silence to p at 2 s     of the device
-//   silence to q at 2 s     of q
-//   silence to q at 12 s    of the device: nothing of it has come for long
-//   a late reply            and for ten minutes silence is lateness, and tells of the device
+//   silence to p at 2 s     about the device
+//   silence to q at 2 s     about q
+//   silence to q at 12 s    about the device: it has not answered anything for 10 s
+//   a late reply            for ten minutes silence may be lateness: about the device
 //
 // SPDX-License-Identifier: Apache-2.0
 #pragma once

@@ -1,4 +1,4 @@
-// What a device answers to the request that identifies it. Kept by gateway/poll/whose_reply.cpp.
+// What a device answers to the request that identifies it. Used by gateway/poll/whose_reply.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,14 +10,14 @@ namespace baudgate {
 class Identity {
  public:
   bool known() const { return !reply_.empty(); }
-  /// The device tells its name, and does not merely refuse to.
+  /// The device reports its name, and does not only refuse to.
   bool names() const { return known() && names_; }
   /// Whether this is the request that identifies the device.
   bool IsAskedBy(const Bytes& request) const { return known() && request == request_; }
   /// Whether these bytes are what it answers to that.
   bool Is(View reply) const;
 
-  /// The request was answered so, and nothing else can have been.
+  /// The request was answered like this, and the reply can be to no other request.
   void Learn(const Bytes& request, View reply, Outcome outcome);
 
  private:

@@ -1,5 +1,5 @@
-// Takes over what a device has said: readings to the point store, events to the listener, which
-// keeps them. What else follows is for gateway/poll/job_finish.cpp.
+// Takes over the content of replies: readings go to the point store, events to the listener, which
+// saves them. What else follows is returned to gateway/poll/job_finish.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -20,7 +20,7 @@ class Intake {
 
   /// The answer to a request of `job`, which belongs to `device`.
   ReplyEffects Take(const Job& job, Device& device, Answer answer, Instant now);
-  /// What a device has said unasked.
+  /// A message that a device has sent unasked.
   void TakeUnasked(const Device& device, Speaker::Said said);
   /// See EventDelivery.
   Schedule::Brought OnKept(const Device& device, const std::string& said) {

@@ -41,7 +41,7 @@ const char* WhyNotSend(const Job& job, Instant now) {
   const bool untouched = write != nullptr && write->first == 0 && !job.begun();
   if (untouched && write->command.dropped && *write->command.dropped) return "its client has left";
   const auto latest = LatestStart(job);
-  return latest && *latest <= now ? "the command waited for the line beyond its deadline" : nullptr;
+  return latest && *latest <= now ? "its deadline passed while it waited for the line" : nullptr;
 }
 
 }  // namespace baudgate

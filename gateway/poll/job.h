@@ -26,27 +26,27 @@ struct Job {
     config::Group group = config::Group::fast;
     bool last_of_round = false;
   };
-  struct Events {};      ///< what has happened in the device
-  struct Background {};  ///< what can wait
+  struct Events {};      ///< the events of the device
+  struct Background {};  ///< a low-priority read
   struct Probe {};
   struct ReadBack {};  ///< of a query whose points were written, or are in doubt
   struct Write {
     WriteCommand command;
-    std::size_t first = 0;          ///< index in command.writes of the first that is under way
-    std::size_t next = 0;           ///< and of the first that has not been begun
-    std::optional<Outcome> told{};  ///< the latest answer to one that is not a mere closing
-    bool may_have_acted = false;    ///< as Answer says of the refusal of those
+    std::size_t first = 0;          ///< index in command.writes of the first point under way
+    std::size_t next = 0;           ///< and of the first point that was not begun
+    std::optional<Outcome> told{};  ///< the latest answer to a request that does not only close
+    bool may_have_acted = false;    ///< see Answer
 
-    /// A request that may have written those under way.
+    /// Whether a request was sent that may have written the points under way.
     bool sent() const { return command.state == WriteState::sent; }
   };
   struct Routed {
-    RouteQueue::Batch batch;          ///< whom the reply goes to; they may leave meanwhile
-    bool every_slave_answers = true;  ///< if only with an exception: silence tells of the slave
+    RouteQueue::Batch batch;          ///< what the reply answers; clients may leave meanwhile
+    bool every_slave_answers = true;  ///< if only with an exception; silence tells of the slave
     Bytes reply;
     bool is_read = false;
     bool odd = false;  ///< the slave has answered, but not in a form that fits its request
-    LostReplies::Older older{};  ///< what else its latest reply may answer
+    LostReplies::Older older{};  ///< which lost requests its latest reply may answer instead
     std::size_t replies = 0;     ///< to this request
   };
 
@@ -62,7 +62,7 @@ struct Job {
   const Kind* As() const {
     return std::get_if<Kind>(&kind);
   }
-  /// What is done in the end: the postponed job, where this is the probe before it.
+  /// The job itself, or the postponed job if this is the probe before it.
   const Job& goal() const { return postponed ? *postponed : *this; }
   /// Something of it has been sent.
   bool begun() const { return steps > 1 || attempts > 0; }
@@ -87,7 +87,7 @@ struct Job {
   std::variant<Poll, Events, Background, Probe, ReadBack, Write, Routed> kind;
   Task task;  ///< for the conversation
   Instant began;
-  std::optional<Probes::Kind> looks;  ///< its member is offline: which budget has allowed it
+  std::optional<Probes::Kind> looks;  ///< its member is offline: the budget that allowed it
   bool mute = false;                  ///< its end says nothing about the member
   bool renews = false;                ///< see Asked
   bool proved = false;                ///< a probe went before it
@@ -95,13 +95,13 @@ struct Job {
   Request request;
   bool sending = false;      ///< the request waits for the line to be idle
   int attempts = 0;          ///< of the present request, beyond the first
-  bool unheard = false;      ///< nothing came to what it reads, and never has; others are answered
-  bool missed = false;       ///< a request of it had no answer: who answers since may be another
+  bool unheard = false;      ///< silence to a query that was never answered, while others are
+  bool missed = false;       ///< a request of it had no answer: another device may answer since
   int steps = 0;             ///< requests of the task, without repetitions
-  int broadcasts = 0;        ///< those of them that nobody answers
-  int parkings = 0;          ///< how often its device has asked to wait with it
+  int broadcasts = 0;        ///< of these, broadcasts
+  int parkings = 0;          ///< how often its device has said busy
   bool out = false;          ///< a request of it has been sent
-  Instant exchange_began{};  ///< the line was given its present request
+  Instant exchange_began{};  ///< when the line was given its present request
   Instant sent_at{};         ///< see Asked
   std::optional<ExchangeEnd> end;  ///< of the present request
   Answer answer;                   ///< to it
@@ -109,23 +109,24 @@ struct Job {
   Now answered{};                  ///< when that came
   Duration round_trip{};           ///< of it
   bool doubted = false;            ///< its reply was not taken: it may answer an earlier request
-  std::string said{};              ///< what the device refuses in that reply, and why
-  bool took_patience = false;      ///< it came behind the reply time, waited for in patience
-  Duration wire{};                 ///< line time of its answered exchanges
+  std::string said{};              ///< the refusal in that reply, in words
+  bool took_patience =
+      false;        ///< the reply came after the reply time, while the line waited in patience
+  Duration wire{};  ///< line time of its answered exchanges
 
   std::unique_ptr<Job> postponed;  ///< goes on when this probe has shown that replies are in order
 };
 
-/// False: its device has fewer queries since it began. Example: a poll of query 7 waits behind a
-/// probe, and what the probe is answered leaves 5 queries.
+/// False: its query no longer exists. Example: a poll of query 7 waits for a probe, and after the
+/// reply to the probe the device has 5 queries.
 bool IsPlanned(const Task& task, const Conversation& conversation);
-/// Writes, the reads behind them, and short writes of routes.
+/// Writes, their read-backs, and short writes of routes.
 bool IsUrgent(const Job& job);
-/// What the line's time goes to with it.
+/// The kind of use that the line's time counts as.
 LineUse UseOf(const Job& job);
-/// When its request may still be sent, if there is a limit to that.
+/// The latest moment at which its request may be sent, if there is one.
 std::optional<Instant> LatestStart(const Job& job);
-/// Why its request must not be sent; null: it may.
+/// Why its request must not be sent; null: it may be.
 const char* WhyNotSend(const Job& job, Instant now);
 
 }  // namespace baudgate

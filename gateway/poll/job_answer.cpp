@@ -47,10 +47,13 @@ bool JobRun::GoesOnBehindBroadcast() {
   return true;
 }
 
-/// A read is repeated while its reply may be that to one of long ago, and a probe until its reply
-/// cannot be that to the probe of an earlier task: behind a server that lags, tasks look alike but
-/// for one probe more. Somebody else may have answered a repetition: what it says waits until a
-/// device that tells its name has told it.
+/// * A read is repeated while its reply may answer a much older one.
+/// * A probe is repeated until its reply cannot answer the probe of an earlier task: behind a
+/// server
+///   that lags, two tasks may differ by one probe only.
+/// * Another device may have answered a repetition, so events wait for a probe, if the device has a
+///   name.
+/// * Else the answer is taken.
 void JobRun::OnAnswered(const ExchangeEnd& end) {
   Job& job = *job_;
   if (job.As<Job::Routed>() != nullptr) return OnRoutedAnswer(end);
@@ -165,9 +168,9 @@ void JobRun::OnFailed(const ExchangeEnd& end) {
   ledger_.devices.OnRetry(member);
 }
 
-/// A routed read whose reply was damaged waits for its turn again, where that can do no harm.
-/// Silence is the client's to judge, who may have better things to ask by now. Whoever asks for
-/// what its slave does not know says nothing about the slave by it, and nor does an odd reply.
+/// A routed read whose reply was damaged waits for its turn again, where that can do no harm. After
+/// silence the client decides: it may want something else by now. A request that the slave does not
+/// know, or an odd reply, says nothing about the slave.
 void JobRun::OnRoutedFailure(Job::Routed& routed, const ExchangeEnd& end) {
   Job& job = *job_;
   const Member& member = *job.member;

@@ -10,7 +10,7 @@
 namespace baudgate {
 namespace {
 
-/// Many devices do not answer at all what they do not know.
+/// Many devices are silent to requests that they do not know.
 bool IsUnread(const JobEnd& end) {
   return !ProvesLife(end.outcome) || end.outcome == Outcome::busy;
 }
@@ -30,7 +30,7 @@ void EndOfReadBack(const Job& job, const JobEnd& end, EndEffects& effects) {
   if (planned && IsUnread(end) && IsSeldom(queries[job.task.query].group)) {
     effects.repeat = queries[job.task.query].group;
   }
-  // Nobody knows either what else stands in the register that was written.
+  // Other points of the same register may have changed, too.
   if (!ProvesLife(end.outcome)) effects.doubt = QueryRef{job.member->place, job.task.query};
 }
 
@@ -42,7 +42,7 @@ void EndOfBackground(const Job& job, const JobEnd& end, EndEffects& effects) {
 EndEffects::Write EndOfWrite(const Job& job, const Job::Write& write, const JobEnd& end,
                              Instant now) {
   using Next = EndEffects::Write::Next;
-  // A closing that nobody answers takes nothing back.
+  // If the closing request is not answered, the write keeps the outcome that it had.
   const bool closing = job.request.closes && !ProvesLife(end.outcome);
   const Outcome outcome = closing ? write.told.value_or(end.outcome) : end.outcome;
   const WriteEnd how = WriteEndOf(outcome, write.sent(), write.may_have_acted);
@@ -57,7 +57,7 @@ EndEffects::Write EndOfWrite(const Job& job, const Job::Write& write, const JobE
   const auto answer = [&](WriteEnd what, const std::string& why) {
     effects.result = {what, why.empty() && what != WriteEnd::ok ? std::string(Name(outcome)) : why,
                       false, ok ? write.next : write.first, write.next};
-    // A device or a session that refuses has been asked before.
+    // The conversation could not encode the first point, so nothing was sent for it.
     effects.result.unfit = outcome == Outcome::unsupported && !job.out && write.first == 0;
   };
   const bool closed = end.outcome == Outcome::line_down;

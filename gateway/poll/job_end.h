@@ -3,15 +3,15 @@
 //   kind         its end leads to
 //   poll         line time of the fast round; the count of its query; a seldom group that was not
 //                read is read again
-//   read-back    a seldom group as above; in vain: what its query reads is in doubt
+//   read-back    a seldom group as above; not answered: its points are in doubt
 //   events       nothing of its own
 //   background   how long its exchange took, or that it was lost
 //   probe        nothing of its own
 //   write        its points are in doubt until they are read; it is confirmed, goes on, or is
-//                answered. In vain: polls go before the next write
-//   routed       its clients are answered. A write in vain: as above
+//                answered. Not answered: polls go before the next write
+//   routed       its clients are answered. An unanswered write: as above
 //
-// Whatever the kind: the end tells whether the member is there, unless the job is `mute`.
+// For all kinds the end says whether the member is there, unless the job is `mute`.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -29,7 +29,7 @@ struct JobEnd {
   std::string reason{};
 };
 
-/// Moves the requests of routes out of the job; everything else of it stays as it is.
+/// Moves the requests of routes out of the job and changes nothing else of it.
 EndEffects EffectsOf(Job& job, const JobEnd& end, Instant now);
 
 }  // namespace baudgate

@@ -71,7 +71,8 @@ void JobRun::Apply(Job& done, EndEffects effects, const JobEnd& end) {
   if (effects.repeat) upkeep_.Repeat(*device, *effects.repeat, now_.instant);
   if (effects.doubt) upkeep_.Doubt(*effects.doubt, now_.instant);
   if (effects.polls_first && device != nullptr) agenda_.schedule.GoFirst(member.place);
-  // Silence to what it has never answered tells of that, and not of the device.
+  // Silence to a query that was never answered says something about the query, not about the
+  // device.
   if (effects.judges_member && !done.unheard)
     upkeep_.OnTask(member, end.outcome, end.reason, now_.instant);
   for (auto& [request, reply] : effects.replies) request.done(std::move(reply));

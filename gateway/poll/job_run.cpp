@@ -7,6 +7,7 @@
 //   chosen                the conversation will not ask       ended: unsupported
 //   waiting, a poll,      a late reply of its device is due   parked, where replies name their sender:
 //   events or background                                      SetAside
+//   waiting, another kind the same, or replies name nobody    the line waits: Turn::wait
 //   waiting               line idle, a reply to an earlier    postponed behind a probe of its device
 //                         request could pass for its own
 //   waiting               line idle, nothing owed any more    under way (quiet, sending, receiving)
@@ -71,12 +72,14 @@ void JobRun::Begin(std::unique_ptr<Job> job) {
 
 void JobRun::Ask(int attempts) {
   if (++job_->steps > kMostSteps) {
-    return Finish(Outcome::unexpected, "the conversation did not come to an end");
+    return Finish(Outcome::unexpected,
+                  "the task needed more than " + std::to_string(kMostSteps) + " requests");
   }
   Conversation& conversation = *job_->member->device->conversation;
   if (!IsPlanned(job_->task, conversation)) {
     job_->mute = true;
-    return Finish(Outcome::busy, "its query is not planned any more");
+    return Finish(Outcome::busy,
+                  "the query no longer exists: the points of the device were planned again");
   }
   auto request = conversation.Ask(job_->task, now_.instant);
   if (!request) {

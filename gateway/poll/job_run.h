@@ -1,13 +1,13 @@
 // Carries out one job after the other, from the first request to the end: what is asked, whether it
-// is repeated, what an answer leads to, and who is answered. Knows nothing of bytes on the line;
-// gateway/poll/poller_line.cpp tells it what happens there:
+// is repeated, what a reply leads to, and which clients are answered. Knows nothing of bytes on the
+// line; gateway/poll/poller_line.cpp calls it:
 //
-//   on the line                          to be called
-//   idle, and nothing is to be done      Begin, with the job that goes first
-//   idle, and a job waits                TakeTurn; where that says send: Start
+//   on the line                          call
+//   idle, and there is no job            Begin, with the job that goes first
+//   idle, and a job waits                TakeTurn; if that says send: Start
 //   quiet for long enough                Send
 //   a whole frame has come               ReplyJudge::Judge, with the job
-//   the exchange has ended               OnEnd, and behind all news of that input Conclude
+//   the exchange has ended               OnEnd, and after all news of that input Conclude
 //
 // The table of all states of a job is in job_run.cpp.
 // SPDX-License-Identifier: Apache-2.0
@@ -39,38 +39,38 @@ class JobRun {
 
   /// Before each input of the line.
   void SetTime(Now now) { now_ = now; }
-  /// `reason`: why the port is closed. The job that waits for the line has ended by it; that of an
-  /// exchange under way has ended before.
+  /// `reason`: why the port is closed. Ends a job that waits for the line; the job of an exchange
+  /// under way has ended before.
   void OnClosed(const std::string& reason);
 
   /// Null: nothing is to be done.
   Job* job() const { return job_.get(); }
   /// A read-back, or the probe before it, and nothing of it has failed yet.
   bool IsReadingBack() const;
-  /// Only without a job. It asks for its first request, and may be over already.
+  /// Only without a job. The job gets its first request, or ends at once.
   void Begin(std::unique_ptr<Job> job);
 
   enum class Turn : std::uint8_t {
     send,  ///< its request, now: call Start
-    wait,  ///< until no late answer can meet its request
+    wait,  ///< until no late reply can come
     next,  ///< there is another job now, or none
   };
   /// The line is idle, and there is a job.
   Turn TakeTurn();
-  /// The exchange of its request. `idle_since`: the line.
+  /// The exchange of its request. `idle_since`: since when the line is idle.
   Exchange Start(Instant idle_since);
   /// The line has been quiet long enough: the request to be sent now.
   const Request& Send();
-  /// The line waits for quiet with its request. True: it is not to be sent, or another goes first.
+  /// Its request waits for a quiet line. True: it is not sent, or another goes first.
   bool Withdraw();
 
-  /// The exchange has ended; what follows from that is for Conclude.
+  /// The exchange has ended; Conclude decides what follows.
   void OnEnd(ExchangeEnd end);
-  /// Nothing: the exchange has not ended, or Conclude has been called.
+  /// Empty: the exchange has not ended, or Conclude was called already.
   std::optional<ExchangeEnd> TakeEnd();
   void Conclude(ExchangeEnd end, const Finding& finding);
 
-  /// Answers what is in its jobs of a client that has left.
+  /// Answers the requests of a client that has left.
   void Forget(std::uint64_t client);
 
  private:

@@ -1,15 +1,15 @@
-// Which readings of one device count at once, and which only when a second one agrees, because an
-// 8-bit sum, or none, lets some damage through. Per point, with jump 2:
+// Which readings of one device count at once, and which only when a second one agrees: an 8-bit
+// checksum, or none, lets some damage through. Per point, with jump 2:
 //
 //   last   readings         what users see
 //   20.0   20.5             20.5
 //   20.5   84.5, 20.6       20.5 uncertain, then 20.6: 84.5 was damage
 //   20.6   84.5, 84.4       20.6 uncertain, then 84.4
-//   84.4   12.0, 55.0, 71   84.4 uncertain twice, then 71.0 uncertain: it counts for want of better
+//   84.4   12.0, 55.0, 71   84.4 uncertain twice, then 71.0 uncertain: there is no better one
 //
-// Without `jump` at the point it is a tenth of max - min where these are given, else the larger of
+// Without `jump` at the point it is a tenth of max - min if these are given, else the larger of
 // a tenth of the last value and 1 % of the largest one seen. Bits and texts jump with every change.
-// A first reading always does.
+// A first reading always jumps.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -25,7 +25,7 @@ namespace baudgate {
 
 class JumpCheck {
  public:
-  /// So many readings in a row that disagree, and the last counts.
+  /// After this many readings in a row that disagree the last one counts.
   static constexpr int kMostReadings = 3;
 
   /// `points` outlive it.
@@ -34,9 +34,9 @@ class JumpCheck {
   struct Result {
     std::vector<std::size_t> doubtful;    ///< their last values are uncertain until they are read
     bool ask_again = false;               ///< now
-    std::optional<config::Group> spoils;  ///< its points are seldom read, and one stays uncertain
+    std::optional<config::Group> spoils;  ///< a seldom group of which a point stays uncertain
   };
-  /// Takes out of `samples`, of one reply, what does not count yet. Samples that are not good
+  /// Removes from the samples of one reply those that do not count yet. Samples that are not good
   /// always count.
   Result Check(std::vector<Sample>& samples);
   /// The device has confirmed a write: a reading that agrees counts.

@@ -7,12 +7,12 @@
 namespace baudgate {
 namespace {
 
-/// Characters; what follows a good answer for longer is no part of it.
+/// Characters. Bytes that follow a good reply for longer are no copy of it.
 constexpr int kLongestTrail = 256;
-/// Bytes. A driver that releases the bus may leave so many; they are no second answer.
+/// Bytes. A driver that releases the bus may leave this many; they are no second reply.
 constexpr std::size_t kNoise = 3;
 
-/// A device that was late once is trusted again by and by: each good answer takes off this part.
+/// A device that was late is trusted again step by step: each good reply takes off this part.
 constexpr int kDecay = 64;
 constexpr Duration kForgotten = 1ms;
 
@@ -21,7 +21,7 @@ void Decay(Duration& lateness) {
   if (lateness < kForgotten) lateness = {};
 }
 
-/// When its last character is through.
+/// When the last character of the request is out.
 Instant SentAt(const Asked& asked) {
   const auto characters = static_cast<std::int64_t>(asked.request->bytes.size());
   return asked.sent + characters * asked.member->times.character;
@@ -47,7 +47,7 @@ void LateAnswers::OnEnd(const Asked& asked, Outcome outcome, Instant now) {
   if (outcome == Outcome::corrupt) state.end = End::corrupt;
   if (outcome == Outcome::partial) state.end = End::cut_short;
   if (!ProvesLife(outcome)) return;
-  // The late answer to an earlier try was taken for that to its retry, whose own is still to come.
+  // The late reply to an earlier try was taken for that to the retry, whose own is still to come.
   if (asked.retry && state.due) {
     state.retried = now - *state.due;
     state.late_from = state.due = due;
@@ -94,10 +94,10 @@ LateAnswers::Stray LateAnswers::OnStray(const StrayBytes& stray, Instant now) {
   return told;
 }
 
-/// Whether the awaited answer may yet come. Behind an unexpected frame it may: that was perhaps
-/// another device's late one. After a damaged reply a device is re-checked by its probe, so nothing
-/// is owed; a routed slave may still answer unless the damaged bytes were as long as its reply and
-/// nobody else's answer was due.
+/// Whether the awaited reply may still come. After an unexpected frame it may: that frame was
+/// perhaps another device's late reply. After a damaged reply a device is checked by its probe, so
+/// nothing is owed. A routed slave may still answer, unless the damaged bytes were as long as its
+/// reply and no other reply was due.
 bool LateAnswers::MayStillAnswer(const Asked& asked, const ExchangeEnd& end) const {
   if (end.outcome == Outcome::no_reply || end.outcome == Outcome::unexpected) return true;
   const bool damaged = end.outcome == Outcome::corrupt || end.outcome == Outcome::partial;
@@ -130,7 +130,7 @@ void LateAnswers::Conclude(const Asked& asked, const ExchangeEnd& end, bool in_s
   const bool answered =
       ProvesLife(end.outcome) && asked.request->expect.reply != Expectation::Reply::none;
   if (!answered) return;
-  // Where replies name nobody, another device's could be meant by one that is owed.
+  // Where replies carry no address, a reply that is owed could pass for another device's.
   const bool owed = state.unanswered && !in_step && !asked.named();
   SetLate(member, owed ? SentAt(asked) + times.ceiling : Instant{});
   if (!asked.retry) patience_.OnAnswered(member, Lateness(asked, end));
@@ -161,9 +161,9 @@ Instant LateAnswers::ClearAt(const Asked& asked) const {
 
 Duration LateAnswers::ExtraDrain(const Member& member) const { return states_[member].lateness; }
 
-/// If requests R1...Rn stayed unanswered and a reply to another try comes now, it may be R1's.
-/// Those to R2...Rn still follow, the last within (now - R1 sent), and later by as much as the
-/// device was seen to be late. Wait that long, at most the ceiling.
+/// If requests R1...Rn stayed unanswered and a reply to another try comes now, it may be R1's. The
+/// replies to R2...Rn may still follow, the last within (now - R1 sent) plus the lateness of the
+/// device. Wait that long, at most the ceiling.
 Duration LateAnswers::Aftermath(const Asked& asked, Instant now) const {
   const State& state = states_[*asked.member];
   // Replies carry their number: a copy passes for nothing else.

@@ -1,7 +1,12 @@
 // Until when a reply may still come to a request that was given up. Until then its device is not
-// asked; where replies carry no address, nobody is. gateway/poll/job_answer.cpp tells what has
-// ended, upkeep.cpp what that means, poller_line.cpp what came behind; numbers are in
-// docs/timeouts.md. whose_reply.h knows to which request a reply belongs that did come.
+// asked; where replies carry no address, no device is. Numbers are in docs/timeouts.md.
+// whose_reply.h knows to which request a reply belongs that did come. For each exchange, in this
+// order:
+//
+//   OnEnd      at once, by job_answer.cpp
+//   OnStray    for whatever comes after it, by poller_line.cpp
+//   Conclude   when the input that ended it is done, by upkeep.cpp
+//
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -24,28 +29,28 @@ class LateAnswers {
  public:
   explicit LateAnswers(const Roster& roster) : roster_(roster) {}
 
-  /// Before what came behind its end is told.
+  /// The exchange has ended. Before OnStray for what came after its end.
   void OnEnd(const Asked& asked, Outcome outcome, Instant now);
 
   struct Stray {
     bool counts = true;              ///< among the line's stray bytes
-    const Member* late = nullptr;    ///< whose late answer it is, told once for each exchange
-    Duration lateness{};             ///< of that, since it was due
-    const Member* warned = nullptr;  ///< of whom the user should know
+    const Member* late = nullptr;    ///< whose late reply it is, once for each exchange
+    Duration lateness{};             ///< of that reply, since it was due
+    const Member* warned = nullptr;  ///< the device that `warning` is about
     std::string warning;
   };
   Stray OnStray(const StrayBytes& stray, Instant now);
 
-  /// What the end means for the next requests. `in_step`: its replies are proven to belong to their
-  /// requests, so that it owes none.
+  /// What the end means for the next requests. `in_step`: waiting brings nothing, because the
+  /// device owes no reply, or lags by a number of replies.
   void Conclude(const Asked& asked, const ExchangeEnd& end, bool in_step, Instant now);
-  /// The port closed with an exchange under way, whose reply may reach the next opening of the
-  /// port: from the device within its reply time; from a serial server, which keeps what comes, as
-  /// late as a reply can be.
+  /// The port closed with an exchange under way. Its reply may come after the port has opened
+  /// again: from the device within its reply time; from a serial server, which keeps what it
+  /// receives, until the end of the ceiling.
   void OnClosed(const Member& member, Instant now);
   /// How much later than its reply time the first byte of its reply came; not above zero: in time.
   static Duration Lateness(const Asked& asked, const ExchangeEnd& end);
-  /// It is offline: silent, not late. Its bytes will tell should it be late even so.
+  /// It is offline: silent, not late. If it is late after all, its bytes will show it again.
   void OnOffline(const Member& member) {
     states_[member].lateness = {};
     patience_.OnOffline(member);
@@ -53,45 +58,46 @@ class LateAnswers {
 
   Instant LateUntil(const Member& member) const;
   bool IsClear(const Member& member, Instant now) const { return LateUntil(member) <= now; }
-  /// The earliest moment at which no answer to another request can come any more that would pass
-  /// for that to this one. A reply that carries its sender's address passes for nobody else's.
+  /// The earliest moment at which this request can be sent without a late reply to another one
+  /// being taken for its reply. A reply that carries its sender's address is taken for no other
+  /// device's.
   Instant ClearAt(const Asked& asked) const;
-  /// So much longer than its reply time it is waited for.
+  /// The extra reply time that its late replies have earned.
   Duration PatienceFor(const Member& member) const { return patience_.More(member); }
-  /// The same for this request: not where it looks whether the device is back.
+  /// The same for this request, but zero for a probe of an absent device.
   Duration MoreReply(const Asked& asked) const {
     return asked.lone_probe ? Duration() : patience_.More(*asked.member);
   }
-  /// How much longer than its drain time the silence behind a failed exchange of it has to be.
+  /// How much longer than its drain time the silence after one of its failed exchanges has to be.
   Duration ExtraDrain(const Member& member) const;
   /// The silence that has to follow even a good reply.
   Duration Aftermath(const Asked& asked, Instant now) const;
-  /// The longest that an exchange of it keeps the line when it does not answer.
+  /// How long an exchange of it takes the line at most when it does not answer.
   Duration WorstCase(const Member& member) const;
-  /// Whose exchange ended last.
+  /// The member whose exchange ended last.
   const Member* last() const { return last_; }
 
  private:
   enum class End : std::uint8_t {
-    silent,     // or unexpected, or not at all
-    answered,   // bytes behind it are too many
-    corrupt,    // bytes behind it are the rest of that
-    cut_short,  // likewise
+    silent,     // or unexpected, or there was no exchange
+    answered,   // bytes after it are a second copy, or noise
+    corrupt,    // bytes after it are the rest of the damaged reply
+    cut_short,  // the same, of a reply that was cut short
   };
   struct State {
-    Instant late_until{};               // until then an answer to a failed request may come
-    std::optional<Instant> unanswered;  // start of the first exchange since its last answer
-    std::optional<Instant> late_from;  // bytes from here on are the late answer to its last request
-    // When the answer was due to the first try of its last request that met silence. A damaged
-    // reply is no late one: behind that nothing is due.
+    Instant late_until{};               // until then a reply to a failed request may come
+    std::optional<Instant> unanswered;  // start of the first exchange since its last reply
+    std::optional<Instant> late_from;   // bytes from here on are the late reply to its last request
+    // When the reply to the first try of its last request was due, if that met silence. After a
+    // damaged reply nothing is due.
     std::optional<Instant> due;
-    Duration retried{};   // its last reply came to a repetition, so long after that
-    Duration lateness{};  // how much longer than its drain time its bytes were seen to
-                          // take behind the end of an exchange that had failed
-    // How long after good answers more bytes came; not part of lateness, which lengthens what is
-    // waited behind failures only. Needed by MisbehavingTwin.DoubledRepliesSpoilNoOther/Set4tm9600.
+    Duration retried{};   // if its last reply came to a repetition: the time from `due` until then
+    Duration lateness{};  // how much longer than its drain time its bytes kept coming after a
+                          // failed exchange
+    // How long after good replies more bytes came. Not part of `lateness`, which lengthens the
+    // silence after failures only. Needed by MisbehavingTwin.DoubledRepliesSpoilNoOther/Set4tm9600.
     Duration trail{};
-    std::size_t trailing_bytes = 0;  // behind its last exchange, while that was a good one
+    std::size_t trailing_bytes = 0;  // after its last exchange, if that was a good one
     End end = End::silent;           // of its last exchange
     bool told_late = false;          // the user has been warned
   };

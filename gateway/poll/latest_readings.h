@@ -1,5 +1,5 @@
-// The queries whose readings were stored since the line last rested for a reply time. When a reply
-// comes twice, one of these readings belongs to another request, and nobody knows which.
+// The queries whose readings were stored since the line last rested for a reply time. If a reply
+// comes twice, one of these readings belongs to another request, and it is not known which.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,7 +16,7 @@ class LatestReadings {
   void OnStored(QueryRef query) {
     if (std::ranges::find(queries_, query) == queries_.end()) queries_.push_back(query);
   }
-  /// Nothing that was asked before is owed any more.
+  /// The line has rested: no reply to an earlier request is owed any more.
   void OnRested() { queries_.clear(); }
   std::vector<QueryRef> TakeAll() { return std::exchange(queries_, {}); }
 

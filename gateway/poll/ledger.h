@@ -1,5 +1,5 @@
-// What a line makes known of itself: its own account, those of its devices, the states in which
-// they are, and how long their fast rounds take.
+// All that the status shows of a line: its own account, those of its devices, their states, and how
+// long their fast rounds take.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,8 +21,8 @@ struct Ledger {
         states(roster, store, listener),
         rounds(roster, store) {}
 
-  /// Time has passed; `busy`: the line was, with `member` where that is known. `drains`: it kept
-  /// silence behind an exchange of that.
+  /// Time has passed; `busy`: the line was busy, with `member` if that is known. `drains`: it kept
+  /// silence after an exchange of that member.
   void OnTime(Now now, bool busy, const Member* member, bool drains = false) {
     const Duration took = line.OnTime(now, busy, drains);
     devices.OnTime(now, member, took, drains);

@@ -1,5 +1,5 @@
 // The account of a line: what it has carried, what its time went to, and what is wrong with it as a
-// whole. Shown in the point store, its bytes in the tap. Told by gateway/poll/poller.cpp.
+// whole. Shown in the point store, its bytes in the tap. Driven by gateway/poll/poller.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -27,7 +27,7 @@ class LineAccount {
 
   void Attach(Tap& tap) { tap_ = &tap; }
 
-  /// Time has passed; `busy`: the line was, or `drains`: it kept silence behind an exchange.
+  /// Time has passed; `busy`: the line was busy, or `drains`: it kept silence after an exchange.
   /// Returns how much of the time that took.
   Duration OnTime(Now now, bool busy, bool drains);
   void OnOpened();
@@ -35,9 +35,9 @@ class LineAccount {
 
   void OnSent(const Member& member, const Request& request);
   void OnReceived(View bytes);
-  /// `mute`: its end says nothing about whether anybody answers. `use`: what it was for.
+  /// `mute`: its end says nothing about whether a device answers. `use`: what it was for.
   void OnExchange(const Member& member, const ExchangeEnd& end, bool mute, LineUse use);
-  /// A device has said something unasked, and this is what became of it.
+  /// A device has sent something unasked, with this outcome.
   void OnUnasked(Outcome outcome) { Count(outcome); }
   void OnProbe() { ++counters_.probes; }
   void OnLate() { ++counters_.late; }
@@ -46,7 +46,7 @@ class LineAccount {
   void OnNegotiation() { ++counters_.negotiations; }
   /// An echo differed from what was sent, or was missing.
   void OnCollision() { ++counters_.collisions; }
-  /// An echo was there, and differed: somebody else has spoken.
+  /// An echo came and differed: another master has sent.
   void OnSecondMaster();
   /// `cut`: the bus has stopped echoing (gateway/line/echo_watch.h), as `member` was asked.
   void OnRing(const Member& member, bool cut);
@@ -55,8 +55,8 @@ class LineAccount {
   void Show(Duration notice_bound) const;
 
   const LineCounters& counters() const { return counters_; }
-  /// What was asked since `when` has remained without an answer: a serial server may hang although
-  /// its TCP lives.
+  /// Nothing that was asked since `when` was answered: a serial server may hang although its TCP
+  /// connection lives.
   bool SilentSince(Instant when) const {
     return silent_from_ && *silent_from_ < when && last_failure_ >= when;
   }
@@ -74,7 +74,7 @@ class LineAccount {
   bool open_ = false;
   std::optional<WallTime> cut_since_;   // the ring
   Burst others_;                        // echoes that differed
-  std::optional<Instant> silent_from_;  // nobody has answered since
+  std::optional<Instant> silent_from_;  // since then no device has answered
   Instant last_failure_{};              // of an exchange
 };
 

@@ -1,4 +1,4 @@
-// What the time of a line goes to, since the start and in the minute under way. The use of an
+// What the time of a line goes to, since the start and in the present minute. The use of an
 // exchange is known when it ends; until then its time is held back. For
 // gateway/poll/line_account.h.
 // SPDX-License-Identifier: Apache-2.0
@@ -21,7 +21,7 @@ class LineMinute {
     LineShares shares{};  ///< of that, what is known
   };
 
-  /// The port was opened: nothing is under way, and a minute begins.
+  /// The port was opened: no exchange is under way, and a minute begins.
   void OnOpened(Instant now) {
     exchange_ = {};
     full_.reset();
@@ -50,7 +50,7 @@ class LineMinute {
 
  private:
   static constexpr Duration kMinute = std::chrono::minutes(1);
-  /// Use is not worth a word before.
+  /// Before this time the use is not shown.
   static constexpr Duration kShortest = std::chrono::seconds(10);
 
   /// The exchange under way goes on.

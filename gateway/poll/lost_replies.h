@@ -1,5 +1,5 @@
-// Replies that never came from slaves that only routes reach. No order is kept of them, so one that
-// was only late may stand in place of the reply to the next request. Kept by
+// Replies that never came from slaves that only routes reach. The order of their requests is not
+// kept, so a reply that was only late may come in place of the reply to the next request. Used by
 // gateway/poll/whose_reply.h; docs/timeouts.md, "Requests of transparent routes".
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -18,21 +18,21 @@ namespace baudgate {
 
 class LostReplies {
  public:
-  /// What else than the present request a reply may answer.
+  /// Which earlier, lost requests a reply could answer instead of the present one.
   struct Older {
     bool other = false;  ///< a request of other bytes
     bool same = false;   ///< an earlier one of the same bytes
   };
 
-  /// The reply to `request` was silent or damaged.
+  /// There was no reply to `request`, or a damaged one.
   void OnLost(const Member& slave, const Bytes& request, Instant now);
-  /// A reply to a request of this time may be one of those.
+  /// Whether a reply to a request that began at this time may be one of the lost ones.
   bool MayCome(const Member& slave, Instant began) const;
-  /// Which of those that may come a reply would be; `fits`: it could answer that request.
+  /// Which lost requests this reply could answer; `fits`: whether it could answer one.
   using MayFit = std::function<bool(const Bytes& request)>;
   Older MayBe(const Member& slave, const Bytes& request, Instant began, const MayFit& fits) const;
-  /// A reply came, the `count`-th in a row to the same request. False: it may belong to another.
-  /// Example: two were lost, so the third reply to one request must be its own.
+  /// A reply came, the `count`-th in a row to the same request. False: it may belong to an earlier
+  /// one. Example: two were lost, so the third reply to one request must be its own.
   bool OnReply(const Member& slave, const Bytes& request, Older older, std::size_t count);
 
  private:
@@ -40,8 +40,8 @@ class LostReplies {
     std::optional<Instant> lost_at;  // the latest
     std::vector<Bytes> requests;     // the latest
   };
-  /// No slave takes longer for a reply. Needed by
-  /// PollerRoutedFaults.ALateReplyOfAnotherFormIsNoOddReply.
+  /// Assumed: no slave takes longer for a reply. One whose ceiling is longer is guarded for these 5
+  /// s only. Needed by PollerRoutedFaults.ALateReplyOfAnotherFormIsNoOddReply.
   static constexpr Duration kLatest = 5s;
   static constexpr std::size_t kMost = 8;
 

@@ -1,7 +1,7 @@
-// What a device that speaks unasked has said and nobody could read: what it looked like
+// Bytes of a device that sends unasked which its conversation could not read: what they looked like
 // (gateway/line/examine.h). Bounded memory.
 //
-//   Hear(bytes)    at any time; tells of the words before, where these begin new ones
+//   Hear(bytes)    at any time; returns what the bytes before looked like, if these begin new ones
 //   OnDamaged()    what they look like so far
 //
 // SPDX-License-Identifier: Apache-2.0
@@ -21,7 +21,7 @@ class Overheard {
   /// `device` outlives it; `network`: it speaks over a connection.
   Overheard(const Device& device, bool network);
 
-  /// Nothing: what came before was read, or its look is the same as told.
+  /// Empty: what came before was read, or looks as reported already.
   std::optional<Finding> Hear(View bytes, Instant now);
   Finding OnDamaged();
   /// And this could be read: it belongs to it no more.

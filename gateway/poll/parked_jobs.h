@@ -1,5 +1,5 @@
-// Jobs that wait beside the line: their device has asked for some time, or a late reply of it is
-// still to come. Chosen again by gateway/poll/chooser.cpp.
+// Jobs that wait while the line goes on: their device was busy, or a late reply of it may still
+// come. Chosen again by gateway/poll/chooser.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,11 +13,11 @@
 
 namespace baudgate {
 
-/// One of a device at most.
+/// At most one for each device.
 class ParkedJobs {
  public:
   void Park(std::unique_ptr<Job> job, Instant until) { parked_.push_back({std::move(job), until}); }
-  /// Null: the time of none has come.
+  /// Null: none may go on yet.
   std::unique_ptr<Job> Take(Instant now) {
     const auto next =
         std::ranges::find_if(parked_, [now](const One& one) { return one.until <= now; });

@@ -1,10 +1,10 @@
-// How much longer than its reply time a device is waited for, because its replies were seen to come
-// late again and again. Within the ceiling; docs/timeouts.md, "Late replies". With reply 300 ms:
+// How much longer than its reply time the line waits for a device whose replies came late again and
+// again. Within the ceiling; docs/timeouts.md, "Late replies". With reply 300 ms:
 //
 //   a reply comes at 450 ms      300 ms: once may be chance
 //   another one                  488 ms, a quarter more than it was late
-//   replies in time              less by and by
-//   it goes offline              300 ms: probes of who is away cost the others nothing more
+//   replies in time              gradually less
+//   it goes offline              300 ms: probes of an absent device cost the others no more
 //
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -17,7 +17,7 @@ namespace baudgate {
 
 class Patience {
  public:
-  /// A reply came so long after it was due.
+  /// A reply came `lateness` after it was due.
   void OnLate(const Member& member, Duration lateness);
   /// A reply was taken, `lateness` after it was due; not above zero: in time.
   void OnAnswered(const Member& member, Duration lateness);
@@ -28,9 +28,9 @@ class Patience {
 
  private:
   struct State {
-    int late = 0;     // replies, of the latest
-    int in_time = 0;  // replies in a row
-    Duration most{};  // that one was late
+    int late = 0;     // late replies since `in_time` was last high enough to forget them
+    int in_time = 0;  // replies in time, in a row
+    Duration most{};  // the lateness of the latest of these
     Duration more{};
   };
 

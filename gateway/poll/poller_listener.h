@@ -1,5 +1,5 @@
-// What a poller needs of whoever runs it: a port for its requests, and somebody who hears the news
-// of devices. Implemented by gateway/daemon/line_port.h and gateway/daemon/line_reporter.h.
+// What a poller needs: a port for its requests, and a listener for the news of devices. Implemented
+// by gateway/daemon/line_port.h and gateway/daemon/line_reporter.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,20 +16,20 @@
 
 namespace baudgate {
 
-/// What a device has said has happened, to be kept.
+/// Events that a device has reported, to be saved.
 struct ReportedEvents {
   std::uint32_t device = 0;          ///< index in the point store
   EventBatch batch{};                ///< with at least one event, or record of the past
   Now received{};                    ///< the end of the reply
-  std::optional<Duration> oldest{};  ///< none is older, seen from `received`; nothing: not known
+  std::optional<Duration> oldest{};  ///< the greatest age at `received`; empty: not known
 };
 
-/// What the gateway has seen happen itself, to be kept.
+/// What the gateway itself has found, to be saved as an event.
 struct News {
   enum class What : std::uint8_t {
     no_answer,     ///< of a device: it is offline
     not_in_use,    ///< of a device
-    wrong_device,  ///< of a device: nothing that it says counts, or is worth a remark
+    wrong_device,  ///< of a device: its readings do not count, or deserve a remark
     replaced,      ///< of a device: another one answers in its place; without an end
     port_down,     ///< of the line, as all below
     port_lent,
@@ -38,10 +38,10 @@ struct News {
     port_served,  ///< a client has it
   };
   What what = What::no_answer;
-  bool over = false;                      ///< it was told before, and has ended
+  bool over = false;                      ///< it was reported before, and has ended
   std::optional<std::uint32_t> device{};  ///< index in the point store
   std::string text{};
-  /// Only with `over`: the beginning was not told. It may have been before the start.
+  /// Only with `over`: the beginning was not reported. It may have been before the start.
   bool first = false;
 };
 
@@ -50,7 +50,8 @@ class RequestPort {
   virtual ~RequestPort() = default;
   /// A whole request, to be sent at once with these settings of the port.
   virtual void Send(View bytes, const config::SerialSettings& serial, Now now) = 0;
-  /// No good reply came: what of the request has not left this machine must not leave it later.
+  /// No good reply came: bytes of the request that have not left this machine must not leave it
+  /// later.
   virtual void DropUnsent() {}
 };
 
@@ -60,15 +61,15 @@ class PollerListener {
   /// One line per change, with the reason; `device` is numbered as for gateway/trace/tap.h.
   virtual void OnDeviceState(std::uint32_t device, DeviceState from, DeviceState to,
                              const std::string& reason, Now at) = 0;
-  /// What the device's conversation wants to know after a restart has changed.
+  /// The memory of the device's conversation, which is kept over a restart, has changed.
   virtual void OnMemory(std::uint32_t /*device*/, const std::string& /*memory*/) {}
   /// The device is not asked for more before Poller::OnEventsKept, which is not called from here.
   virtual void OnEvents(ReportedEvents /*events*/) {}
-  /// Asked at `asked` or later the device had nothing to tell: all that it has told is kept.
+  /// The device was asked at `asked` or later and had no events: all that it reported is saved.
   virtual void OnDrained(std::uint32_t /*device*/, Instant /*asked*/) {}
-  /// A fact without a call of its own above.
+  /// A fact that has no call of its own above.
   virtual void OnNews(News /*news*/, Now /*at*/) {}
-  /// These points of the device have been read; the point store holds what is thought of it.
+  /// These points of the device have been read; the point store has their values.
   virtual void OnRead(std::uint32_t /*device*/, std::span<const std::uint32_t> /*points*/,
                       Now /*at*/) {}
   /// Something the user should know that is not a state: an echo suspected, a late device.

@@ -1,5 +1,6 @@
-// Whose turn it is to be looked for, what that cost the others, and how soon a return is noticed.
-// gateway/poll/chooser.cpp asks; what a probe may cost is gateway/poll/probe_budget.h's affair.
+// Which absent member is probed next, what probes cost the others, and how soon a return is
+// noticed. Used by gateway/poll/chooser.cpp; gateway/poll/probe_budget.h decides what a probe may
+// cost.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,53 +18,54 @@ namespace baudgate {
 
 class Probes {
  public:
-  /// A start or stop that a client sends to a slave that is offline is tried at a share of its own:
-  /// a slave that has returned has to obey before the probes have found it. Needed by
+  /// A start or stop that a client sends to an offline slave has a share of its own: a slave that
+  /// is back must get it before the probes have found the slave. Needed by
   /// PollerRoutedFaults.AStopReachesASlaveThatHasReturnedBeforeTheProbesHaveFoundIt.
   static constexpr double kWriteShare = 0.1;
 
-  /// Why a member that is offline is asked.
+  /// Why an offline member is asked.
   enum class Kind : std::uint8_t { look, short_write };
 
   /// How things are on the line.
   struct Facts {
     Instant now{};
     Instant idle_since{};
-    std::optional<Instant> next_wanted;  ///< when somebody who answers wants the line again
+    std::optional<Instant> next_wanted;  ///< when a member that answers wants the line again
     std::optional<Instant>
         clients_gone;  ///< when clients of routes count as gone, if there were any
-    std::function<bool(const Member&)> is_looked_for;  ///< somebody wants to know if it is back
-    std::function<bool(const Member&)> client_waits;   ///< for an answer of it, now
+    std::function<bool(const Member&)> is_looked_for;  ///< a return of the member is wanted
+    std::function<bool(const Member&)> client_waits;   ///< for an answer of the member, now
   };
 
   Probes(const Roster& roster, const LateAnswers& late) : roster_(roster), late_(late) {}
 
   void OnOpened();
-  /// It has just gone offline: what its probes cost before says nothing any more.
+  /// It has just gone offline: what its earlier probes cost no longer counts.
   void OnOffline(const Member& member) { states_[member] = {}; }
 
-  /// Who is next, were there time; null: nobody is offline, looked for, and not to be waited for.
+  /// The member to probe next, if there is time. Null: no offline member is wanted, or a late reply
+  /// of each may still come.
   Member* Next(const Facts& facts) const;
   /// When; may change with anything that happens on the line.
   std::optional<Instant> NextAt(const Facts& facts) const;
   void OnTaken(const Member& member) { turn_ = member.place + 1; }
-  /// When a short write may be tried at this one: as soon as its share allows, whatever else there
-  /// is, because who sends it waits for nothing else.
+  /// When a short write may be tried at this member: as soon as its share allows, even if others
+  /// wait, because its client waits for nothing else.
   Instant NextWriteAt(const Member& member, const Facts& facts) const;
 
-  /// The task that has asked it has ended; the line may not be idle yet.
+  /// The task that probed it has ended; the line may not be idle yet.
   void OnEnd(const Member& member, Kind kind, Instant began) { ended_ = {&member, kind, began}; }
-  /// Since when the line has not been idle because of a probe; nothing: it has not.
+  /// Since when a probe has kept the line from being idle; empty: none does.
   std::optional<Instant> began() const;
-  /// The line is idle again, and others have waited for it so long.
+  /// The line is idle again; `waited`: how long others waited for it.
   void OnIdle(Duration waited, Instant now);
   void OnClosed() { ended_ = {}; }
 
-  /// See LineStatus::notice_bound. One turn of all members that are offline: each costs its worst
-  /// case and the pause, or as long as it takes to earn the time that the others waited for its
-  /// last probe; a probe that makes them wait is sent behind an exchange of theirs only, hence the
-  /// longest of their periods once. Where the polls leave too little room even so, the turn that
-  /// was seen counts. A share that is used up has to be earned first.
+  /// See LineStatus::notice_bound. One turn of all offline members. Each costs its worst case and
+  /// the pause, or the time that it takes to earn what others waited for its last probe. A probe
+  /// that makes others wait is sent only after an exchange of theirs, so the longest of their
+  /// periods is added once. If the polls leave too little room for that, the turn that was measured
+  /// counts. A share that is used up must be earned first.
   Duration NoticeBound(Instant now) const;
 
  private:

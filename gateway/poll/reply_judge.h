@@ -1,12 +1,12 @@
-// What a frame means that came as the reply to a job's request: whose it is (whose_reply.h), and
-// what its conversation reads in it. Puts what it finds into the job. Asked by
+// What a frame means that came as the reply to a job's request: to which request it belongs
+// (whose_reply.h), and what its conversation reads in it. Stores the result in the job. Called by
 // gateway/poll/poller_line.cpp.
 //
 //   a frame comes                        outcome
 //   it may be the echo of the request    unexpected
 //   damaged, or of another form          as the conversation or the carrier says
 //   it may answer an earlier request     unexpected: the job asks again until that is certain
-//   its own                              as the conversation says; only now that hears of the reply
+//   its own                              as the conversation says, which sees only such replies
 //
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -27,12 +27,12 @@ class ReplyJudge {
   void OnOpened() { echo_free_ = false; }
   /// An exchange begins.
   void OnStart() { echoed_ = false; }
-  /// The request under way has come back, and is not the reply.
+  /// The echo of the request under way has come back.
   void OnEcho() { echoed_ = true; }
   /// `may_be_echo`: see EchoWatch.
   Outcome Judge(Job& job, View frame, bool may_be_echo, Instant now);
-  /// The exchange has ended. Adds to `finding` what the bytes do not show: what the device has
-  /// said, and that its reply was not taken.
+  /// The exchange has ended. Adds to `finding` what the bytes do not show: the words of the device,
+  /// and that its reply was not taken.
   void OnEnd(const Job& job, const ExchangeEnd& end, Finding& finding);
 
  private:

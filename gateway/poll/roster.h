@@ -1,6 +1,6 @@
-// Who can be asked on a line: the devices of the configuration, and slaves that only transparent
-// routes reach. Filled by gateway/poll/poller.cpp; the parts of the poller keep what they know of a
-// member by its place here.
+// The members of a line: the devices of the configuration, and slaves that only transparent routes
+// reach. Filled by gateway/poll/poller.cpp; the parts of the poller keep what they know of a member
+// by its place here.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -34,10 +34,10 @@ struct Member {
   const Protocol* protocol = nullptr;
   ParsedOptions options;  ///< of a device; a slave that only routes reach has the line's
   config::SerialSettings serial;
-  config::Timing timing;  ///< of a device: its times, and who decided them
+  config::Timing timing;  ///< of a device: its times, and where each comes from
   LineTimes times;
   DeviceHealth health;
-  /// What its replies say of who they are from; empty: nothing, or not known yet.
+  /// The address in its replies; empty: they carry none, or it is not known yet.
   Bytes sender;
 
   /// Their replies cannot be told apart: two entries of one address.
@@ -56,10 +56,10 @@ struct Device : Member {
   std::unique_ptr<Conversation> conversation;
   JumpCheck jumps;
   HeardPoints heard;
-  std::string memory;         // of the conversation, as it was told last
+  std::string memory;         // of the conversation, as it was reported last
   config::Timing configured;  // `timing`, if it needs no longer times
 
-  /// Takes over what the conversation has learned of its times. True: they are others now.
+  /// Takes over what the conversation has learned of its times. True: they have changed.
   bool LearnTimes();
 };
 
@@ -86,7 +86,7 @@ class Roster {
   const Protocol* carrier() const { return carrier_; }
   /// A device of this Modbus address, or a slave that has been asked before; null: neither.
   Member* FindSlave(std::uint8_t slave) const;
-  /// Takes it in where nobody has its address yet.
+  /// Adds it if no member has its address yet.
   Member& SlaveAt(std::uint8_t slave);
 
  private:

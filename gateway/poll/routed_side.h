@@ -1,6 +1,6 @@
 // Requests of transparent routes on one line: those that wait, and what is known of their clients.
-// Waiting and choosing is gateway/requests/route_queue.h's affair, sending and answering that of
-// gateway/poll/job_run.cpp: no conversation takes part.
+// gateway/requests/route_queue.h keeps and chooses them, gateway/poll/job_run.cpp sends and answers
+// them: no conversation takes part.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,7 +17,7 @@ class RoutedSide {
  public:
   /// Clients of transparent routes that poll do so at least this often.
   static constexpr Duration kClientsReturn = std::chrono::seconds(2);
-  /// Who has asked for a slave that is offline wants to know of its return for so long.
+  /// A client that asked for an offline slave is assumed to want it back for this long.
   static constexpr Duration kStillWanted = std::chrono::minutes(1);
 
   RouteQueue& queue() { return queue_; }
@@ -25,27 +25,27 @@ class RoutedSide {
 
   /// An exchange for a client was answered.
   void OnAnswered(Instant now) { answered_at_ = now; }
-  /// When the clients count as gone; nothing: there were none.
+  /// When the clients count as gone; empty: there were none.
   std::optional<Instant> ClientsGone() const;
-  /// Clients do not say when they will be back: who has just been served may be at any moment.
+  /// Clients do not say when they will be back: one that was just served may ask at any moment.
   bool ClientsAreHere(Instant now) const { return ClientsGone() && now < *ClientsGone(); }
 
-  /// Reads of a slave that is offline, but for the first `keep`: to be answered at once. What was
-  /// asked for is remembered for its probes.
+  /// Reads of an offline slave, except the first `keep`: to be answered at once. What was asked for
+  /// is remembered for its probes.
   std::vector<RoutedRequest> TakeHopeless(const Member& slave, std::size_t keep,
                                           const PduCarrier& carrier, Instant now);
-  /// Whether anybody wants to know if this slave is back, who is not there with a request right
-  /// now: a client that asks its slaves one after the other waits for others then, so that its last
-  /// read is repeated in its place. For 2 s after that at once, up to 1 min only directly behind
+  /// Whether a client that has no request waiting right now still wants to know if this slave is
+  /// back: a client that asks its slaves one after the other waits for others then, so its last
+  /// read is repeated in its place. For 2 s after that at once, up to 1 min only directly after
   /// another exchange (`behind`). Needed by
   /// AskedInTurn.ASlaveThatReturnsIsFoundThoughItsClientNeverWaitsForIt.
   bool MayRepeatRead(const Member& slave, bool behind, Instant now) const;
-  /// The read, in nobody's name.
+  /// The read, without a client.
   RouteQueue::Batch RepeatRead(const Member& slave) const;
 
  private:
   struct Refused {
-    Bytes pdu;  // the last that a client has asked it for
+    Bytes pdu;  // the last read of a client from it
     Instant at{};
   };
 

@@ -13,7 +13,7 @@
 
 namespace baudgate {
 
-/// Those of its points: a reading of something else is left out.
+/// Only of its points: other readings are left out.
 inline std::vector<Sample> SamplesOf(const config::Device& device,
                                      std::span<const Reading> readings) {
   std::vector<Sample> samples;

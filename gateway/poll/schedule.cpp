@@ -6,8 +6,8 @@
 namespace baudgate {
 namespace {
 
-/// Devices that have used the line alike take turns: who is asked at once again may be met by the
-/// rest of what it has said before.
+/// Devices with similar line use take turns: one that is asked again at once might still be sending
+/// the rest of its previous reply.
 constexpr Duration kAlike = 200ms;
 
 }  // namespace

@@ -1,12 +1,12 @@
 // Which device is asked for what, and when: periods on a fixed grid, fair and without starvation.
-// Knows nothing of bytes, lines or clocks; gateway/poll/poller.cpp asks it whenever the line is
+// Knows nothing of bytes, lines or clocks; gateway/poll/chooser.cpp asks it whenever the line is
 // idle.
 //
-// A group of a device that is due starts a *round* over its queries. Of all rounds in progress one
-// of the device that has used the line least goes on, by one query; of several the one that has
-// waited longest: no device, however slow, and no group can starve another. A round that begins
-// late keeps its period as long as the next one has not come; periods that passed whole are missed:
-// counted, skipped, never queued up.
+// A group of a device that is due starts a *round* over its queries. Among all rounds in progress,
+// one of the device that has used the line least goes on by one query; among several, the one that
+// has waited longest. So no device, however slow, and no group can starve another. A round that
+// begins late keeps its period if the next one has not begun; periods that passed whole are missed:
+// counted, skipped, never queued.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -20,7 +20,7 @@
 
 namespace baudgate {
 
-/// In place of the number of a query: what has happened in the device since it was asked last.
+/// In place of the number of a query: the events of the device.
 inline constexpr std::size_t kEventsQuery = std::numeric_limits<std::size_t>::max();
 
 /// A query of a device of the line, by their numbers.
@@ -45,15 +45,16 @@ class Schedule {
                         Duration daily_period = std::chrono::hours(24),
                         const std::vector<Duration>& intervals = {});
 
-  /// The groups of the device's queries, in the order of asking. Rounds in progress end; that of
-  /// what is read once starts again, the daily one goes on where it was, or starts again as well.
+  /// The groups of the device's queries, in the order of asking. Rounds in progress end; the round
+  /// of group `once` starts again, the daily one goes on where it was, or starts again as well.
   /// `events`: it is asked for events as often as for the fast group.
   void SetQueries(std::size_t device, std::vector<config::Group> groups, bool events = false);
-  /// It is not asked for events until ReleaseEvents: the last ones are not kept yet.
+  /// It is not asked for events until ReleaseEvents: the last ones are not on the disk yet.
   void HoldEvents(std::size_t device);
-  /// When its next request for events is due: behind `news` at once, as there may be more, but in a
-  /// period no more often than the line has queries; behind `no_news` when it is its turn; where
-  /// `something_else` was kept, as without the hold. `events`: as SetQueries.
+  /// When its next request for events is due. After `news`: at once, because there may be more, but
+  /// in a period no more often than the line has queries. After `no_news`: when it is its turn.
+  /// After `something_else` (a background batch was kept): as without the hold. `events`: as
+  /// SetQueries.
   enum class Brought : std::uint8_t { news, no_news, something_else };
   void ReleaseEvents(std::size_t device, bool events, Brought brought, Instant now);
 
@@ -62,51 +63,50 @@ class Schedule {
   void Restart(std::size_t device, Instant now);
   /// The same after SetQueries, but a daily round that is under way goes on.
   void RestartAsPlanned(std::size_t device, Instant now);
-  /// After SetQueries: rounds that were under way go on with what has become of their next query,
-  /// others keep their time. Each of a hundred refusals would begin them anew.
+  /// After SetQueries: rounds under way go on with what has become of their next query, others keep
+  /// their time. Else each of a hundred refusals would start them again.
   void GoOn(std::size_t device, Instant now);
   /// Nothing of the device is due until Restart: it is offline or disabled.
   void Suspend(std::size_t device);
-  /// What is read once, or daily, is due again at `at`: some of it could not be read. Of two such
-  /// wishes the first counts.
+  /// Group `once` or `daily` is due again at `at`: some of it could not be read.
   void Repeat(std::size_t device, config::Group group, Instant at);
-  /// A poll of it has taken the line for so long.
+  /// A poll of it has taken the line for `time`.
   void OnUsed(std::size_t device, Duration time) { devices_[device].used += time; }
   /// Its last exchange failed: others may go first. Suspend forgets it.
   void Doubt(std::size_t device, bool doubted) { devices_[device].doubted = doubted; }
   bool doubted(std::size_t device) const { return devices_[device].doubted; }
-  /// One that is offline or disabled does not count.
+  /// A device that is offline or disabled does not count.
   bool AnotherDoubted(std::size_t device) const;
   /// Nothing of the device is picked before `until`; its rounds wait.
   void Hold(std::size_t device, Instant until);
-  /// A person wants it asked now.
+  /// A person wants it to be polled now.
   void Release(std::size_t device) { devices_[device].hold_until = {}; }
 
-  /// A write to it has failed, and the next waits: a round of its polls goes between, or who writes
-  /// without a pause would have the device alone.
+  /// A write to it has failed: a round of its polls goes before the next write. Else a client that
+  /// writes without a pause would have the device for itself.
   void GoFirst(std::size_t device);
-  /// Its polls do, and one is due.
+  /// Its polls go before the next write, and one is due.
   bool GoesFirst(std::size_t device, Instant now) const;
 
-  /// The query to send now, if one is due. `healthy_first`: of a doubted device only if no other
-  /// is.
+  /// The query to send now, if one is due. `healthy_first`: a query of a doubted device only if no
+  /// other is due.
   std::optional<Pick> Next(Instant now, bool healthy_first = false);
-  /// Whether one of a device that is not doubted is due.
+  /// Whether a query of a device that is not doubted is due.
   bool HealthyDue(Instant now) const;
-  /// When Next will have something; nothing when no device is active. May lie in the past.
+  /// When Next will have something; empty: no device is active. May lie in the past.
   std::optional<Instant> NextDue() const;
 
   Instant held_until(std::size_t device) const { return devices_[device].hold_until; }
   bool suspended(std::size_t device) const { return devices_[device].suspended; }
 
-  /// Periods of the device that were skipped, with those that have passed whole since it was due.
+  /// Periods of the device that were skipped, including those that passed whole since it was due.
   std::uint32_t Missed(std::size_t device, Instant now) const;
 
  private:
   struct Round {
     std::vector<std::size_t> queries;
     Duration period{};               // zero: once
-    std::optional<Instant> due;      // start of the next round; nothing: not again
+    std::optional<Instant> due;      // start of the next round; empty: none
     std::size_t cursor = 0;          // next query; queries.size(): no round in progress
     std::uint64_t turn = 0;          // when it was last served, counted in picks
     bool repeats = false;            // due earlier than by its period
@@ -127,10 +127,10 @@ class Schedule {
     Instant hold_until{};
     bool suspended = true;
     bool doubted = false;
-    Duration used{};           // line time; who was idle has what was used meanwhile as well
-    std::size_t go_first = 0;  // so many polls before the next write
-    int at_once = 0;           // so often it may still be asked for events at once
-    Instant at_once_until{};   // then as often as at first
+    Duration used{};  // line time; an idle device is credited with what others used meanwhile
+    std::size_t go_first = 0;  // polls before the next write
+    int at_once = 0;           // how often it may still be asked for events at once
+    Instant at_once_until{};   // from then on as often as at first again
     std::uint32_t missed = 0;
   };
 
@@ -151,7 +151,7 @@ class Schedule {
 
   std::vector<Device> devices_;
   std::uint64_t turn_ = 0;
-  Duration used_{};  // the least of those who were due last
+  Duration used_{};  // the least of the devices that were due last
 };
 
 }  // namespace baudgate

@@ -1,10 +1,10 @@
-// The device of a line that speaks by itself: what its messages mean, and which of its events may
-// wait for the disk (gateway/poll/event_backlog.h). What came beyond is lost, and told in front of
-// the next one that is kept:
+// The device of a line that sends unasked: what its messages mean, and which of its events may wait
+// for the disk (gateway/poll/event_backlog.h). Events beyond that are lost, which is reported with
+// the next one that is saved:
 //
-//   1000 messages, the disk fails    1000 batches to be kept
-//   3 more, of an event each         nothing to be kept; 3 lost, one warning
-//   one is kept, then a message      to be kept: "3 events before this one lost: the disk failed"
+//   1000 messages, the disk fails    1000 batches to be saved
+//   3 more, of an event each         nothing to be saved; 3 lost, one warning
+//   one is saved, then a message     to be saved: "3 events before this one lost: the disk failed"
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -26,14 +26,14 @@ namespace baudgate {
 
 class Speaker {
  public:
-  /// The first device that speaks unasked: a line has one of them at most. `roster` outlives it.
+  /// For the first device that sends unasked: a line has at most one. `roster` outlives it.
   explicit Speaker(const Roster& roster);
 
-  /// Null: nobody speaks unasked.
+  /// Null: no device sends unasked.
   Device* device() const { return device_; }
-  /// What `device` says unasked. Null: nobody does.
+  /// What `device` sends unasked. Null: there is no such device.
   const Standing* standing() const;
-  /// What it says counts.
+  /// Its messages count.
   bool in_use() const { return device_ != nullptr && device_->in_use; }
 
   struct Said {
@@ -46,22 +46,23 @@ class Speaker {
     std::size_t lost = 0;                  ///< events that are not
     std::string warning;                   ///< of the first of these; else empty
   };
-  /// Bytes of the line. What it said before, where that could not be read and looks otherwise now.
+  /// Bytes of the line. Returns a new finding on the message before, if that was unreadable and now
+  /// looks different.
   std::optional<Finding> Hear(View bytes, Instant now);
-  /// What it says cannot be read: what it looks like.
+  /// Its message could not be read: returns what it looks like.
   Finding OnDamaged() { return overheard_->OnDamaged(); }
   /// Only in use.
   Said OnMessage(const UnaskedMessage& message, Now now);
   /// What its message looked like.
   Finding Look(const Said& said);
-  /// When OnTimer may have something although nothing is said.
+  /// When OnTimer may have something even without a message.
   std::optional<Instant> DueAt() const;
-  /// What follows without a message: nobody has to answer for its outcome.
+  /// What follows without a message; its outcome does not count.
   std::optional<Said> OnTimer(Now now);
 
   /// A batch of its events is on the disk.
   void OnKept() { backlog_.OnKept(); }
-  /// It speaks, and all that it has said is kept: it tells at once, and so nothing is left in it.
+  /// It is in use, and all its messages are saved. It sends at once, so no event is left in it.
   bool drained() const { return device_ != nullptr && backlog_.waiting() == 0; }
 
  private:

@@ -1,5 +1,5 @@
-// One telegram by hand on a line that has stopped its own work for it: sent as it is, and whatever
-// comes back is kept. Sans-I/O, as the line. Asked by gateway/daemon/telegram_queue.h.
+// One telegram by hand on a line that has paused for it: it is sent as it is, and whatever comes
+// back is kept. Sans-I/O, as the line. Used by gateway/daemon/telegram_queue.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,7 +13,7 @@
 
 namespace baudgate {
 
-/// In whose name it is sent.
+/// The device in whose name it is sent.
 struct Speaking {
   const Protocol* protocol = nullptr;
   ParsedOptions options{};
@@ -36,7 +36,7 @@ class TelegramExchange final : private LineClient {
   bool is_over() const { return end_ && line_.idle(); }
   /// Once it is over.
   const ExchangeEnd& end() const { return *end_; }
-  /// All that came back, without its echo where that is taken out.
+  /// All that came back, without its echo if that is removed.
   const Bytes& reply() const { return reply_; }
 
  private:

@@ -1,6 +1,6 @@
-// Who goes first on a line, so that nobody starves: writes before reads, clients of high priority
+// The order of jobs on a line, without starvation: writes before reads, clients of high priority
 // before others, devices that answer before those that fail; each with a limit.
-// gateway/poll/chooser.cpp asks for the order and takes the first that has something to send.
+// gateway/poll/chooser.cpp asks for the order and takes the first kind that has something to send.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,8 +17,8 @@ class Turns {
   enum class Choice : std::uint8_t {
     urgent,       ///< short routed writes, writes to points, and the reads that follow them
     parked,       ///< a job that waits for its device: see ParkedJobs
-    probe,        ///< keeps to a budget of its own, so that it may stand before the polls
-    poll,         ///< what the schedule has
+    probe,        ///< has a budget of its own, so it may go before the polls
+    poll,         ///< the schedule's next query
     routed_high,  ///< requests of transparent routes, by priority
     routed_normal,
     routed_low,
@@ -30,23 +30,23 @@ class Turns {
     std::size_t high_clients = 0;  ///< that wait with requests of high priority
   };
 
-  /// Urgent ones in a row, after which anything else has its turn.
+  /// Urgent jobs in a row, after which anything else has its turn.
   static constexpr int kUrgentInRow = 4;
   /// Short writes of routes may be many and belong together: a start, its set points.
   static constexpr int kRoutedWritesInRow = 16;
-  /// Devices whose exchanges fail have at most half of the time that others want; what they took
-  /// too much is remembered up to this.
+  /// Devices whose exchanges fail have at most half of the time that others want. What they took
+  /// beyond it is remembered up to this.
   static constexpr Duration kMostDebt = std::chrono::minutes(1);
 
-  /// Whether something urgent may go before everything else.
+  /// Whether an urgent job may go before everything else.
   bool UrgentAllowed(bool short_write) const {
     return urgent_in_row_ < (short_write ? kRoutedWritesInRow : kUrgentInRow);
   }
-  /// In this order; a choice may stand twice.
+  /// The order; a choice may be in it twice.
   std::vector<Choice> Order(const Waiting& waiting) const;
-  /// The first of them that had something.
+  /// The first choice that had something.
   void OnTaken(Choice choice, const Waiting& waiting);
-  /// None of them had.
+  /// No choice had anything.
   void OnNothing();
   /// A request went out.
   void OnSent(bool urgent) {
@@ -55,9 +55,9 @@ class Turns {
 
   /// Time has passed; `failing`: the line was busy with a device whose last exchange failed.
   void OnTime(Duration passed, bool failing);
-  /// So much of the line a device has taken in vain before anybody knew that it fails.
+  /// Line time that a device took in vain before it was known to fail.
   void Charge(Duration lost) { debt_ += lost; }
-  /// Devices that answer go first: the others have had more than their share.
+  /// Devices that answer go first: those that fail have had more than their share.
   bool HealthyFirst() const { return debt_ > Duration::zero(); }
 
  private:

@@ -38,7 +38,7 @@ void Upkeep::OnOpened(Instant now) {
     Reconnect(*device, now);
     owed_.whose.OnOpened(*device, now);
     if (!device->health.offline()) schedule_.Restart(device->place, now);
-    // The reply to what it was asked before may still come: it waits for that, the others do not.
+    // A reply to an earlier request may still come: this device waits for it, the others do not.
     if (!owed_.late.IsClear(*device, now))
       schedule_.Hold(device->place, owed_.late.LateUntil(*device));
     ledger_.states.ShowOverride(*device);
@@ -52,7 +52,7 @@ void Upkeep::OnExchange(const Job& job, const ExchangeEnd& end, const Finding& f
   const bool answered = ProvesLife(end.outcome);
   const bool cut_off = end.outcome == Outcome::line_down;
   if (!job.mute) member.health.OnExchange(end.outcome);
-  // Replies that are behind by count are owed, and no silence helps against that.
+  // A device that lags by a number of replies keeps lagging; waiting does not help.
   const bool in_step = owed_.whose.Lags(member) || owed_.whose.IsInStep(member);
   if (cut_off) {
     owed_.late.OnClosed(member, now);
@@ -73,7 +73,7 @@ void Upkeep::OnExchange(const Job& job, const ExchangeEnd& end, const Finding& f
   ShowLine(now);
 }
 
-/// Line time that its exchange took in vain counts from its first failure on; Chooser::OnTime
+/// Line time that an exchange took in vain counts from the first failure on; Chooser::OnTime
 /// charges what follows.
 void Upkeep::Charge(const Job& job, bool answered, Instant now) {
   const Member& member = *job.member;
@@ -171,7 +171,7 @@ void Upkeep::OnHeard(Device& device, Instant now) {
   ledger_.states.OnMemory(device);
   device.LearnTimes();
   if (!ledger_.states.OnTrouble(device)) return;
-  // What was read before is another device's.
+  // The values so far are those of another device.
   DoubtAll(device, now);
   schedule_.Restart(device.place, now);
 }
@@ -197,7 +197,7 @@ void Upkeep::Doubt(const Device& device, const std::vector<std::size_t>& points,
   store_.Doubt(device.index, points, now);
 }
 
-/// It has been away: if another one is there now, what is read seldom is not good any more.
+/// The device was silent. If another one is there now, values that are read seldom are wrong.
 void Upkeep::DoubtSeldom(Device& device, Instant now) {
   std::vector<std::size_t> points;
   for (std::size_t point = 0; point < device.config->points.size(); ++point) {
@@ -214,8 +214,8 @@ void Upkeep::Repeat(const Device& device, config::Group group, Instant now) {
   schedule_.Repeat(device.place, group, now + std::max(SlowOf(device), least));
 }
 
-/// Nothing that was learned of the device holds any more: it may be another one. What it has said
-/// is not good again before it says it again.
+/// It may be another device: what was learned of it no longer holds, and its values are uncertain
+/// until they are read again.
 void Upkeep::Reconnect(Device& device, Instant now) {
   device.conversation->OnReconnect();
   device.heard.Clear();

@@ -1,5 +1,5 @@
 // What every exchange means for its device, and what follows when a device comes, goes, or may be
-// another one: its plan, its schedule, its state, and the doubt of what it has said. Told by
+// another one: its plan, its schedule, its state, and which of its values are in doubt. Driven by
 // gateway/poll/poller.cpp and job_run.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -27,30 +27,30 @@ class Upkeep {
   void OnExchange(const Job& job, const ExchangeEnd& end, const Finding& finding, Instant now);
   /// A task has ended: a device may be offline now, or back.
   void OnTask(Member& member, Outcome outcome, const std::string& reason, Instant now);
-  /// It has said something unasked, and this is what became of it.
+  /// It has sent something unasked, with this outcome.
   void OnUnasked(Device& device, Outcome outcome, const std::string& reason, const Finding& finding,
                  Instant now);
-  /// Another device answers in its place: nothing that the old one has said holds.
+  /// Another device answers in its place: no value of the old one holds.
   void OnReplaced(Device& device, Now now);
-  /// What its conversation wants to do in the background may be due at another time now.
+  /// The next background task of its conversation may be due at another time now.
   void PlanBackground(const Device& device);
-  /// It has said something: it may be what it should be, or not any more.
+  /// It has answered: its conversation may have found a trouble of the device, or the end of one.
   void OnHeard(Device& device, Instant now);
-  /// Its conversation knows what it was told before a restart.
+  /// Its conversation has its memory from before a restart.
   void OnRecalled(Device& device);
-  /// One of the latest replies belonged to another request, nobody knows which.
+  /// One of the latest replies belonged to another request; it is not known which.
   void DoubtLatest(Instant now);
-  /// What this query reads is uncertain until it is read again. False: there is no such query now.
+  /// The points of this query are uncertain until they are read again. False: there is no such
+  /// query.
   bool Doubt(const QueryRef& read, Instant now);
   /// These points are uncertain until they are read again.
   void Doubt(const Device& device, const std::vector<std::size_t>& points, Instant now);
   void SetInUse(Device& device, bool in_use, bool open, Instant now);
-  /// A person wants it asked now, whether it was in use or not.
+  /// A person wants it to be polled now, whether it was in use or not.
   void OnEnabled(Device& device, bool open, Instant now);
-  /// Its conversation has other queries now.
+  /// The queries of its conversation have changed.
   void Plan(Device& device);
-  /// No request of the member, or of one that is the same on the wire, may be met by what is still
-  /// under way: their polls wait.
+  /// A late reply may still come: polls of the member, and of entries with the same address, wait.
   void HoldBack(const Member& member);
   void ShowLine(Instant now) { ledger_.line.Show(chooser_.probes().NoticeBound(now)); }
 

@@ -17,7 +17,7 @@ bool IsAsked(const Conversation& conversation, const std::vector<std::uint32_t>&
 }
 
 std::string DoesNotAnswer(std::uint8_t slave) {
-  return "slave " + std::to_string(slave) + " does not answer; it is asked now and then";
+  return "slave " + std::to_string(slave) + " does not answer (it is retried from time to time)";
 }
 
 }  // namespace
@@ -26,7 +26,8 @@ void WaitingClients::ReadNow(WriteCommand command, const Device* unasked, Instan
   const Device& device = roster_.DeviceAt(command.device);
   if (const char* why = WhyNotAsked(command)) return NotSent(command, why);
   if (&device == unasked && !IsAsked(*device.conversation, command.reads)) {
-    return NotSent(command, "it is not asked: it speaks by itself, and what it said last is shown");
+    return NotSent(command,
+                   "this device cannot be polled (it sends unasked); its last message is shown");
   }
   for (const std::uint32_t point : command.reads) {
     agenda_.write_queue.AddReadBacks(device.place, device.conversation->Queries(), point);
@@ -41,8 +42,8 @@ void WaitingClients::AnswerCommands(Instant now) {
   for (WriteCommand& command : expired.unsent) {
     const Device& device = roster_.DeviceAt(command.device);
     const bool in_vain = !Answers(device.health.state()) || agenda_.schedule.doubted(device.place);
-    NotSent(command, in_vain ? "the device does not answer, and the command waited for it in vain"
-                             : "the command waited for the line beyond its deadline");
+    NotSent(command, in_vain ? "the device did not answer before the deadline of the command"
+                             : "its deadline passed while it waited for the line");
   }
   while (auto refused = agenda_.write_queue.Take(
              [&](const WriteCommand& command) { return WhyNotAsked(command) != nullptr; })) {
@@ -93,7 +94,7 @@ void WaitingClients::AnswerRouted(const Chooser::Idle& idle, bool line_is_free) 
       reply.reason = "its reply was damaged, and its deadline passed before it was sent again";
     } else {
       reply.reason = offline ? DoesNotAnswer(request.slave)
-                             : "the request waited for the line beyond its deadline";
+                             : "its deadline passed while it waited for the line";
     }
     request.done(std::move(reply));
   }

@@ -1,5 +1,5 @@
-// Answers whoever waits for a line: clients of writes, of reads and of routes whose request is not
-// sent, or is through. Told by gateway/poll/poller.cpp before and behind everything that the line
+// Answers clients that wait for a line: of writes, of reads and of routes whose request is not
+// sent, or has ended. Called by gateway/poll/poller.cpp before and after everything that the line
 // does.
 //
 //   a command                          its client hears
@@ -37,16 +37,18 @@ class WaitingClients {
         agenda_(chooser.agenda()),
         accounts_(accounts) {}
 
-  /// A command with points to be read and none to be written: as if these had been written just
-  /// now. `unasked`: the device that speaks by itself; null: there is none.
+  /// A command with points to be read and none to be written: answered like a confirmed write, as
+  /// soon as all of them have been read. `unasked`: the device that sends unasked; null: there is
+  /// none.
   void ReadNow(WriteCommand command, const Device* unasked, Instant now);
-  /// Commands that are too late, or may not be asked any more.
+  /// Commands whose deadline has passed, or whose device may not be asked any more.
   void AnswerCommands(Instant now);
   /// Commands that were confirmed. `reading_back`: see WriteQueue.
   void AnswerConfirmed(bool reading_back);
-  /// Routed requests that are too late, or hopeless. `line_is_free`: no job is under way.
+  /// Routed requests whose deadline has passed, or whose slave is offline. `line_is_free`: no job
+  /// is under way.
   void AnswerRouted(const Chooser::Idle& idle, bool line_is_free);
-  /// The port is closed: all.
+  /// All: the port is closed.
   void AnswerAll(const std::string& reason);
 
   void NotSent(WriteCommand& command, const std::string& reason);

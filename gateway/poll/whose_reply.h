@@ -1,9 +1,9 @@
-// Whose reply is it? A reading is good only if no reply that may still be owed could pass for its
-// own. This keeps what may be owed: by a device, and by a serial server that may shift the whole
-// line. After silence, damage, a second reply or a port that was closed nothing is proven; a proof
-// (protocols/conversation.h: `steady`, `distinct`) then goes first, whose reply can be told from
-// others. The cases are a table in whose_reply.cpp. gateway/poll/job_run.cpp tells of every
-// request, reply_judge.cpp of every reply of the line; docs/timeouts.md.
+// To which request does a reply belong? A reading is good only if no reply that may still be owed
+// could pass for its own. This keeps what may be owed: by a device, and by a serial server that may
+// shift the whole line. After silence, damage, a second reply or a closed port nothing is proven;
+// then a probe goes first whose reply can be told from all others (a proof: `steady` or `distinct`
+// in protocols/conversation.h). The cases are a table in whose_reply.cpp. job_run.cpp reports every
+// request, reply_judge.cpp every reply of the line; docs/timeouts.md.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -26,11 +26,11 @@ class WhoseReply {
  public:
   explicit WhoseReply(const Roster& roster) : roster_(roster) {}
 
-  /// The name that its replies carry, known from its first request on. Entries of one name are one
-  /// device on the wire, and have one order.
+  /// Learns the address that its replies carry, from its first request. Entries of one address are
+  /// one device on the wire, and share one order.
   void Recognise(Member& member, const Bytes& sender);
-  /// Before the first request of a task of a device: a reply to an earlier request could pass for
-  /// its own, or nobody knows who answers.
+  /// Before the first request of a task of a device: whether a reply to an earlier request could
+  /// pass for its own, or it is not known which device answers.
   bool NeedsProbeFirst(const Asked& asked, Instant now) const;
   /// Until when its latest proof holds, and from when on it may be renewed.
   Instant ProofEnds(const Member& member) const {
@@ -45,7 +45,8 @@ class WhoseReply {
   bool IsOfLatest(const Asked& asked) const {
     return OrderOf(*asked.member).IsOfLatest() && (asked.named() || line_.IsOfLatest());
   }
-  /// So many replies may come before its own.
+  /// How many replies may still come: before OnSent to earlier requests only, after it also its
+  /// own.
   int Owed(const Asked& asked) const {
     const std::size_t own = OrderOf(*asked.member).Owed();
     return static_cast<int>(asked.named() ? own : std::max(own, line_.Owed()));
@@ -56,14 +57,14 @@ class WhoseReply {
   bool MayBeOdd(const Asked& asked) const {
     return states_[*asked.member].read && Owed(asked) == 1;
   }
-  /// Its latest probe was answered with the reply to an earlier one, or may have been.
+  /// When its order was last proven, replies were still owed.
   bool Lags(const Member& member) const { return states_[member].lag > 0; }
   /// Nothing but its own reply to a client's request can come. Of slaves that only routes reach no
   /// order is kept: they owe nothing when all that they were lately asked was answered.
   bool IsOwedAlone(const Asked& asked) const;
   /// Lost replies of slaves that only routes reach.
   LostReplies& lost() { return lost_; }
-  /// It tells its name: another device in its place would be found out.
+  /// It reports its name: another device in its place would be noticed.
   bool HasName(const Member& member) const { return states_[member].identity.names(); }
   /// Nothing is owed by it.
   bool IsInStep(const Member& member) const { return OrderOf(member).IsInStep(); }
@@ -73,8 +74,8 @@ class WhoseReply {
     return states_[member].proofless >= kProbesWithoutProof;
   }
 
-  /// So long nothing was asked that nothing can be owed, unless by count; of a device whose order
-  /// nothing proves its user says that this does not happen.
+  /// The device has `trust_order`: its user says that nothing holds its replies back, so after a
+  /// rest of the line nothing is owed.
   void OnTrusted(const Member& member);
   void OnSent(const Asked& asked, Instant now);
 
@@ -89,13 +90,13 @@ class WhoseReply {
   Verdict OnReply(const Asked& asked, View frame, Outcome outcome);
   /// The exchange is over. `silent`: an answer was due and the port stayed open.
   void OnEnd(const Asked& asked, Outcome outcome, bool silent, Instant now);
-  /// Another master may have asked it: this program before its last start, or to whom the port was
-  /// lent. Behind a server that lags, replies to that still come.
+  /// Another master may have asked it: this program before its last start, or a program to which
+  /// the port was lent. A server that lags may still deliver the replies to that.
   void OnOpened(const Member& member, Instant now);
-  /// Another device may hang there now.
+  /// Another device may be connected now.
   void OnReconnect(const Member& member);
 
-  /// Behind its reply came a second, different one: one of the two belongs elsewhere.
+  /// After its reply came a second, different one: one of the two belongs to another request.
   void OnSecondReply(const Member& member);
 
  private:
@@ -110,11 +111,11 @@ class WhoseReply {
     Instant proven_at{};     // when a probe was answered last
     int proofless = 0;       // answered probes in a row that were no proofs
   };
-  /// A device that is silent to its identification is found out within fewer
+  /// Fewer probes find a device that does not answer its identification
   /// (protocols/common/probe_choice.h).
   static constexpr int kProbesWithoutProof = 8;
-  /// How long a proof holds. Who is one reply ahead because one came twice shows it by nothing
-  /// else, nor does another device that has taken the place unnoticed.
+  /// How long a proof holds. Only a probe reveals a device that is one reply ahead because one
+  /// reply came twice, or a device that was swapped unnoticed.
   static constexpr Duration kProofHolds = 1min;
   static constexpr Duration kProofRenews = 45s;
   static constexpr std::size_t kSelf = static_cast<std::size_t>(-1);
@@ -128,7 +129,7 @@ class WhoseReply {
   const AnswerOrder& OrderOf(const Member& member) const {
     return states_.At(FirstOf(member)).order;
   }
-  /// Whatever came in place of its reply would be found out.
+  /// A reply in place of its own would be noticed.
   bool IsSafe(const Asked& asked) const;
   bool Fits(const Asked& asked, View frame, Outcome outcome) const;
   bool MayAnswer(const SentRequest& sent, View frame, Outcome outcome) const;

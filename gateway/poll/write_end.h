@@ -1,4 +1,4 @@
-// How a write ended, from what was heard of it. Pure; used by the poller.
+// How a write ended, from the replies and from what its points show. Pure; used by the poller.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -20,7 +20,7 @@ Value WrittenValue(const config::Point& point, const PointWrite& write);
 /// What a point shows after its write was confirmed.
 enum class Shown {
   nothing,
-  written,  ///< numbers may differ by what the device rounds
+  written,  ///< numbers may differ by rounding
   between,  ///< the old value and the written one: a slewing output from 4 to 20 that shows 11
   another,
 };
@@ -28,7 +28,7 @@ Shown Compare(const config::Point& point, const PointWrite& write, const Value& 
 
 struct Verdict {
   WriteResult result;
-  bool lost = false;  ///< a reading that should have come has not
+  bool lost = false;  ///< an expected reading did not come
 };
 /// On a command that its device has confirmed, from what `record` shows since then. A point that
 /// has not been read decides nothing.

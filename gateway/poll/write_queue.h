@@ -33,44 +33,43 @@ class WriteQueue {
   bool empty() const { return waiting_.empty(); }
   /// Gives the command its sequence.
   void Push(WriteCommand command);
-  /// The first command that may go. Those behind one that may not, may overtake it only where
-  /// `may_go` lets them.
+  /// The first command that may go. It may overtake others that may not: `may_go` decides.
   std::optional<WriteCommand> Take(const MayGo& may_go);
   bool HasAny(const MayGo& may_go) const;
   const std::deque<WriteCommand>& waiting() const { return waiting_; }
 
-  /// A write of this query's points is on its way, or a reading of it is in doubt: it is to be read
-  /// as soon as possible. Once, however often it is asked for.
+  /// Read this query as soon as possible: its points are being written, or a reading of it is in
+  /// doubt. Several calls lead to one read.
   void AddReadBack(QueryRef query);
   /// The same of all queries of the device that read this point.
   void AddReadBacks(std::size_t device, std::span<const Query> queries, std::size_t point);
   std::optional<QueryRef> TakeReadBack(const MayRead& may_read);
   const std::deque<QueryRef>& read_backs() const { return read_backs_; }
 
-  /// The device has confirmed it: it is answered once nothing is to be read back any more, so that
-  /// a client that reads what it has just written does not get the value from before.
+  /// The device has confirmed it. It is answered when nothing is to be read back any more, so a
+  /// client that reads what it has just written does not get the old value.
   void Confirm(WriteCommand command, Instant now);
   struct Confirmed {
     WriteCommand command;
-    Instant at;  ///< what is read later shows what it has done
+    Instant at;  ///< readings after this show its effect
     std::size_t written = 0;
-    bool replaced = false;  ///< of some of its points, which are no longer in `command`
+    bool replaced =
+        false;  ///< some of its points were written again, and are no longer in `command`
   };
-  /// The point is being written once more: what it shows from now on is not what was written
-  /// before.
+  /// The point is being written again, so it no longer shows the result of an earlier write.
   void OnBegun(std::uint32_t device, std::uint32_t point);
-  /// `reading_back`: a read-back is under way that has not failed yet. A device that does not
-  /// answer it at once does not hold up the answer to the write.
+  /// `reading_back`: a read-back is under way that has not failed yet. After its first failure the
+  /// answer to the write does not wait for it any longer.
   std::vector<Confirmed> TakeConfirmed(bool reading_back);
 
   struct Expired {
     std::vector<WriteCommand> unsent;
-    std::vector<Confirmed> confirmed;  ///< in time; only their read-back is not
+    std::vector<Confirmed> confirmed;  ///< in time, but not read back in time
   };
   Expired TakeExpired(Instant now);
   /// The port is closed: all that wait; nothing is to be read back any more.
   std::vector<WriteCommand> TakeAll();
-  /// The soonest of all.
+  /// The earliest of all.
   std::optional<Instant> Deadline() const;
 
  private:

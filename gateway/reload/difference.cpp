@@ -20,8 +20,9 @@ const config::Line* Find(const config::Config& config, const std::string& name) 
   return found == config.lines.end() ? nullptr : &*found;
 }
 
-/// What only outputs, alarms and the point store look at. A point without an address can still be
-/// asked.
+/// Without the settings that can change while the line goes on: only outputs, alarms and the point
+/// store read them. A field that the poller, the roster or EventPath reads must not be listed here:
+/// these keep the configuration that the line began with.
 void WithoutOutputs(config::Line& line) {
   line.alarms = {};
   for (config::Device& device : line.devices) {
@@ -31,7 +32,7 @@ void WithoutOutputs(config::Line& line) {
     device.max_age.reset();
     device.dead_age.reset();
     for (config::Point& point : device.points) {
-      point.modbus.reset();
+      point.modbus.reset();  // a point without a register is still polled
       point.table = {};
       point.deadband = 0;
       point.description = {};
@@ -157,7 +158,7 @@ std::string SentenceOf(const LineChange& line) {
     case Fate::same:
       break;
     case Fate::outputs:
-      return begin + "goes on, with other settings of outputs: " + line.what;
+      return begin + "goes on; changed: " + line.what;
     case Fate::changed:
       return begin + "begins anew: " + line.what;
     case Fate::added:
@@ -180,7 +181,7 @@ void SumUp(const std::vector<Change>& changes, std::string_view name, std::strin
   say(Fate::added, "new");
   say(Fate::changed, anew);
   say(Fate::removed, "ended");
-  say(Fate::outputs, "shown otherwise");
+  say(Fate::outputs, "updated in place");
 }
 
 }  // namespace

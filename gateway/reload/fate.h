@@ -8,7 +8,7 @@ namespace baudgate::reload {
 
 enum class Fate : std::uint8_t {
   same,     ///< it goes on, and does not notice
-  outputs,  ///< of a line: it goes on; its points are shown otherwise
+  outputs,  ///< of a line: it goes on, and settings of outputs are updated in place
   changed,  ///< it is ended, and begun anew
   added,
   removed,

@@ -1,6 +1,6 @@
-// Room for the commands that wait for a line. Nobody has more of it than is left to others, so that
-// a client that writes without end shuts nobody out; nor does one that connects, writes and leaves
-// without end: the commands of those who have left are never sent, and take no room.
+// Room for the commands that wait for a line. No client has more of it than is left to others, so a
+// client that writes without end locks nobody out. Nor does one that connects, writes and leaves
+// again and again: commands of clients that have left are never sent, and take no room.
 //
 //   room for 32: one client has 16 at most, a second 8 beside it, a third 4 …
 //
@@ -28,12 +28,12 @@ class CommandRoom {
   using Left = std::shared_ptr<const std::atomic<bool>>;
   using Ticket = std::uint64_t;
 
-  /// Commands that wait for the line to say that nobody waits for them.
+  /// Abandoned commands that the line has not discarded yet.
   static constexpr std::size_t kMostLeft = 1024;
 
   explicit CommandRoom(std::size_t limit) : limit_(limit) {}
 
-  /// Nothing: there is no room for another command of this client.
+  /// Empty: there is no room for another command of this client.
   std::optional<Ticket> Take(const std::string& client, Left left = nullptr) {
     const MutexLock lock(mutex_);
     const auto waits = [](const auto& held) { return !held.second.HasLeft(); };

@@ -22,16 +22,16 @@ struct Protocol;
 class LineControl {
  public:
   virtual ~LineControl() = default;
-  /// Closes the port so that another program may have it, and opens it again after `time`; a second
-  /// call counts anew. The line's points are out of service meanwhile.
+  /// Closes the port for another program, and opens it again after `time`; a second call starts the
+  /// time again. Meanwhile the line's points are out of service.
   virtual void Release(std::uint32_t line, Duration time) = 0;
-  /// Lets clients come in for the port over the network, for `time`; a second call takes the place
-  /// of the first. Points are out of service while a client has the port.
+  /// Lets network clients have the port, for `time`; a second call replaces the first. Points are
+  /// out of service while a client has the port.
   virtual void Offer(std::uint32_t line, config::PortServer server, Duration time) = 0;
   /// Ends a release, and what Offer has begun, at once.
   virtual void TakeBack(std::uint32_t line) = 0;
-  /// A device that is not in use is not asked, and its points are out of service. Not kept over a
-  /// restart: `enabled: false` in the configuration is for that.
+  /// A device that is not in use is not polled, and its points are out of service. Not kept over a
+  /// restart; the configuration has `enabled: false` for that.
   virtual void SetInUse(std::uint32_t device, bool in_use) = 0;
   /// Null: it is not installed.
   virtual const Protocol* FindProtocol(const std::string& /*name*/) const { return nullptr; }

@@ -1,8 +1,9 @@
 // Routed requests that wait for one line, and which of them goes next: three priorities, clients in
 // turn, short writes before everything else, and never a write before an earlier one to its slave.
 // Requests come from gateway/daemon/line_runner.h by way of gateway/poll/poller.cpp, which asks for
-// the next one whenever the line is idle. Knows no clock and no bytes of the line. A choice takes
-// time in proportion to what waits, because it is made for every exchange.
+// the next one whenever the line is idle. Has no clock, and does not know the bytes of the line. A
+// choice is made for every exchange, and takes time in proportion to the number of waiting
+// requests.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,14 +19,15 @@
 
 namespace baudgate {
 
-/// It keeps its order among the requests of its slave (gateway/base/modbus_pdu.h has the table).
+/// A write keeps its order among the requests of its slave (gateway/base/modbus_pdu.h has the
+/// table).
 inline bool IsWrite(const RoutedRequest& request) { return !modbus::IsRead(request.pdu[0]); }
 
 class RouteQueue {
  public:
   /// The most requests that wait for one line or are under way on it.
   static constexpr std::size_t kLimit = 2048;  // 64 clients with 32 each
-  /// Places beyond a limit that only short writes may take: a full queue refuses no stop.
+  /// Places beyond the limit that only short writes may take: a full queue refuses no stop.
   static constexpr std::size_t kKept = 128;
   /// Writes of more registers than this are blocks, which wait for their turn.
   static constexpr std::size_t kShortWrite = 8;
@@ -37,16 +39,16 @@ class RouteQueue {
 
   /// Whether it may overtake reads and blocks.
   static bool IsShortWrite(const RoutedRequest& request);
-  /// How many may be there already when this one is let in, where others have `limit` places.
+  /// How many requests may be there already when this one is let in; others have `limit` places.
   static std::size_t LimitFor(const RoutedRequest& request, std::size_t limit = kLimit) {
     return limit + (IsShortWrite(request) ? kKept : 0);
   }
 
   void Push(RoutedRequest request);
-  /// Puts back what was taken and not answered, in front of all others.
+  /// Puts back requests that were taken and not answered, in front of all others.
   void Return(Batch batch);
 
-  /// A short write, or a write that one waits for; empty: none may be sent now.
+  /// A short write, or a write that a short write waits for; empty: none may be sent now.
   Batch TakeUrgent(const MayAsk& may_ask);
   /// Whether TakeUrgent would find one for this slave, if it may be asked.
   bool HasUrgent(std::uint8_t slave) const;
@@ -62,7 +64,7 @@ class RouteQueue {
 
   std::vector<RoutedRequest> TakeExpired(Instant now);
   std::vector<RoutedRequest> TakeAll();
-  /// Answers what waits of a client that has left.
+  /// Answers the waiting requests of a client that has left.
   void Forget(std::uint64_t client);
 
   bool empty() const { return waiting_.empty(); }
@@ -85,7 +87,7 @@ class RouteQueue {
   Batch TakeWithTwins(std::size_t place);
   template <typename Wanted>
   std::vector<RoutedRequest> TakeIf(Wanted wanted);
-  /// Who has been taken and does not wait any more has no turn.
+  /// Clients with nothing left in the queue lose their turn.
   void ForgetServed(const std::vector<RoutedRequest>& taken);
 
   std::deque<RoutedRequest> waiting_;            // in the order of their arrival

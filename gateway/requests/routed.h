@@ -21,28 +21,29 @@ struct RoutedReply {
   Outcome outcome = Outcome::none;
   Bytes pdu;
   std::string reason;
-  bool sent = false;    ///< false: it waited in the queue beyond its deadline, was not let in, or
-                        ///< its client had left before
-  bool shared = false;  ///< answered by an exchange that an identical read of another caused
+  bool sent = false;    ///< false: its deadline passed in the queue, it was refused, or its client
+                        ///< had left before
+  bool shared = false;  ///< answered by the exchange of another client's identical read
   Duration waited{};    ///< from Submit to the first byte out
 };
 
 struct RoutedRequest {
-  std::uint64_t client = 0;  ///< who asks; clients of one priority are served in turn
+  std::uint64_t client = 0;  ///< clients of one priority are served in turn
   std::uint8_t slave = 0;    ///< address on the line, or unit id at the server
-  bool broadcast = false;    ///< to slave 0, and nobody answers
+  bool broadcast = false;    ///< to slave 0, without a reply
   Bytes pdu;                 ///< function code and data, 1…253 bytes
   config::Priority priority = config::Priority::normal;
   Instant arrived;
   Instant deadline;  ///< not sent later; answered no_reply when it passes
-  // The line's own: its place among all writes to the line, and how often it was sent in vain.
+  // The line's own: its place among all writes to the line, and how often it was sent without a
+  // good reply.
   std::uint64_t sequence = 0;
   int tries = 0;
   /// Called exactly once, on any thread, unless Submit said no.
   std::function<void(RoutedReply)> done;
 };
 
-/// To a request whose client has left.
+/// The reply to a request whose client has left.
 inline RoutedReply ClientHasLeft(bool sent) {
   RoutedReply reply;
   reply.outcome = Outcome::no_reply;
@@ -57,8 +58,8 @@ class RouteTarget {
   virtual ~RouteTarget() = default;
   /// False: the queue is full, or the target is stopping; `done` is not called.
   virtual bool Submit(RoutedRequest request) = 0;
-  /// The client has left: what it still waits for is not sent, and answered at once. An exchange
-  /// under way ends as it may.
+  /// The client has left: its waiting requests are not sent, and answered at once. An exchange
+  /// under way goes on.
   virtual void Forget(std::uint64_t client) = 0;
 };
 

@@ -1,9 +1,10 @@
 // A write to points on its way from an output back to a line, one object from the gate of all
 // writers to its end; routed requests have gateway/requests/routed.h. It passes the audit and the
 // queue of its line; the device confirms or refuses it, or its deadline passes; End tells all that
-// it has passed, and its client. The gate has converted and checked its values: a client's
-// registers "00 19" of a point with scale 0.1 are 25, which is 250 for the device
-// (gateway/modbus/registers/write_request.h). From here on nothing converts them.
+// it has passed, and its client. Its values are raw: the output has made values of its client's
+// words, and the gate has checked them and made raw values of those. Example: a point with scale
+// 0.1; registers "00 19" are the value 25, which is 250 for the device. From here on nothing
+// converts them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -27,7 +28,7 @@ namespace baudgate {
 struct PointWrite {
   std::uint32_t point = 0;  ///< index in the device's points
   Value raw;                ///< as the conversation sends it: made by ToRaw, and so in range
-  Value before{};           ///< what the point showed when it was asked for; nothing: not known
+  Value before{};  ///< what the point showed when the write was asked for; empty: not known
 };
 
 /// One telegram by hand (`baudgate ask`), which the line sends as it is.
@@ -42,29 +43,28 @@ struct Telegram {
 /// Several points are written in their order; the first that fails ends the command.
 struct WriteCommand {
   std::uint32_t device = 0;  ///< index in the point store
-  std::string client;        ///< who asks: "192.0.2.5:40312", "user:root", "dds:GUID"
+  std::string client;        ///< its name: "192.0.2.5:40312", "user:root", "dds:GUID"
   std::vector<PointWrite> writes;
   /// In place of writes: points that are to be read now. `read_back` says whether all were.
   std::vector<std::uint32_t> reads{};
-  /// In place of both.
+  /// In place of both: a telegram by hand.
   std::shared_ptr<Telegram> telegram{};
   Instant deadline;            ///< nothing is sent later; answered no_reply when it passes
   std::uint64_t sequence = 0;  ///< the line's own: its place among all writes to the line
   WriteState state = WriteState::asked;
-  /// Asked right before each point is begun: why it must not be written now, if it must not.
-  /// Null: nothing speaks against it.
+  /// Called right before each point is begun: why it must not be written now; empty: it may be.
+  /// Null: there is no such condition.
   std::function<std::optional<std::string>(Instant now)> why_not;
-  /// True: nobody waits for it any more, and it is not begun.
+  /// True: its client waits for it no more, so it is not begun.
   std::shared_ptr<const std::atomic<bool>> dropped;
   using Ended = std::function<void(const WriteResult&)>;
-  /// Whoever the command has passed on its way and who wants to hear how it ends: the audit, the
-  /// room in the line's queue.
+  /// Parts that must be told the result: the audit, the room in the line's queue.
   std::vector<Ended> observers{};
-  /// Its client's answer.
+  /// Answers its client.
   Ended done;
 
-  /// It has ended: the observers hear of it, the latest first, then its client. Exactly once, on
-  /// any thread, unless Submit said no.
+  /// It has ended: tells the observers, the latest first, then the client. Exactly once, on any
+  /// thread, unless Submit refused the command.
   void End(const WriteResult& result) {
     assert(MayEnd(state, result.end));
     MoveTo(WriteState::ended);
@@ -77,11 +77,11 @@ struct WriteCommand {
   }
 };
 
-/// What a client asked for and the gateway did not let through: kept like any other write.
+/// A write that the gateway refused: recorded like any other write.
 struct DeniedWrite {
   std::string client{};                  ///< as in WriteCommand
   std::uint32_t device = 0;              ///< index in the point store
-  std::optional<std::uint32_t> point{};  ///< index in the device's points; nothing: a telegram
+  std::optional<std::uint32_t> point{};  ///< index in the device's points; empty: a telegram
   Value value{};                         ///< as users see it
   std::string reason{};                  ///< one sentence
   WriteEnd end = WriteEnd::denied;       ///< or busy

@@ -1,5 +1,5 @@
-// How far a write has come on its way from the gate to its end, and how it may end from there: what
-// its client is told and what the audit keeps is one of these words.
+// How far a write has come on its way from the gate to its end, and how it may end from there. Its
+// client is told, and the audit records, one of these words.
 //
 //   state          so far                                         may end as
 //   asked          let through by the gate                        denied, busy, not_sent
@@ -19,7 +19,7 @@ namespace baudgate {
 enum class WriteState : std::uint8_t { asked, queued, sent, reading_back, ended };
 inline constexpr std::size_t kWriteStates = 5;
 
-/// Forward, and again for the next points of a command: `sent` once more is a repetition.
+/// Forward only, except for the next points of a command; from `sent` to `sent` is a repetition.
 constexpr bool MayFollow(WriteState from, WriteState to) {
   switch (to) {
     case WriteState::asked:
@@ -55,7 +55,7 @@ constexpr bool MayEnd(WriteState state, WriteEnd end) {
   return false;
 }
 
-/// The end of a write of which nothing was heard.
+/// The end of a write whose result is not known.
 constexpr WriteEnd EndUnheard(bool sent) { return sent ? WriteEnd::unknown : WriteEnd::not_sent; }
 
 }  // namespace baudgate

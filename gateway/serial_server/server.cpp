@@ -128,8 +128,9 @@ bool Server::MakeRoom() {
   const auto silent = std::ranges::find_if(
       clients_, [](const Client& one) { return one.session && !one.session->asks(); });
   if (use_ == Use::served || silent == clients_.end()) return false;
-  log::WarnFolded(line_ + " room", "line {}: client {} has said nothing and makes room for another",
-                  line_, silent->name);
+  log::WarnFolded(line_ + " room",
+                  "line {}: idle client {} is disconnected to make room for another", line_,
+                  silent->name);
   Remove(*silent);
   return true;
 }

@@ -102,8 +102,8 @@ fs::path PutAside(const fs::path& file) {
 }
 
 std::string RenamedText(const fs::path& file, const std::string& why, const fs::path& to) {
-  return fmt::format("{} is damaged ({}) and was renamed to {}; a new one begins", file.string(),
-                     why, to.filename().string());
+  return fmt::format("{} is damaged ({}); it was renamed to {} and a new file was begun",
+                     file.string(), why, to.filename().string());
 }
 
 /// Some file systems leave this of a file that was there before a power cut. None of ours is empty

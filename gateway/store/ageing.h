@@ -1,5 +1,5 @@
 // How good a stored value is at a moment: what the last reading said, made worse by doubt, by age
-// and by the state of device and line. Pure; the point store keeps what is asked about.
+// and by the state of device and line. Pure; the point store has the records.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,17 +15,17 @@ namespace baudgate {
 /// points once; no value is too old before two of them.
 std::array<AgeLimits, config::kGroups> LimitsOf(const config::Device& device, Duration line_cycle);
 
-/// What the last reading said, made worse by doubt and age; whatever the state of device and line.
+/// What the last reading said, made worse by doubt and age; the state of device and line left out.
 Quality AgedQuality(const DeviceRecord& record, std::size_t point, Instant now);
 
 /// In this order of precedence: out of service, line down, device offline, another
 /// device than it should be, never read, reported trouble, then age.
 Quality QualityAt(const DeviceRecord& record, std::size_t point, Instant now);
 
-/// Since the reading; nothing before the first.
+/// Since the reading; empty before the first.
 std::optional<Duration> AgeAt(const DeviceRecord& record, std::size_t point, Instant now);
 
-/// When mere age changes the point's quality next, seen from `now`; nothing when it never does.
+/// When age alone changes the point's quality next, seen from `now`; empty: never.
 std::optional<Instant> NextAgeing(const DeviceRecord& record, std::size_t point, Instant now);
 
 }  // namespace baudgate

@@ -38,8 +38,8 @@ class ChangeFeed {
   void MarkPoints(std::uint32_t device, std::span<const std::uint32_t> points);
   void MarkDevice(std::uint32_t device);
 
-  /// Takes all that is pending into `out` (which is cleared first), waiting for the first change
-  /// until then at the latest; a past time: not at all. Also returns, possibly empty, after Wake.
+  /// Takes all that is pending into `out` (which is cleared first). Waits for the first change, at
+  /// most until the given time. Also returns, possibly empty, after Wake.
   void Drain(Instant until, Changes& out);
   /// Ends a waiting Drain at once, for an orderly stop.
   void Wake();

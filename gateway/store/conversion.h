@@ -16,8 +16,8 @@ Sample ToSample(const config::Point& point, const Reading& reading);
 /// A value as users write it, turned into the raw value that the protocol sends.
 Result<Value> ToRaw(const config::Point& point, const Value& value);
 
-/// The decimal number that a float32 stands for: 30.3, where it is 30.299999237060547 in 64 bits.
-/// What is no float32, or has not more digits than one needs (1834523.25), stays.
+/// The decimal number that a float32 stands for: 30.3 for 30.299999237060547 in 64 bits. A number
+/// that is not a float32, or has no more digits than one needs (1834523.25), stays as it is.
 double AsDecimal(double number);
 
 }  // namespace baudgate

@@ -1,6 +1,5 @@
 // What the point store holds of a device: the latest reading of every point, the device's status,
-// and from which ages its values are doubted. What quality follows from that is
-// gateway/store/ageing.h's affair.
+// and from which ages its values are doubted. gateway/store/ageing.h derives the quality.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,16 +17,16 @@
 namespace baudgate {
 
 struct PointRecord {
-  Value value;                              ///< the last that was not bad; nothing before it
+  Value value;                              ///< the last that was not bad; empty before the first
   Quality reported = Quality::bad_waiting;  ///< as the last reading said, before age and state
-  Quality at_best = Quality::good;          ///< until the next reading: it was doubted or too old
-  std::optional<Instant> read_at;           ///< end of the reply, monotonic
-  WallTime source_time{};                   ///< end of the reply, civil
-  std::uint64_t seq = 0;                    ///< counts the readings of this point
-  std::uint32_t rtt_us = 0;                 ///< round trip of the exchange that read it
+  Quality at_best = Quality::good;  ///< limit until the next reading: it was doubted or too old
+  std::optional<Instant> read_at;   ///< end of the reply, monotonic
+  WallTime source_time{};           ///< end of the reply, civil
+  std::uint64_t seq = 0;            ///< counts the readings of this point
+  std::uint32_t rtt_us = 0;         ///< round trip of the exchange that read it
 };
 
-/// From which ages values of one group are doubted and given up.
+/// The ages from which values of one group are uncertain, and then bad.
 struct AgeLimits {
   static constexpr Duration kNever = Duration::max();
   Duration max_age = kNever;
@@ -37,7 +36,7 @@ struct AgeLimits {
   bool operator==(const AgeLimits&) const = default;
 };
 
-/// The quality of all values of a device, however old; none: each has its own quality.
+/// The quality of all values of a device, whatever their age; empty: each has its own.
 using Override = std::optional<Quality>;
 
 struct DeviceRecord {

@@ -1,4 +1,4 @@
-// What the gateway knows of a device beside its values: state, counters, round trips.
+// What the gateway knows of a device apart from its values: state, counters, round trips.
 // Written by gateway/poll/poller.cpp, held by gateway/store/point_store.h, shown by every output.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -89,9 +89,9 @@ class RecentOutcomes {
 struct QueryCount {
   std::size_t first_point = 0;  ///< index in the device's points; of those that it reads
   std::size_t points = 0;
-  std::uint32_t in_vain = 0;         ///< exchanges in a row without an answer, since the last one
+  std::uint32_t in_vain = 0;         ///< exchanges in a row without an answer
   std::uint8_t failures = 0;         ///< of the last eight exchanges, one bit each
-  std::uint32_t refused = 0;         ///< exchanges in a row in which the device has said no
+  std::uint32_t refused = 0;         ///< exchanges in a row that the device refused
   Symptom symptom = Symptom::clean;  ///< of the last exchange
 };
 
@@ -108,22 +108,22 @@ struct DeviceStatus {
   std::uint32_t missed = 0;  ///< poll periods skipped because the line had no time
   std::uint32_t late = 0;    ///< as LineCounters::late
   Duration lateness{};       ///< the largest, since the reply was due
-  Duration patience{};       ///< so much longer than its reply time it is waited for
-  /// Exchanges in a row whose replies come a request late, as probes show.
+  Duration patience{};       ///< extra reply time because of late replies
+  /// Exchanges in a row whose replies come one or more requests late, as probes show.
   std::uint32_t behind = 0;
-  std::uint32_t doubled = 0;   ///< exchanges behind whose reply came another, different one
-  std::uint32_t rechecks = 0;  ///< reads for the second time before a reading counts
+  std::uint32_t doubled = 0;   ///< exchanges after whose reply came another, different one
+  std::uint32_t rechecks = 0;  ///< second reads, before a reading counts
   std::array<std::uint32_t, kWriteEnds> writes{};  ///< of points, indexed by WriteEnd
   std::uint32_t unread_writes = 0;                 ///< confirmed, but not read back
-  /// It speaks unasked: its messages count as exchanges, damaged ones as corrupt.
+  /// It sends unasked: its messages count as exchanges, damaged ones as corrupt.
   bool unasked = false;
-  std::uint32_t lost_events = 0;  ///< of what it said unasked, while they could not be kept
+  std::uint32_t lost_events = 0;  ///< sent unasked while they could not be saved
   config::Timing timing;          ///< the times in force
   RecentOutcomes recent;
   Findings findings;
   LastHour hour;
   std::vector<QueryCount> queries;  ///< of the polls, in the order in which they are asked
-  std::string learned;              ///< how it wants to be asked (Conversation::WhatIsLearned)
+  std::string learned;              ///< see Conversation::WhatIsLearned
   Duration busy{};  ///< the line time of its exchanges and of the silences after them
   RoundTrips round_trips;
 

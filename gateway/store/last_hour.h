@@ -10,33 +10,33 @@
 
 namespace baudgate {
 
-/// What has been counted in some minutes.
+/// The counts of some minutes.
 struct MinuteCounts {
   std::uint32_t answered = 0;  ///< exchanges
   std::uint32_t failed = 0;    ///< exchanges
   std::uint32_t repeats = 0;   ///< failed ones that were tried again
   std::uint32_t missed = 0;    ///< poll periods for which there was no time
-  std::uint32_t outages = 0;   ///< that began: a request and all its repeats failed
+  std::uint32_t outages = 0;   ///< failures of a request and all its repeats, that began
   Duration up{};               ///< it answered
   Duration down{};             ///< it did not
   Duration served{};           ///< line time of exchanges that were answered
-  Duration wasted{};           ///< line time of those that were not, and of the silence behind them
+  Duration wasted{};           ///< line time of those that were not, and of the silence after them
 
   MinuteCounts& operator+=(const MinuteCounts& other);
 };
 
-/// The part of the time in which it answered; 1 where it was not asked.
+/// The part of the time in which it answered; 1 if it was not asked.
 double Availability(const MinuteCounts& tally);
 
 class LastHour {
  public:
   static constexpr std::size_t kMinutes = 60;
 
-  /// To be counted in.
+  /// The minute to count in.
   MinuteCounts& At(Instant now);
-  /// The minute under way and so many full ones before it, at most kMinutes in all.
+  /// The present minute and this many full ones before it, at most kMinutes in all.
   MinuteCounts Sum(Instant now, std::size_t full_minutes = kMinutes - 1) const;
-  /// Each of them, the minute under way last.
+  /// Each of them, the present minute last.
   std::array<MinuteCounts, kMinutes> All(Instant now) const;
 
  private:

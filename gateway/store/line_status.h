@@ -1,4 +1,4 @@
-// What the gateway knows of a line beside its devices: port, counters, round trips, line use.
+// What the gateway knows of a line apart from its devices: port, counters, round trips, line use.
 // Written by gateway/poll/poller.cpp (exchanges) and gateway/daemon/line_port.cpp (port), held by
 // gateway/store/point_store.h, shown by `baudgate status`.
 // SPDX-License-Identifier: Apache-2.0
@@ -27,21 +27,21 @@ struct LineCounters {
   std::uint64_t bytes_in = 0;                           ///< without the echo that was taken out
   std::uint64_t bytes_out = 0;
   std::uint64_t stray_bytes = 0;  ///< that belong to no exchange
-  /// Late replies: bytes behind an exchange without a reply, or with one to a repetition; and whole
-  /// replies of one device in the exchange of another.
+  /// Late replies: bytes after an exchange without a reply, or with the reply to a repetition; and
+  /// whole replies of one device in the exchange of another.
   std::uint64_t late = 0;
   std::uint64_t collisions = 0;    ///< echo: verify: the echo differed or was missing
   std::uint64_t echoes = 0;        ///< echo: off: the request itself came back
   std::uint64_t negotiations = 0;  ///< connections that began as Telnet, and devices answer there
-  std::uint64_t probes = 0;        ///< exchanges with devices that do not answer
+  std::uint64_t probes = 0;        ///< of absent devices
   Duration busy{};                 ///< in exchanges and drains
-  TimeByUse spent{};               ///< that, by what for; of an exchange when it has ended
+  TimeByUse spent{};               ///< of that, by use; an exchange counts when it has ended
   RoundTrips round_trips;
 
   std::uint64_t Count(Outcome outcome) const { return outcomes[static_cast<std::size_t>(outcome)]; }
 };
 
-/// Where clients can have the port over the network, and who has it.
+/// Where network clients can have the port, and which one has it.
 struct PortService {
   /// One client that has the port, or has had it.
   struct Visit {
@@ -50,13 +50,13 @@ struct PortService {
     WallTime until{};  ///< while it has a lent port: when it loses it; afterwards: when it left
     std::uint64_t to_port = 0;  ///< bytes, as below
     std::uint64_t from_port = 0;
-    std::string why;  ///< it has it no more; empty: it has it
+    std::string why;  ///< why it has the port no more; empty: it has it
   };
   std::string place;           ///< "127.0.0.1:4001"
   std::string mode;            ///< "raw", "rfc2217"
   bool lent = false;           ///< a client takes the place of the polls
-  std::string trouble;         ///< why nobody can come in there; empty: clients can
-  WallTime open_until{};       ///< of `release --tcp`; the epoch: for good
+  std::string trouble;         ///< why clients cannot connect; empty: they can
+  WallTime open_until{};       ///< of `release --tcp`; the epoch: no limit
   std::optional<Visit> visit;  ///< the present one, or the last
 };
 
@@ -65,7 +65,7 @@ struct LineStatus : LineCounters {
   std::string port_text;  ///< open: "serial /dev/ttyUSB0 9600 7E1"; else why it is closed
   WallTime port_since{};  ///< when `port` last changed
   WallTime released_until{};
-  bool silent = false;           ///< closed to be made anew: no device behind it has answered
+  bool silent = false;           ///< closed to be opened again: no device behind it answered
   bool lent_to_client = false;   ///< released: to a client over the network, not by hand
   std::uint32_t times_lost = 0;  ///< how often the open port was lost
   RecentTimes losses;            ///< when
@@ -76,14 +76,14 @@ struct LineStatus : LineCounters {
   std::uint32_t parity_errors = 0;
   std::uint32_t framing_errors = 0;
   std::uint32_t overruns = 0;
-  std::optional<ModemLines> modem;  ///< as seen last; nothing: the port has none
+  std::optional<ModemLines> modem;  ///< as seen last; empty: the port has none
   std::vector<PortService> services;
 
-  /// Since when the bus has not echoed any more; nothing: it does, or need not (`echo: verify`).
+  /// Since when the bus no longer echoes (`echo: verify`); empty: it does, or need not.
   std::optional<WallTime> cut_since;
   double use = 0;       ///< part of the last full minute, or of the first, that the line was busy
   LineShares minute{};  ///< what that was
-  Duration notice_bound{};  ///< an absent device that returns is noticed after at most so long;
+  Duration notice_bound{};  ///< the longest until the return of an absent device is noticed;
                             ///< zero: none is absent (docs/timeouts.md has the formula)
 };
 

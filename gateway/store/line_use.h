@@ -13,11 +13,11 @@ namespace baudgate {
 
 enum class LineUse : std::uint8_t {
   polls,    ///< answered exchanges that read
-  probes,   ///< answered ones that look whether a device is there, or whose reply is whose
+  probes,   ///< answered probes
   routes,   ///< answered ones of clients
   writes,   ///< answered ones, with the reads behind them
   silence,  ///< exchanges without a good reply
-  drains,   ///< silence that is kept behind an exchange
+  drains,   ///< silence that is kept after an exchange
 };
 inline constexpr std::size_t kLineUses = 6;
 
@@ -27,9 +27,9 @@ constexpr std::string_view Name(LineUse use) {
   return kNames[static_cast<std::size_t>(use)];
 }
 
-/// How long, by what for.
+/// Times by use.
 using TimeByUse = std::array<Duration, kLineUses>;
-/// Parts of a time, each 0 to 1; what is missing to 1 the line was idle.
+/// Parts of a time, each 0 to 1; for the rest the line was idle.
 using LineShares = std::array<double, kLineUses>;
 
 }  // namespace baudgate

@@ -1,6 +1,6 @@
 // The latest value of every point with its quality and time, and the status of every device: the
 // one meeting place of lines (which write) and outputs (which read). Thread-safe. Each device has
-// one lock, so all that a reader sees of a device belongs together.
+// one lock, so a reader sees a consistent record of a device.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -43,7 +43,7 @@ class PointStore {
   std::uint32_t device_count() const { return static_cast<std::uint32_t>(devices_.size()); }
   const config::Line& line(std::uint32_t device) const { return *devices_[device].line; }
   const config::Device& device(std::uint32_t device) const { return *devices_[device].device; }
-  /// A reload has taken it out; its number is nobody else's.
+  /// A reload has removed it; its number is not used again.
   bool gone(std::uint32_t device) const { return devices_[device].gone; }
   /// Without those that are gone.
   std::uint32_t present_count() const;
@@ -59,7 +59,7 @@ class PointStore {
   void Doubt(std::uint32_t device, std::span<const std::size_t> points, Instant now);
   void SetOverride(std::uint32_t device, Override why);
   /// The measured time that the line needs to read all its fast points once. When it has grown,
-  /// values may grow older; those that are too old already stay so until they are read again.
+  /// values may grow older; those that are too old already stay too old until they are read again.
   void SetLineCycle(std::uint32_t device, Duration cycle, Instant now);
   /// Changes the status under the lock and tells the feeds.
   void UpdateStatus(std::uint32_t device, const std::function<void(DeviceStatus&)>& change);
@@ -76,16 +76,16 @@ class PointStore {
 
   // A reload: one thread at a time, while others use the store.
 
-  /// One more line, which gets the number behind all others; so do its devices. It outlives them.
+  /// One more line. It and its devices get the next numbers. `line` outlives the store.
   void Append(const config::Line& line);
-  /// The line, with another configuration of the same devices and points, which are shown as it
-  /// says. It outlives the store, or what comes after it; so does the one before, until nobody can
-  /// look at it any more.
+  /// Gives the line another configuration of the same devices and points. `as` must live as long as
+  /// the store; so must the configuration that it replaces. Unlike SetLineCycle, the user has
+  /// changed the rule: new age limits hold for old readings as well.
   void Show(std::uint32_t line, const config::Line& as);
-  /// Nobody asks the devices of this line any more. What is known of them stays.
+  /// The devices of this line are no longer polled. What is known of them stays.
   void Retire(std::uint32_t line);
 
-  /// Tells the feeds of points whose quality has changed by mere age since they were last told.
+  /// Tells the feeds of points whose quality has changed by age alone since they were last told.
   /// The daemon calls it every 200 ms (gateway/daemon/ticker.h); devices that cannot have aged cost
   /// nothing.
   void Age(Instant now);

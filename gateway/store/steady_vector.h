@@ -1,5 +1,6 @@
-// A list that grows while others read it: what is in it never moves, and is never taken out. One
-// thread at a time appends; an element may be read by whoever has learned of it from that thread.
+// A list that grows while others read it: its elements never move, and are never removed. One
+// thread at a time appends; another thread may read an element that it has learned of from that
+// one.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,5 +1,5 @@
-// Who may come in at all, before it is asked who he is: by his address, and by what a browser says
-// of the page that has sent it. A browser inside the network must not be led by a page from outside
+// Which requests are let in before any login: by the client's address, and by the Origin and Host
+// that a browser sends. A browser inside the network must not be led by a page from outside
 // (DNS rebinding), nor by another port of the same machine. Pure.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once

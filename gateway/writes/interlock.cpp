@@ -31,7 +31,7 @@ std::optional<std::string> WhyLocked(const PointStore& store, const config::Poin
     if (IsGood(quality) && Same(value, interlock.is)) continue;
     const std::string is =
         IsGood(quality) ? "is " + ToText(value) : "is " + std::string(Name(quality));
-    return "'" + point.name + "': interlock: " + interlock.point + " " + is + ", and has to be " +
+    return "'" + point.name + "': interlock: " + interlock.point + " " + is + ", but must be " +
            ToText(interlock.is);
   }
   return std::nullopt;

@@ -1,5 +1,5 @@
-// Whether the points that a write depends on are as they have to be (allow_when). What is bad,
-// uncertain or was never read refuses.
+// Whether the points that a write depends on have the required values (allow_when). A point that is
+// bad, uncertain or was never read refuses the write.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,7 +12,7 @@
 
 namespace baudgate {
 
-/// Why `value` may not be written, in one sentence; nothing: it may.
+/// Why `value` may not be written, in one sentence; empty: it may be.
 std::optional<std::string> WhyLocked(const PointStore& store, const config::Point& point,
                                      const Value& value, Instant now);
 

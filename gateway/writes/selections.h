@@ -1,10 +1,10 @@
-// Which points have been selected, by whom and until when: what trips or resets something is
-// written in two steps, so that one wrong register number moves nothing.
+// Which points are selected, by which client and until when. A point that trips or resets something
+// is written in two steps, so that one wrong register number moves nothing.
 //
 //   select 100 by client 7 at 0 s, for 10 s
-//   take   100 by client 8 at 1 s             no: it is another's
+//   take   100 by client 8 at 1 s             no: another client's
 //   take   100 by client 7 at 3 s             yes, once
-//   take   100 by client 7 at 4 s             no: nothing is selected any more
+//   take   100 by client 7 at 4 s             no: it is used up
 //
 // Knows no clock. docs/writes.md, "Select before operate".
 // SPDX-License-Identifier: Apache-2.0
@@ -31,13 +31,13 @@ class Selections {
   };
   enum class Verdict : std::uint8_t {
     selected,
-    none,     ///< not by anybody
-    expired,  ///< its time was over
-    foreign,  ///< by another client
+    none,     ///< not selected
+    expired,  ///< its time is over
+    foreign,  ///< selected by another client
   };
 
   void Select(std::uint64_t client, Point point, Instant until);
-  /// Uses up the client's own.
+  /// Uses up the client's own selection.
   Verdict Take(std::uint64_t client, Point point, Instant now);
   /// The client has left.
   void Forget(std::uint64_t client);

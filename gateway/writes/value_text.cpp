@@ -20,7 +20,7 @@ Result<Value> ParseFlag(const config::Point& point, std::string_view text) {
   for (const std::string_view no : {"false", "off", "0"}) {
     if (text == no) return Value(false);
   }
-  return Error{Quoted(text) + " is no value of '" + point.name + "', a bool: write on or off"};
+  return Error{Quoted(text) + " is not a value of '" + point.name + "', a bool: write on or off"};
 }
 
 }  // namespace
@@ -36,8 +36,8 @@ Result<Value> ParseValue(const config::Point& point, std::string_view text) {
   if (const auto whole = ParseInteger<std::uint64_t>(text)) return Value(*whole);
   const auto number = ParseDecimal(text);
   if (number && std::isfinite(*number)) return Value(*number);
-  return Error{Quoted(text) + " is no value of '" + point.name + "', a number: write for example " +
-               "1.5"};
+  return Error{Quoted(text) + " is not a value of '" + point.name +
+               "', a number: write for example 1.5"};
 }
 
 }  // namespace baudgate

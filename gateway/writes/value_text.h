@@ -10,7 +10,7 @@
 
 namespace baudgate {
 
-/// bool: true, false, on, off, 1, 0. Whole numbers exactly. The error says what would be right.
+/// bool: true, false, on, off, 1, 0. Whole numbers exactly. The error says which texts are valid.
 Result<Value> ParseValue(const config::Point& point, std::string_view text);
 
 }  // namespace baudgate

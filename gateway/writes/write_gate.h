@@ -1,16 +1,15 @@
-// The one door of everybody who writes to points: Modbus clients, the command line, DDS. Routed
-// writes do not pass here: only the listener's `permit` holds for them
-// (gateway/modbus/service/request_routing.cpp). Whatever writers of points ask passes the same
-// rules here, in this order, before anything is sent:
+// Every write to points passes here: from Modbus clients, the command line and DDS. Routed writes
+// do not: only the listener's `permit` holds for them (gateway/modbus/service/request_routing.cpp).
+// The rules, in this order, before anything is sent:
 //
 //   may the point be written?            read_only     rw in the profile and `write: allow`
-//   is the value one that it may have?   value         type, min, max, step
+//   may it have this value?              value         type, min, max, step
 //   was it selected?                     not_selected  where `select: yes` stands
-//   do the interlocks hold?              locked        allow_when; once more when it is sent
+//   do the interlocks hold?              locked        allow_when; checked again when it is sent
 //   is there room in the line's queue?   busy
 //
-// What is refused is handed to the sink as denied, but for busy, which the sink has said. For one
-// thread; each output has its own. docs/writes.md.
+// A refusal is handed to the sink as denied; busy is not, because the sink that said it records it
+// (AuditedWrites). For one thread; each output has its own gate. docs/writes.md.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -31,7 +30,7 @@
 
 namespace baudgate {
 
-/// A client: who it is for the record, and which of its kind for selections.
+/// A client: its name for the record, its number for selections.
 struct Writer {
   std::string name;          ///< WriteCommand::client
   std::uint64_t number = 0;  ///< its connection
@@ -61,14 +60,14 @@ class WriteGate {
   /// Store and sink outlive it.
   WriteGate(const PointStore& store, CommandSink& sink) : store_(store), sink_(sink) {}
 
-  /// Nothing: it is under way, and `done` will be called. Else nothing of it is sent.
+  /// Empty: it is under way, and `done` will be called. Else nothing of it is sent.
   std::optional<WriteRefusal> Submit(const Writer& writer, WriteAsk ask, Instant now);
-  /// Whether it would be refused, were it confirmed and asked for now. Nothing is sent or recorded.
+  /// The refusal that it would get now, even if it were confirmed. Nothing is sent or recorded.
   std::optional<WriteRefusal> WouldRefuse(const WriteAsk& ask, Instant now) const;
-  /// The first of two steps.
+  /// The first of the two steps of a point with `select: yes`.
   std::optional<WriteRefusal> Select(const Writer& writer, std::uint32_t device,
                                      std::uint32_t point, Instant now);
-  /// It is refused by others, for that reason: recorded, and nothing else.
+  /// Another part has refused it, for this reason: it is only recorded.
   void Deny(const Writer& writer, const WriteAsk& ask, const std::string& reason,
             WriteEnd end = WriteEnd::denied);
   /// The client has left.

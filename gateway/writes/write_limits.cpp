@@ -38,12 +38,13 @@ Value AsMeant(const config::Point& point, const Value& value) {
 std::optional<std::string> WhyInexact(const config::Point& point, const Value& value,
                                       const Value& raw) {
   const Value back = ToSample(point, {0, raw}).value;
-  if (!HasValue(back)) return ToText(value) + " means something else to this device";
+  if (!HasValue(back)) return ToText(value) + " is a code that has another meaning for this device";
   const auto number = Decimal::Of(value);
   if (!number) return std::nullopt;  // a text
   const Decimal difference = Abs(Decimal::Of(back).value_or(0) - *number);
   if (difference > SlackOf(value, Abs(*number) + Abs(point.offset))) {
-    return "the device cannot be set to " + number->ToText() + ", but to " + ToText(back);
+    return "the device cannot represent " + number->ToText() + "; the nearest value is " +
+           ToText(back);
   }
   const auto digits = Decimal::Of(raw);
   if (!point.writing.decimals || !digits) return std::nullopt;
@@ -67,15 +68,13 @@ std::optional<std::string> WhyOutside(const config::Point& point, const Value& v
     return number->ToText() + " is almost zero: is the word order of the float right?";
   }
   if (writing.min && *number < *writing.min) {
-    return number->ToText() + " is below the least that may be written, " +
-           WithUnit(point, *writing.min);
+    return number->ToText() + " is below the minimum, " + WithUnit(point, *writing.min);
   }
   if (writing.max && *number > *writing.max) {
-    return number->ToText() + " is above the most that may be written, " +
-           WithUnit(point, *writing.max);
+    return number->ToText() + " is above the maximum, " + WithUnit(point, *writing.max);
   }
   if (!writing.step || IsMultiple(value, *number, *writing.step)) return std::nullopt;
-  return number->ToText() + " is no multiple of " + WithUnit(point, *writing.step);
+  return number->ToText() + " is not a multiple of " + WithUnit(point, *writing.step);
 }
 
 }  // namespace baudgate

@@ -1,5 +1,5 @@
 // Whether a value may be written to a point: min, max, step and decimals of config::Writing, and
-// whether the device can be set to it. Pure.
+// whether the device can represent it. Pure.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,12 +14,12 @@ namespace baudgate {
 /// The decimal number that a client meant: 30.3 for the float32 30.299999237. Others as they are.
 Value AsMeant(const config::Point& point, const Value& value);
 
-/// Why not, in one sentence; nothing: it may. `value` as AsMeant gives it.
+/// Why not, in one sentence; empty: it may be. `value` as AsMeant gives it.
 std::optional<std::string> WhyOutside(const config::Point& point, const Value& value);
 
-/// Why the device would not be set to just this value, in one sentence: scale and type have no raw
-/// value for it, the raw value is a sentinel, or it has more digits than `decimals`; nothing: it
-/// would. `raw`: what ToRaw makes of `value`.
+/// Why the device cannot represent exactly this value, in one sentence: scale and type have no raw
+/// value for it, the raw value is a sentinel, or it has more digits than `decimals`; empty: it can.
+/// `raw`: what ToRaw makes of `value`.
 std::optional<std::string> WhyInexact(const config::Point& point, const Value& value,
                                       const Value& raw);
 

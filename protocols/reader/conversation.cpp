@@ -93,7 +93,7 @@ ReaderConversation::ReaderConversation(const config::Device& device, const Setti
 Result<Request> ReaderConversation::Ask(const Task& task, Instant) {
   const bool polls = task.kind == Task::Kind::poll;
   if (!settings_.asks || (!polls && task.kind != Task::Kind::probe)) {
-    return Error{"a reader is not asked: it speaks by itself"};
+    return Error{"a reader cannot be polled: it sends unasked"};
   }
   const std::size_t point = polls ? queries_[task.query].points.front() : 0;
   const bool information = polls && items_[point].kind == Item::Kind::identity;
@@ -204,10 +204,10 @@ void ReaderConversation::Remember(const std::string& text, Instant now) {
   latest_.insert_or_assign(text, now);
 }
 
-/// Whether this is taken for an answer to `r`, which looks like any message. Who is asked and says
-/// what he said last tells no news, however long ago that was; yet a tag that came again meanwhile
-/// makes it two, and the second is judged as if nobody had asked:
-///   tag A, 10 s, r, A                  one tag, that stays
+/// Whether this message is the answer to `r`; it looks like any message. If the reader repeats its
+/// last tag when it is asked, that is no news, however long ago the tag came. But if the tag comes
+/// again meanwhile, there are two messages, and the second is judged as if nothing was asked:
+///   tag A, 10 s, r, A                  one tag, which stays
 ///   tag A, 10 s, r, A, A               came again: two
 ///   tag A, 10 s, r, B, then B or none  came and was read: A and B, once each
 bool ReaderConversation::TakeAnswer(const std::string& text, Instant now) {

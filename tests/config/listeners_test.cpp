@@ -173,7 +173,7 @@ TEST(Listeners, OneSentenceEach) {
       {"clients: [{ from: 10.0.0.0/8, priority: low }, { from: 10.0.0.7, priority: high }]",
        "76: warning: from: 10.0.0.7 has no effect: 10.0.0.0/8 stands first and covers it"},
       {"allow: 10.0.0.0/8, clients: [{ from: 192.168.0.7, priority: high }], at: \"0.0.0.0:1\"",
-       "58: warning: from: 192.168.0.7 has no effect: 'allow' lets nobody of it in"},
+       "58: warning: from: 192.168.0.7 has no effect: 'allow' excludes all of these addresses"},
       {"allow: 10.0.0.0/8",
        "19: warning: listen: 127.0.0.1:1502 takes connections from this machine only, and 'allow' "
        "has only others: nobody can come in; write for example at: \"0.0.0.0:1502\""},

@@ -128,8 +128,8 @@ TEST_F(Hang, ALineHangsAlone) {
   {
     const HeldThread held(*daemon_, "line io");
     ASSERT_TRUE(held.held());
-    ASSERT_TRUE(EventuallyLogged(*daemon_, "line io: its thread hangs: the driver of " +
-                                               LinkOf("io") + " does not come back"));
+    ASSERT_TRUE(EventuallyLogged(*daemon_, "line io: its thread hangs: a call of the driver of " +
+                                               LinkOf("io") + " does not return"));
     const Json io = LineStatus("io");
     EXPECT_TRUE(io["stuck_since"].is_string()) << io;
     EXPECT_THAT(io["advice"].dump(), HasSubstr("hangs since"));

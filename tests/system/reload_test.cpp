@@ -66,8 +66,7 @@ TEST_F(Reload, ThatChangesOutputsKeepsValuesAndAges) {
   SetFile(Replaced(yaml, "unit: 1, poll: 10min", "unit: 2, poll: 10min"));
   const Finished reload = Ask({"reload"});
   EXPECT_EQ(reload.code, 0) << reload.errors;
-  EXPECT_THAT(reload.output,
-              HasSubstr("line relay: goes on, with other settings of outputs: unit of relay-1"));
+  EXPECT_THAT(reload.output, HasSubstr("line relay: goes on; changed: unit of relay-1"));
   EXPECT_EQ(client.Float(2, 0), 1.25F);
   EXPECT_EQ(client.Input(1, 0, 2).exception, kNoPath);
   const Json after = LineOf(Status(), "relay");

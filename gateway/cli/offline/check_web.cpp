@@ -9,7 +9,7 @@ namespace baudgate {
 void CheckWebToken(const config::Config& config, std::vector<config::Problem>& problems) {
   if (!config.web.on || config.web.token_file.empty()) return;
   const auto token = web::ReadToken(config.web.token_file);
-  // Who checks need not be who runs it: to him the file may be closed.
+  // `check` may run as another user, who cannot read the token file.
   if (!token) problems.push_back({config.web.token_mark, "file: " + token.error(), true});
 }
 

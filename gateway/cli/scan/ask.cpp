@@ -113,7 +113,7 @@ int AskOnPort(const AskOptions& options, const config::Catalog& catalog, std::os
   }
   const Protocol* known = catalog.FindProtocol(name);
   if (known != nullptr && known->telegram == nullptr) {
-    return Fail(err, kExitUsage, "devices that speak " + name + " are not asked by hand");
+    return Fail(err, kExitUsage, "telegrams by hand are not supported for " + name);
   }
   if (known != nullptr && known->describe != nullptr && options.profile.empty()) {
     return Fail(err, kExitUsage,

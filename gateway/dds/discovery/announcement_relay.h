@@ -29,9 +29,9 @@ struct RelayLimits {
   std::size_t of_address = 128;  ///< as of ParticipantLimits
   /// As long as an announcement may be. Fast DDS needs 500 bytes, with DDS Security 1,000.
   std::size_t datagram = 4096;
-  /// Who is silent for longer is forgotten, whatever lease he announces.
+  /// A participant that is silent for longer is forgotten, whatever lease it announced.
   Duration longest_lease = 60s;
-  /// How often all hear of one of them anew; with more than 50 participants 200 ms for each.
+  /// How often all hear of one of them again; with more than 50 participants 200 ms for each.
   Duration repeat = 10s;
   Duration repeat_each = 200ms;
   RelayRate new_of_address = {128, 8};

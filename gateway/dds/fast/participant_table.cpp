@@ -23,8 +23,8 @@ ParticipantTable::ParticipantTable(const ParticipantLimits& limits) : limits_(li
 
 void ParticipantTable::Heard(const GuidPrefix& prefix, Instant now) {
   Participant* const known = Find(prefix);
-  // Who was silent beyond his lease has been forgotten by the library too: he has to announce
-  // himself.
+  // A participant that was silent beyond its lease was dropped by the library as well; it must
+  // announce itself again.
   if (known != nullptr && known->Lives(now)) known->heard = now;
 }
 

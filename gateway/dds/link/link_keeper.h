@@ -17,8 +17,8 @@ class LinkKeeper {
     start,    ///< a process, then say Started
     give_up,  ///< end the link, then say Ended
   };
-  /// No sign of life for so long is shown; for so long, it is given up. While it opens it can give
-  /// none, and a slow machine takes its time.
+  /// After this time without a sign of life `status` says so; after the second time the process is
+  /// restarted.
   static constexpr Duration kSilent = 2s;
   static constexpr Duration kGivenUp = 10s;
   static constexpr Duration kOpening = 1min;

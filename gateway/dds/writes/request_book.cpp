@@ -45,9 +45,9 @@ RequestBook::Verdict RequestBook::Begin(const RequestSample& request, Instant no
     return entry.answer ? Verdict{What::answered, *entry.answer} : Verdict{What::under_way, {}};
   }
   if (client->forgotten && request.seq <= *client->forgotten) {
-    return Refused(WriteEnd::denied,
-                   "seq is not above those that are forgotten already; the last " +
-                       std::to_string(kRemembered) + " are remembered: go on counting");
+    return Refused(WriteEnd::denied, "seq is too old: only the last " +
+                                         std::to_string(kRemembered) +
+                                         " requests are remembered; use a higher seq");
   }
   if (client->entries.size() >= kRemembered) ForgetOldest(*client);
   Entry& entry = client->entries[request.seq];

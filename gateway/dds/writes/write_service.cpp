@@ -17,7 +17,8 @@ namespace {
 using config::Quoted;
 
 constexpr char kLasting[] =
-    "the writer of requests is not volatile, so that old ones could come; set its durability";
+    "the writer of requests is not volatile, so old requests could be delivered; set its "
+    "durability to volatile";
 
 /// Beyond any deadline, and far from the ends of the numbers.
 constexpr Duration kMostAhead = 24h;
@@ -73,7 +74,8 @@ void WriteService::Take(const WriteArrival& arrival, Now now) {
   ++taken_;
   const Ticket ticket{request.client, request.seq, arrival.received};
   if (request.client.empty()) {
-    return Reply(ticket, {WriteEnd::denied, "'client' is empty: it tells requests apart"});
+    return Reply(ticket, {WriteEnd::denied,
+                          "'client' is empty; the gateway needs it to tell clients apart"});
   }
   if (arrival.lasting) {
     Record(arrival, kLasting);
@@ -118,7 +120,7 @@ std::optional<RequestAnswer> WriteService::Carry(const WriteArrival& arrival, No
   using Why = WriteRefusal::Why;
   RequestAnswer answer{refusal->why == Why::busy ? WriteEnd::busy : WriteEnd::denied,
                        refusal->text};
-  if (refusal->why == Why::not_selected) answer.reason += "; on DDS 'confirm' stands for that";
+  if (refusal->why == Why::not_selected) answer.reason += "; over DDS set 'confirm' instead";
   return answer;
 }
 

@@ -1,8 +1,8 @@
-// Reads what events owe: the values that a relay has recorded of a trip, once, behind the event.
-// They are read as a person reads points (WriteCommand::reads) and kept as one
+// Reads the records that events owe: the values that a relay has recorded of a trip, once, after
+// the event. They are read as a person reads points (WriteCommand::reads) and kept as one record
 // (gateway/events/kept_record.h).
 //
-//   event 412 is on the disk, owes "trip"   waits until the relay has no more to tell, at most 5 s
+//   event 412 is on the disk, owes "trip"   waits until the relay has no more events, at most 5 s
 //   L: nothing                              its points are asked for
 //   they are all read                       they wait for the next L
 //   L: nothing                              kept with 412: they can be of no later event
@@ -11,7 +11,7 @@
 //   restart in between                      the file knows what is owed: from the beginning
 //   its line is reloaded                    the device has another number: from the beginning, too
 //
-// Nothing is asked while the device does not answer; what it owes waits, and is read when it is
+// Nothing is asked while the device does not answer; its records wait, and are read when it is
 // back.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -38,8 +38,8 @@ class RecordService {
   static constexpr int kTries = 5;
   static constexpr Duration kAgain = 5s;
   static constexpr Duration kWaitForPoints = 30s;
-  /// A device that tells events, and has not said for so long that there are no more: what was read
-  /// may be of a later one.
+  /// If a device with events has not reported for this long that there are no more, the values that
+  /// were read may belong to a later event.
   static constexpr Duration kUnproven = 1min;
 
   struct Ends {
@@ -47,19 +47,19 @@ class RecordService {
     std::function<bool(WriteCommand command)> ask;  ///< as CommandSink::Submit
     std::function<void(events::KeptRecord record)> keep;
   };
-  /// `store` outlives it. What is asked for is answered before it goes.
+  /// `store` outlives it. All its reads must be answered before it is destroyed.
   RecordService(const PointStore& store, Ends ends) : store_(store), ends_(std::move(ends)) {}
 
-  /// The devices behind those that are known. `line` outlives this.
+  /// The next devices after the known ones. `line` outlives this.
   void Add(const config::Line& line);
 
-  /// The lines can be asked. Not before.
+  /// From now on lines may be asked.
   void Start();
 
-  /// A reload is through: what devices owe that are gone, those of their names do now.
+  /// A reload has ended: the debts of devices that are gone pass to new devices of the same names.
   void TakeOver();
 
-  /// These are on the disk, and no record of them is.
+  /// These events are on the disk, and their records are not.
   void Owe(const std::vector<events::OwedRecord>& owed);
   /// See PollerListener.
   void OnDrained(std::uint32_t device, Instant asked);
@@ -71,16 +71,16 @@ class RecordService {
     std::uint32_t device = 0;
     const config::Record* record = nullptr;
     std::optional<events::OwedRecord> event{};  ///< the last that owes it
-    bool over = false;                          ///< the device is gone, and a reload is through
+    bool over = false;                          ///< the device is gone, and a reload has ended
     bool asking = false;
-    bool waits = false;  ///< for the device to have no more to tell
-    bool stale = false;  ///< what is asked for may be of the event before
+    bool waits = false;  ///< until the device has no more events
+    bool stale = false;  ///< the reading may belong to the event before
     int tries = 0;
     Instant again{};  ///< not before
     std::optional<events::KeptRecord> got{};
     Instant got_at{};
   };
-  /// What is done when the lock is open again.
+  /// Calls to make when the lock is free again.
   struct Steps {
     std::vector<Debt*> ask{};
     std::vector<events::KeptRecord> keep{};

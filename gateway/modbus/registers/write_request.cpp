@@ -1,4 +1,4 @@
-// FC 5, 6, 15 and 16 become points and raw values.
+// FC 5, 6, 15 and 16 become points and their values, as users see them.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/modbus/registers/write_request.h"
 

@@ -80,12 +80,12 @@ class PointService {
   /// its Writer, whose place among the events is its own.
   ExceptionCode Read(const ModbusRequest& request, Holes holes, Instant now,
                      std::uint64_t client = 0);
-  /// Queues a write, which is not begun once `dropped` is true; `done` comes once, on any thread,
-  /// unless there is an exception. Or selects a point, acknowledges
-  /// alarms, or says which events are shown first.
+  /// By the register: queues a write to points, selects a point, acknowledges alarms, or sets which
+  /// events are shown first. A write is not begun once `dropped` is true; `done` is called once, on
+  /// any thread, unless there is an exception.
   ExceptionCode Submit(const ModbusRequest& request, const Writer& writer, Instant now,
                        std::shared_ptr<const std::atomic<bool>> dropped, Done done);
-  /// A write that others have refused: what it names is recorded with that end.
+  /// Another part has refused this write: its points are recorded with that end.
   void Deny(View frame, const Writer& writer, const WriteResult& refused, const Now& now);
   /// The client has left.
   void Forget(const Writer& writer);
@@ -116,7 +116,7 @@ class PointService {
 
  private:
   void MakeImages();
-  /// From the unit's image, when it has the whole request and is fresh or due to be made anew.
+  /// From the unit's image, if that has the whole request and is fresh or may be made again.
   std::optional<ExceptionCode> ReadImage(const ModbusRequest& request, Instant now);
   ExceptionCode ReadRecord(const ModbusRequest& request, const UnitMap& unit, Instant now);
   ExceptionCode ReadGateway(const ModbusRequest& request);

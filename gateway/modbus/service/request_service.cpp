@@ -12,7 +12,8 @@ namespace baudgate::modbus {
 namespace {
 
 constexpr const char* kNotPermitted = "the listener does not permit it";
-constexpr const char* kTooMany = "too many of its requests wait already";
+constexpr const char* kTooMany = "this client has 32 unanswered requests already";
+static_assert(RequestService::kMaxPending == 32);
 
 /// What a listener says in its own name when nothing better can be had; silent ones keep it.
 bool IsGatewayTrouble(ExceptionCode exception) {
@@ -106,7 +107,7 @@ void RequestService::Sweep(const Now& now) {
   const auto self = shared_from_this();
   RoutedReply nothing;
   nothing.outcome = Outcome::no_reply;
-  nothing.reason = "nothing was known of it by its deadline";
+  nothing.reason = "no result was known when its deadline passed";
   nothing.sent = true;  // for all that is known
   for (const auto& [number, routed] : late) {
     if (routed) {

@@ -34,10 +34,10 @@ class RequestService : public std::enable_shared_from_this<RequestService> {
     virtual void Answer(const ModbusRequest& request, Responder& responder, Instant now) = 0;
     /// A whole frame in its Modbus TCP form: a confirmed write, an exception, a routed reply.
     virtual void Answer(View frame, Instant now) = 0;
-    /// A request stays without any answer (a broadcast, a silent listener): a wire that takes one
-    /// request at a time goes on.
+    /// A request gets no answer (a broadcast, a silent listener): a wire that takes one request at
+    /// a time goes on.
     virtual void AnswerNothing(Instant now) = 0;
-    /// Sweep is to be called at this time, if not before. Each call is another appointment.
+    /// Call Sweep at this time, or earlier. Calls add up; none replaces an earlier one.
     virtual void SweepAt(Instant at) = 0;
 
    protected:
@@ -46,9 +46,9 @@ class RequestService : public std::enable_shared_from_this<RequestService> {
 
   /// Requests of one client that may wait for lines and servers; more are answered "busy".
   static constexpr std::size_t kMaxPending = 32;
-  /// Whoever has taken a request answers it at its deadline: a routed one if it was not sent, a
-  /// write to a device however it stands. What is left is answered here, so much later that the
-  /// other answer has its chance.
+  /// The line that has taken a request answers it at its deadline: a routed one if it was not sent,
+  /// a write to a device in any case. A request that is still open this much later is answered
+  /// here.
   static constexpr Duration kGrace = 20ms;
 
   /// Listener, points and wire outlive the service until Close.
@@ -60,20 +60,22 @@ class RequestService : public std::enable_shared_from_this<RequestService> {
   void Handle(View frame, const Now& now);
   /// Answers requests whose deadline has passed and that nobody has answered.
   void Sweep(const Now& now);
-  /// The client waits for none of its requests any more: what is not on its way to a slave or
-  /// device is not sent, and what was asked until now is not answered.
+  /// The client waits for none of its requests any more. What is not on the wire is not sent: a
+  /// routed request by RouteTarget::Forget, a write by WriteCommand::dropped. None is answered.
   void GiveUp();
-  /// The client has left: what it still waits for is forgotten, and the wire is not called again.
+  /// The client has left: GiveUp, and what is kept of it is forgotten (selections and its place
+  /// among the events by PointService::Forget, its entry in the traffic book). The wire is not
+  /// called again.
   void Close();
 
   std::size_t outstanding() const { return pending_.size(); }
-  /// When Sweep has something to answer; nothing waits: none.
+  /// When Sweep has something to answer; empty: nothing waits.
   std::optional<Instant> Deadline() const;
   /// Of the client, as its requests carry it.
   std::uint64_t id() const { return record_->id; }
 
  private:
-  /// What nobody has answered yet: a write to a device, or a routed request.
+  /// A request that is not answered yet: a write to a device, or a routed request.
   struct Pending {
     std::uint64_t number = 0;
     Instant deadline;
@@ -83,7 +85,7 @@ class RequestService : public std::enable_shared_from_this<RequestService> {
     Bytes frame;
     bool given_up = false;  ///< a write to a device: it goes on, but is not answered
 
-    /// When the service answers in the place of whoever has taken it.
+    /// When the service answers it itself.
     Instant Limit() const { return deadline + kGrace; }
   };
 

@@ -173,7 +173,7 @@ TEST_F(ClockCorrectorTest, ATryThatCanNotBeKeptIsNone) {
   AnswerRead(12.3);
   EXPECT_THAT(asked_, IsEmpty());
   ASSERT_THAT(told_, SizeIs(1));
-  EXPECT_THAT(told_[0], HasSubstr("left: it is 12.3 s ahead; that it was tried cannot be kept"));
+  EXPECT_THAT(told_[0], HasSubstr("left: it is 12.3 s ahead; the attempt cannot be recorded"));
 }
 
 TEST_F(ClockCorrectorTest, WhatBecameOfItIsToldAlsoBehindAReload) {

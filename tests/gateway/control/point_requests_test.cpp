@@ -77,13 +77,13 @@ TEST_F(PointRequestsTest, WhetherAWriteWouldPassIsToldWithoutIt) {
   EXPECT_THAT(may("setting", "11"),
               HasSubstr(R"({"may_write":false,"reason":"'setting': 11 is above)"));
   EXPECT_EQ(may("trip", "on"), R"({"may_write":true,"reason":""})") << "as if it were confirmed";
-  EXPECT_THAT(may("setting", "seven"), HasSubstr("is no value of 'setting', a number"));
+  EXPECT_THAT(may("setting", "seven"), HasSubstr("is not a value of 'setting', a number"));
   EXPECT_THAT(may("nothing", "7"), HasSubstr("setting, trip"));
   EXPECT_THAT(lines_.calls(), IsEmpty());
 }
 
 TEST_F(PointRequestsTest, WhatCanNotBeMeantIsAnError) {
-  EXPECT_THAT(Write("setting", "seven"), HasSubstr("is no value of 'setting', a number"));
+  EXPECT_THAT(Write("setting", "seven"), HasSubstr("is not a value of 'setting', a number"));
   EXPECT_THAT(Write("settin", "7"), HasSubstr("did you mean 'setting'?"));
   EXPECT_THAT(Ask(R"({"command":"write","target":"io.ai-1","value":"7"})"),
               HasSubstr("name a point: io.ai-1.POINT; its points: setting, trip"));

@@ -89,7 +89,7 @@ TEST_F(TelegramRequestsTest, WhatIsNoTelegramIsRefused) {
   lines_.full = true;
   EXPECT_THAT(Ask("bay-1", "3F 31"), HasSubstr("too many commands"));
   lines_.protocol = nullptr;
-  EXPECT_THAT(Ask("bay-1", "3F 31"), HasSubstr("not asked by hand"));
+  EXPECT_THAT(Ask("bay-1", "3F 31"), HasSubstr("telegrams by hand are not supported"));
 }
 
 }  // namespace

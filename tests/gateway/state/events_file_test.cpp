@@ -116,7 +116,7 @@ TEST_F(EventsFileTest, AnEmptyFileIsALoss) {
   EXPECT_TRUE(opened.new_file);
   EXPECT_EQ(opened.put_aside, file().string() +
                                   " is damaged (it is empty: its content is lost) and was renamed "
-                                  "to events.db.bad; a new one begins");
+                                  "to events.db.bad and a new file was begun");
   EXPECT_TRUE(std::filesystem::exists(file().string() + ".bad-wal"));
   EventsConnection second(file());
   EXPECT_EQ(second.Open().put_aside, "");

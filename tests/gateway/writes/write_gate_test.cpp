@@ -127,7 +127,7 @@ TEST_F(WriteGateTest, OneThatMayNotBeWrittenStopsAll) {
 
 TEST_F(WriteGateTest, LimitsAndTypes) {
   EXPECT_EQ(Write({{kSetting, 40.1}}), Why::value);
-  EXPECT_THAT(text_, HasSubstr("'setting': 40.1 is above the most"));
+  EXPECT_THAT(text_, HasSubstr("'setting': 40.1 is above the maximum"));
   EXPECT_EQ(Write({{kScaled, 1e9}}), Why::value) << "no int16";
   EXPECT_EQ(Write({{kTrip, 2.0}}), Why::value) << "neither on nor off";
   EXPECT_THAT(sink_.commands, IsEmpty());
@@ -199,7 +199,7 @@ TEST_F(WriteGateTest, TheInterlockIsAskedOnceMoreWhenItIsSent) {
   ASSERT_NE(sink_.commands.at(0).why_not, nullptr);
   EXPECT_EQ(sink_.commands[0].why_not(now_), std::nullopt);
   Show(kLocal, true);
-  EXPECT_THAT(sink_.commands[0].why_not(now_), Optional(HasSubstr("is true, and has to be false")));
+  EXPECT_THAT(sink_.commands[0].why_not(now_), Optional(HasSubstr("is true, but must be false")));
 }
 
 /// A load that may be switched on only in remote may be switched off always.

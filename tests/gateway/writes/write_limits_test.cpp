@@ -28,8 +28,8 @@ TEST(WriteLimits, TheEndsBelongToTheRange) {
   point.writing.max = 40;
   for (const double good : {0.5, 0.51, 39.99, 40.0})
     EXPECT_EQ(WhyOutside(point, good), std::nullopt) << good;
-  EXPECT_EQ(WhyOutside(point, 0.49), "0.49 is below the least that may be written, 0.5 xIn");
-  EXPECT_EQ(WhyOutside(point, 40.01), "40.01 is above the most that may be written, 40 xIn");
+  EXPECT_EQ(WhyOutside(point, 0.49), "0.49 is below the minimum, 0.5 xIn");
+  EXPECT_EQ(WhyOutside(point, 40.01), "40.01 is above the maximum, 40 xIn");
   EXPECT_TRUE(WhyOutside(point, -HUGE_VAL));
   EXPECT_TRUE(WhyOutside(point, HUGE_VAL));
 }
@@ -75,7 +75,8 @@ TEST(WriteLimits, WhatTheDeviceCanNotBeSetToIsNotRounded) {
   config::Point point = SettingOf(Type::uint16);
   point.scale = 10;
   EXPECT_EQ(Inexact(point, std::int64_t{50}), "");
-  EXPECT_EQ(Inexact(point, std::int64_t{46}), "the device cannot be set to 46, but to 50");
+  EXPECT_EQ(Inexact(point, std::int64_t{46}),
+            "the device cannot represent 46; the nearest value is 50");
   point.scale = 0.01;
   EXPECT_EQ(Inexact(point, std::int64_t{12}), "");
   point.scale = 1;
@@ -103,7 +104,8 @@ TEST(WriteLimits, ASentinelIsNoValue) {
   config::Point point = SettingOf(Type::uint16);
   point.sentinels = {{999, Quality::bad_sensor_failure}};
   EXPECT_EQ(Inexact(point, std::int64_t{998}), "");
-  EXPECT_EQ(Inexact(point, std::int64_t{999}), "999 means something else to this device");
+  EXPECT_EQ(Inexact(point, std::int64_t{999}),
+            "999 is a code that has another meaning for this device");
 }
 
 TEST(WriteLimits, StepsAreCountedFromZero) {
@@ -112,7 +114,7 @@ TEST(WriteLimits, StepsAreCountedFromZero) {
   for (int tenths = -1000; tenths <= 1000; ++tenths) {
     ASSERT_EQ(WhyOutside(point, tenths / 10.0), std::nullopt) << tenths;
   }
-  EXPECT_EQ(WhyOutside(point, 0.55), "0.55 is no multiple of 0.1 xIn");
+  EXPECT_EQ(WhyOutside(point, 0.55), "0.55 is not a multiple of 0.1 xIn");
   EXPECT_TRUE(WhyOutside(point, 0.1001));
   point.writing.step = 5;
   EXPECT_EQ(WhyOutside(point, std::int64_t{-15}), std::nullopt);
@@ -125,7 +127,7 @@ TEST(WriteLimits, WholeNumbersToo) {
   point.writing.min = 1;
   point.writing.max = 2;
   EXPECT_EQ(WhyOutside(point, std::int64_t{2}), std::nullopt);
-  EXPECT_EQ(WhyOutside(point, std::int64_t{3}), "3 is above the most that may be written, 2");
+  EXPECT_EQ(WhyOutside(point, std::int64_t{3}), "3 is above the maximum, 2");
   EXPECT_TRUE(WhyOutside(point, std::uint64_t{1} << 63U));
 }
 

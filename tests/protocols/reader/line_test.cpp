@@ -153,7 +153,8 @@ TEST_F(ReaderLineTest, WhoWantsItAskedNowIsToldThatItIsNot) {
   command.done = [&](const WriteResult& its) { result = its; };
   line_.Submit(std::move(command));
   EXPECT_EQ(result.end, WriteEnd::not_sent);
-  EXPECT_EQ(result.reason, "it is not asked: it speaks by itself, and what it said last is shown");
+  EXPECT_EQ(result.reason,
+            "this device cannot be polled (it sends unasked); its last message is shown");
 }
 
 TEST_F(ReaderLineTest, NumbersGoOnBehindARestart) {

@@ -111,9 +111,9 @@ TEST_F(PointsClient, AWriteSaysWhatBecameOfIt) {
 TEST_F(PointsClient, WhatIsNotWrittenSaysWhy) {
   StartServer();
   EXPECT_EQ(Write("11"), kNotDone);
-  EXPECT_THAT(err_.str(), HasSubstr("not written: 'setting': 11 is above the most"));
+  EXPECT_THAT(err_.str(), HasSubstr("not written: 'setting': 11 is above the maximum"));
   EXPECT_EQ(Write("much"), 2);
-  EXPECT_THAT(err_.str(), HasSubstr("is no value of 'setting'"));
+  EXPECT_THAT(err_.str(), HasSubstr("is not a value of 'setting'"));
   StopServer();
   EXPECT_EQ(Write("1"), 4);
 }

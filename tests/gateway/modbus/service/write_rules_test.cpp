@@ -50,7 +50,7 @@ TEST_F(WriteRules, WhatIsBeyondItsRoomIsHandedOnToBeRecorded) {
   EXPECT_EQ(sink_.denied[0].end, WriteEnd::busy);
   EXPECT_EQ(sink_.denied[0].client, "10.0.0.7:40112");
   EXPECT_EQ(sink_.denied[0].value, Value(std::int64_t{7}));
-  EXPECT_EQ(sink_.denied[0].reason, "too many of its requests wait already");
+  EXPECT_EQ(sink_.denied[0].reason, "this client has 32 unanswered requests already");
 }
 
 TEST_F(WriteRules, BeyondItsLimitsIsAnIllegalValue) {
