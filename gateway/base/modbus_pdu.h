@@ -130,7 +130,7 @@ PduLength ReplyLength(View head);
 /// It is as long as its function and byte count say, and registers have two bytes each. Most
 /// requests, which an echo brings back, are no replies by that.
 bool IsReplyForm(View pdu);
-/// The length of the good reply to `request`; nothing: it is not known, or no such reply can be.
+/// The length of the good reply to `request`; empty: it is not known, or no such reply can be.
 std::optional<std::size_t> AwaitedLength(View request);
 /// The length of the reply that begins with `head`; its Modbus TCP header counts `told`
 /// bytes. Some servers count too many: where function and request fix the length, it is that,

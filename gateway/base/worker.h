@@ -106,7 +106,7 @@ class WorkQueue {
     items_.push_back(std::move(item));
     return true;
   }
-  /// The oldest. Nothing: none waits.
+  /// The oldest. Empty: none waits.
   std::optional<Item> Take() {
     const MutexLock lock(mutex_);
     if (items_.empty()) return std::nullopt;

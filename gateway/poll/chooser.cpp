@@ -255,7 +255,7 @@ bool Chooser::MayRepeat(const Job& job, int more, Instant now) const {
 
 // ---------------------------------------------------------------- routed requests
 
-/// Somebody waits for a slave that answers.
+/// A client waits for a slave that answers.
 bool Chooser::RoutedWaits(Instant now) const {
   return agenda_.routes.queue().HasAny(
       [&](const RoutedRequest& request) { return MayAsk(request, now); });

@@ -83,7 +83,7 @@ class DeviceAccounts {
     Symptom symptom = Symptom::clean;  // of its last exchange
     std::uint32_t missed = 0;          // of its periods
     Duration patience{};               // as the status has it
-    std::uint32_t behind = 0;          // likewise
+    std::uint32_t behind = 0;          // as the status has it
     bool told_second = false;          // the user has been warned of a second, different reply
   };
 

@@ -37,7 +37,7 @@ void JobRun::Conclude(ExchangeEnd end, const Finding& finding) {
   answered ? OnAnswered(end) : OnFailed(end);
 }
 
-/// Nobody has answered what was sent, and nobody should have.
+/// The request was a broadcast: there was no answer, and none is due.
 bool JobRun::GoesOnBehindBroadcast() {
   Job& job = *job_;
   if (!job.mute || job.As<Job::Routed>() != nullptr) return false;

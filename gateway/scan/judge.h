@@ -52,7 +52,7 @@ struct Verdict {
 
 Verdict Judge(const Tongue& tongue, std::size_t mode, View request, const Gathered& gathered);
 
-/// Somebody else on the line.
+/// Another master on the line.
 struct Talk {
   bool known = false;  ///< a protocol has recognised a master
   std::string text{};  ///< a sentence without its full stop

@@ -41,7 +41,7 @@ class Watcher {
   virtual ~Watcher() = default;
   virtual void OnProgress(const Progress& progress) = 0;
   virtual void OnFound(const Found& found) = 0;
-  /// Somebody else speaks there (a sentence without its full stop): whether to send all the same.
+  /// Another master is active there (a sentence without its full stop): whether to send anyway.
   virtual bool MayTalk(const std::string& who) = 0;
 };
 

@@ -131,7 +131,7 @@ Answer DconConversation::OnFrame(const Task& task, const Request& request, View 
   const auto exchanged = reader_.Read(request.bytes, frame);
   if (!exchanged) return Interpret(request.bytes, frame);
   const bool was_in_trouble = static_cast<bool>(trouble());
-  // A probe is repeated without being asked for anew.
+  // A probe is repeated without being asked for again.
   if (!questions_.asked() && requests_.IsInOtherMode(request.bytes)) {
     questions_.SetAsked(Identification::Question{kAskName, true});
   }

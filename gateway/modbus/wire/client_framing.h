@@ -45,7 +45,7 @@ class ClientFraming {
 
   /// Puts a reply, given in its Modbus TCP form, behind `out` as the client is to read it.
   virtual void Append(Bytes& out, View frame) const = 0;
-  /// Replies carry nothing that tells which request they answer, so a client that asks anew has
+  /// Replies carry nothing that tells which request they answer, so a client that asks again has
   /// given up what it asked before; and they do not look like their Modbus TCP form.
   virtual bool one_at_a_time() const = 0;
 };
