@@ -79,12 +79,6 @@ WriteRecord AuditedWrites::RecordOf(const WriteCommand& command, const PointWrit
   record.time = record.last = now.wall;
   record.client = Clipped(command.client);
   record.before = write.before;
-  if (!HasValue(record.before)) {
-    store_.Read(command.device, [&](const DeviceRecord& held) {
-      const bool known = !IsBad(QualityAt(held, write.point, now.instant));
-      if (known) record.before = held.points[write.point].value;
-    });
-  }
   record.value = ToSample(point, {write.point, write.raw}).value;
   return record;
 }
@@ -105,9 +99,10 @@ void AuditedWrites::NoteBusy(const WriteCommand& command, Now now) {
   for (WriteRecord& record : RecordsOf(command, now)) {
     record.kind = Kind::denied;
     record.end = WriteEnd::busy;
-    record.reason = "too many writes wait already";
+    record.reason = "too many writes wait for their records";
     log_.Note(std::move(record), now.instant);
   }
+  inner_.OnDenied({.client = command.client, .device = command.device, .end = WriteEnd::busy});
 }
 
 void AuditedWrites::OnDenied(const DeniedWrite& denied) {
@@ -136,6 +131,7 @@ bool AuditedWrites::HandOn() {
   const bool kept = next->kept && log_.WaitFor(next->last, next->until) == WriteLog::Kept::yes;
   if (!kept && require_) {
     const std::string why = next->kept ? log_.Trouble() : "too many records wait already";
+    inner_.OnDenied({.client = next->command.client, .device = next->command.device});
     next->command.End({.end = WriteEnd::denied, .reason = "its record cannot be kept: " + why});
   } else if (!inner_.Submit(next->command)) {
     next->command.End({.end = WriteEnd::busy, .reason = "too many writes wait for the line"});

@@ -117,7 +117,7 @@ void ControlServer::Watch() {
   look_.expires_after(limits_.look);
   look_.async_wait([this](const asio::error_code& stopped) {
     if (stopped || stopped_) return;
-    if (InodeOf(path_) != inode_) Rebind();
+    if (!acceptor_.is_open() || InodeOf(path_) != inode_) Rebind();
     Watch();
   });
 }

@@ -6,17 +6,29 @@
 namespace baudgate {
 
 bool LineDispatcher::Submit(WriteCommand command) {
+  const std::uint32_t device = command.device;
+  const bool writes = !command.writes.empty();
   bool taken = false;
-  lines_.OfDevice(command.device).With([&](LineRunner& runner) {
-    taken = runner.Submit(std::move(command));
+  const char* not_there = "its line is not configured any more";
+  const bool there = lines_.OfDevice(device).With([&](LineRunner& runner) {
+    not_there = runner.stuck_since() ? "the driver of its line does not answer" : nullptr;
+    if (not_there == nullptr) taken = runner.Submit(std::move(command));
   });
-  return taken;
+  if (there && not_there == nullptr) {
+    if (!taken && writes) Count(device, WriteEnd::busy);
+    return taken;
+  }
+  if (writes) Count(device, WriteEnd::not_sent);
+  command.End({.end = WriteEnd::not_sent, .reason = not_there});
+  return true;
 }
 
-void LineDispatcher::OnDenied(const DeniedWrite& denied) {
-  store_.UpdateStatus(denied.device, [](DeviceStatus& status) {
-    ++status.writes[static_cast<std::size_t>(WriteEnd::denied)];
-  });
+void LineDispatcher::OnDenied(const DeniedWrite& denied) { Count(denied.device, denied.end); }
+
+/// What the poller never gets.
+void LineDispatcher::Count(std::uint32_t device, WriteEnd end) {
+  store_.UpdateStatus(
+      device, [end](DeviceStatus& status) { ++status.writes[static_cast<std::size_t>(end)]; });
 }
 
 const Protocol* LineDispatcher::FindProtocol(const std::string& name) const {

@@ -34,6 +34,8 @@ class LineDispatcher final : public CommandSink, public LineControl {
   std::vector<TraceRecord> Recorded(std::uint32_t line) override;
 
  private:
+  void Count(std::uint32_t device, WriteEnd end);
+
   PointStore& store_;
   const config::Catalog& catalog_;
   const Lines& lines_;

@@ -49,7 +49,6 @@ bool LineRunner::StopBefore(Instant deadline) {
 }
 
 bool LineRunner::Submit(WriteCommand command) {
-  if (stuck_since()) return false;
   const auto ticket = queued_.Take(command.client, command.dropped);
   if (!ticket) return false;
   command.observers.push_back(
@@ -61,7 +60,10 @@ bool LineRunner::Submit(WriteCommand command) {
 }
 
 bool LineRunner::Submit(RoutedRequest request) {
-  if (stuck_since()) return false;
+  if (stuck_since()) {
+    request.done({Outcome::line_down, {}, "the driver of the line does not answer"});
+    return true;
+  }
   if (routed_.fetch_add(1) >= RouteQueue::LimitFor(request)) {
     --routed_;
     return false;

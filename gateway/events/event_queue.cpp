@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <map>
+#include <tuple>
 #include <utility>
 
 #include "gateway/base/shown.h"
@@ -24,6 +25,7 @@ EventQueue::EventQueue(const LogOptions& options, std::function<void()> wake)
 void EventQueue::Add(Batch batch) {
   {
     const MutexLock lock(mutex_);
+    if (batch.source < sources_.size()) std::tie(batch.line, batch.device) = sources_[batch.source];
     book_.Add(std::move(batch));
   }
   wake_();

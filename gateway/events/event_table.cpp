@@ -27,6 +27,7 @@ constexpr const char* kOlder = "SELECT max(seq) FROM events WHERE device=? AND s
 }  // namespace
 
 Source SourceOf(const SourceNames& names, std::string_view device) {
+  if (device.empty()) return kGateway;
   const auto found = std::ranges::find(names, device, &SourceNames::value_type::second);
   return found == names.end() ? kGateway : static_cast<Source>(found - names.begin());
 }
@@ -178,11 +179,10 @@ bool EventTable::Insert(const Batch& batch) {
   }
   if (batch.events.empty() && batch.past.empty()) return true;
   if (batch.source != kGateway) {
-    const auto& [line, device] = names_[batch.source];
-    said_.Bind(1, line);
-    said_.Bind(2, device);
+    said_.Bind(1, batch.line);
+    said_.Bind(2, batch.device);
     said_.Bind(3, batch.said);
-    if (!said_.Run() || !past_.Insert(line, device, batch.past)) return false;
+    if (!said_.Run() || !past_.Insert(batch.line, batch.device, batch.past)) return false;
   }
   return batch.events.empty() || Drop(batch.events.back().seq);
 }

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
+
 #include "gateway/base/time.h"
 #include "gateway/poll/roster.h"
 #include "protocols/conversation.h"
@@ -17,13 +19,15 @@ inline constexpr int kMostProbesMore = 16;
 struct Asked {
   const Member* member = nullptr;
   const Request* request = nullptr;
-  Instant began{};          ///< when the line got it; its first byte goes out after the quiet time
+  Instant sent{};           ///< its first byte; until then, when the line was given it
   bool first = false;       ///< the first request of a task that is no probe; no repetition
   bool retry = false;       ///< the same request had failed before
   bool probe = false;       ///< the task is a probe
   bool lone_probe = false;  ///< no task waits for it: it finds out whether the device is back
   bool renews = false;      ///< the line has time, so the proof of the device is renewed early
 
+  /// From its last byte to the first one of its reply. A reply that takes longer is late.
+  Duration reply_time() const { return std::max(member->times.reply, request->reply); }
   /// The reply says whose it is.
   bool named() const { return !request->expect.address.empty(); }
 };

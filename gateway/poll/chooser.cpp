@@ -290,8 +290,11 @@ std::unique_ptr<Job> Chooser::ForRoute(RouteQueue::Batch batch, Instant now) {
   Member& slave = roster_.SlaveAt(first.slave);
   request.expect = protocol.expect(request.bytes, slave.options);
   const bool common = protocol.carrier->is_common(first.pdu);
+  const bool read = !IsWrite(first);
   auto job = std::make_unique<Job>(
-      slave, Job::Routed{.batch = std::move(batch), .every_slave_answers = common, .reply = {}},
+      slave,
+      Job::Routed{
+          .batch = std::move(batch), .every_slave_answers = common, .reply = {}, .is_read = read},
       Task{}, now);
   job->request = std::move(request);
   job->steps = 1;

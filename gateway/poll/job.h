@@ -41,16 +41,13 @@ struct Job {
     bool sent() const { return command.state == WriteState::sent; }
   };
   struct Routed {
-    RouteQueue::Batch
-        batch;  ///< requests that the reply answers; their clients may leave meanwhile
-    bool every_slave_answers =
-        true;  ///< at least with an exception, so silence says something about the slave
+    RouteQueue::Batch batch;          ///< what the reply answers; clients may leave meanwhile
+    bool every_slave_answers = true;  ///< if only with an exception; silence tells of the slave
     Bytes reply;
+    bool is_read = false;
     bool odd = false;  ///< the slave has answered, but not in a form that fits its request
     LostReplies::Older older{};  ///< which lost requests its latest reply may answer instead
     std::size_t replies = 0;     ///< to this request
-
-    bool is_read() const { return !batch.empty() && !IsWrite(batch.front()); }
   };
 
   Job(Member& who, std::variant<Poll, Events, Background, Probe, ReadBack, Write, Routed> kind,
@@ -78,7 +75,7 @@ struct Job {
   Asked asked() const {
     return {.member = member,
             .request = &request,
-            .began = exchange_began,
+            .sent = sent_at,
             .first = steps == 1 + broadcasts && attempts == 0 && !is_probe(),
             .retry = attempts > 0,
             .probe = is_probe(),
@@ -96,15 +93,16 @@ struct Job {
   bool proved = false;                ///< a probe went before it
 
   Request request;
-  bool sending = false;  ///< the request waits for the line to be idle
-  int attempts = 0;      ///< of the present request, beyond the first
-  bool unheard = false;  ///< silence to a query that was never answered, while others are
-  bool missed = false;   ///< a request of it had no answer: another device may answer since
-  int steps = 0;         ///< requests of the task, without repetitions
-  int broadcasts = 0;    ///< of these, broadcasts
-  int parkings = 0;      ///< how often its device has said busy
-  bool out = false;      ///< a request of it has been sent
-  Instant exchange_began{};
+  bool sending = false;      ///< the request waits for the line to be idle
+  int attempts = 0;          ///< of the present request, beyond the first
+  bool unheard = false;      ///< silence to a query that was never answered, while others are
+  bool missed = false;       ///< a request of it had no answer: another device may answer since
+  int steps = 0;             ///< requests of the task, without repetitions
+  int broadcasts = 0;        ///< of these, broadcasts
+  int parkings = 0;          ///< how often its device has said busy
+  bool out = false;          ///< a request of it has been sent
+  Instant exchange_began{};  ///< when the line was given its present request
+  Instant sent_at{};         ///< see Asked
   std::optional<ExchangeEnd> end;  ///< of the present request
   Answer answer;                   ///< to it
   WhoseReply::Verdict verdict;     ///< on that

@@ -60,7 +60,7 @@ void JobRun::OnAnswered(const ExchangeEnd& end) {
   Device& device = *job.member->device;
   job.answered = {now_.instant - end.since_reply, now_.wall - end.since_reply};
   job.round_trip = end.round_trip;
-  job.took_patience = LateAnswers::TookUntilReply(job.asked(), end) > job.member->times.reply;
+  job.took_patience = LateAnswers::Lateness(job.asked(), end) > Duration::zero();
   if (job.verdict.replaced) {
     upkeep_.OnReplaced(device, now_);
     intake_.OnReplaced(device);
@@ -99,7 +99,7 @@ void JobRun::OnRoutedAnswer(const ExchangeEnd& end) {
           ? job.verdict.proven || routed.odd
           : owed_.whose.lost().OnReply(member, job.request.bytes, routed.older, ++routed.replies);
   if (own) return Finish(end.outcome, {});
-  if (routed.is_read() && job.attempts < kMostTriesMore) {
+  if (routed.is_read && job.attempts < kMostTriesMore) {
     ++job.attempts;
     job.sending = true;
     return ledger_.devices.OnRetry(member);
@@ -176,7 +176,7 @@ void JobRun::OnRoutedFailure(Job::Routed& routed, const ExchangeEnd& end) {
   const Member& member = *job.member;
   upkeep_.HoldBack(member);
   const bool damaged = end.outcome == Outcome::corrupt || end.outcome == Outcome::partial;
-  if (damaged && routed.is_read() && !job.looks && routed.batch.front().tries < member.retries) {
+  if (damaged && routed.is_read && !job.looks && routed.batch.front().tries < member.retries) {
     ledger_.devices.OnRetry(member);
     for (RoutedRequest& request : routed.batch) ++request.tries;
     agenda_.routes.queue().Return(std::move(routed.batch));

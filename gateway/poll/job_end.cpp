@@ -86,7 +86,7 @@ void EndOfRouted(const Job& job, Job::Routed& routed, const JobEnd& end, EndEffe
     if (end.outcome == Outcome::ok || end.outcome == Outcome::refused) reply.pdu = routed.reply;
     reply.sent = job.out;
     reply.shared = std::exchange(shared, true);
-    if (job.out) reply.waited = job.exchange_began - request.arrived;
+    if (job.out) reply.waited = job.sent_at - request.arrived;
     effects.replies.emplace_back(std::move(request), std::move(reply));
   }
 }
@@ -107,7 +107,7 @@ EndEffects EffectsOf(Job& job, const JobEnd& end, Instant now) {
     effects.polls_first = in_vain;
     effects.write = EndOfWrite(job, *write, end, now);
   } else if (auto* routed = job.As<Job::Routed>()) {
-    effects.polls_first = in_vain && !routed->is_read();
+    effects.polls_first = in_vain && !routed->is_read;
     EndOfRouted(job, *routed, end, effects);
   }
   return effects;

@@ -43,7 +43,8 @@ void JobRun::OnClosed(const std::string& reason) {
 }
 
 bool JobRun::IsReadingBack() const {
-  return job_ && job_->As<Job::ReadBack>() != nullptr && job_->attempts == 0;
+  return job_ && job_->goal().As<Job::ReadBack>() != nullptr && !job_->goal().missed &&
+         !job_->missed;
 }
 
 void JobRun::Forget(std::uint64_t client) {
@@ -178,7 +179,7 @@ Exchange JobRun::Start(Instant idle_since) {
   job_->verdict = {};
   job_->doubted = false;
   job_->said.clear();
-  job_->exchange_began = now_.instant;
+  job_->exchange_began = job_->sent_at = now_.instant;
   Exchange exchange{job_->request, member.protocol->reply_rule, member.times, {}, {}};
   exchange.lags = owed_.whose.Lags(member);
   exchange.times.reply += owed_.late.MoreReply(job_->asked());
@@ -211,6 +212,7 @@ const Request& JobRun::Send() {
   chooser_.turns().OnSent(IsUrgent(job_->goal()));
   owed_.whose.OnSent(job_->asked(), now_.instant);
   ledger_.line.OnSent(*job_->member, request);
+  job_->sent_at = now_.instant;
   job_->out = true;
   return request;
 }
@@ -224,7 +226,7 @@ bool JobRun::Withdraw() {
     return true;
   }
   auto* routed = job_->As<Job::Routed>();
-  if (routed == nullptr || !routed->is_read()) return false;
+  if (routed == nullptr || !routed->is_read) return false;
   RouteQueue& queue = agenda_.routes.queue();
   const auto urgent = [this](const RoutedRequest& request) {
     return RouteQueue::IsShortWrite(request) && chooser_.MayAsk(request, now_.instant);

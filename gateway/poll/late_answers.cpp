@@ -24,7 +24,7 @@ void Decay(Duration& lateness) {
 /// When the last character of the request is out.
 Instant SentAt(const Asked& asked) {
   const auto characters = static_cast<std::int64_t>(asked.request->bytes.size());
-  return asked.began + characters * asked.member->times.character;
+  return asked.sent + characters * asked.member->times.character;
 }
 
 }  // namespace
@@ -39,7 +39,7 @@ void LateAnswers::OnEnd(const Asked& asked, Outcome outcome, Instant now) {
   state.trailing_bytes = 0;
   state.retried = {};
   if (!asked.retry) state.due.reset();
-  const Instant due = SentAt(asked) + asked.member->times.reply;
+  const Instant due = SentAt(asked) + asked.reply_time();
   if (outcome == Outcome::no_reply) {
     state.late_from = now;
     if (!state.due) state.due = due;
@@ -103,7 +103,7 @@ bool LateAnswers::MayStillAnswer(const Asked& asked, const ExchangeEnd& end) con
   const bool damaged = end.outcome == Outcome::corrupt || end.outcome == Outcome::partial;
   if (!damaged || asked.member->device != nullptr) return false;
   const bool others_due = std::ranges::any_of(roster_.everyone(), [&](const Member* other) {
-    return other != asked.member && states_[*other].late_until > asked.began;
+    return other != asked.member && states_[*other].late_until > asked.sent;
   });
   return others_due || std::ranges::none_of(asked.request->expect.shapes, [&](const Shape& shape) {
            return end.received >= shape.min_length && end.received <= shape.max_length;
@@ -118,12 +118,12 @@ void LateAnswers::Conclude(const Asked& asked, const ExchangeEnd& end, bool in_s
     // A reply under a wrong address is still this device's reply: the request is closed. It stays
     // open only after silence, or where replies carry no address.
     const bool open = end.outcome == Outcome::no_reply || !asked.named();
-    if (open && !state.unanswered) state.unanswered = asked.began;
+    if (open && !state.unanswered) state.unanswered = asked.sent;
     // Probes of a device that is offline would cost the others this time again and again.
     if (asked.lone_probe && asked.named()) return;
     // A connection that was closed ends the exchange long before its reply time.
-    const Instant by_end = std::max(now + times.ceiling - times.reply, asked.began + times.ceiling);
-    const Instant by_request = SentAt(asked) + times.quiet + times.ceiling;
+    const Instant by_end = std::max(now + times.ceiling - times.reply, asked.sent + times.ceiling);
+    const Instant by_request = SentAt(asked) + times.ceiling;
     SetLate(member, member.device != nullptr ? by_end : std::max(by_request, by_end));
     return;
   }
@@ -133,15 +133,15 @@ void LateAnswers::Conclude(const Asked& asked, const ExchangeEnd& end, bool in_s
   // Where replies carry no address, a reply that is owed could pass for another device's.
   const bool owed = state.unanswered && !in_step && !asked.named();
   SetLate(member, owed ? SentAt(asked) + times.ceiling : Instant{});
-  if (!asked.retry) patience_.OnAnswered(member, TookUntilReply(asked, end));
+  if (!asked.retry) patience_.OnAnswered(member, Lateness(asked, end));
   state.unanswered.reset();
   Decay(state.lateness);
   Decay(state.trail);
 }
 
-Duration LateAnswers::TookUntilReply(const Asked& asked, const ExchangeEnd& end) {
+Duration LateAnswers::Lateness(const Asked& asked, const ExchangeEnd& end) {
   const auto characters = static_cast<std::int64_t>(end.received + asked.request->bytes.size());
-  return end.round_trip - characters * asked.member->times.character;
+  return end.round_trip - characters * asked.member->times.character - asked.reply_time();
 }
 
 void LateAnswers::OnClosed(const Member& member, Instant now) {

@@ -48,8 +48,8 @@ class LateAnswers {
   /// again: from the device within its reply time; from a serial server, which keeps what it
   /// receives, until the end of the ceiling.
   void OnClosed(const Member& member, Instant now);
-  /// From the end of its request to the first byte of its reply.
-  static Duration TookUntilReply(const Asked& asked, const ExchangeEnd& end);
+  /// How much later than its reply time the first byte of its reply came; not above zero: in time.
+  static Duration Lateness(const Asked& asked, const ExchangeEnd& end);
   /// It is offline: silent, not late. If it is late after all, its bytes will show it again.
   void OnOffline(const Member& member) {
     states_[member].lateness = {};

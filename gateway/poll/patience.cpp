@@ -27,12 +27,11 @@ void Patience::OnLate(const Member& member, Duration lateness) {
   if (++state.late >= kAgain) Lengthen(state, state.most);
 }
 
-void Patience::OnAnswered(const Member& member, Duration took) {
+void Patience::OnAnswered(const Member& member, Duration lateness) {
   State& state = states_[member];
-  const Duration beyond = took - member.times.reply;
-  if (beyond > Duration::zero()) {
+  if (lateness > Duration::zero()) {
     state.in_time = 0;
-    return Lengthen(state, beyond);
+    return Lengthen(state, lateness);
   }
   state.more -= state.more / kPartTakenOff;
   if (state.more < kLeastPatience) state.more = {};

@@ -19,8 +19,8 @@ class Patience {
  public:
   /// A reply came `lateness` after it was due.
   void OnLate(const Member& member, Duration lateness);
-  /// A reply was taken; its first byte came `took` after the request.
-  void OnAnswered(const Member& member, Duration took);
+  /// A reply was taken, `lateness` after it was due; not above zero: in time.
+  void OnAnswered(const Member& member, Duration lateness);
   void OnOffline(const Member& member) { states_[member] = {}; }
 
   /// Beyond the reply time of its configuration.

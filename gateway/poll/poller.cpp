@@ -234,7 +234,7 @@ bool Poller::IsWriting() const {
   const Job* const job = run_.job();
   if (job == nullptr || (job->sending && !job->begun())) return false;
   const auto* const routed = job->As<Job::Routed>();
-  return job->As<Job::Write>() != nullptr || (routed != nullptr && !routed->is_read());
+  return job->As<Job::Write>() != nullptr || (routed != nullptr && !routed->is_read);
 }
 
 void Poller::Settle() {

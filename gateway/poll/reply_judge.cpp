@@ -93,7 +93,7 @@ Outcome ReplyJudge::JudgeRouted(Job& job, View frame) {
       Bytes pdu;
       return ProvesLife(carrier.unwrap(lost, frame, pdu));
     };
-    routed.older = whose_reply_.lost().MayBe(*job.member, request, job.exchange_began, fits);
+    routed.older = whose_reply_.lost().MayBe(*job.member, request, job.sent_at, fits);
     return outcome;
   }
   routed.odd = true;

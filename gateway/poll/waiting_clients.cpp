@@ -87,10 +87,16 @@ void WaitingClients::AnswerRouted(const Chooser::Idle& idle, bool line_is_free) 
   for (RoutedRequest& request : queue.TakeExpired(idle.now)) {
     const Member* member = roster_.FindSlave(request.slave);
     const bool offline = member != nullptr && member->health.offline();
-    request.done({Outcome::no_reply,
-                  {},
-                  offline ? DoesNotAnswer(request.slave)
-                          : "its deadline passed while it waited for the line"});
+    RoutedReply reply;
+    reply.outcome = Outcome::no_reply;
+    reply.sent = request.tries > 0;
+    if (reply.sent) {
+      reply.reason = "its reply was damaged, and its deadline passed before it was sent again";
+    } else {
+      reply.reason = offline ? DoesNotAnswer(request.slave)
+                             : "its deadline passed while it waited for the line";
+    }
+    request.done(std::move(reply));
   }
   for (const std::uint8_t slave : queue.Slaves()) {
     const Member* member = roster_.FindSlave(slave);

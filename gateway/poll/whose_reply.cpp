@@ -74,7 +74,7 @@ bool WhoseReply::NeedsProbeFirst(const Asked& asked, Instant now) const {
 
 bool WhoseReply::IsOwedAlone(const Asked& asked) const {
   if (asked.member->device != nullptr) return Owed(asked) == 1;
-  return !lost_.MayCome(*asked.member, asked.began);
+  return !lost_.MayCome(*asked.member, asked.sent);
 }
 
 void WhoseReply::OnTrusted(const Member& member) {

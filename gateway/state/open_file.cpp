@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstring>
 #include <utility>
 
@@ -82,7 +83,10 @@ void OpenFile::RemoveOwn(const char* part, std::uint64_t inode) const {
 
 OpenFile::Look OpenFile::LookAt(Database& database) {
   if (inode_ == 0) return {};
-  if (Inode() != inode_) {
+  const std::uint64_t inode = Inode();
+  // The folder cannot be looked into: nobody knows. The open files still work.
+  if (inode == 0 && errno != ENOENT && errno != ENOTDIR) return {};
+  if (inode != inode_) {
     // The log of the old file would be played over the new one.
     database.Abandon();
     RemoveOwn(kLog, log_);

@@ -148,6 +148,7 @@ std::optional<StateFolder::Failure> StateFolder::Open() {
       error ? -1 : ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NONBLOCK, kLockMode);
   if (lock < 0) {
     const int code = error ? error.value() : errno;
+    if (!error && code == EISDIR) return Failure{false, file.string() + ": is a folder; remove it"};
     return Failure{false, fmt::format("{}: {}{}", path_.string(), SystemTrouble(code),
                                       HowToMake(path_, code))};
   }

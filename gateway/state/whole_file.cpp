@@ -71,6 +71,7 @@ std::optional<std::string> ReadWhole(const std::filesystem::path& file, Kind kin
     got = ::read(in, part.data(), part.size());
     if (got > 0) text.append(part.data(), static_cast<std::size_t>(got));
     if (got < 0 && errno != EINTR) error = errno;
+    if (text.size() > kLargestWhole) error = EFBIG;
   }
   ::close(in);
   errno = error;

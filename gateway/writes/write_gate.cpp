@@ -43,8 +43,10 @@ std::optional<WriteRefusal> WriteGate::Submit(const Writer& writer, WriteAsk ask
   store_.Read(ask.device, [&](const DeviceRecord& record) {
     for (const WriteAsk::Part& part : ask.parts) {
       const config::Point& point = device.points[part.point];
-      command.writes.push_back(
-          {part.point, ToRaw(point, part.value).value(), record.points[part.point].value});
+      PointWrite write{part.point, ToRaw(point, part.value).value()};
+      if (!IsBad(QualityAt(record, part.point, now)))
+        write.before = record.points[part.point].value;
+      command.writes.push_back(std::move(write));
       if (!point.writing.allow_when.empty()) guarded.push_back(part);
     }
   });

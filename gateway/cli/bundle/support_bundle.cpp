@@ -7,6 +7,7 @@
 
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -118,6 +119,11 @@ class Bundle {
       return Miss("configuration", "the running gateway was not started with a file");
     }
     if (file.empty()) file = kInstalledConfig;
+    std::error_code gone;
+    const auto kind = std::filesystem::status(file, gone).type();
+    if (!gone && kind != std::filesystem::file_type::regular) {
+      return Miss("configuration", file + ": is no regular file");  // a pipe would wait
+    }
     const auto text = config::ReadWholeFile(file);
     if (!text) return Miss("configuration", file + ": " + text.error());
     const auto masked = config::MaskedConfig(*text, config::SecretKeys(catalog_));

@@ -20,6 +20,9 @@ constexpr char kLasting[] =
     "the writer of requests is not volatile, so old requests could be delivered; set its "
     "durability to volatile";
 
+/// Beyond any deadline, and far from the ends of the numbers.
+constexpr Duration kMostAhead = 24h;
+
 /// Not after either of its two times; the clock of the machine may stand anywhere.
 Instant DeadlineOf(const WriteArrival& arrival, Now now) {
   const RequestSample& request = arrival.request;
@@ -31,6 +34,7 @@ Instant DeadlineOf(const WriteArrival& arrival, Now now) {
   const std::int64_t wall = now.wall.time_since_epoch().count();
   if (request.not_after_ns == 0) return deadline;
   if (request.not_after_ns <= wall) return std::min(deadline, now.instant);
+  if (request.not_after_ns / 2 - wall / 2 > kMostAhead.count()) return deadline;
   return std::min(deadline, now.instant + Duration(request.not_after_ns - wall));
 }
 

@@ -165,6 +165,7 @@ TEST_F(AuditedWritesTest, RequireRefusesWithoutARecord) {
   ASSERT_EQ(results_.size(), 2U);
   EXPECT_EQ(results_[0].end, WriteEnd::denied);
   EXPECT_THAT(results_[0].reason, HasSubstr("the disk is full"));
+  EXPECT_EQ(lines_.denied, 2) << "who counts";
   EXPECT_EQ(results_[1].end, WriteEnd::denied);
   EXPECT_THAT(Ends(), ElementsAre("denied")) << "its record, should it get to the disk, says so";
 }
@@ -186,6 +187,7 @@ TEST_F(AuditedWritesTest, TooManyThatWaitAreRefusedAndNoted) {
   ASSERT_EQ(log_.noted.size(), 1U);
   EXPECT_EQ(log_.noted[0].end, WriteEnd::busy);
   EXPECT_EQ(log_.noted[0].kind, Kind::denied);
+  EXPECT_EQ(lines_.denied, 1) << "who counts";
   EXPECT_TRUE(results_.empty()) << "done is not called where Submit says no";
 }
 

@@ -75,6 +75,20 @@ TEST_F(ControlTest, AFileThatIsRemovedIsMadeAgain) {
   EXPECT_THAT(Ask(before, kStatus), HasSubstr("substation-7")) << "who is connected stays so";
 }
 
+/// As when its folder is renamed and comes back.
+TEST_F(ControlTest, ItsFileThatComesBackAfterItCouldNotBeMadeIsMadeAgain) {
+  limits_.look = 1ms;
+  StartServer();
+  const std::string away = path() + ".away";
+  std::filesystem::rename(path(), away);
+  std::filesystem::create_directory(path());
+  while (RawClient(away).connected()) std::this_thread::yield();
+  std::filesystem::remove(path());
+  std::filesystem::rename(away, path());
+  while (!Connect().connected()) std::this_thread::yield();
+  EXPECT_THAT(Ask(Connect(), kStatus), HasSubstr("substation-7"));
+}
+
 TEST_F(ControlTest, ALivingSocketAndOtherFilesAreLeftAlone) {
   StartServer();
   asio::io_context io;

@@ -200,6 +200,20 @@ TEST_F(EventLogTest, TellsWhatIsOwedAndAgainAfterARestart) {
 }
 
 /// A reload ends the line and begins it anew: its devices have other numbers, and are the same.
+TEST_F(EventLogTest, WhatWaitsForTheDiskKeepsItsNameBeyondAReload) {
+  FaultyDisk disk;
+  const auto log = Start("/events.db", disk.vfs());
+  disk.write_error = SQLITE_FULL;
+  log->queue().Add(BatchOf(1, "12.345 E1"));
+  log->queue().Renumber({{"", ""}, {"", ""}}, {});
+  log->queue().Renumber({{"bay-1", "feeder-2"}}, {});
+  disk.write_error = 0;
+  AwaitKept(1);
+  const auto again = Start("/events.db", disk.vfs());
+  again->queue().Add(BatchOf(1, "12.345 E1", true));
+  while (again->state().repeats < 1) std::this_thread::yield();
+}
+
 TEST_F(EventLogTest, WhatADeviceHasSaidGoesWithItsName) {
   {
     const auto log = Start(file());

@@ -45,8 +45,16 @@ class EventPageTest : public ::testing::Test {
 
 TEST_F(EventPageTest, GivesBackWhatWentIn) {
   EventTable table(*opened_.database, names_);
-  ASSERT_TRUE(table.Write({{0, "12.345 0E1", false, {RecordOf(1), RecordOf(2)}},
-                           {1, "x", false, {RecordOf(3, "feeder-2")}}}));
+  ASSERT_TRUE(table.Write({{.source = 0,
+                            .said = "12.345 0E1",
+                            .events = {RecordOf(1), RecordOf(2)},
+                            .line = "bay-1",
+                            .device = "feeder-1"},
+                           {.source = 1,
+                            .said = "x",
+                            .events = {RecordOf(3, "feeder-2")},
+                            .line = "bay-1",
+                            .device = "feeder-2"}}));
   const Page page = Read({});
   ASSERT_EQ(page.records.size(), 3U);
   const EventRecord& first = page.records[0];

@@ -43,7 +43,12 @@ class Gateway {
     return book_.said(source);
   }
   bool Keep(Source source, const std::string& said, std::vector<PastRecord> records) {
-    book_.Add({source, said, false, {}, std::move(records)});
+    const auto& [line, device] = kMeters[source];
+    book_.Add({.source = source,
+               .said = said,
+               .past = std::move(records),
+               .line = line,
+               .device = device});
     const auto due = book_.Due();
     if (!file_.Write(due)) return false;
     book_.Kept(due.size());

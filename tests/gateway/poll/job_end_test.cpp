@@ -132,10 +132,13 @@ TEST_F(JobEndTest, OfARoutedRequest) {
     request.pdu = ParseHex(pdu).value();
     request.arrived = kStart - 30ms;
     RoutedRequest same = request;
-    Job job = Make(Job::Routed{.batch = {}, .every_slave_answers = true, .reply = Bytes{3, 2}});
+    Job job = Make(Job::Routed{.batch = {},
+                               .every_slave_answers = true,
+                               .reply = Bytes{3, 2},
+                               .is_read = !IsWrite(request)});
     job.As<Job::Routed>()->batch.push_back(std::move(request));
     job.As<Job::Routed>()->batch.push_back(std::move(same));
-    job.exchange_began = kStart;
+    job.sent_at = kStart;
     job.out = true;
     return End(std::move(job), outcome);
   };
@@ -150,6 +153,9 @@ TEST_F(JobEndTest, OfARoutedRequest) {
   EXPECT_EQ(silent.replies[0].second.reason, "no_reply");
   EXPECT_FALSE(silent.polls_first) << "a read";
   EXPECT_TRUE(end("06 00 08 00 00", Outcome::no_reply).polls_first);
+  const EndEffects left =
+      End(Make(Job::Routed{.batch = {}, .reply = {}, .is_read = true}), Outcome::no_reply);
+  EXPECT_FALSE(left.polls_first) << "a read whose clients have left is a read";
 }
 
 }  // namespace

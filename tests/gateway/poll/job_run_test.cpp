@@ -326,5 +326,37 @@ TEST(JobRunTest, AReadBackThatFailsOnceHoldsNobodyUp) {
   EXPECT_FALSE(rig.run().IsReadingBack());
 }
 
+TEST(JobRunTest, AReadBackIsAwaitedBehindTheProbeBeforeIt) {
+  Rig rig("1");
+  rig.ReadBack();
+  rig.Hear("late");
+  rig.Turn();
+  EXPECT_EQ(rig.Next(), "PA0");
+  EXPECT_TRUE(rig.run().IsReadingBack());
+  rig.Hear("!A0");
+  EXPECT_EQ(rig.Next(), "?A1");
+  EXPECT_TRUE(rig.run().IsReadingBack());
+  rig.Hear("!A1=8");
+  EXPECT_FALSE(rig.run().IsReadingBack());
+}
+
+TEST(JobRunTest, AProbeThatFailsBeforeAReadBackHoldsNobodyUp) {
+  Rig rig("1");
+  rig.ReadBack();
+  for (const char* what : {"late", "silence"}) rig.Hear(what);
+  EXPECT_EQ(rig.Next(), "PA0");
+  EXPECT_FALSE(rig.run().IsReadingBack());
+}
+
+TEST(JobRunTest, TheTimeOfAReplyCountsFromItsRequestAndNotFromTheQuietBeforeIt) {
+  Rig rig("1");
+  rig.Poll(0);
+  rig.Turn();
+  rig.run().Start(rig.now());
+  rig.Hear("late");
+  rig.run().Send();
+  EXPECT_EQ(rig.run().job()->asked().sent, rig.now());
+}
+
 }  // namespace
 }  // namespace baudgate

@@ -17,7 +17,7 @@ class LateAnswersTest : public ::testing::Test, protected ToyMembers {
                 bool retry = false) {
     asked_ = {.member = &member,
               .request = &request_,
-              .began = kStart + began,
+              .sent = kStart + began,
               .retry = retry,
               .probe = false,
               .lone_probe = false};
@@ -63,7 +63,7 @@ TEST_F(LateAnswersTest, DamageIsFoundOutByTheProbeAndOwesNothing) {
 }
 
 TEST_F(LateAnswersTest, AProbeOfADeviceThatIsOfflineKeepsNobodyWaiting) {
-  asked_ = {.member = &a, .request = &request_, .began = kStart, .probe = true, .lone_probe = true};
+  asked_ = {.member = &a, .request = &request_, .sent = kStart, .probe = true, .lone_probe = true};
   late_.OnEnd(asked_, Outcome::no_reply, kStart + 200ms);
   late_.Conclude(asked_, {Outcome::no_reply, {}, {}, 0}, true, kStart + 200ms);
   EXPECT_TRUE(late_.IsClear(a, kStart + 200ms));
@@ -73,6 +73,19 @@ TEST_F(LateAnswersTest, EntriesOfOneAddressWaitTogether) {
   a.sender = b.sender = ToBytes("A");
   Exchange(a, 0ms, 200ms, Outcome::no_reply);
   EXPECT_EQ(LateUntil(b), 1000ms);
+}
+
+/// Tare of a scale, which may take seconds.
+TEST_F(LateAnswersTest, AReplyWithinTheTimeOfItsRequestIsInTime) {
+  request_.reply = 3s;
+  asked_ = {.member = &a, .request = &request_, .sent = kStart};
+  for (int i = 0; i < 3; ++i) {
+    late_.OnEnd(asked_, Outcome::ok, kStart + 2s);
+    late_.Conclude(asked_, {Outcome::ok, {}, 2s, 0}, true, kStart + 2s);
+  }
+  EXPECT_EQ(late_.PatienceFor(a), 0ms);
+  Exchange(a, 0ms, 3s, Outcome::no_reply);
+  EXPECT_LT(late_.OnStray({1, 100ms}, kStart + 3100ms).lateness, 200ms);
 }
 
 /// R1 at 0 ms and R2 at 300 ms stayed unanswered; the reply at 650 ms may be R1's, so that R2's may
@@ -90,7 +103,7 @@ TEST_F(LateAnswersTest, BehindARepetitionTheLineWaitsForTheAnswersToOlderRequest
 TEST_F(LateAnswersTest, WhereRepliesNameNobodyNoAnswerIsTakenToBeInTime) {
   request_ = AskFor("UA1\r", false);
   Exchange(a, 0ms, 200ms, Outcome::no_reply);
-  asked_.began = kStart + 250ms;
+  asked_.sent = kStart + 250ms;
   late_.Conclude(asked_, {Outcome::ok, {}, {}, 0}, false, kStart + 300ms);
   EXPECT_GT(LateUntil(a), 1250ms) << "the ceiling behind the repetition";
   EXPECT_LT(LateUntil(a), 1260ms);

@@ -29,7 +29,7 @@ TEST_F(PatienceTest, OneLateReplyIsChanceAndTwoAreNot) {
 
 TEST_F(PatienceTest, TwoThatAreFarApartAreChanceAsWell) {
   patience_.OnLate(a, 150ms);
-  for (int i = 0; i < 100; ++i) patience_.OnAnswered(a, 20ms);
+  for (int i = 0; i < 100; ++i) patience_.OnAnswered(a, -280ms);
   patience_.OnLate(a, 150ms);
   EXPECT_EQ(patience_.More(a), 0ms);
 }
@@ -43,11 +43,11 @@ TEST_F(PatienceTest, EndsWithTheCeiling) {
 TEST_F(PatienceTest, ShrinksSlowlyAndNotWhileItIsNeeded) {
   patience_.OnLate(a, 160ms);
   patience_.OnLate(a, 160ms);
-  for (int i = 0; i < 200; ++i) patience_.OnAnswered(a, 20ms);
+  for (int i = 0; i < 200; ++i) patience_.OnAnswered(a, -280ms);
   EXPECT_GT(patience_.More(a), 160ms);
-  patience_.OnAnswered(a, 460ms);
+  patience_.OnAnswered(a, 160ms);
   EXPECT_EQ(patience_.More(a), 200ms);
-  for (int i = 0; i < 10'000; ++i) patience_.OnAnswered(a, 20ms);
+  for (int i = 0; i < 10'000; ++i) patience_.OnAnswered(a, -280ms);
   EXPECT_EQ(patience_.More(a), 0ms);
 }
 

@@ -5,7 +5,6 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/stat.h>
 
 #include <fstream>
 
@@ -131,13 +130,6 @@ TEST_F(KeptConfigsTest, ADiskThatFailsIsToldAndChangesNothing) {
   EXPECT_FALSE(Again().Write({"c"}));
   EXPECT_EQ(Again().confirmed(), "a");
   EXPECT_TRUE(Again().IsUnconfirmed("b"));
-}
-
-TEST_F(KeptConfigsTest, APipeInTheWayOfAWriteIsRemoved) {
-  Write({"a"});
-  ASSERT_EQ(::mkfifo((folder_ / "confirmed.yaml.part").c_str(), 0600), 0);
-  Write({"b"});
-  EXPECT_THAT(Files(), UnorderedElementsAre("confirmed.yaml"));
 }
 
 }  // namespace

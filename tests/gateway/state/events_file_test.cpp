@@ -152,6 +152,21 @@ TEST_F(EventsFileTest, ARemovedFileIsFoundOut) {
   EXPECT_TRUE(opened.new_file);
 }
 
+TEST_F(EventsFileTest, AFolderThatCannotBeLookedIntoLosesNothing) {
+  EventsConnection connection(file());
+  ASSERT_TRUE(connection.Open().ok);
+  const auto folder = file().parent_path();
+  const std::string away = folder.string() + ".away";
+  std::filesystem::rename(folder, away);
+  std::filesystem::create_symlink(folder, folder);  // leads to itself
+  EXPECT_TRUE(connection.Check());
+  EXPECT_TRUE(connection.is_open());
+  std::filesystem::remove(folder);
+  std::filesystem::rename(away, folder);
+  Add(connection, "still");
+  EXPECT_EQ(Names(), "still");
+}
+
 /// rm events.db-wal, or another file over it, while two connections write.
 TEST_F(EventsFileTest, WhatAGoneLogHoldsIsSavedAndAnotherLogBegins) {
   for (const bool replaced : {false, true}) {

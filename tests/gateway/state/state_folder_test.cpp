@@ -57,6 +57,14 @@ TEST(StateFolder, IsMadeAgainWhereSomebodyHasRemovedIt) {
   EXPECT_TRUE(StateFolder(path).Open()) << "and locked";
 }
 
+TEST(StateFolder, AFolderInPlaceOfItsLockIsNamed) {
+  const fs::path path = Scratch("lock") / "plant";
+  fs::create_directories(path / "lock");
+  const auto failure = StateFolder(path).Open();
+  ASSERT_TRUE(failure);
+  EXPECT_EQ(failure->text, (path / "lock").string() + ": is a folder; remove it");
+}
+
 TEST(StateFolder, IsWantedWhereSomethingCanBeWritten) {
   config::Config config;
   EXPECT_FALSE(CanWrite(config));

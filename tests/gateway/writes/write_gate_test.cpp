@@ -100,6 +100,13 @@ TEST_F(WriteGateTest, PassesWhatIsAllowed) {
   EXPECT_THAT(sink_.denied, IsEmpty());
 }
 
+TEST_F(WriteGateTest, WhatAPointDoesNotShowIsNotItsValueBefore) {
+  Show(kSetting, 0.9);
+  Show(kSetting, 0.9, Quality::bad_device_failure);
+  EXPECT_EQ(Write({{kSetting, 30.0}}), std::nullopt);
+  EXPECT_EQ(sink_.commands.at(0).writes[0].before, Value());
+}
+
 TEST_F(WriteGateTest, ScaleAndOffsetAreTakenOut) {
   EXPECT_EQ(Write({{kScaled, std::int64_t{25}}}), std::nullopt);
   EXPECT_EQ(sink_.commands.at(0).writes[0].raw, Value(std::int64_t{300}));

@@ -74,6 +74,13 @@ TEST_F(BundleTest, SaysWhatIsMissingWithoutAGateway) {
   EXPECT_THAT(err_.str(), HasSubstr("baudgate: missing: log: nobody keeps one\n"));
 }
 
+TEST_F(BundleTest, AConfigurationThatIsAPipeIsNotWaitedFor) {
+  options_.config = (directory_ / "pipe.yaml").string();
+  ASSERT_EQ(::mkfifo(options_.config.c_str(), 0600), 0);
+  EXPECT_EQ(Run(), 0);
+  EXPECT_THAT(Files()["baudgate-support/contents.txt"], HasSubstr("pipe.yaml: is no regular file"));
+}
+
 TEST_F(BundleTest, OverwritesNothing) {
   std::ofstream(options_.file) << "mine";
   EXPECT_EQ(Run(), 4);

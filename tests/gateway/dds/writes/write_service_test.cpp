@@ -180,6 +180,7 @@ TEST_F(WriteServiceTest, TheEarliestOfItsTimesCounts) {
       {4'294'967'295U, 0s, {}, 60s},
       {0, 0s, 1s, 1s},
       {0, 0s, 1h, 5s},
+      {0, 0s, Duration::max(), 5s},
       {0, 0s, -1ns, 0s},
       {100, 0s, 1s, 100ms},
       {0, 59min, {}, 5s - 59min},
@@ -190,7 +191,9 @@ TEST_F(WriteServiceTest, TheEarliestOfItsTimesCounts) {
     arrival.request.deadline_ms = one.deadline_ms;
     arrival.received = now_.instant - one.waited;
     if (one.not_after) {
-      arrival.request.not_after_ns = (now_.wall + *one.not_after).time_since_epoch().count();
+      arrival.request.not_after_ns = *one.not_after == Duration::max()
+                                         ? std::numeric_limits<std::int64_t>::max()
+                                         : (now_.wall + *one.not_after).time_since_epoch().count();
     }
     Take(arrival);
     ASSERT_THAT(sink_.commands, SizeIs(1)) << seq;

@@ -1,0 +1,84 @@
+// What becomes of a write that its line cannot take, and how it is counted.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/daemon/line_dispatcher.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/toy_protocol.h"
+#include "tests/support/virtual_line.h"
+
+namespace baudgate {
+namespace {
+
+class LineDispatcherTest : public ::testing::Test {
+ protected:
+  LineDispatcherTest() {
+    catalog_.protocols["toy"] = &ToyProtocol();
+    config::Line line = ToyLine({ToyDevice("a", "A", {"1"})});
+    line.protocol = "toy";
+    line.port = "tcp://127.0.0.1:1";
+    config_.lines = {line};
+    store_ = std::make_unique<PointStore>(config_);
+    lines_ = std::make_unique<Lines>(*store_, catalog_, 1);
+    lines_->Add({std::shared_ptr<void>(), config_.lines.data()});
+    dispatcher_ = std::make_unique<LineDispatcher>(*store_, catalog_, *lines_);
+  }
+
+  /// False: busy.
+  bool Write() {
+    WriteCommand command;
+    command.client = "user:anna";
+    command.writes = {{0, 1.0}};
+    command.done = [this](const WriteResult& result) { result_ = result; };
+    return dispatcher_->Submit(std::move(command));
+  }
+  std::uint64_t Counted(WriteEnd end) const {
+    std::uint64_t count = 0;
+    store_->Read(0, [&](const DeviceRecord& record) {
+      count = record.status.writes[static_cast<std::size_t>(end)];
+    });
+    return count;
+  }
+
+  config::Catalog catalog_;
+  config::Config config_;
+  std::unique_ptr<PointStore> store_;
+  std::unique_ptr<Lines> lines_;
+  std::unique_ptr<LineDispatcher> dispatcher_;
+  std::optional<WriteResult> result_;
+};
+
+TEST_F(LineDispatcherTest, ALineThatHangsIsNotBusy) {
+  lines_->at(0).With([](LineRunner& runner) { runner.SetStuck(ReadClocks().wall); });
+  EXPECT_TRUE(Write());
+  ASSERT_TRUE(result_);
+  EXPECT_EQ(result_->end, WriteEnd::not_sent);
+  EXPECT_EQ(result_->reason, "the driver of its line does not answer");
+  EXPECT_EQ(Counted(WriteEnd::not_sent), 1U);
+}
+
+TEST_F(LineDispatcherTest, NorIsOneThatAReloadHasEnded) {
+  const auto ended = lines_->at(0).Take();
+  EXPECT_TRUE(Write());
+  ASSERT_TRUE(result_);
+  EXPECT_EQ(result_->end, WriteEnd::not_sent);
+  EXPECT_EQ(Counted(WriteEnd::not_sent), 1U);
+}
+
+TEST_F(LineDispatcherTest, AFullQueueIsBusyAndCounted) {
+  int taken = 0;
+  while (taken < 1000 && Write()) ++taken;
+  EXPECT_EQ(taken, 16) << "half of the room for one client";
+  EXPECT_EQ(Counted(WriteEnd::busy), 1U);
+  EXPECT_FALSE(result_);
+}
+
+TEST_F(LineDispatcherTest, WhatTheGatewayRefusesIsCountedAsWhatItIs) {
+  dispatcher_->OnDenied({.client = "user:anna"});
+  dispatcher_->OnDenied({.client = "user:anna", .end = WriteEnd::busy});
+  EXPECT_EQ(Counted(WriteEnd::denied), 1U);
+  EXPECT_EQ(Counted(WriteEnd::busy), 1U);
+}
+
+}  // namespace
+}  // namespace baudgate
