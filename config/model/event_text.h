@@ -26,7 +26,7 @@ struct EventText {
   /// The code that ends the alarm, of the same channel; empty: it has no end of its own, and only
   /// waits to be acknowledged.
   std::optional<std::uint32_t> until{};
-  std::string record{};  ///< which values are read behind it and kept with it; empty: none
+  std::string record{};  ///< which values are read after it and kept with it; empty: none
 };
 
 template <typename Visit>

@@ -42,7 +42,7 @@ struct Found {
   std::size_t begin = 0;
   std::size_t end = 0;
   std::size_t frames = 0;  ///< this one and those behind it that are the same
-  bool others = false;     ///< a different one stands behind it
+  bool others = false;     ///< a different one follows it
 };
 
 std::optional<Found> FindReply(const Hearing& hearing, View heard) {
@@ -151,7 +151,7 @@ bool Repeats(View heard) {
 std::optional<Finding> Words(const Hearing& hearing, View heard, bool lines = false) {
   const bool likely = IsWords(hearing, heard) || (lines && IsLine(hearing, heard));
   if (!IsModem(heard) && (!likely || BeginsLikeReply(hearing, heard))) return std::nullopt;
-  // What comes behind a password may repeat it.
+  // What comes after a password may repeat it.
   const bool secret = !hearing.expect->secrets.empty();
   return Finding{
       .symptom = Symptom::text,

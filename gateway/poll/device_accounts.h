@@ -77,7 +77,7 @@ class DeviceAccounts {
   struct State {
     Duration busy{};                   // line time that it has taken
     Duration counted{};                // of that, in the status
-    Duration drained{};                // line time of the silence behind its last exchange
+    Duration drained{};                // line time of the silence after its last exchange
     Instant heard{};                   // end of its last exchange, or when the port was opened
     bool out = false;                  // its last task has failed
     Symptom symptom = Symptom::clean;  // of its last exchange

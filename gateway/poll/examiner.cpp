@@ -107,7 +107,7 @@ std::optional<Examiner::Late> Examiner::TakeLate() {
   return late;
 }
 
-/// What was heard before and behind the reply that was taken; without one, before it.
+/// What was heard before and after the reply that was taken; without one, before it.
 std::pair<View, View> Examiner::BesideReply() const {
   const View heard = heard_;
   const auto found = std::search(heard.begin(), heard.end(), frame_.begin(), frame_.end());

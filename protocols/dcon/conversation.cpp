@@ -215,7 +215,7 @@ void DconConversation::LearnModule(const Task& task, const Exchanged& exchanged,
 }
 
 void DconConversation::LearnPlan(const Exchanged& exchanged, Answer& answer) {
-  std::size_t query = 0;  // the first that sends the command; behind the last: none does
+  std::size_t query = 0;  // the first that sends the command; after the last: none does
   while (query < plan_.queries().size() &&
          plan_.block(query).key.command != exchanged.command.text) {
     ++query;

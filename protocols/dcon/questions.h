@@ -31,7 +31,7 @@ class Questions {
 
   /// What has to be asked before `command`; empty: it may go out.
   std::optional<Question> Before(std::string_view command);
-  /// What is to be asked behind the read of the task under way; empty: the task is over.
+  /// What is to be asked after the read of the task under way; empty: the task is over.
   const std::optional<Question>& anew() const { return anew_; }
   /// The task has failed. True: it was behind its read.
   bool ForgetAnew();

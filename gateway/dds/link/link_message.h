@@ -94,7 +94,7 @@ struct LinkMessage {
 /// kind, a length that is not the packet's.
 Result<LinkMessage> ParseLink(View packet);
 
-/// Bodies. Everything is checked against its bounds, and nothing may stand behind it.
+/// Bodies. Everything is checked against its bounds, and nothing may follow it.
 Result<LinkOpen> DecodeOpen(View body);
 Result<LinkCounts> DecodeCounts(View body);
 Result<WriteArrival> DecodeRequest(View body);
