@@ -10,7 +10,7 @@
 
 namespace baudgate::events {
 
-/// Nothing: it can be neither raised nor ended any more.
+/// Empty: it can be neither raised nor ended any more.
 std::optional<config::AlarmPriority> PriorityOf(const config::Config& config, const Alarm& alarm);
 
 }  // namespace baudgate::events

@@ -22,7 +22,7 @@ struct Placement {
   /// interlocks, the history) has the new one.
   config::Config config;
   std::vector<std::uint32_t> gone;   ///< lines to be ended
-  std::vector<std::uint32_t> shown;  ///< lines that go on, of which outputs have to hear anew
+  std::vector<std::uint32_t> shown;  ///< lines that go on with changed settings of outputs
   std::vector<std::uint32_t> begun;  ///< at the end of config.lines
 };
 
