@@ -213,6 +213,7 @@ Status SerialPort::Reset(const config::SerialSettings& serial) {
 std::optional<std::string> SerialPort::Restore() {
   if (!session_ || !settings_known_ || !mode_) return std::nullopt;
   const int fd = session_->stream().native_handle();
+  LetOutputGo(fd);
   const auto now = TtyMode::Read(fd);
   if (!now || *now == *mode_) return std::nullopt;
   // What cannot be set again is seen, and said, the next time.

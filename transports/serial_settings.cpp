@@ -239,6 +239,7 @@ Status ApplySerialSettings(int fd, const config::SerialSettings& serial, const s
   }
   if (const Status rs485 = ApplyRs485(fd, serial.rs485, port); !rs485) return rs485;
   ApplyLowLatency(fd, serial.low_latency);
+  LetOutputGo(fd);
   return {};
 }
 
@@ -296,6 +297,8 @@ void ResetSwitches(int fd, const config::SerialSettings& serial) {
   int bits = TIOCM_DTR | (serial.rs485.enabled || serial.rtscts ? 0 : TIOCM_RTS);
   (void)ioctl(fd, TIOCMBIS, &bits);
 }
+
+void LetOutputGo(int fd) { (void)ioctl(fd, TCXONC, TCOON); }
 
 void FlushInput(int fd) { (void)ioctl(fd, TCFLSH, TCIFLUSH); }
 

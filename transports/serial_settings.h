@@ -59,6 +59,10 @@ Status SetSwitch(int fd, PortSwitch which, bool on, const std::string& port);
 /// effort.
 void ResetSwitches(int fd, const config::SerialSettings& serial);
 
+/// Undoes tcflow(TCOOFF) of another program, which outlives that program. Flow control of the line
+/// stays as it is.
+void LetOutputGo(int fd);
+
 /// Throws away what the port has received and nobody has read.
 void FlushInput(int fd);
 /// Throws away what it has not sent yet. How far that reaches depends on the driver: to all but the

@@ -137,10 +137,15 @@ class PageReader {
 
  private:
   void OpenDays() {
-    for (const FolderFiles::Day& day : ListFiles(folder_).days) {
+    const FolderFiles files = ListFiles(folder_);
+    for (const FolderFiles::Day& day : files.days) {
       if (day.day >= query_.until || day.day + kDay <= query_.since) continue;
       auto reader = std::make_unique<DayReader>(folder_, day.day, query_.point);
-      if (reader->is_new()) continue;
+      if (reader->is_new()) {
+        const bool is_latest = day.day == files.days.back().day;
+        if (!is_latest) NoteUnread(*reader, "it is empty: its content is lost");
+        continue;
+      }
       // One that is damaged hides nothing but itself; one that is being removed is no loss.
       if (!reader->ok() || !reader->ReadRuns(runs_)) {
         std::error_code none;

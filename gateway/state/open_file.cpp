@@ -66,27 +66,29 @@ bool Has(const Bytes& bytes, std::size_t at, View part) {
 OpenFile::OpenFile(std::filesystem::path path, const std::string& vfs, Database& database)
     : path_(std::move(path)) {
   if (!vfs.empty()) return;
-  inode_ = Inode();
+  id_ = IdOf();
+  longest_ = database.SizeOf(Database::Part::file).value_or(0);
   head_ = database.Read(Database::Part::file, 0, kDatabaseHead).value_or(Bytes());
   const Value application = database.First("PRAGMA application_id");
   if (const auto* number = std::get_if<std::int64_t>(&application)) application_ = *number;
 }
 
-std::uint64_t OpenFile::Inode(const char* part) const {
+OpenFile::Id OpenFile::IdOf(const char* part) const {
   struct stat found {};
-  return ::stat((path_.string() + part).c_str(), &found) == 0 ? found.st_ino : 0;
+  if (::stat((path_.string() + part).c_str(), &found) != 0) return {};
+  return {found.st_dev, found.st_ino};
 }
 
-void OpenFile::RemoveOwn(const char* part, std::uint64_t inode) const {
-  if (inode != 0 && Inode(part) == inode) ::unlink((path_.string() + part).c_str());
+void OpenFile::RemoveOwn(const char* part, const Id& id) const {
+  if (id.inode != 0 && IdOf(part) == id) ::unlink((path_.string() + part).c_str());
 }
 
 OpenFile::Look OpenFile::LookAt(Database& database) {
-  if (inode_ == 0) return {};
-  const std::uint64_t inode = Inode();
+  if (id_.inode == 0) return {};
+  const Id id = IdOf();
   // The folder cannot be looked into: nobody knows. The open files still work.
-  if (inode == 0 && errno != ENOENT && errno != ENOTDIR) return {};
-  if (inode != inode_) {
+  if (id.inode == 0 && errno != ENOENT && errno != ENOTDIR) return {};
+  if (id != id_) {
     // The log of the old file would be played over the new one.
     database.Abandon();
     RemoveOwn(kLog, log_);
@@ -97,9 +99,9 @@ OpenFile::Look OpenFile::LookAt(Database& database) {
     database.Abandon();
     return {Found::damaged, std::move(trouble)};
   }
-  const std::uint64_t log = Inode(kLog);
-  if (log_ == 0) log_ = log;
-  if (index_ == 0) index_ = Inode(kIndex);
+  const Id log = IdOf(kLog);
+  if (log_.inode == 0) log_ = log;
+  if (index_.inode == 0) index_ = IdOf(kIndex);
   if (log == log_) return LookAtLog(database);
   // The open log has no name, and still holds what was committed. One that took its name is
   // another database's. While somebody reads it is tried again.
@@ -112,7 +114,7 @@ OpenFile::Look OpenFile::LookAt(Database& database) {
 }
 
 /// Some of it never changes, and some is 0 before the log has come to the file first.
-std::string OpenFile::HeadTrouble(const Database& database) const {
+std::string OpenFile::HeadTrouble(const Database& database) {
   constexpr std::size_t kFixed = 24;
   constexpr std::size_t kPages = 28;
   constexpr std::size_t kApplication = 68;
@@ -128,7 +130,10 @@ std::string OpenFile::HeadTrouble(const Database& database) const {
   }
   const std::uint64_t page = Big(head, 14) & 0xFFFFU;
   const std::uint64_t whole = Big(head, kPages) * (page == 1 ? 65536 : page);
-  if (*size >= whole) return {};
+  // A checkpoint that a reader holds up leaves pages out: the newest may still be in the log alone,
+  // while the head counts them already. Nothing but damage makes the file shorter.
+  longest_ = std::max(longest_, *size);
+  if (*size >= whole || *size >= longest_) return {};
   return fmt::format("it was shortened while it was in use: {} of {} bytes are there", *size,
                      whole);
 }

@@ -34,16 +34,24 @@ class OpenFile {
   Look LookAt(Database& database);
 
  private:
-  std::uint64_t Inode(const char* part = "") const;
-  void RemoveOwn(const char* part, std::uint64_t inode) const;
-  std::string HeadTrouble(const Database& database) const;
+  /// Which file it is. Inode 0: there is none, or nobody knows; errno says which.
+  struct Id {
+    std::uint64_t device = 0;
+    std::uint64_t inode = 0;
+    bool operator==(const Id&) const = default;
+  };
+
+  Id IdOf(const char* part = "") const;
+  void RemoveOwn(const char* part, const Id& id) const;
+  std::string HeadTrouble(const Database& database);
   Look LookAtLog(Database& database) const;
 
   std::filesystem::path path_;
-  std::uint64_t inode_ = 0;  // 0: it is no file of the system's
-  // Of the log and its index; 0: they have not been seen yet.
-  std::uint64_t log_ = 0;
-  std::uint64_t index_ = 0;
+  Id id_;  // inode 0: it is no file of the system's
+  // Of the log and its index; inode 0: they have not been seen yet.
+  Id log_;
+  Id index_;
+  std::uint64_t longest_ = 0;  // that it was seen
   Bytes head_;
   std::int64_t application_ = 0;
 };

@@ -1,7 +1,10 @@
 // A serial port whose far end reads nothing, over real ptys: what is dropped, and when the port is
 // lost.
 // SPDX-License-Identifier: Apache-2.0
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <termios.h>
+#include <unistd.h>
 
 #include "tests/transports/serial_port_fixture.h"
 
@@ -16,6 +19,26 @@ TEST_F(SerialPortTest, APortThatTakesNothingIsLost) {
   ASSERT_TRUE(test::RunUntil(io_, [&] { return !listener_.losses.empty(); }));
   EXPECT_NE(listener_.losses[0].find("takes no data"), std::string::npos);
   EXPECT_FALSE(port_->is_open());
+}
+
+/// It stays stopped after that program has ended, and while the far end is open.
+TEST_F(SerialPortTest, AnOutputThatAnotherProgramHasStoppedGoesOn) {
+  const auto stop = [this] {
+    const int other = ::open(link_.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK);
+    ASSERT_GE(other, 0);
+    EXPECT_EQ(::tcflow(other, TCOOFF), 0);
+    ::close(other);
+  };
+  const auto arrives = [this](const std::string& text) {
+    port_->Send(ToBytes(text));
+    return test::RunUntil(io_, [&] { return AsText(far_->received()).ends_with(text); });
+  };
+  stop();
+  Open();
+  EXPECT_TRUE(arrives("one"));
+  stop();
+  port_->Restore();
+  EXPECT_TRUE(arrives("two"));
 }
 
 class StalledPort : public SerialPortTest {

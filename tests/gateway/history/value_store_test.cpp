@@ -81,6 +81,18 @@ TEST_F(ValueStoreTest, AClockThatWasSetBackReordersNothing) {
   EXPECT_TRUE(std::filesystem::exists(folder() / DayFileName(kBegin - kDay)));
 }
 
+TEST_F(ValueStoreTest, ADayThatWasEmptiedIsNamedAndTheLatestMayBeNew) {
+  auto store = Open(kBegin);
+  ASSERT_TRUE(store->Write(Seconds(1, kBegin, kBegin + kSecond), At(kBegin + kSecond)));
+  std::ofstream(folder() / DayFileName(kBegin - kDay)).close();
+  std::ofstream(folder() / DayFileName(kBegin + kDay)).close();
+  const auto page = ReadPage(folder(), {.point = "bay.f1.a", .since = 0});
+  ASSERT_TRUE(page);
+  ASSERT_EQ(page->unread.size(), 1U);
+  EXPECT_EQ(page->unread[0].text,
+            DayFileName(kBegin - kDay) + ": it is empty: its content is lost");
+}
+
 TEST_F(ValueStoreTest, PagesAndDaysJoin) {
   auto store = Open(kBegin + kDay - kHour);
   for (Millis time = kBegin + kDay - kHour; time < kBegin + kDay + kHour; time += kMinute) {

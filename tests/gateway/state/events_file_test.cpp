@@ -152,6 +152,31 @@ TEST_F(EventsFileTest, ARemovedFileIsFoundOut) {
   EXPECT_TRUE(opened.new_file);
 }
 
+/// The head counts a page that is in the log alone: it was changed once more behind the reader's
+/// mark.
+TEST_F(EventsFileTest, ACheckpointThatAReaderHoldsUpIsNoDamage) {
+  EventsConnection connection(file());
+  ASSERT_TRUE(connection.Open().ok);
+  Database& database = connection.database();
+  const auto pages = [&] { return First(database, "PRAGMA page_count"); };
+  int number = 100'000;  // of one width, so that rows go to the last page
+  const auto add = [&] { Add(connection, std::to_string(++number) + std::string(300, 'x')); };
+  ASSERT_TRUE(database.Execute("PRAGMA wal_checkpoint(TRUNCATE)"));
+  const std::string before = pages();
+  while (pages() == before) add();
+  Database reader(file().string(), Database::Mode::read);
+  ASSERT_TRUE(reader.Execute("BEGIN"));
+  EXPECT_NE(First(reader, "SELECT count(*) FROM event_cursors"), "0");
+  add();
+  First(database, "PRAGMA wal_checkpoint(PASSIVE)");
+  const auto whole = static_cast<std::uintmax_t>(std::stoi(pages())) * 4096;
+  ASSERT_LT(std::filesystem::file_size(file()), whole);
+  EXPECT_TRUE(connection.Check());
+  EXPECT_TRUE(connection.is_open());
+  std::filesystem::resize_file(file(), 4096);
+  EXPECT_FALSE(connection.Check()) << "that is damage";
+}
+
 TEST_F(EventsFileTest, AFolderThatCannotBeLookedIntoLosesNothing) {
   EventsConnection connection(file());
   ASSERT_TRUE(connection.Open().ok);

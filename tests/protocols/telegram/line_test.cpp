@@ -65,6 +65,7 @@ TEST(TelegramLine, AWriteIsSentOnceAndReadBack) {
   };
   line.twin(0).values.values[point("weight")] = 100.0;
   line.twin(0).values.values[point("stable")] = true;
+  line.twin(0).values.values[point("weight_unit")] = std::string("g");
   line.twin(0).values.values[point("tare_weight")] = 0.0;
   line.Open();
   line.RunFor(5s);
