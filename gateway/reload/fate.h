@@ -7,9 +7,9 @@
 namespace baudgate::reload {
 
 enum class Fate : std::uint8_t {
-  same,     ///< it goes on, and does not notice
-  outputs,  ///< of a line: it goes on, and settings of outputs are updated in place
-  changed,  ///< it is ended, and begun anew
+  same,       ///< it goes on, and does not notice
+  in_place,   ///< it goes on with what has changed
+  restarted,  ///< it is ended, and begun anew
   added,
   removed,
 };
