@@ -20,7 +20,7 @@ constexpr std::array<Word<AlarmPriority>, 4> kAlarmWords = {{{"high", AlarmPrior
 
 /// One entry of event_alarms.
 struct EventAlarm {
-  std::optional<std::uint32_t> channel{};  ///< nothing: of every channel
+  std::optional<std::uint32_t> channel{};  ///< empty: of every channel
   std::uint32_t code = 0;
   AlarmPriority priority = AlarmPriority::none;
 };

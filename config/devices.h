@@ -21,7 +21,7 @@ struct LineContext {
   LineAddresses& addresses;
 };
 
-/// Where nobody says `recheck`: jump, where neither a strong check value nor parity guards replies.
+/// The default of `recheck`: jump, if neither a strong check value nor parity guards replies.
 Recheck DefaultRecheck(const Protocol& protocol, const SerialSettings& serial);
 
 /// Its protocol and its options say whether its silence is normal.

@@ -60,7 +60,7 @@ void ReadLimit(MapReader& map, History& history) {
   }
 }
 
-/// Nothing: it is no pattern, and that was said.
+/// Empty: it is no pattern, and that was said.
 bool Split(Pattern& pattern, Problems& problems) {
   std::string_view rest = pattern.text;
   for (std::size_t i = 0; i < pattern.parts.size(); ++i) {

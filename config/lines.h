@@ -28,7 +28,7 @@ struct LoadContext {
   Problems& problems;
   Uniques uniques;
   Pace pace;            ///< what the gateway says for all lines
-  AlarmSetting alarms;  ///< likewise
+  AlarmSetting alarms;  ///< the same
   bool events = false;  ///< it has the key events:
   std::map<std::pair<std::string, std::string>, RawProfile> profiles;  ///< by protocol and path
   /// By protocol: names of devices, and the profile that lists them.

@@ -1,4 +1,4 @@
-// One entry of modbus.listen: who may ask there, in which protocol, and for what.
+// One entry of modbus.listen: which clients may ask there, in which protocol, and for what.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

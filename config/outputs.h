@@ -1,4 +1,4 @@
-// The sections gateway, modbus and dds: who this gateway is, to whom it serves, and where it passes
+// The sections gateway, modbus and dds: the gateway's name, whom it serves, and where it passes
 // Modbus requests on. YAML nodes come from config/loader; structs go to config::Config.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once

@@ -129,7 +129,7 @@ std::vector<RawPoint> ReadRawPoints(const YamlNode& list, Problems& problems) {
     const Status status = name ? CheckPointName(*name) : Status();
     if (!status) problems.Error(node->mark(), "name: " + status.error());
     if (!name || !status) {
-      // The rest of it is judged all the same, so that all errors are told at once.
+      // The rest of it is judged anyway, so that all errors are told at once.
       point.name = "#" + std::to_string(++nameless);
       points.push_back(std::move(point));
       continue;

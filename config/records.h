@@ -22,7 +22,7 @@ void CheckRecordName(const std::string& name, const Mark& mark,
                      const std::vector<RecordPattern>& records, Problems& problems);
 
 /// `device` has its points and knows whether it is asked for events. Its records that an event
-/// names; where they are kept their slow points become daily ones: they are read behind the event.
+/// names; where they are kept their slow points become daily ones: they are read after the event.
 void ResolveRecords(const std::vector<RecordPattern>& records, Device& device, Problems& problems);
 
 }  // namespace baudgate::config

@@ -15,7 +15,7 @@ constexpr int kSlowestBaud = 300;
 constexpr int kFastestBaud = 921'600;
 constexpr int kMostRetries = 10;
 
-/// Nothing: the port's own is none, and the gateway makes it.
+/// Empty: the port's own is none, and the gateway makes it.
 using MapParity = std::optional<Parity>;
 constexpr MapParity kSoftware;
 constexpr std::array<Word<MapParity>, 11> kParities = {{{"none", Parity::none},

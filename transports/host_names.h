@@ -26,16 +26,16 @@ class HostNames {
   using LookUp = std::function<Result<Addresses>(const std::string& host)>;
   using Done = std::function<void(const Result<Addresses>&)>;
 
-  /// So many look-ups of hosts that somebody waits for run at a time; further ones queue.
+  /// The most look-ups with a waiting caller that run at a time; further ones queue.
   static constexpr std::size_t kMostAwaited = 4;
-  /// A host is given up when everybody who asked has stopped waiting. So many look-ups of such
+  /// A host is given up when no caller waits any more. So many look-ups of such
   /// hosts may hang beside those above; their names are begun again only while fewer than
   /// kMostRetried do.
   static constexpr std::size_t kMostHanging = 12;
   static constexpr std::size_t kMostRetried = 4;
 
-  /// Who holds it waits for an answer; gone = waits no more, and `done` is not called. Belongs to
-  /// the thread of the loop.
+  /// Its holder waits for an answer; destroyed: it waits no more, and `done` is not called. Belongs
+  /// to the thread of the loop.
   class Ticket {
    public:
     Ticket() = default;

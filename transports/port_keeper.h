@@ -1,6 +1,6 @@
 // Decides when a port that is absent, was lost or could not be opened is tried again: as soon as
 // its device file appears or its rights change, else step by step (reopen_ladder.h), until it has
-// worked. Used by whoever owns the port's transport.
+// worked. Used by the owner of the port's transport.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -23,7 +23,7 @@ class PortRetries {
   virtual ~PortRetries() = default;
   /// A device file that opens works. A server does not: one that is taken accepts, and closes.
   virtual void OnOpened() = 0;
-  /// The port has worked: tries begin anew at the first step, and every trouble is a new one.
+  /// The port has worked: tries start again at the first step, and every trouble is a new one.
   virtual void OnWorked() = 0;
   /// From now on the port is opened whenever that may help. Returns whether the trouble is news, so
   /// that one trouble is one line in the log: another than the one before, and with a server, whose

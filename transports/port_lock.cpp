@@ -85,7 +85,7 @@ Status Lock(int fd, const std::string& port) {
   // On a pty the flag would outlive us for as long as the other side keeps the pair open.
   if (IsPty(fd)) return {};
   int exclusive = 0;
-  // Root may open a port that somebody else holds exclusively; it should not talk over him.
+  // Root may open a port that another program holds exclusively; it must not disturb that one.
   if (ioctl(fd, TIOCGEXCL, &exclusive) == 0 && exclusive != 0) {
     return Error{Conflict(port, std::nullopt)};
   }

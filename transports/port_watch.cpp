@@ -62,7 +62,7 @@ void PortWatch::Stop() {
   places_.clear();
 }
 
-/// Follows the path anew: a link may lead elsewhere, a folder may have come or gone.
+/// Follows the path again: a link may lead elsewhere, a folder may have come or gone.
 bool PortWatch::Renew() {
   const std::vector<Place> before = std::exchange(places_, {});
   std::error_code error;

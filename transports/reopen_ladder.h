@@ -26,7 +26,7 @@ class ReopenLadder {
     std::uniform_real_distribution<double> jitter(0.9, 1.1);
     return Duration(static_cast<std::int64_t>(static_cast<double>(step.count()) * jitter(random_)));
   }
-  /// The port has worked, or its file has appeared anew.
+  /// The port has worked, or its file has appeared again.
   void Reset() { next_ = kFirst; }
 
  private:

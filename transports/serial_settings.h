@@ -51,7 +51,7 @@ bool SameSettings(const config::SerialSettings& a, const config::SerialSettings&
 /// Totals since the driver was loaded; nothing where it does not count.
 std::optional<PortCounters> ReadDriverCounters(int fd);
 
-/// Nothing: a pty, or a driver that does not tell.
+/// Empty: a pty, or a driver that does not tell.
 std::optional<ModemLines> ReadModemLines(int fd);
 /// A pty takes everything, and it has no effect there.
 Status SetSwitch(int fd, PortSwitch which, bool on, const std::string& port);

@@ -22,7 +22,7 @@ inline constexpr std::size_t kMostUnsent = 64 * 1024;
 /// How long a port may take no byte.
 inline constexpr Duration kStall = 10s;
 
-/// Kept alive by its own pending operations; after Stop it calls nobody, so its owner may be gone.
+/// Kept alive by its own pending operations; after Stop it calls nothing, so its owner may be gone.
 template <typename Stream>
 class StreamPump : public std::enable_shared_from_this<StreamPump<Stream>> {
  public:

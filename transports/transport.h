@@ -15,7 +15,7 @@
 
 namespace baudgate {
 
-/// Who hears of a transport. No callback comes from within a call to the transport itself.
+/// The listener of a transport. No callback comes from within a call to the transport itself.
 class TransportListener {
  public:
   virtual ~TransportListener() = default;
@@ -84,7 +84,7 @@ class Transport {
   virtual Status PassOn() { return {}; }
   /// What is waiting in these directions is thrown away.
   virtual void Purge(bool /*input*/, bool /*output*/) {}
-  /// Nothing: the port has none, or its driver does not tell.
+  /// Empty: the port has none, or its driver does not tell.
   virtual std::optional<ModemLines> ReadModemLines() const { return std::nullopt; }
   /// The error: the driver refuses it. A pty, which has no such lines, takes everything.
   virtual Status Set(PortSwitch /*which*/, bool /*on*/) {

@@ -1,4 +1,4 @@
-// The settings that a tty has at one moment, to see whether somebody else has changed them since:
+// The settings that a tty has at one moment, to see whether another program has changed them since:
 // stty, ModemManager, brltty, a getty. Any program that may open the port can.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -12,7 +12,7 @@ namespace baudgate {
 
 class TtyMode {
  public:
-  /// Nothing: it is no tty, or it is gone.
+  /// Empty: it is no tty, or it is gone.
   static std::optional<TtyMode> Read(int fd);
 
   bool operator==(const TtyMode&) const = default;

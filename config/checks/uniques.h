@@ -13,7 +13,7 @@
 
 namespace baudgate::config {
 
-/// What must be unique in the whole gateway: who came first is named when somebody comes second.
+/// What must be unique in the whole gateway: a second one is an error that names the first.
 class Uniques {
  public:
   explicit Uniques(Problems& problems) : problems_(problems) {}

@@ -78,12 +78,12 @@ struct Device {
   Duration slow = std::chrono::minutes(1);  ///< period of the slow group
   Duration daily = std::chrono::hours(24);  ///< period of the daily group
   std::vector<Duration> intervals;          ///< of points with a `poll` of their own
-  std::optional<Duration> max_age;          ///< nothing: see MaxAgeOf
-  std::optional<Duration> dead_age;         ///< nothing: 3 x max_age
+  std::optional<Duration> max_age;          ///< empty: see MaxAgeOf
+  std::optional<Duration> dead_age;         ///< empty: 3 x max_age
   bool never_old = false;                   ///< it speaks unasked, and its silence is normal
   OnBad on_bad = OnBad::exception;
   WordOrder word_order = WordOrder::abcd;
-  std::optional<int> retries;  ///< device before profile; nothing: the line's
+  std::optional<int> retries;  ///< device before profile; empty: the line's
   Timing timing;               ///< device before profile; the line's and the protocol's come below
   std::optional<SerialSettings> serial;  ///< where the bus is switched for this device
   Identity identity;
@@ -133,7 +133,7 @@ void VisitFields(const Device*, Visit visit) {
 
 /// How often the group is read; zero: once.
 Duration PeriodOf(const Device& device, Group group);
-/// From which age values of the group are doubted; nothing: from none. The `max_age` of the device
+/// From which age values of the group are doubted; empty: from none. The `max_age` of the device
 /// is meant for what is read all the time.
 std::optional<Duration> MaxAgeOf(const Device& device, Group group);
 

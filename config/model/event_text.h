@@ -18,15 +18,15 @@ enum class EventState : std::uint8_t { off, on, message };
 inline constexpr std::size_t kEventStates = 3;
 
 struct EventText {
-  std::optional<std::uint32_t> channel;  ///< nothing: of every channel
+  std::optional<std::uint32_t> channel;  ///< empty: of every channel
   std::uint32_t code = 0;
   EventState state = EventState::message;
   std::string text;
   AlarmPriority alarm = AlarmPriority::none;
-  /// The code that ends the alarm, of the same channel; nothing: it has no end of its own, and only
+  /// The code that ends the alarm, of the same channel; empty: it has no end of its own, and only
   /// waits to be acknowledged.
   std::optional<std::uint32_t> until{};
-  std::string record{};  ///< which values are read behind it and kept with it; empty: none
+  std::string record{};  ///< which values are read after it and kept with it; empty: none
 };
 
 template <typename Visit>

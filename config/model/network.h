@@ -1,5 +1,5 @@
-// Addresses of the network side, as users write them: where to listen, who may come, which host a
-// serial server has. Text comes from config/outputs and config/lines.
+// Addresses of the network side, as users write them: where to listen, which clients may come,
+// which host a serial server has. Text comes from config/outputs and config/lines.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -103,7 +103,7 @@ void VisitFields(const Simulate*, Visit visit) {
 struct AllowWhen {
   std::string point;         ///< as written
   Value is;                  ///< of that point's type; before ResolveInterlocks as written
-  Value only{};              ///< guards writes of this value alone; nothing: of every value
+  Value only{};              ///< guards writes of this value alone; empty: of every value
   std::uint32_t device = 0;  ///< through all lines, as FirstDevice counts
   std::uint32_t index = 0;   ///< in that device's points
   Mark mark{};
@@ -166,7 +166,7 @@ struct Point {
   std::vector<Sentinel> sentinels;  ///< compared with the raw value
   OnFault on_fault;
   /// A reading that differs by more counts only when a second one agrees; in units of the value.
-  /// Nothing: the gateway judges by earlier values (gateway/poll/jump_check.h).
+  /// Empty: the gateway judges by earlier values (gateway/poll/jump_check.h).
   std::optional<Decimal> jump;
   Decimal deadband = 0;  ///< DDS: smaller changes are not published, in units of the value
   std::vector<PointEvent> events;

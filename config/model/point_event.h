@@ -31,7 +31,7 @@ struct PointEvent {
   /// For `change`: this text means that all is well, any other that something is wrong. Empty: each
   /// change is a message.
   std::string normal{};
-  std::string record{};  ///< which values are read behind it and kept with it; empty: none
+  std::string record{};  ///< which values are read after it and kept with it; empty: none
 };
 
 template <typename Visit>

@@ -31,7 +31,7 @@ bool IsWord(char c) {
   return (lower >= 'a' && lower <= 'z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
 }
 
-// What stands behind the secret's key in a quotation: "'1 password:SECRET'" as "'1 password…'". Up
+// What follows the secret's key in a quotation: "'1 password:SECRET'" as "'1 password…'". Up
 // to the last quote, because a secret may have some of its own.
 void HideBehind(const std::string& secret, char quote, std::string& message) {
   const std::string lowered = Lower(message);

@@ -15,7 +15,7 @@ enum class Parity : std::uint8_t { none, even, odd, mark, space };
 
 /// 'N', 'E', 'O', 'M' or 'S'.
 char LetterOf(Parity parity);
-/// In either case; nothing: no parity has this letter.
+/// In either case; empty: no parity has this letter.
 std::optional<Parity> ParityOf(char letter);
 
 struct Rs485 {

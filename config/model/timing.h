@@ -1,4 +1,4 @@
-// The named times of a line and of its devices (docs/timeouts.md), and who decides them.
+// The named times of a line and of its devices (docs/timeouts.md), and where each comes from.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,7 +17,7 @@ namespace baudgate::config {
 /// No line is faster: a request and its reply at 115200 bit/s, and what a USB adapter adds.
 inline constexpr Duration kShortestPoll = std::chrono::milliseconds(5);
 
-/// Who has said something about times: the first wins that is named last here.
+/// The sources of times: a later one here takes precedence.
 /// `learned`: it is what the device itself says that it needs.
 enum class Level : std::uint8_t { protocol, gateway, line, profile, device, learned };
 
@@ -28,7 +28,7 @@ struct Timing {
   std::optional<Duration> gap;      ///< longest silence inside a frame
   std::optional<Duration> ceiling;  ///< whole exchange, from the end of the request
   std::optional<Duration> drain;    ///< silence that ends a drain
-  /// Who has decided each, in the order of kNamedTimes.
+  /// The source of each, in the order of kNamedTimes.
   std::array<Level, 5> from{};
 
   bool operator==(const Timing&) const = default;
@@ -57,7 +57,7 @@ std::string TimesText(const Timing& timing);
 Timing Merge(const Timing& first, const Timing& second);
 
 /// What device and profile say, in this order; but where the device says nothing, of reply, gap and
-/// ceiling the longer one of profile and line counts: who knows the line knows of its serial
+/// ceiling the longer one of profile and line counts: the line's author knows its serial
 /// server.
 Timing MergeDevice(const Timing& device, const Timing& profile, const Timing& line);
 

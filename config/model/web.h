@@ -1,4 +1,5 @@
-// The web page, its JSON and its metrics (gateway/web): where it listens, and who may come.
+// The web page, its JSON and its metrics (gateway/web): where it listens, and which clients may
+// come.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -31,7 +31,7 @@ bool AuditedWrites::Submit(WriteCommand command) {
   const bool telegram = command.telegram && !command.telegram->reads;
   if (command.writes.empty() && !telegram) return inner_.Submit(std::move(command));  // it reads
   const Now now = clocks_();
-  // Held until it waits: records and commands have one order, whoever submits at the same time.
+  // Held until it waits: records and commands have one order, also if several threads submit.
   const MutexLock lock(mutex_);
   if (stop_) return false;
   if (waiting_.full()) {

@@ -70,7 +70,7 @@ Result<Page> ReadPage(Database& database, const PageQuery& query) {
     page.records.push_back(RecordOf(rows));
     const WriteRecord& record = page.records.back();
     const std::int64_t next = settled ? record.settled.value_or(page.next) : record.seq;
-    // Whoever asks for page after page comes to an end, whatever the file is.
+    // A client that asks for page after page reaches an end, whatever the file is.
     if (next <= page.next) return Error{"its rows are out of order: it is damaged"};
     page.next = next;
   }

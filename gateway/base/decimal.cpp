@@ -27,7 +27,7 @@ struct Decimal::Wide {
   int exponent = 0;
   Digits digits = 0;
 
-  /// More digits behind the last one, as long as there is room.
+  /// More digits after the last one, as long as there is room.
   void LowerTo(int wanted) {
     while (exponent > wanted && digits <= kMostDigits / 10) {
       digits *= 10;

@@ -1,4 +1,4 @@
-// What people write who are used to a decimal comma.
+// Numbers with a decimal comma, as many people write them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -20,7 +20,7 @@ enum class Symptom : std::uint8_t {
   refusal,        ///< in which the device says no, or asks to wait
   doubted,        ///< which was not taken, because it may answer an earlier request
   few_beside,     ///< beside one to three bytes, which may be nothing
-  noise_before,   ///< behind bytes that belong to nothing
+  noise_before,   ///< after bytes that belong to nothing
   noise_behind,   ///< in front of such bytes
   text_beside,    ///< beside words or numbers for people
   master_beside,  ///< beside a request that this gateway has not sent
@@ -30,7 +30,7 @@ enum class Symptom : std::uint8_t {
   // None came, or none that could be taken:
   silence,         ///< not a byte
   echo,            ///< the request itself, and nothing else
-  late,            ///< a whole reply behind the reply time
+  late,            ///< a whole reply after the reply time
   split,           ///< a whole reply with a pause inside that is longer than `gap`
   head_lost,       ///< a whole reply but for its first byte, or a few; `cause`: a few
   end_lost,        ///< a whole reply but for its last byte
@@ -59,7 +59,7 @@ enum class Symptom : std::uint8_t {
 };
 inline constexpr std::size_t kSymptoms = static_cast<std::size_t>(Symptom::noise) + 1;
 
-/// Before the first request behind the opening of a port.
+/// Before the first request after the opening of a port.
 inline constexpr Duration kLongIdle = Duration::max();
 
 struct Finding {

@@ -47,7 +47,7 @@ spdlog::level::level_enum LevelOf(Level level) {
   return spdlog::level::info;
 }
 
-/// Nothing: standard error is not the journal.
+/// Empty: standard error is not the journal.
 std::unique_ptr<Journal> g_journal;
 
 /// Made by Begin, and never destroyed: whoever logs last still finds it.

@@ -1,7 +1,7 @@
 // The one log: lines on standard error, one per change of state, each naming its line and device.
-// Nobody who logs waits for whoever reads: what finds no room is dropped and counted.
-// Repeats are folded: a text that comes again within a minute is counted, and told when the minute
-// is over.
+// Logging never waits for the reader: a line that finds no room is dropped and counted.
+// Repeats are folded: a text that comes again within a minute is counted, and reported when the
+// minute is over.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -36,9 +36,9 @@ void SetLeast(Level least);
 /// Thread-safe.
 void Write(Level level, const std::string& text);
 void Write(Level level, const About& about, const std::string& text);
-/// Texts with the same key are repeats of each other; of those held back the last is told.
+/// Texts with the same key are repeats of each other; of those held back the last is written.
 void Write(Level level, const std::string& key, const std::string& text);
-/// Never folded: an act of somebody, of which each stands for itself.
+/// Never folded: an act of a person, of which each counts.
 void WriteAct(Level level, const std::string& text);
 void WriteAct(Level level, const About& about, const std::string& text);
 

@@ -1,5 +1,5 @@
-// Writes log lines to a descriptor that may block: a pipe that nobody reads, a stopped terminal. A
-// thread of its own writes; whoever logs only queues a line, and never waits.
+// Writes log lines to a descriptor that may block: a pipe that is not read, a stopped terminal. A
+// thread of its own writes; the caller only queues a line, and never waits.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -35,7 +35,7 @@ class Outlet {
 
   const std::shared_ptr<Queue> queue_;  // shared with the thread, which may outlive the outlet
   Worker worker_;
-  bool has_thread_ = true;  // false: none is left, and whoever logs writes
+  bool has_thread_ = true;  // false: none is left, and the caller writes
 };
 
 }  // namespace baudgate::log

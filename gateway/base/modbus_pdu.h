@@ -46,7 +46,7 @@ enum ExceptionCode : std::uint8_t {
   kAcknowledge = 5,
   kBusy = 6,
   kParityError = 8,
-  kNoPath = 0x0A,    ///< of a gateway: nobody has this unit
+  kNoPath = 0x0A,    ///< of a gateway: there is no such unit
   kNoTarget = 0x0B,  ///< of a gateway: the device does not answer
 };
 
@@ -79,7 +79,7 @@ constexpr bool IsFunction(std::uint8_t code) { return code > 0 && code < kExcept
 // The queue of a line keeps the order of all but IsRead. What MayChangeSlave is recorded. What
 // IsPlainWrite is permitted by `write` alone, and is a broadcast where it goes to unit 0.
 
-/// 1…4: functions that only read, whoever the slave is.
+/// 1…4: functions that only read, on any slave.
 constexpr bool IsRead(std::uint8_t function) {
   return function >= kReadCoils && function <= kReadInput;
 }
@@ -97,7 +97,7 @@ constexpr bool IsAboutBits(std::uint8_t function) {
   return function == kReadCoils || function == kReadDiscretes || function == kWriteCoil ||
          function == kWriteCoils;
 }
-/// Bytes that so many bits are packed into: 9 bits take 2.
+/// The bytes that this many bits are packed into: 9 bits take 2.
 constexpr std::size_t PackedSize(std::size_t bits) { return (bits + 7) / 8; }
 
 /// A request of function 1…6, 15 or 16 taken apart. Views the PDU.
@@ -113,7 +113,7 @@ ExceptionCode ParseRequest(View pdu, PlainRequest& request);
 /// Whether every slave answers the request, if only with an exception: ParseRequest accepts it.
 bool IsCommon(View request);
 
-/// How long a PDU is, as far as its first bytes tell.
+/// The length of a PDU, as far as its first bytes show it.
 struct PduLength {
   enum class Kind : std::uint8_t {
     exact,
@@ -130,7 +130,7 @@ PduLength ReplyLength(View head);
 /// It is as long as its function and byte count say, and registers have two bytes each. Most
 /// requests, which an echo brings back, are no replies by that.
 bool IsReplyForm(View pdu);
-/// The length of the good reply to `request`; nothing: it is not known, or no such reply can be.
+/// The length of the good reply to `request`; empty: it is not known, or no such reply can be.
 std::optional<std::size_t> AwaitedLength(View request);
 /// The length of the reply that begins with `head`; its Modbus TCP header counts `told`
 /// bytes. Some servers count too many: where function and request fix the length, it is that,

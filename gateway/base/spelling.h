@@ -18,8 +18,8 @@ std::string Join(std::span<const std::string_view> words);
 /// In quotes, shortened where it is long: "'adress'".
 std::string Quoted(std::string_view text);
 
-/// A key that nobody knows, in quotes only as far as it looks like one: "'password…'" of
-/// "password:SECRET", because what stands behind may be a secret.
+/// An unknown key, in quotes only as far as it looks like one: "'password…'" of
+/// "password:SECRET", because what follows may be a secret.
 std::string QuotedKey(std::string_view key);
 
 /// " is the blank after the colon missing?" and the like, or nothing where it looks like a key.

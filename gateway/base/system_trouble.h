@@ -14,7 +14,7 @@ std::string SystemTrouble(int error);
 /// The process has used up its file descriptors.
 bool NoFileLeft();
 
-/// The largest size of a file that this process may write, in bytes. Nothing: no limit.
+/// The largest size of a file that this process may write, in bytes. Empty: no limit.
 std::optional<std::size_t> MostFileBytes();
 
 }  // namespace baudgate

@@ -22,7 +22,7 @@ namespace {
 constexpr std::size_t kMostRemembered = 256;
 constexpr Duration kPatience = 1s;
 
-/// An empty name: the system knows no such user. Nothing: the users cannot be read.
+/// An empty name: the system knows no such user. Empty: the users cannot be read.
 std::optional<std::string> AskSystem(uid_t user) {
   constexpr std::size_t kLongest = 65'536;
   std::vector<char> texts(1024);

@@ -69,7 +69,7 @@ class Worker {
   /// The same, and returns after the last round; one that was not started has none. Not from a
   /// round. Idempotent.
   void Stop();
-  /// As RequestStop, and nobody waits for the last round: the thread may outlive this object, so
+  /// As RequestStop, without waiting for the last round: the thread may outlive this object, so
   /// rounds own all that they use. Only with a thread of its own.
   void Leave();
   bool stopping() const;
@@ -85,7 +85,7 @@ class Worker {
   friend struct WorkThread::State;
 };
 
-/// Runs `work` on a thread that nobody waits for, and that may outlive main(): for a call that may
+/// Runs `work` on a thread that may outlive main(), without waiting for it: for a call that may
 /// hang. The error: the system has no thread left.
 Status StartDetached(const std::string& name, std::function<void()> work);
 
@@ -106,7 +106,7 @@ class WorkQueue {
     items_.push_back(std::move(item));
     return true;
   }
-  /// The oldest. Nothing: none waits.
+  /// The oldest. Empty: none waits.
   std::optional<Item> Take() {
     const MutexLock lock(mutex_);
     if (items_.empty()) return std::nullopt;

@@ -1,4 +1,4 @@
-// What became of a write, as its client is told and as the audit keeps it. docs/writes.md has the
+// The result of a write, for its client and for the audit. docs/writes.md has the
 // table for users.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -15,7 +15,7 @@ enum class WriteEnd : std::uint8_t {
   differs,   ///< the device has confirmed it, and then showed another value
   refused,   ///< by the device
   busy,      ///< the device wants it later; or too many writes wait for the line
-  unknown,   ///< it was sent, and nobody knows what became of it
+  unknown,   ///< it was sent, and its result is not known
   not_sent,  ///< the line or the device was not there, or its time was over
   denied,    ///< by the gateway: permission, limits, selection, interlock, audit
 };
@@ -35,7 +35,7 @@ struct WriteResult {
   bool unfit = false;
 };
 
-/// What became of the point at this place of a command of several.
+/// The result of the point at this place of a command of several.
 WriteResult ResultOf(const WriteResult& whole, std::size_t place);
 
 std::string_view Name(WriteEnd end);  ///< "not_sent"

@@ -11,7 +11,7 @@
 namespace baudgate {
 
 /// A bit rate whose format stands outside the quotes would be taken for another argument: says so
-/// before the words are parsed. Nothing: there is none.
+/// before the words are parsed. Empty: there is none.
 std::optional<std::string> UnquotedSerial(std::span<char* const> words);
 
 /// Behind an error of parsing: what each word that was not taken probably means.

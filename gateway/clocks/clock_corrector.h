@@ -94,7 +94,7 @@ class ClockCorrector {
   bool stopped_ BAUDGATE_GUARDED_BY(mutex_) = false;
   std::optional<Instant> looked_ BAUDGATE_GUARDED_BY(mutex_);
   std::map<std::uint32_t, UnderWay> under_way_ BAUDGATE_GUARDED_BY(mutex_);  // by device
-  std::map<std::uint32_t, Instant> not_before_ BAUDGATE_GUARDED_BY(mutex_);  // likewise
+  std::map<std::uint32_t, Instant> not_before_ BAUDGATE_GUARDED_BY(mutex_);  // by device
 };
 
 }  // namespace baudgate

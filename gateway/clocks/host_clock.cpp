@@ -15,7 +15,7 @@ namespace {
 constexpr Duration kInterval = 5s;
 constexpr Duration kServiceInterval = 1min;  // each question starts a process, which then lingers
 
-/// Nothing: it may not be asked.
+/// Empty: it may not be asked.
 std::optional<bool> AskKernel() {
   timex state{};
   const int found = ntp_adjtime(&state);

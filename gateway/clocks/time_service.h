@@ -10,7 +10,7 @@ struct sd_bus;
 
 namespace baudgate {
 
-/// Nothing: there is no bus, no such service, or no answer. May take some seconds.
+/// Empty: there is no bus, no such service, or no answer. May take some seconds.
 std::optional<bool> AskTimeService();
 /// On a bus that is open.
 std::optional<bool> AskTimeService(sd_bus& bus);

@@ -1,4 +1,4 @@
-// The commands of the control socket: one row each, with what it may say and who answers it.
+// The commands of the control socket: one row each, with its fields and the part that answers it.
 // docs/status.md describes them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once

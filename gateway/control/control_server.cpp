@@ -182,7 +182,7 @@ void ControlServer::Accept() {
   });
 }
 
-/// Whoever has been connected longest and asks nothing leaves.
+/// The oldest client without a request is disconnected.
 void ControlServer::MakeRoom() {
   std::shared_ptr<ControlSession> oldest;
   for (const auto& [key, session] : sessions_) {

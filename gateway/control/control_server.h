@@ -42,7 +42,7 @@ class ControlServer {
  private:
   Status BindAnywhere();
   Status Bind(const std::string& path);
-  /// Looks every few seconds whether the socket file is there, and binds anew if it was removed.
+  /// Looks every few seconds whether the socket file is there, and binds again if it was removed.
   void Watch();
   void Rebind();
   void Accept();
@@ -60,7 +60,7 @@ class ControlServer {
   int reserve_ = -1;  // a descriptor for one client more where the process has none left
   std::string path_;
   std::uint64_t inode_ = 0;  // of the socket file, so that only our own is removed
-  std::string trouble_;      // why it cannot be bound anew, as it was said last
+  std::string trouble_;      // why it cannot be bound again, as it was said last
   bool stopped_ = false;
 };
 

@@ -17,7 +17,7 @@ namespace baudgate::control {
 
 struct Limits {
   std::size_t clients = 16;
-  /// Beyond them, for who has one question, such as a confirmation: without traces.
+  /// Beyond them, for clients with one request, such as a confirmation: without traces.
   std::size_t short_clients = 2;
   std::size_t request = 4096;  ///< bytes of one request line
   Duration patience = 10s;     ///< for a whole request, and for a whole answer
@@ -43,7 +43,7 @@ class ControlSession : public std::enable_shared_from_this<ControlSession> {
   bool is_idle() const { return !asked_ && !sending_ && !trace_; }
   /// They rise.
   std::uint64_t number() const { return client_.number; }
-  /// `farewell`: a last line for whoever follows a trace.
+  /// `farewell`: a last line for a client that follows a trace.
   void Close(const std::string& farewell = {});
 
  private:

@@ -22,7 +22,7 @@ constexpr std::string_view kNoHistory =
 
 constexpr std::int64_t kMostEvery = 31 * history::kDay;
 
-/// Nothing: the first page.
+/// Empty: the first page.
 std::optional<history::Cursor> CursorOf(const Json& request) {
   const auto found = request.find("after");
   if (found == request.end() || !found->is_array() || found->size() != 2) return std::nullopt;

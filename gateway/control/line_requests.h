@@ -12,7 +12,7 @@ inline constexpr Duration kMostRelease = 24h;
 
 Reply ShowStatus(const Gateway& gateway, const Request& request);
 Reply ShowSettings(const Gateway& gateway, const Request& request);
-/// The port of a line is lent: to whoever opens it, or to clients of a TCP port.
+/// The port of a line is lent: to a program that opens it, or to clients of a TCP port.
 Reply Release(const Gateway& gateway, const Request& request);
 Reply TakeBack(const Gateway& gateway, const Request& request);
 Reply Enable(const Gateway& gateway, const Request& request);

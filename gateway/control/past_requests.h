@@ -11,7 +11,7 @@
 
 namespace baudgate::control {
 
-/// Four parts: of the past, as points have three. With line, device and name; nothing: three or
+/// Four parts: of the past, as points have three. With line, device and name; empty: three or
 /// fewer.
 std::optional<events::PastQuery> PastQueryOf(const std::string& text);
 

@@ -1,5 +1,5 @@
-// Answers requests that read the disk, on a thread of their own: a disk that hangs holds up nobody
-// who asks for something else.
+// Answers requests that read the disk, on a thread of their own: a disk that hangs does not hold up
+// other requests.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -34,7 +34,7 @@ class RequestHandler {
   void StopReading() {
     if (reader_) reader_->Stop();
   }
-  /// A reload: what can be named, by the numbers of the store. From any thread; waits for nobody.
+  /// A reload: what can be named, by the numbers of the store. From any thread; does not wait.
   void Apply(std::shared_ptr<const config::Config> config,
              std::shared_ptr<const history::HistorySource> history);
   /// As it is now.

@@ -17,7 +17,7 @@ using modbus::RouteOutcome;
 
 /// Two requests without a reply that are so far apart are as good as many.
 constexpr Duration kLongSilence = 30s;
-/// A unit that no client has asked for in so long a time.
+/// A unit that no client has asked for during this time.
 constexpr Duration kForgotten = 1h;
 
 std::optional<Trouble> TroubleOf(News::What what) {
@@ -46,7 +46,7 @@ std::string WhyOf(const std::string& reason) {
   return reason == Name(Outcome::no_reply) ? std::string() : reason;
 }
 
-/// A gateway behind the route says for the slave that it does not answer.
+/// A gateway at the other end of the route reports that the slave does not answer.
 bool IsNoTarget(const RoutedReply& reply) {
   return reply.outcome == Outcome::refused && reply.pdu.size() == 2 &&
          (reply.pdu[1] == modbus::kNoPath || reply.pdu[1] == modbus::kNoTarget);
@@ -77,7 +77,7 @@ void AlarmService::OnUnused(const std::string& line, const std::string& device, 
   TellAll(alarms_.SetInUse({line, device}, false, now));
 }
 
-/// Nobody knows what a slave would have said to a request that was not sent. Where the line is
+/// How a slave would have answered a request that was not sent is not known. Where the line is
 /// down its own alarm says so.
 void AlarmService::OnRouted(const modbus::RoutedReport& end, Now now) {
   const config::Route& route = end.route;
@@ -119,7 +119,7 @@ void AlarmService::OnUnanswered(const OwnAlarms::Place& unit, const std::string&
   if (many || long_ago) alarms_.Begin(Trouble::unit_silent, unit, why, its.first);
 }
 
-/// Units that no client asks for any more: nobody knows what they would say.
+/// Units that no client asks for any more: whether they would answer is not known.
 void AlarmService::Forget(Now now) {
   for (auto one = unanswered_.begin(); one != unanswered_.end();) {
     if (now.instant - one->second.last < kForgotten) {

@@ -18,8 +18,8 @@ reload::Health HealthOf(const DeviceRecord& record) {
   using reload::Health;
   if (record.override_quality == Quality::bad_out_of_service) return Health::unasked;
   if (record.override_quality == Quality::bad_configuration) return Health::ill;
-  // One that was begun anew may still be waking up, and one without an override has not been asked
-  // since its port came back.
+  // A device of a restarted line may still be waking up, and one without an override has not been
+  // asked since its port came back.
   if (record.status.state == DeviceState::offline) {
     const bool was_asked = record.status.last_ok && record.override_quality;
     return was_asked ? Health::ill : Health::unknown;

@@ -130,7 +130,7 @@ void LineRunner::OnEnded(const std::string& reason, bool reset) {
   Handle([&](LineParts& line, Now now) { line.port.OnEnded(reason, reset, now); });
 }
 
-/// A timer that ends early once costs less than one that is set anew at every input.
+/// A timer that ends early once costs less than one that is set again at every input.
 void LineRunner::Arm() {
   const auto deadline = line_.Deadline();
   if (!deadline || *deadline >= armed_) return;

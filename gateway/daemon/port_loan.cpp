@@ -21,8 +21,8 @@ constexpr Duration kLongestWait = 10s;
 constexpr Duration kShowEvery = 1s;
 /// A bus that never falls silent.
 constexpr Duration kLongestRest = 10s;
-/// Between two loans the line polls so long: a client that comes again and again would keep the
-/// port beyond any limit.
+/// Between two loans the line polls for this time: a client that comes again and again would keep
+/// the port beyond any limit.
 constexpr Duration kPolls = 5s;
 
 std::string WhoOf(const Visit& visit) {
@@ -116,7 +116,7 @@ void PortLoan::HandOver(Now now) {
   if (user_ != nullptr) ShowVisit(now);
 }
 
-/// Nobody wants or has the port any more. True: somebody had it.
+/// No client wants or has the port any more. True: one had it.
 bool PortLoan::Part() {
   user_ = nullptr;
   const bool held = state_ == State::held;
@@ -136,7 +136,7 @@ void PortLoan::TakeBack(const std::string& why, Now now) {
 
 void PortLoan::OnClosed(const std::string& reason, Now now) {
   if (state_ == State::rests) state_ = State::free;
-  // Whoever opens the port next finds the settings of the line.
+  // The next program that opens the port finds the settings of the line.
   if (Dismiss(reason, now)) (void)links_.port.Reset(links_.config.serial);
 }
 
@@ -151,7 +151,7 @@ bool PortLoan::Dismiss(const std::string& why, Now now) {
   return held;
 }
 
-/// Everybody who should know that a client has the port no more.
+/// Tells all parts that a client no longer has the port.
 void PortLoan::Tell(const Visit& visit, const std::string& why, Now now) {
   const Duration took = now.instant - visit.began.instant;
   const std::string text = fmt::format("{} after {}; {}", why, TookText(took), BytesOf(visit));
@@ -272,7 +272,7 @@ void PortLoan::HideService(const std::string& place) {
   });
 }
 
-/// `until`: clients can come in; nothing: as long as the line is there.
+/// `until`: clients can come in; empty: as long as the line is there.
 void PortLoan::ShowService(const config::PortServer& server, std::optional<WallTime> until) {
   HideService(server.Place());
   PortService service;

@@ -150,7 +150,7 @@ void Records::RenewHistory(const std::shared_ptr<const config::Config>& config, 
   StartHistory(config, store);
 }
 
-// What ends may wait for the disk, and holds up nobody who looks meanwhile.
+// The end may wait for the disk, and must not hold up readers meanwhile.
 
 void Records::EndHistory() {
   if (history_ends_.valid()) history_ends_.wait();

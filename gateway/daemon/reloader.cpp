@@ -177,7 +177,7 @@ bool Reloader::IsRefused(const std::string& text) const {
   return refused_ && refused_->text == text;
 }
 
-/// The text may be another all the same. What is on trial stays there.
+/// The text may differ nevertheless. What is on trial stays on trial.
 control::ReloadAnswer Reloader::Unchanged(const control::ReloadAsk& ask, const std::string& text) {
   const Duration trial = probation_.running() ? TrialOf(ask, *applied_->config) : Duration::zero();
   Status kept;

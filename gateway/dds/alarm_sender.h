@@ -1,5 +1,5 @@
-// Which alarm is published next: each as it is now, when it has changed; to whoever takes samples
-// anew all of them. Pure; gateway/dds/sample_sender.h sends.
+// Which alarm is published next: each one that has changed, as it is now; all of them to a new
+// reader. Pure; gateway/dds/sample_sender.h sends.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,11 +1,11 @@
-// Which event is published next: each once, in the order of the numbers; to whoever takes samples
-// anew the newest ones once more. Over restarts it goes on where it was, if subscribers have
-// confirmed so. Pure; gateway/dds/sample_sender.h sends.
+// Which event is published next: each once, in the order of the numbers; to a new reader the newest
+// ones once more. After a restart it goes on where it was, if subscribers have confirmed that.
+// Pure; gateway/dds/sample_sender.h sends.
 //
-//   there are 1 … 5000, and somebody comes    → 4001, 4002 … 5000
+//   there are 1 … 5000, and a reader comes    → 4001, 4002 … 5000
 //   5001 happens                              → 5001
-//   he leaves after 5001, another comes       → 4002 … 5001
-//   5002 … 7500 happen before another comes   → 4002 … 7500: those that nobody had, too
+//   it leaves after 5001, another comes       → 4002 … 5001
+//   5002 … 7500 happen before another comes   → 4002 … 7500: also those that no reader has had
 //   an orderly end, a start, and 7501         → 7501
 //   a kill and a start                        → 6502 … 7501: some may have been lost on their way
 //
@@ -21,7 +21,7 @@
 
 namespace baudgate::dds {
 
-/// So many of the newest go to a new reader, and so many before the last that was sent.
+/// How many of the newest go to a new reader, and how many before the last that was sent.
 inline constexpr std::uint64_t kEventImage = 1000;
 
 class EventSender {

@@ -16,7 +16,7 @@ namespace baudgate::dds {
 class EventSupply {
  public:
   virtual ~EventSupply() = default;
-  /// Those behind the number `after`, in their order, at most `most`. None also where
+  /// Those after the number `after`, in their order, at most `most`. None also where
   /// they have to be fetched first; OnNew is told then. One without `gateway` is not
   /// published: its device is no longer configured.
   virtual std::vector<EventSample> Take(std::uint64_t after, std::size_t most) = 0;
@@ -26,14 +26,14 @@ class EventSupply {
     std::uint64_t seq = 0;
     bool sure = false;  ///< subscribers have confirmed all up to there
   };
-  /// Where Keep was, the last time also before the start; nothing: nowhere. Known with newest().
+  /// Where Keep was, the last time also before the start; empty: nowhere. Known with newest().
   virtual std::optional<Place> place() const { return std::nullopt; }
   virtual void Keep(Place /*place*/) {}
   struct Alarm {
     std::uint64_t version = 0;  ///< counts the changes of all alarms, since the start
     AlarmSample sample{};
   };
-  /// Those that have changed behind this version, as they are now, by their versions; 0: all.
+  /// Those that have changed after this version, as they are now, by their versions; 0: all.
   virtual std::vector<Alarm> TakeAlarms(std::uint64_t /*after*/, std::size_t /*most*/) {
     return {};
   }

@@ -101,7 +101,7 @@ Instant DdsPublisher::Publish() {
   return rests_until_;
 }
 
-/// Another session, or other devices: the sender begins anew, and at once.
+/// Another session, or other devices: the sender starts again, and at once.
 void DdsPublisher::Renew(std::uint64_t session) {
   const Instant now = ReadClocks().instant;
   const bool other_session = std::exchange(session_, session) != session;

@@ -33,7 +33,7 @@ inline constexpr std::size_t kRefusals = static_cast<std::size_t>(Refusal::hands
 struct RefusalWords {
   std::string_view name;   ///< "fragment", for machines
   std::string_view words;  ///< "a fragment"
-  std::string_view many;   ///< "fragments", behind a number
+  std::string_view many;   ///< "fragments", after a number
 };
 
 /// By Refusal.

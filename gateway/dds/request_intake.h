@@ -1,6 +1,7 @@
-// Write requests on their way to whoever carries them out: how many a second, and how many wait, is
-// bounded; what is beyond is counted and gone, and its client asks again. From the DDS library's
-// threads to gateway/dds/link/link_server.h, and from there to gateway/dds/writes/dds_writes.h.
+// Write requests on their way to the part that carries them out. Their rate and the number that
+// waits are bounded; requests beyond are counted and dropped, and their client asks again. From the
+// DDS library's threads to gateway/dds/link/link_server.h, and from there to
+// gateway/dds/writes/dds_writes.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -29,7 +30,7 @@ class RequestIntake {
  public:
   static constexpr std::size_t kMost = 128;     ///< that wait
   static constexpr Duration kInterval = 2ms;    ///< one each, after a burst
-  static constexpr std::uint32_t kBurst = 128;  ///< of so many
+  static constexpr std::uint32_t kBurst = 128;  ///< requests at once
 
   /// `wake`: on the thread of Offer, after something has come.
   explicit RequestIntake(std::function<void()> wake) : wake_(std::move(wake)) {}

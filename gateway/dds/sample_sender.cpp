@@ -280,7 +280,7 @@ std::optional<Instant> SampleSender::End(Instant now) {
   return std::nullopt;
 }
 
-/// What has happened until now; nothing: all is told, or cannot be.
+/// What has happened until now; empty: all is told, or cannot be.
 template <typename Sender>
 std::optional<Instant> SampleSender::EndOf(Sender& sender, Instant now) {
   while (const auto* sample = sender.Next()) {

@@ -67,7 +67,7 @@ class SampleSender {
 
   /// Tells subscribers that nobody reads the points any more: each that was ever sent goes out once
   /// more with its last value, not connected, as far as the pace allows. Returns when to go on;
-  /// nothing: all is told, or the 700 ms for it are over (the end of the writer tells the rest).
+  /// empty: all is told, or the 700 ms for it are over (the end of the writer tells the rest).
   std::optional<Instant> End(Instant now);
   /// Behind End: subscribers have confirmed everything.
   void Confirm() { events_.Confirm(); }

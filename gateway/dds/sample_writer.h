@@ -44,15 +44,15 @@ class SampleWriter {
   virtual DatagramCounters datagrams() const { return {}; }
   virtual Neighbours neighbours() const { return {}; }
 
-  /// Numbers those who took samples one after the other: whoever has another number knows nothing
-  /// of what was sent before. 0: nobody is there.
+  /// The number of the present receiver of samples; a new one knows nothing of what was sent
+  /// before. 0: there is none.
   virtual std::uint64_t session() const { return 1; }
   /// Before the first sample: `changed` is called, from any thread, whenever session() changes.
   virtual void OnSession([[maybe_unused]] const std::function<void()>& changed) {}
 
   using TakeRequest = std::function<void(WriteArrival arrival)>;
   /// `take` is called, from any thread, with each request to this gateway; null: no longer, and no
-  /// call is under way when this returns. Where writing is denied nobody listens for them.
+  /// call is under way when this returns. If writing is denied, they are not received.
   virtual void OnRequest([[maybe_unused]] TakeRequest take) {}
   /// Requests that came faster than they can be handed on.
   virtual std::uint64_t dropped_requests() const { return 0; }

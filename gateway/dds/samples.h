@@ -18,7 +18,7 @@ inline constexpr char kAlarmTopic[] = "baudgate/alarms";
 inline constexpr char kRequestTopic[] = "baudgate/write";
 inline constexpr char kReplyTopic[] = "baudgate/write_reply";
 
-/// Events of a device that a subscriber who comes later gets.
+/// Events of a device that a late subscriber gets.
 inline constexpr std::size_t kEventDepth = 1000;
 
 /// Bounds of baudgate.idl, in bytes.
@@ -87,7 +87,7 @@ struct EventSample {
   bool operator==(const EventSample&) const = default;
 };
 
-/// What somebody has to know of, as it is now; docs/events.md. Once it is on the disk.
+/// An alarm as it is now (docs/events.md), once it is on the disk.
 struct AlarmSample {
   std::string gateway;         ///< key
   std::string line;            ///< key

@@ -1,5 +1,5 @@
 // When the next sample may be written: at a pace that loses none on the way, and after a rest when
-// whoever takes them had no room. Time is an argument.
+// the receiver had no room. Time is an argument.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,7 +21,7 @@ class WritePace {
   /// 8, 10, 10 … ms.
   bool Took(Sent said, Instant now);
   Instant ReadyAt() const { return std::max(held_until_, pacer_.ReadyAt()); }
-  /// Somebody else takes the samples.
+  /// There is a new receiver.
   void ForgetHold() { held_until_ = {}; }
 
   static constexpr Duration kLongestHold = 10ms;

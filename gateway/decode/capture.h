@@ -24,7 +24,7 @@ struct Capture {
   std::optional<Outcome> told{};  ///< how it ended when it was recorded
   std::string why{};              ///< and the reason that was recorded with it
   bool ended = false;             ///< what comes now belongs to no exchange
-  bool last = false;              ///< nothing stands behind it in the recording
+  bool last = false;              ///< nothing follows it in the recording
 
   /// More may have come than was recorded.
   bool is_open() const { return !time.empty() && !told; }

@@ -132,7 +132,7 @@ void FrameLines::AddLine(const Held& held, std::size_t from, std::size_t to,
   lines.push_back(line + " | " + (meaning.empty() ? held.shown.substr(from, to - from) : meaning));
 }
 
-/// What stands behind the first frame has a line of its own.
+/// What follows the first frame has a line of its own.
 void FrameLines::FlushHeld(const std::string& meaning, std::size_t first_frame,
                            std::vector<std::string>& lines) {
   const Held held = std::exchange(held_, {});

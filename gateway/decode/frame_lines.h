@@ -1,5 +1,5 @@
 // The records of a trace, byte by byte as they came, as one line for each frame: pieces are put
-// together, and what a reply means stands behind it where its device is known.
+// together, and what a reply means follows it where its device is known.
 //
 //   12:23:31.717352 feeder-1 > 3E 31 52 49 31 3A 43 43 0D | >1RI1:CC.
 //   12:23:31.735202 feeder-1 < 0A 3C 31 44 3A … 0D 0A | current_l1 0.52 xIn

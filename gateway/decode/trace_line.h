@@ -16,7 +16,7 @@
 
 namespace baudgate {
 
-/// A mark (0: none) and what stands behind it; of a trace also when and with which device. Parts of
+/// A mark (0: none) and what follows it; of a trace also when and with which device. Parts of
 /// the line.
 struct TraceLine {
   char mark = 0;
@@ -41,9 +41,9 @@ struct MaskedHex {
 /// "3E 31 ** 0D"; nothing when it is none.
 std::optional<MaskedHex> ParseMaskedHex(std::string_view text);
 
-/// The outcome in what stands behind "=": "corrupt, 27.3 ms: checksum".
+/// The outcome in what follows "=": "corrupt, 27.3 ms: checksum".
 std::optional<Outcome> OutcomeOf(std::string_view end);
-/// What stands behind its colon; empty: nothing does.
+/// What follows its colon; empty: nothing does.
 std::string_view ReasonOf(std::string_view end);
 
 }  // namespace baudgate

@@ -31,10 +31,10 @@ struct LogOptions {
   /// They are on the disk, so that their sources may be asked for more; on the writing thread.
   std::function<void(const std::vector<Source>& sources)> kept;
   /// These are on the disk, too, and their records are still to be read: when the file has opened
-  /// first, and before `kept`; on the writing thread. Empty: nobody reads them.
+  /// first, and before `kept`; on the writing thread. Empty: they are not read.
   std::function<void(const std::vector<OwedRecord>& owed)> owed{};
-  /// An alarm has changed, or was `raised`. While the disk fails it is told all the same, once; on
-  /// the writing thread, or from Watch. Empty: nobody hears of it.
+  /// An alarm has changed, or was `raised`. While the disk fails it is reported once, too; on
+  /// the writing thread, or from Watch. Empty: not wanted.
   std::function<void(const Alarm& alarm, bool raised)> alarm{};
   /// One line when the disk begins to fail, and one when it is well again; from any thread.
   std::function<void(const std::string&)> warn;

@@ -38,7 +38,7 @@ inline constexpr std::size_t kTroubles = 10;
 
 /// "no answer": the name of the alarm, and how its text begins.
 std::string_view Name(Trouble trouble);
-/// Nothing: it is the name of another alarm.
+/// Empty: it is the name of another alarm.
 std::optional<Trouble> TroubleNamed(std::string_view name);
 
 /// "unit-51": the device of an alarm of a routed unit, by the number that clients ask for.
@@ -47,7 +47,7 @@ std::string UnitName(std::uint8_t unit);
 /// "10.0.0.9:502": the server to which this unit is routed; empty: to none.
 std::string ServerOf(const config::Config& config, std::string_view unit);
 
-/// The setting that counts; nothing: the configuration has no such line, device or route.
+/// The setting that counts; empty: the configuration has no such line, device or route.
 std::optional<config::AlarmSetting> SettingOf(const config::Config& config, Trouble trouble,
                                               std::string_view line, std::string_view device);
 

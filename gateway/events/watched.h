@@ -13,7 +13,7 @@
 
 namespace baudgate::events {
 
-/// Nothing: it can be neither raised nor ended any more.
+/// Empty: it can be neither raised nor ended any more.
 std::optional<config::AlarmPriority> PriorityOf(const config::Config& config, const Alarm& alarm);
 
 /// The priority of an alarm in the configuration; empty: the configuration no longer has it.

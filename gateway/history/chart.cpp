@@ -44,7 +44,7 @@ void Tidy(std::vector<Trend>& rows, Millis since) {
   rows = std::move(tidy);
 }
 
-/// Nothing: there are too many values.
+/// Empty: there are too many values.
 Result<std::optional<Chart>> FromValues(const HistorySource& source, const ChartQuery& query,
                                         Millis step) {
   Chart chart{.step = step};

@@ -27,7 +27,7 @@ inline constexpr std::size_t kLongestText = 250;
 
 /// At most kMostInChunk, with times that rise from each to the next, from 1 on. Empty: no memory.
 Bytes EncodeChunk(std::span<const Entry> entries);
-/// Exactly what was encoded. Nothing: these bytes are no chunk.
+/// Exactly what was encoded. Empty: these bytes are no chunk.
 std::optional<std::vector<Entry>> DecodeChunk(View bytes);
 
 }  // namespace baudgate::history

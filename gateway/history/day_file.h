@@ -21,7 +21,7 @@ inline constexpr std::int64_t kValuesApplication = 0x42477661;
 
 /// "values-20261123.db" of the day that begins then.
 std::string DayFileName(Millis day);
-/// Nothing: it is not the name of such a file.
+/// Empty: it is not the name of such a file.
 std::optional<Millis> DayOf(const std::string& file_name);
 
 /// One thread. After a call that failed error() has words, and the file may be closed.

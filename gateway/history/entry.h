@@ -31,7 +31,7 @@ constexpr Millis FloorTo(Millis time, Millis width) {
 
 struct Entry {
   Millis time = 0;
-  Value value{};  ///< nothing: under a bad quality, or no number
+  Value value{};  ///< empty: under a bad quality, or no number
   Quality quality = Quality::bad_waiting;
 
   bool operator==(const Entry&) const = default;

@@ -40,7 +40,7 @@ constexpr std::uint64_t Ceiling(std::uint64_t limit) {
 
 struct TooMuch {
   std::string file;
-  std::optional<Millis> day{};  ///< nothing: it was put aside
+  std::optional<Millis> day{};  ///< empty: it was put aside
   bool old = false;             ///< else it is too much for the limit
 };
 

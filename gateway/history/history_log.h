@@ -21,7 +21,7 @@ namespace baudgate::history {
 
 class HistoryLog {
  public:
-  /// Values are on the disk so soon: as many as a power cut may take.
+  /// Values are on the disk after this time at the latest; a power cut loses at most these.
   static constexpr Duration kCommit = 1s;
   /// What changes within it is looked at together.
   static constexpr Duration kLook = 20ms;

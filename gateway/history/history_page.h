@@ -1,5 +1,5 @@
 // Reads the history back, page by page: for `baudgate history`, over connections of its own that
-// hold up nobody. What stands in the files may be anything; every field is checked.
+// hold up nothing. The files may contain anything; every field is checked.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

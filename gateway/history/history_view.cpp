@@ -25,7 +25,7 @@ Result<Page> HistoryView::Read(const PageQuery& query) const {
   return page;
 }
 
-/// Each is told once: a file that is damaged while the gateway runs is seen by who reads it first.
+/// Each is told once: a file that is damaged while the gateway runs is found by its first reader.
 void HistoryView::Note(const UnreadFile& file, const PageQuery& query) const {
   {
     const MutexLock lock(mutex_);

@@ -18,7 +18,7 @@ struct LogRule {
   static LogRule Of(const config::HistoryPoint& point);
 };
 
-/// `last`: what was kept last; null: nothing was, or nobody knows what has been since.
+/// `last`: the value kept last; null: none, or what happened since is not known.
 bool IsKept(const LogRule& rule, const Entry* last, const Entry& now);
 
 }  // namespace baudgate::history

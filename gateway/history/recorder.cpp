@@ -20,7 +20,7 @@ Value Cleaned(Value value, Quality quality) {
   return value;
 }
 
-/// The value as a good number; nothing: it is none.
+/// The value as a good number; empty: it is none.
 std::optional<double> NumberOf(const Entry& entry) {
   if (!IsGood(entry.quality) || !HasValue(entry.value)) return std::nullopt;
   if (std::holds_alternative<std::string>(entry.value)) return std::nullopt;
@@ -69,7 +69,7 @@ void Recorder::Take(const Changes& changes, Now now, std::size_t room, Batch& ou
     seen_.clear();
     std::size_t end = i;
     while (end < changes.points.size() && changes.points[end].device == device) ++end;
-    if (device >= numbers_.size()) {  // a reload has just brought it, and will make this anew
+    if (device >= numbers_.size()) {  // a reload has just brought it, and will make this again
       i = end;
       continue;
     }
@@ -146,7 +146,7 @@ void Recorder::Look(Now now, std::size_t room, Batch& out) {
     BeginRun(RunBegin::dropped, ToMillis(now.wall), out);
 }
 
-/// All that is known is kept anew: nobody has to look beyond the run.
+/// All that is known is kept again: nobody has to look beyond the run.
 void Recorder::BeginRun(RunBegin why, Millis now, Batch& out) {
   out.SetRun(run_);
   run_ = {run_.number + 1, now, now, why};
@@ -170,7 +170,7 @@ void Recorder::ForgetSpans(Millis time, Batch& out) {
   Roll([&](Rollup& rollup) { rollup.Forget(time, ended_); }, out);
 }
 
-/// What nobody looked at is a gap. Points begin anew with what the store says of them now: their
+/// What nobody looked at is a gap. Points start again with what the store says of them now: their
 /// values may be too old.
 void Recorder::EndStandstill(Millis old_time, Now now, Batch& out) {
   ForgetSpans(old_time, out);

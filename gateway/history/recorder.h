@@ -26,9 +26,9 @@ class Recorder {
  public:
   /// A clock that goes faster or slower than this between two looks was set.
   static constexpr Duration kStep = 250ms;
-  /// Nobody looked for longer than this: the process was stopped, or its machine was.
+  /// A gap of the clock longer than this: the process was stopped, or its machine was.
   static constexpr Duration kStandstill = 5s;
-  /// Spans end so long after their time: a reading that was taken before comes until then.
+  /// Spans end this long after their time, so that readings from within them have come.
   static constexpr Millis kSettle = 2 * kSecond;
 
   /// `store` outlives it.

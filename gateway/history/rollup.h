@@ -36,7 +36,7 @@ class Rollup {
  public:
   explicit Rollup(Millis width) : width_(width) {}
 
-  /// From now on this is in force; nothing: what is not good. `reading`: it was read just now.
+  /// From now on this is in force; empty: what is not good. `reading`: it was read just now.
   /// Spans that have ended go to `out`; those without good time are left out.
   void Set(Millis time, std::optional<double> value, bool reading, std::vector<Trend>& out);
   /// What is in force stays so until now.

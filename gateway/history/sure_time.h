@@ -20,9 +20,9 @@ class SureTime {
   /// One that goes faster or slower than this between two looks was set. Less is no harm.
   static constexpr Duration kStep = 1min;
 
-  /// `newest`: begin of the newest day of which there are files; nothing: there are none.
+  /// `newest`: begin of the newest day of which there are files; empty: there are none.
   void Begin(Now now, std::optional<Millis> newest);
-  /// Often. Nothing: the clock is not to be trusted yet; else it is not after `now`.
+  /// Often. Empty: the clock is not to be trusted yet; else it is not after `now`.
   std::optional<Millis> Look(Now now);
 
  private:

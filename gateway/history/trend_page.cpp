@@ -17,7 +17,7 @@ struct Part {
 constexpr const char* kColumns =
     "SELECT run, begin, mean, min, max, first, last, count, good FROM ";
 
-/// Nothing: it is no span of a point.
+/// Empty: it is no span of a point.
 std::optional<Part> PartOf(const Statement& row) {
   Part part{row.Number(0),
             {row.Number(1), row.Real(2), row.Real(3), row.Real(4), row.Real(5), row.Real(6),

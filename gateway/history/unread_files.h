@@ -1,4 +1,4 @@
-// Files of days that somebody could not read, or not whole. Each is read again from time to time,
+// Files of days that could not be read, or not whole. Each is read again from time to time,
 // and forgotten when that works: the file was mended or removed, or there are descriptors again.
 // No lock: gateway/history/history_view.h has it.
 // SPDX-License-Identifier: Apache-2.0

@@ -26,7 +26,7 @@ double Number(ValueForm form, std::int64_t whole) {
                                          : number * kScales[form.decimals];
 }
 
-/// Nothing: this form does not bring it back.
+/// Empty: this form does not bring it back.
 std::optional<std::int64_t> WholeOf(ValueForm form, double number) {
   const double whole = number * kPowers[form.decimals];
   if (!(std::abs(whole) < kMostWhole)) return std::nullopt;

@@ -42,7 +42,7 @@ struct Found {
   std::size_t begin = 0;
   std::size_t end = 0;
   std::size_t frames = 0;  ///< this one and those behind it that are the same
-  bool others = false;     ///< a different one stands behind it
+  bool others = false;     ///< a different one follows it
 };
 
 std::optional<Found> FindReply(const Hearing& hearing, View heard) {
@@ -147,11 +147,11 @@ bool Repeats(View heard) {
   return alike >= kRepeated;
 }
 
-/// Nothing: these are no words for people.
+/// Empty: these are no words for people.
 std::optional<Finding> Words(const Hearing& hearing, View heard, bool lines = false) {
   const bool likely = IsWords(hearing, heard) || (lines && IsLine(hearing, heard));
   if (!IsModem(heard) && (!likely || BeginsLikeReply(hearing, heard))) return std::nullopt;
-  // What comes behind a password may repeat it.
+  // What comes after a password may repeat it.
   const bool secret = !hearing.expect->secrets.empty();
   return Finding{
       .symptom = Symptom::text,
@@ -247,7 +247,7 @@ std::optional<Finding> Stranger(const Hearing& hearing, View part) {
   return words;
 }
 
-/// 00 and FF, as of a line that nobody drives.
+/// 00 and FF, as from a line that is not driven.
 bool IsIdle(View bytes) {
   return std::ranges::all_of(bytes, [](auto byte) { return byte % 0xFF == 0; });
 }
@@ -292,7 +292,7 @@ Finding Beside(const Hearing& hearing, View heard, const Found& found) {
   return form && before.size() + behind.size() >= few ? noise(Symptom::few_beside) : Finding{};
 }
 
-/// A whole reply came, and the exchange has failed all the same.
+/// A whole reply came, and yet the exchange failed.
 Finding Untaken(const Hearing& hearing, std::size_t echo, const Found& found) {
   const Duration pause = LongestPause(hearing, echo + found.begin, echo + found.end);
   const Duration after = ArrivalOf(hearing, echo + found.begin);

@@ -24,7 +24,7 @@
 //   await_first  timer (reply)                 drain, no_reply or the worst discard
 //   receiving    two different whole frames    drain, unexpected
 //   receiving    whole frame                   idle; drain after unexpected, while an aftermath is due,
-//                                              and when bytes stand behind it
+//                                              and when bytes follow it
 //   receiving    timer (gap)                   the rule is asked once more with idle = true; no frame:
 //                                              await_first when only harmless noise or whole replies of
 //                                              others came and the reply time is not over, else drain
@@ -51,8 +51,8 @@ namespace {
 /// delivers faster than any wire, so this needs a bound of its own.
 constexpr std::size_t kKeptWhileSending = 1024;
 
-/// Bytes that come so long after their deadline have waited while this program did not run, nobody
-/// knows how long: the deadline goes first.
+/// Bytes that come this long after their deadline have waited while this program did not run, for
+/// an unknown time: the deadline counts first.
 constexpr Duration kHeldUp = 100ms;
 
 }  // namespace
@@ -272,7 +272,7 @@ void Line::TakeFrame(bool idle, Instant now) {
   if (state_ == State::idle && !harmless) Drain(exchange_.times.drain, now);
 }
 
-/// Nobody knows which of two replies is the awaited one, unless they are the same.
+/// Which of two replies is the awaited one is not known, unless they are the same.
 bool Line::IsAlone(const Bytes& frame) {
   taken_.clear();
   behind_ = assembler_;
@@ -304,7 +304,7 @@ void Line::TakeStray(View bytes, Instant now) {
 
 /// Nothing else has come: a port that forwards as fast as it can has brought the reply early.
 bool Line::TakeEarly(Instant now) {
-  // What mirrors its request would be the echo; what has waited came nobody knows when.
+  // A reply that mirrors its request could be the echo; bytes that waited came at an unknown time.
   const bool held_up = now >= deadline_ + kHeldUp;
   if (early_.empty() || held_up || exchange_.request.expect.mirrors) return false;
   assembler_.Feed(std::exchange(early_, {}));
@@ -364,7 +364,7 @@ void Line::Finish(Outcome outcome, std::string reason, Instant now) {
   if (outcome == Outcome::no_reply) {
     Drain(exchange_.times.drain, now);
   } else if (NeedsDrain(outcome)) {
-    // Nobody takes a reply that names its device for his own.
+    // A reply that names its device is not taken for another device's.
     const bool named = !exchange_.request.expect.address.empty();
     Drain(named ? exchange_.times.drain : std::max(exchange_.times.drain, exchange_.aftermath),
           now);

@@ -23,7 +23,7 @@ struct DemoPkiOptions {
   std::string directory;
   std::vector<std::string> gateways;  ///< names
   int subscribers = 0;                ///< numbered on from those that are there; may subscribe only
-  int writers = 0;                    ///< likewise; may publish baudgate/write as well
+  int writers = 0;                    ///< the same; may publish baudgate/write as well
   Duration validity = kDemoValidity;  ///< of identities and permissions; the authority's at least
 };
 

@@ -34,7 +34,7 @@ std::vector<std::string> Elements(const std::string& xml, const std::string& tag
   return found;
 }
 
-/// The signed document; nothing: nobody of `signers` has signed it as it stands here.
+/// The signed document; empty: none of `signers` has signed it in this form.
 std::optional<std::string> Verified(const std::string& smime,
                                     const std::vector<Certificate>& signers) {
   const Bio from = Reading(smime);

@@ -197,7 +197,7 @@ std::unique_ptr<Job> Chooser::TakeProbe(const Idle& idle) {
   if (member.device != nullptr && member.in_use) {
     job = std::make_unique<Job>(member, Job::Probe{}, Task{.kind = Task::Kind::probe}, idle.now);
   } else {
-    // A client's request to a slave that is offline is its probe.
+    // A client's request to an offline slave is its probe.
     job = ForRoute(agenda_.routes.queue().TakeFor(member.slave), idle.now);
     if (!job && agenda_.routes.MayRepeatRead(member, idle.since == idle.now, idle.now)) {
       job = ForRoute(agenda_.routes.RepeatRead(member), idle.now);
@@ -255,13 +255,13 @@ bool Chooser::MayRepeat(const Job& job, int more, Instant now) const {
 
 // ---------------------------------------------------------------- routed requests
 
-/// Somebody waits for a slave that answers.
+/// A client waits for a slave that answers.
 bool Chooser::RoutedWaits(Instant now) const {
   return agenda_.routes.queue().HasAny(
       [&](const RoutedRequest& request) { return MayAsk(request, now); });
 }
 
-/// Not while an answer to an earlier request may come that would pass for its own, and no write
+/// Not while a late reply could pass for its own, and no write
 /// before an earlier one to a point of the same device.
 bool Chooser::MayAsk(const RoutedRequest& request, Instant now) const {
   const Member* member = roster_.FindSlave(request.slave);

@@ -42,7 +42,7 @@ void DeviceAccounts::OnExchange(const Member& member, const ExchangeEnd& end,
     status.busy = states_[member].busy;
     if (outcome != Outcome::ok) status.last_reason = end.reason;
     status.learned = member.device->conversation->WhatIsLearned();
-    // Whoever has ended the connection with it may have said why.
+    // The part that has ended the connection may have reported why.
     if (!about.mute && (!cut_off || finding.bytes > 0)) status.findings.Add(finding);
     if (!about.mute && !cut_off) Count(member, answered, status);
     if (!answered) return;

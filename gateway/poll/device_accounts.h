@@ -77,13 +77,13 @@ class DeviceAccounts {
   struct State {
     Duration busy{};                   // line time that it has taken
     Duration counted{};                // of that, in the status
-    Duration drained{};                // line time of the silence behind its last exchange
+    Duration drained{};                // line time of the silence after its last exchange
     Instant heard{};                   // end of its last exchange, or when the port was opened
     bool out = false;                  // its last task has failed
     Symptom symptom = Symptom::clean;  // of its last exchange
     std::uint32_t missed = 0;          // of its periods
     Duration patience{};               // as the status has it
-    std::uint32_t behind = 0;          // likewise
+    std::uint32_t behind = 0;          // as the status has it
     bool told_second = false;          // the user has been warned of a second, different reply
   };
 

@@ -6,7 +6,7 @@
 namespace baudgate {
 namespace {
 
-/// So many outages in so many minutes are a habit.
+/// This many outages in this many minutes are frequent.
 constexpr std::uint32_t kFlapping = 3;
 constexpr std::size_t kFlappingMinutes = 5;
 

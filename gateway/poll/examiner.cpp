@@ -17,14 +17,14 @@ constexpr std::size_t kArrivals = 256;
 constexpr std::size_t kTaken = 8;
 /// What begins as a reply has begun is another one.
 constexpr std::size_t kFront = 2;
-/// The same reply to so many other requests is no chance, where each of them may be answered alike;
-/// and where replies are numbered.
+/// The same reply to this many other requests is no chance, where each of them may be answered
+/// alike; and where replies are numbered.
 constexpr std::size_t kSame = 4;
 constexpr std::size_t kSameNumbered = 2;
 /// Fewer bytes may well be the same.
 constexpr std::size_t kShortest = 4;
 constexpr std::size_t kTransaction = 2;
-/// The rest of a reply that comes still later is nobody's.
+/// Rests of a reply that come later than this belong to no exchange.
 constexpr Duration kLongestPause = 5s;
 
 }  // namespace
@@ -107,7 +107,7 @@ std::optional<Examiner::Earlier> Examiner::TakeEarlier() {
   return earlier;
 }
 
-/// What was heard before and behind the reply that was taken; without one, before it.
+/// What was heard before and after the reply that was taken; without one, before it.
 std::pair<View, View> Examiner::BesideReply() const {
   const View heard = heard_;
   const auto found = std::search(heard.begin(), heard.end(), frame_.begin(), frame_.end());
@@ -227,7 +227,7 @@ bool Examiner::IsSameAgain(bool right) {
   return asked.right && asked.others >= (member_->protocol->tcp ? kSameNumbered : kSame);
 }
 
-/// A request of this gateway has come back so late that it seems somebody else's.
+/// A request of this gateway has come back so late that it looks like another master's.
 bool Examiner::IsLateEcho() const {
   return std::ranges::any_of(open_, [this](const LastTwo& asked) {
     const Bytes& own = asked.last.request.bytes;
@@ -297,7 +297,7 @@ Finding Examiner::Attribute(Finding finding) {
     if (arrivals_.back().after < reply / 2) return {.symptom = Symptom::one_behind};
     return late ? Finding{.symptom = Symptom::late, .time = after} : finding;
   }
-  // Its own name in a reply to somebody else's request is no second reply.
+  // Its own address in a reply to another master's request is no second reply.
   const bool early = arrivals_.back().after < reply / 2;
   if (!late && early && finding.symptom == Symptom::other_device &&
       whose->member->device != nullptr)

@@ -122,7 +122,7 @@ class Examiner {
   std::deque<Taken> taken_;  // the latest replies
   bool fresh_ = true;        // no exchange has ended since the port was opened
   bool negotiated_ = false;
-  Bytes greeting_;  // came before the first request behind the opening of the port
+  Bytes greeting_;  // came before the first request after the opening of the port
   Bytes heard_;
   std::vector<Arrival> arrivals_;
   std::vector<Earlier> earlier_;

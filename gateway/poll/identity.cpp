@@ -6,7 +6,7 @@
 namespace baudgate {
 namespace {
 
-/// A line feed behind the carriage return may be missing, or come with the next bytes.
+/// A line feed after the carriage return may be missing, or come with the next bytes.
 View WithoutLineEnd(View frame) {
   while (!frame.empty() && (frame.back() == '\r' || frame.back() == '\n')) {
     frame = frame.first(frame.size() - 1);

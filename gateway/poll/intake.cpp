@@ -51,8 +51,8 @@ ReplyEffects Intake::Take(const Job& job, Device& device, Answer answer, Instant
   return effects;
 }
 
-/// A reply that may be an earlier one's to the same request is as old as that, and a late one as
-/// old as its request.
+/// A reply that may answer an earlier try of the same request is as old as that try; a late one is
+/// as old as its request.
 void Intake::Store(const Job& job, Device& device, const Answer& answer, Instant now,
                    ReplyEffects& effects) {
   const Duration older = job.verdict.older + (job.took_patience ? job.round_trip : Duration());

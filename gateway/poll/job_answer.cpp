@@ -37,7 +37,7 @@ void JobRun::Conclude(ExchangeEnd end, const Finding& finding) {
   answered ? OnAnswered(end) : OnFailed(end);
 }
 
-/// Nobody has answered what was sent, and nobody should have.
+/// The request was a broadcast: there was no answer, and none is due.
 bool JobRun::GoesOnBehindBroadcast() {
   Job& job = *job_;
   if (!job.mute || job.As<Job::Routed>() != nullptr) return false;
@@ -48,9 +48,8 @@ bool JobRun::GoesOnBehindBroadcast() {
 }
 
 /// * A read is repeated while its reply may answer a much older one.
-/// * A probe is repeated until its reply cannot answer the probe of an earlier task: behind a
-/// server
-///   that lags, two tasks may differ by one probe only.
+/// * A probe is repeated until its reply cannot answer the probe of an earlier task. Through a
+///   server that lags, two tasks may differ by one probe only.
 /// * Another device may have answered a repetition, so events wait for a probe, if the device has a
 ///   name.
 /// * Else the answer is taken.

@@ -120,7 +120,7 @@ void JobRun::NextWrite() {
   Ask();
 }
 
-/// What of the command has not been begun is not.
+/// Points of the command that were not begun are not written.
 void JobRun::Deny(const std::string& why) {
   const std::unique_ptr<Job> job = std::move(job_);
   Job::Write& write = *job->As<Job::Write>();
@@ -156,8 +156,8 @@ JobRun::Turn JobRun::TakeTurn() {
   return SetAside(clear) ? Turn::next : Turn::wait;
 }
 
-/// The next step of a poll waits for a late reply of its device: where replies say who they are
-/// from, the line does not.
+/// The next step of a poll waits for a late reply of its device. If replies carry an address, the
+/// line does not wait.
 bool JobRun::SetAside(Instant until) {
   const Member& member = *job_->member;
   const Task::Kind kind = job_->task.kind;
@@ -217,8 +217,8 @@ const Request& JobRun::Send() {
   return request;
 }
 
-/// A read that the line still waits with lets a short write pass, and what has become too late
-/// meanwhile is not sent any more.
+/// A read whose line is not quiet yet lets a short write pass, and a request that has become too
+/// late is not sent.
 bool JobRun::Withdraw() {
   if (!job_ || job_->end) return false;
   if (const char* why = WhyNotSend(*job_, now_.instant)) {
@@ -238,7 +238,7 @@ bool JobRun::Withdraw() {
   return true;
 }
 
-/// What waits for the line is not sent. What it has begun is ended in order.
+/// The waiting request is not sent. What the job has begun is closed properly.
 void JobRun::BreakOff(const std::string& why) {
   Job& job = *job_;
   job.mute = true;

@@ -7,7 +7,7 @@ namespace baudgate {
 namespace {
 
 constexpr int kAgain = 2;
-/// Replies in time, behind which a late one is a first one again.
+/// After this many replies in time, a late one counts as the first again.
 constexpr int kRepliesToForget = 100;
 /// Each reply in time takes off this part.
 constexpr int kPartTakenOff = 1024;

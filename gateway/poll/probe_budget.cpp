@@ -6,7 +6,7 @@
 namespace baudgate {
 namespace {
 
-/// How long a share takes to earn so much time.
+/// How long a share takes to earn this time.
 Duration TimeToEarn(Duration time, double share) {
   return Duration(static_cast<std::int64_t>(static_cast<double>(time.count()) / share));
 }

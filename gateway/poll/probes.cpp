@@ -36,9 +36,9 @@ std::optional<Instant> Probes::NextAt(const Facts& facts) const {
   const auto when =
       looks_.NextProbe(facts.now, facts.next_wanted, facts.idle_since, late_.WorstCase(*next));
   if (when) return when;
-  // Who waits for its answer is there now, and may not be when the line next becomes idle.
+  // A client that waits for its answer is there now, but perhaps not when the line is idle again.
   if (facts.client_waits(*next)) return std::max(facts.now, looks_.earned_at());
-  // Once the clients have stayed away for so long, the line counts as free.
+  // When the clients have stayed away for this long, the line counts as free.
   return facts.clients_gone && *facts.clients_gone > facts.now ? facts.clients_gone : std::nullopt;
 }
 

@@ -59,7 +59,7 @@ Outcome ReplyJudge::Judge(Job& job, View frame, bool may_be_echo, Instant now) {
   const bool planned = IsPlanned(job.task, *device->conversation);
   answer = planned ? device->conversation->OnFrame(job.task, job.request, frame, now)
                    : device->conversation->Interpret(job.request.bytes, frame);
-  // What a probe reads may be nobody's, and what is not planned any more has not been checked.
+  // What a probe reads may be nobody's, and a query that no longer exists was not checked.
   if (!planned || !job.verdict.proven) {
     answer.readings.clear();
     answer.batch.reset();

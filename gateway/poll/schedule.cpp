@@ -49,7 +49,7 @@ void Schedule::SetQueries(std::size_t index, std::vector<config::Group> groups, 
   if (events) device.rounds[kEvents].queries.push_back(kEventsQuery);
   for (Round& round : device.rounds) round.cursor = round.queries.size();
   // Example: two of four queries were asked, and one of these two is gone: one of three was asked,
-  // two are left. With more than before nobody knows which are new.
+  // two are left. With more than before it is not known which are new.
   const std::size_t now_daily = daily.queries.size();
   daily.cursor = now_daily > asked_daily + left ? 0 : now_daily - std::min(left, now_daily);
 }
@@ -206,7 +206,7 @@ std::optional<Schedule::Pick> Schedule::Next(Instant now, bool healthy_first) {
     }
   }
   if (best == nullptr) {
-    // Where there is time for all nobody owes another anything.
+    // If there is time for all, no device has a debt to others.
     for (Device& device : devices_) device.used = {};
     used_ = {};
     return std::nullopt;

@@ -205,7 +205,7 @@ void Upkeep::Doubt(const Device& device, const std::vector<std::size_t>& points,
   store_.Doubt(device.index, points, now);
 }
 
-/// The device was silent. If another one is there now, values that are read seldom are wrong.
+/// The device was silent. If another one is there now, values that are read seldom would be wrong.
 void Upkeep::DoubtSeldom(Device& device, Instant now) {
   std::vector<std::size_t> points;
   for (std::size_t point = 0; point < device.config->points.size(); ++point) {

@@ -135,7 +135,7 @@ bool WhoseReply::IsReplaced(const Asked& asked, View frame, Outcome outcome,
 void WhoseReply::Count(const Asked& asked, bool fits, Outcome outcome,
                        const AnswerOrder::MayAnswer& may_answer) {
   AnswerOrder& order = OrderOf(*asked.member);
-  // Where nothing is a proof nobody can tell strangers' replies from its own.
+  // Without a proof, replies to strangers cannot be told from its own.
   const bool nameless = asked.probe && ProvesLife(outcome) && !IsProof(*asked.request);
   if (nameless) order.ForgetStrangers();
   const bool own = order.OnAnswer(fits, may_answer);

@@ -74,7 +74,7 @@ ReadBackVerdict VerdictOn(const WriteQueue::Confirmed& one, const DeviceRecord& 
     verdict.lost = verdict.lost || (!read && point.access != config::Access::write);
     const Shown what = read ? Compare(point, write, shown.value) : Shown::nothing;
     if (what != Shown::written) result.read_back = false;
-    // It may be on its way, or the device may have limited it: nobody can tell yet.
+    // It may be on its way, or the device may have limited it: that is not known yet.
     if (what == Shown::between) result.reason = point.name + " shows " + ToText(shown.value);
     if (what != Shown::another) continue;
     result.end = WriteEnd::differs;

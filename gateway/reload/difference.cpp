@@ -169,7 +169,7 @@ std::string SentenceOf(const LineChange& line) {
   return {};
 }
 
-/// "1 listener new, 2 listeners ended"; `anew`: how those that have changed are called.
+/// "1 listener new, 2 listeners ended"; `anew`: the word for those that have changed.
 template <typename Change>
 void SumUp(const std::vector<Change>& changes, std::string_view name, std::string_view anew,
            std::string& text) {

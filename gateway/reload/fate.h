@@ -1,4 +1,4 @@
-// What becomes of one part of the gateway, a line, listener or route, by a reload.
+// What a reload does to one part of the gateway: a line, a listener or a route.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -7,9 +7,9 @@
 namespace baudgate::reload {
 
 enum class Fate : std::uint8_t {
-  same,       ///< it goes on, and does not notice
+  same,       ///< it goes on, untouched
   in_place,   ///< it goes on with what has changed
-  restarted,  ///< it is ended, and begun anew
+  restarted,  ///< a line is restarted; a listener loses its clients
   added,
   removed,
 };

@@ -37,7 +37,7 @@ std::string KeptConfigs::why_taken_back() const {
   return ReadWhole(why_file()).value_or(std::string());
 }
 
-/// Whoever has emptied or damaged the copy has confirmed nothing.
+/// An empty or damaged copy confirms nothing.
 bool KeptConfigs::IsUnconfirmed(const std::string& text) const {
   if (!IsThere(trial_file())) return false;
   const auto on_trial = ReadWhole(trial_file());

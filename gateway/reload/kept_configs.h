@@ -37,7 +37,7 @@ class KeptConfigs {
   std::filesystem::path confirmed_file() const { return folder_ / "confirmed.yaml"; }
   /// Nothing was ever kept.
   bool empty() const;
-  /// Nothing: there is none, or it cannot be read.
+  /// Empty: there is none, or it cannot be read.
   std::optional<std::string> confirmed() const;
   Trial trial() const;
   /// At a start also of a trial that still runs there: the gateway ended before its end.

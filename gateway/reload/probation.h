@@ -29,14 +29,15 @@ using Healths = std::map<std::string, Health>;
 
 class Probation {
  public:
-  /// A device of which nothing is known for so long is ill; of shorter times half.
+  /// A device of which nothing is known for this time is ill; half of the trial, if that is
+  /// shorter.
   static constexpr Duration kTimeToAnswer = 20s;
 
   /// Also while one runs, which it takes the place of: what was well before that counts on.
   void Begin(Instant now, Duration time, const Healths& before);
   bool running() const { return until_.has_value(); }
   Instant until() const { return until_.value_or(Instant::max()); }
-  /// Why it is to be given up; nothing: it goes on, or none runs.
+  /// Why it is to be given up; empty: it goes on, or none runs.
   std::optional<std::string> Look(Instant now, const Healths& healths);
   /// It has ended, either way.
   void End();

@@ -83,7 +83,7 @@ bool RouteQueue::HasUrgent(std::uint8_t slave) const {
 /// A block that was written before a short write to the same slave goes before it.
 RouteQueue::Batch RouteQueue::TakeUrgent(const MayAsk& may_ask) {
   std::array<std::size_t, 256> ends{};  // by slave: behind its last short write
-  std::size_t end = 0;                  // behind the last of all
+  std::size_t end = 0;                  // after the last of all
   for (std::size_t place = 0; place < waiting_.size(); ++place) {
     if (IsShortWrite(waiting_[place])) end = ends[waiting_[place].slave] = place + 1;
   }

@@ -23,7 +23,7 @@ std::vector<Bytes> Frames(const Tongue& tongue, std::size_t mode, View request, 
   return frames;
 }
 
-/// What the frames among the bytes say, the strongest of them; nothing: none says anything.
+/// What the frames among the bytes say, the strongest of them; empty: none says anything.
 std::optional<Verdict> FromFrames(const Tongue& tongue, std::size_t mode, View request,
                                   View bytes) {
   std::optional<Verdict> verdict;
@@ -42,7 +42,7 @@ std::optional<Verdict> FromFrames(const Tongue& tongue, std::size_t mode, View r
   return verdict;
 }
 
-/// Which parity the eighth bits of all bytes are; nothing: they are none, or there are too few.
+/// Which parity the eighth bits of all bytes are; empty: they are none, or there are too few.
 std::optional<config::Parity> ParityOfEighths(View bytes) {
   if (std::ranges::none_of(bytes, [](auto byte) { return (byte & kParityBit) != 0; })) return {};
   const auto odd = static_cast<std::size_t>(

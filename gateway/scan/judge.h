@@ -1,4 +1,4 @@
-// What the bytes behind a request of a scan say: a device, our own request, another master, wrong
+// What the bytes after a request of a scan say: a device, our own request, another master, wrong
 // parity, two devices at once. Pure; asked by gateway/scan/scanner.h for every exchange.
 //
 //   asked ">1RF:21\r"                          what it is
@@ -25,7 +25,7 @@ namespace baudgate::scan {
 /// One exchange on the wire.
 struct Gathered {
   Bytes early{};              ///< came before the request was sent
-  Bytes heard{};              ///< came behind it
+  Bytes heard{};              ///< came after it
   std::uint32_t damaged = 0;  ///< characters among them with a wrong parity or stop bit
   bool stopped = false;       ///< the user has ended it
 };
@@ -52,7 +52,7 @@ struct Verdict {
 
 Verdict Judge(const Tongue& tongue, std::size_t mode, View request, const Gathered& gathered);
 
-/// Somebody else on the line.
+/// Another master on the line.
 struct Talk {
   bool known = false;  ///< a protocol has recognised a master
   std::string text{};  ///< a sentence without its full stop

@@ -51,7 +51,7 @@ Sweep Quick(const Wish& wish, std::size_t tongue, std::size_t setting, const Add
           .patience = rule.usual + (wish.network ? kNetwork : Duration())};
 }
 
-/// As much of it as fits into the time; nothing: not one address does.
+/// As much of it as fits into the time; empty: not one address does.
 std::optional<Sweep> Cut(Sweep sweep, Duration left, const Wish& wish) {
   const unsigned count = sweep.addresses.last - sweep.addresses.first + 1;
   const Duration each = TimeOf(sweep, wish) / count;

@@ -39,7 +39,7 @@ Result<Addresses> ParseAddresses(std::string_view text);
 
 struct Wish {
   std::vector<Tongue> tongues{};
-  std::optional<Addresses> addresses{};  ///< nothing: the usual ones first, then all
+  std::optional<Addresses> addresses{};  ///< empty: the usual ones first, then all
   bool quick = false;                    ///< the whole scan takes less than a minute
   bool network = false;                  ///< a serial server has the settings
 };
@@ -54,7 +54,7 @@ struct Sweep {
   Duration patience{};      ///< until the first byte of a reply
 };
 
-/// How long the sweep takes where nobody answers.
+/// How long the sweep takes if no device answers.
 Duration TimeOf(const Sweep& sweep, const Wish& wish);
 Duration TimeOf(std::span<const Sweep> sweeps, const Wish& wish);
 

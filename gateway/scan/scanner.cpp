@@ -171,7 +171,7 @@ Verdict Scanner::ExchangeOnce(const Asked& asked) {
   return verdict;
 }
 
-/// Something has come when nobody was asked, or in the name of another: maybe the late reply to the
+/// Bytes have come without a request, or in the name of another device: maybe the late reply to the
 /// question before, which is asked once more, with patience.
 void Scanner::CheckLate(std::optional<Asked> late) {
   if (!late || traffic_ || checking_late_ || IsKnown(late->tongue, late->address)) return;

@@ -24,7 +24,7 @@ class Wire {
   virtual ~Wire() = default;
   virtual Status Apply(const config::SerialSettings& serial) = 0;
   virtual Result<Gathered> Listen(Duration time) = 0;
-  /// Waits until the line is quiet, sends, and gathers what comes: up to `patience` behind the last
+  /// Waits until the line is quiet, sends, and gathers what comes: up to `patience` after the last
   /// character of the request, then until nothing has come for `gap`.
   virtual Result<Gathered> Ask(View request, Duration patience, Duration gap) = 0;
   virtual Instant Now() = 0;
@@ -41,7 +41,7 @@ class Watcher {
   virtual ~Watcher() = default;
   virtual void OnProgress(const Progress& progress) = 0;
   virtual void OnFound(const Found& found) = 0;
-  /// Somebody else speaks there (a sentence without its full stop): whether to send all the same.
+  /// Another master is active there (a sentence without its full stop): whether to send anyway.
   virtual bool MayTalk(const std::string& who) = 0;
 };
 

@@ -19,7 +19,7 @@
 
 namespace baudgate::serial_server {
 
-/// Who has the port, or had it.
+/// A client that has the port, or had it.
 struct Visit {
   std::string client;  ///< "10.0.0.7:40112"
   std::string place;   ///< where it has come in: "127.0.0.1:4001"

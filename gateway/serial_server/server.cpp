@@ -191,7 +191,7 @@ void Server::OnBytes(Client& client, View bytes) {
 void Server::OnEnd(Client& client, bool failed, const std::string& how) {
   const Now now = ReadClocks();
   if (!failed && !client.session && !client.early.empty()) {
-    client.has_ended = true;  // what it has sent is delivered all the same
+    client.has_ended = true;  // what it has sent is delivered anyway
     return;
   }
   if (failed || !client.session) return Leave(client, failed ? how : "it has left", now);
@@ -275,7 +275,7 @@ void Server::AdmitNext(Now now) {
 
 // ---------------------------------------------------------------- time
 
-/// A timer that ends early once costs less than one that is set anew at every byte.
+/// A timer that ends early once costs less than one that is set again at every byte.
 void Server::Arm() {
   Instant soonest = Instant::max();
   for (const Client& client : clients_) {

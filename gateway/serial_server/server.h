@@ -61,7 +61,7 @@ class Server final : public PortUser {
   struct Client {
     std::string name;
     std::unique_ptr<ClientSocket> socket;
-    std::optional<Session> session;  // nothing: it waits for its turn
+    std::optional<Session> session;  // empty: it waits for its turn
     Bytes early;                     // what it has sent meanwhile
     bool has_ended = false;          // behind that it sends no more
   };

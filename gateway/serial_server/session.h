@@ -65,7 +65,7 @@ class Session {
 
   void OnTimer(Now now);
   std::optional<Instant> Deadline() const;
-  /// Why the client is to be disconnected; nothing: it is not.
+  /// Why the client is to be disconnected; empty: it is not.
   const std::optional<std::string>& over() const { return over_; }
 
   Now began() const { return began_; }  ///< to have the port; before that: its connection

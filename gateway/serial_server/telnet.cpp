@@ -29,7 +29,7 @@ std::optional<TelnetItem> TelnetDecoder::Next(View& input) {
   return std::nullopt;
 }
 
-/// As much as lies together; nothing: it was the 0 behind a CR.
+/// As much as lies together; empty: it was the 0 behind a CR.
 std::optional<TelnetItem> TelnetDecoder::TakeData(View& input) {
   if (!binary_ && after_cr_ && input.front() == 0) {
     after_cr_ = false;

@@ -45,7 +45,7 @@ class TelnetDecoder {
   /// A longer subnegotiation is dropped as a whole.
   static constexpr std::size_t kLongest = 300;
 
-  /// Takes the next item from the front of `input`; nothing: all of it is used up.
+  /// Takes the next item from the front of `input`; empty: all of it is used up.
   std::optional<TelnetItem> Next(View& input);
   /// Otherwise the byte 0 behind a CR belongs to the CR.
   void SetBinary() { binary_ = true; }

@@ -53,7 +53,7 @@ class Residents {
   /// The next message that a twin sends by itself; empty: there is none now.
   Bytes Say(Now now);
 
-  /// From now on these and no others; counts and schedules begin anew.
+  /// From now on these and no others; counts and schedules start again.
   void SetFaults(const std::vector<Fault>& faults, Instant now);
   std::vector<FaultCount> fault_counts() const;
   /// Events that were raised, and those that were lost because a register was full.

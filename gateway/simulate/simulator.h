@@ -32,7 +32,7 @@ struct SimulatorOptions {
   std::string link;  ///< where the pty is linked; empty: its own name only
   /// In place of a pty a TCP server there; port 0: one that is free.
   std::optional<config::HostPort> listen;
-  /// Characters take their time on the wire; nothing: as fast as the machine.
+  /// Characters take their time on the wire; empty: as fast as the machine.
   std::optional<config::SerialSettings> pace;
   /// A reader that sets the pty to another bit rate or parity gets what a UART would make of it.
   bool strict = false;
@@ -46,7 +46,7 @@ struct SimulatorOptions {
 
 class Simulator {
  public:
-  /// One bus with these devices on it; none at all: nobody answers. The io_context outlives the
+  /// One bus with these devices on it; none at all: nothing answers. The io_context outlives the
   /// simulator.
   static Result<std::unique_ptr<Simulator>> Create(asio::io_context& io,
                                                    std::vector<TwinGroup> groups,
@@ -66,7 +66,7 @@ class Simulator {
   /// Events that the twins have raised, and those that were lost because a register was full. From
   /// the thread of the io_context.
   std::pair<std::uint64_t, std::uint64_t> event_counts() const;
-  /// From now on these and no others; counts and schedules begin anew. From the thread of the
+  /// From now on these and no others; counts and schedules start again. From the thread of the
   /// io_context.
   void SetFaults(const std::vector<Fault>& faults);
 

@@ -70,7 +70,7 @@ std::size_t TwinPort::Held() const {
 }
 
 /// As the twins' UART receives them, where it receives them whole. What it does not receive whole
-/// is answered all the same, so that there is something to be heard of settings that differ.
+/// is answered anyway, so that there is something to be heard of settings that differ.
 Bytes TwinPort::AsSent(Residents& residents, View bytes) const {
   const Bytes as_they_are(bytes.begin(), bytes.end());
   if (!bus_->strict) return as_they_are;

@@ -43,7 +43,7 @@ class Database {
   /// All that its write-ahead log holds goes to the file. False: not all of it, for somebody reads,
   /// or the disk fails.
   bool EmptyLog();
-  /// All of it is read from the disk. Why it is damaged; nothing: it is not, or that cannot be
+  /// All of it is read from the disk. Why it is damaged; empty: it is not, or that cannot be
   /// said.
   std::optional<std::string> Damage();
   /// Closing touches neither file nor log: another file has its name, or the log is not sound.
@@ -53,13 +53,13 @@ class Database {
   /// own and closes it ends all locks of this process on that file (fcntl), and the next program
   /// that reads the database takes its log away.
   enum class Part : std::uint8_t { file, log };
-  /// Nothing: it cannot be read.
+  /// Empty: it cannot be read.
   std::optional<std::uint64_t> SizeOf(Part part) const;
   /// The same; fewer where it ends.
   std::optional<Bytes> Read(Part part, std::uint64_t at, std::size_t count) const;
   /// The first bytes of the index of the log, which all connections share. Empty: there is none.
   Bytes ReadIndex(std::size_t count) const;
-  /// First column of the first row. Nothing: there is none, or the statement failed.
+  /// First column of the first row. Empty: there is none, or the statement failed.
   Value First(const std::string& sql);
 
  private:

@@ -31,7 +31,7 @@ struct OpenedDatabase {
   std::string error{};
   /// One line for the log: a damaged file was put aside and a new one begun; empty: it was not.
   std::string put_aside{};
-  /// One line for the log: what its write-ahead log has lost. Nothing: it has lost nothing.
+  /// One line for the log: what its write-ahead log has lost. Empty: it has lost nothing.
   std::optional<std::string> lost{};
 };
 

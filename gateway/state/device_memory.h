@@ -23,7 +23,7 @@ namespace baudgate {
 
 class DeviceMemory {
  public:
-  /// What failed is tried again so soon.
+  /// A failed write is tried again after this time.
   static constexpr Duration kAgain = 10s;
 
   using Tell = std::function<void(const std::string&)>;

@@ -2,7 +2,7 @@
 // needs their result waits for a limited time:
 //
 //   DiskCalls calls_{"configurations", 5s};
-//   const auto written = calls_.Wait([=] { return kept.Write(texts); });  // nothing: not in time
+//   const auto written = calls_.Wait([=] { return kept.Write(texts); });  // empty: not in time
 //
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -26,8 +26,8 @@ class DiskCalls {
   /// `name`: of the thread.
   DiskCalls(std::string name, Duration patience);
 
-  /// The result of `call`. Nothing: it has not come within the patience. The call runs to its end
-  /// all the same, so it owns what it uses.
+  /// The result of `call`. Empty: it has not come within the patience. The call runs to its end
+  /// anyway, so it owns what it uses.
   template <typename Call>
   auto Wait(Call call) -> std::optional<decltype(call())> {
     auto promise = std::make_shared<std::promise<decltype(call())>>();

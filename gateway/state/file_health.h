@@ -14,10 +14,10 @@
 namespace baudgate {
 
 /// Why it must not be opened: the file, its log or its index is a FIFO, a folder or a device, which
-/// might block for ever. Nothing: all are regular files, or not there.
+/// might block for ever. Empty: all are regular files, or not there.
 std::optional<std::string> WhyNoFile(const std::filesystem::path& file);
 
-/// Why this process may not read a file that is there, and what helps. Nothing: it may.
+/// Why this process may not read a file that is there, and what helps. Empty: it may.
 std::optional<std::string> WhyNoAccess(const std::filesystem::path& file);
 
 /// What keeps this process from writing to a file that is there, and what helps.
@@ -26,11 +26,11 @@ std::string WhyReadOnly(const std::filesystem::path& file);
 inline constexpr std::size_t kDatabaseHead = 100;
 
 /// What is wrong with the first bytes of a database. SQLite itself calls some of it "readonly" or
-/// "unsupported". Nothing: they make sense.
+/// "unsupported". Empty: they make sense.
 std::optional<std::string> HeadDamage(View head);
 
 /// SQLite reads the log up to the first frame that is damaged and says nothing of those behind it.
-/// A last transaction that is torn is no loss: it was never committed. Nothing: nothing is lost.
+/// A last transaction that is torn is no loss: it was never committed. Empty: nothing is lost.
 std::optional<std::string> LogDamage(const std::filesystem::path& file);
 
 }  // namespace baudgate

@@ -20,9 +20,9 @@ class OpenFile {
 
   enum class Found : std::uint8_t {
     whole,
-    stale,    ///< the log; what it held is in the file now. To be opened anew
-    lost,     ///< a part of the log; the file has what came before. To be opened anew
-    gone,     ///< the file. To be opened anew; what has its name by now is left alone
+    stale,    ///< the log; what it held is in the file now. To be opened again
+    lost,     ///< a part of the log; the file has what came before. To be opened again
+    gone,     ///< the file. To be opened again; what has its name by now is left alone
     damaged,  ///< the file. To be put aside
   };
   struct Look {

@@ -41,7 +41,7 @@ std::int64_t Big32(std::string_view bytes, std::size_t at) {
   return number;
 }
 
-/// Nothing: it is no database. Years of history are a thousand files: SQLite reads only those that
+/// Empty: it is no database. Years of history are a thousand files: SQLite reads only those that
 /// have a log, which a gateway that was killed leaves.
 std::optional<Known> VersionOf(const fs::path& file) {
   Database database(file.string(), Database::Mode::read);

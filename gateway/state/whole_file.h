@@ -20,13 +20,13 @@ int MoveFile(const std::filesystem::path& from, const std::filesystem::path& to)
 /// If it is there. The error is errno's; 0: it is gone from the disk.
 int RemoveFile(const std::filesystem::path& file);
 
-/// `any`: pipes as well, which wait for whoever writes to them.
+/// `any`: pipes as well, which wait for a writer.
 enum class Kind : std::uint8_t { regular, any };
 
-/// No file that is read whole is larger.
+/// The largest file that is read whole.
 inline constexpr std::size_t kLargestWhole = std::size_t{32} << 20U;
 
-/// Nothing: it is not there, cannot be read, is larger, or is of another kind; errno says which.
+/// Empty: it is not there, cannot be read, is larger, or is of another kind; errno says which.
 std::optional<std::string> ReadWhole(const std::filesystem::path& file, Kind kind = Kind::regular);
 
 }  // namespace baudgate

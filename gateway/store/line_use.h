@@ -15,7 +15,7 @@ enum class LineUse : std::uint8_t {
   polls,    ///< answered exchanges that read
   probes,   ///< answered probes
   routes,   ///< answered ones of clients
-  writes,   ///< answered ones, with the reads behind them
+  writes,   ///< answered ones, with the reads after them
   silence,  ///< exchanges without a good reply
   drains,   ///< silence that is kept after an exchange
 };

@@ -46,7 +46,7 @@ class LineRecorder final : public Tap {
   /// A line that is in trouble for long gives one recording in this time.
   static constexpr Duration kBetweenRecordings = 1min;
 
-  /// Called on the line's thread; must not block. Nothing: nobody wants recordings.
+  /// Called on the line's thread; must not block. Empty: recordings are not wanted.
   using Sink = std::function<void(Recording)>;
   /// `line` outlives the recorder; `first_device`: the index of line.devices[0] in the store.
   LineRecorder(const config::Line& line, std::uint32_t first_device, Sink sink);

@@ -23,7 +23,7 @@ class Recordings {
   /// config.recordings, else the first folder of $STATE_DIRECTORY with /recordings; empty: nowhere.
   static std::filesystem::path FolderOf(const config::Config& config);
 
-  /// What failed is tried again so soon.
+  /// A failed write is tried again after this time.
   static constexpr Duration kAgain = 10s;
 
   /// `trouble` gets why nothing can be written by now, or an empty text; from the writing thread.

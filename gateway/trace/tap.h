@@ -1,6 +1,6 @@
-// Who may look at the bytes of one line, with direction, time and the end of every exchange: the
-// trace and the flight recorder. Fed by gateway/poll/poller.h with what is left after the echo
-// filter.
+// The interface for viewers of the bytes of one line, with direction, time and the end of every
+// exchange: the trace and the flight recorder. Fed by gateway/poll/poller.h with what is left after
+// the echo filter.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -20,7 +20,7 @@ struct PackedFile {
 };
 std::span<const PackedFile> PackedFiles();
 
-/// Nothing: there is no such file.
+/// Empty: there is no such file.
 std::optional<Response> AssetResponse(const Request& request);
 
 /// "text/css; charset=utf-8" of "/style.css".

@@ -42,7 +42,7 @@ class Connections {
   bool Begin(Id id, Instant now);
   /// The answer has no end of its own.
   void Stream(Id id);
-  /// Its answer has ended; the next request may take its time anew.
+  /// Its answer has ended; the next request may take its time again.
   void End(Id id, Instant now);
   /// Whose request takes too long to come, or whose answer to be taken.
   std::vector<Id> Overdue(Instant now) const;

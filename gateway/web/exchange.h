@@ -26,7 +26,7 @@ class Exchange : public std::enable_shared_from_this<Exchange> {
   Request request;
   std::uint64_t connection_id = 0;
   bool asked = false;  ///< the handler has it
-  /// Nothing: the connection is suspended until Answer or End.
+  /// Empty: the connection is suspended until Answer or End.
   std::optional<Response> TakeOrSuspend();
   void Attach(std::shared_ptr<Stream> stream);
   /// As Stream::Read; at 0 the connection is suspended.

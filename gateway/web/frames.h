@@ -1,6 +1,6 @@
-// What is sent to all who look at the same points: frames, made once and shared. Each viewer keeps
-// the number of the frame that it sends next. Who falls so far behind that its frame is gone begins
-// anew with a snapshot; no viewer has a queue of its own.
+// What is sent to all viewers of the same points: frames, made once and shared. Each viewer keeps
+// the number of the frame that it sends next. One that falls so far behind that its frame is gone
+// starts again with a snapshot; no viewer has a queue of its own.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -19,11 +19,11 @@ class Frames {
   static constexpr std::size_t kMostFrames = 25;
   static constexpr std::size_t kMostBytes = 4 * 1024 * 1024;
 
-  /// For all who have the one before.
+  /// For all viewers that have the frame before.
   void Push(std::string text);
   /// How all stands now, with all frames until now.
   void SetSnapshot(std::string text);
-  /// Nothing comes any more behind this.
+  /// Nothing follows this.
   void End(std::string farewell);
   /// A viewer waits for a snapshot.
   bool wants_snapshot() const;

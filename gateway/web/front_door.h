@@ -12,14 +12,14 @@
 
 namespace baudgate::web {
 
-/// Why not; nothing: he may.
+/// Why not; empty: it may.
 std::optional<Response> Refusal(const config::Web& web, const Request& request);
 
 bool IsLoopbackPeer(const std::string& peer);
 /// With an empty list everybody.
 bool IsAllowed(const config::Web& web, const std::string& peer);
 
-/// Alarms may be acknowledged: in the configuration, and on a way that nobody can listen to. That
+/// Alarms may be acknowledged: in the configuration, and on a way that cannot be listened to. That
 /// is this machine, or TLS up to a proxy that is named in `allow` or stands here.
 bool MayAcknowledge(const config::Web& web, const Request& request);
 

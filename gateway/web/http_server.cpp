@@ -31,7 +31,7 @@ void SetUp(int socket, const Limits& limits) {
   ::setsockopt(socket, IPPROTO_TCP, TCP_USER_TIMEOUT, &timeout, sizeof(timeout));
 }
 
-/// Why its content cannot be taken; nothing: it can. Content of unknown length is not taken.
+/// Why its content cannot be taken; empty: it can. Content of unknown length is not taken.
 std::optional<Response> WrongContent(const Request& request, const Limits& limits) {
   if (request.Header("transfer-encoding")) {
     return Problem(411, "the content of a request needs a Content-Length");
@@ -96,7 +96,7 @@ class HttpServer::Impl : public std::enable_shared_from_this<HttpServer::Impl> {
 
 Status HttpServer::Impl::Start(ListenSocket socket) {
   const int listening = socket.Release();
-  // Beyond our own limit, so that who is too much hears it, and does not wait in silence.
+  // Beyond our own limit, so that a client that is too many is told, and does not wait in silence.
   const auto most = static_cast<unsigned>(limits_.at_all * 2);
   daemon_ = MHD_start_daemon(
       MHD_USE_EPOLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG, 0, nullptr,
@@ -209,7 +209,7 @@ MHD_Result HttpServer::Impl::Begin(MHD_Connection* connection, const char* url, 
   return MHD_YES;
 }
 
-/// Answers that nobody takes must not fill the memory.
+/// Answers that are not read must not fill the memory.
 MHD_Result HttpServer::Impl::Queue(MHD_Connection* connection, const Response& response,
                                    const Kept& exchange, bool last) {
   if (response.owner && *bytes_ > 0 && *bytes_ + response.body.size() > limits_.answers) {

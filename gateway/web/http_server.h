@@ -1,5 +1,5 @@
 // HTTP on one port: libmicrohttpd with one thread and epoll. What is asked goes to a handler, which
-// may answer later and from any thread; the connection waits without cost meanwhile. Nobody who
+// may answer later and from any thread; the connection waits without cost meanwhile. No client that
 // reads slowly or not at all holds up anybody else: the kernel keeps little for each connection,
 // and who takes nothing for five seconds is dropped. No lock is held while something is sent.
 // SPDX-License-Identifier: Apache-2.0

@@ -22,7 +22,7 @@ class LiveApi {
     PointStore& store;
     LineControl& lines;
     control::GatewayInfo info;
-    /// The YAML in force, without its secrets; empty: nobody knows it.
+    /// The YAML in force, without its secrets; empty: not known.
     std::function<Result<std::string>()> configuration{};
     ProtocolFinder protocol{};  ///< of what goes over a line; empty: only bytes are shown
   };
@@ -31,12 +31,12 @@ class LiveApi {
 
   /// False: this is none of its requests.
   bool Answer(const Request& request, Now now, const Answered& answered);
-  /// `by`: who acknowledges.
+  /// `by`: the person that acknowledges.
   void Acknowledge(const Request& request, const Answered& answered);
   /// A reload: `config` and `history` are those by now. Streams of points end, and traces.
   void Apply(std::shared_ptr<const config::Config> config,
              std::shared_ptr<const history::HistorySource> history);
-  /// Each LivePoints::kTick while anybody looks; false: nobody does.
+  /// Each LivePoints::kTick while there is a viewer; false: there is none.
   bool Tick(Now now);
   /// Sends the heartbeat of traces; called each second.
   void Beat();

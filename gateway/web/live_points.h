@@ -1,6 +1,6 @@
 // Streams of points (server-sent events): at first how all stands, then what changes, five times a
-// second at most, and a beat each second. A frame is made once for all who look at the same, and
-// nothing is made while nobody looks. One thread, but for the streams that it gives out.
+// second at most, and a beat each second. A frame is made once for all viewers of the same points,
+// and none without a viewer. One thread, except the streams that it gives out.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -31,7 +31,7 @@ class LivePoints {
 
   /// One more viewer, of all or of a device. Null: too many different devices are looked at.
   std::shared_ptr<Stream> Join(std::optional<std::uint32_t> device, Now now);
-  /// To be called each kTick while anybody looks. False: nobody does any more.
+  /// Call it each kTick while there is a viewer. False: there is none any more.
   bool Tick(Now now);
   bool watched() const { return !channels_.empty(); }
   /// A reload: the points have other numbers. All streams end.

@@ -29,7 +29,7 @@ class LiveTrace final : public Stream {
 
   /// There are records.
   void Wake();
-  /// A sign of life, so that who has left is noticed.
+  /// A sign of life, so that a client that has left is noticed.
   void Beat();
   void End();
 

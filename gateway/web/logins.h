@@ -1,6 +1,6 @@
-// Who has shown the token: browsers by the random number in their cookie, programs by the token
-// itself with each request. Who shows a wrong one too often has to wait. Any thread; time is an
-// argument.
+// Which clients have shown the token: browsers by the random number in their cookie, programs by
+// the token itself with each request. A client that shows a wrong one too often must wait. Any
+// thread; time is an argument.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -28,7 +28,7 @@ class Logins {
   /// `port`: cookies are the same for all ports of a machine, so their names differ.
   explicit Logins(std::uint16_t port) : cookie_("baudgate-" + std::to_string(port)) {}
 
-  /// Another token ends all sessions; nothing: nobody needs one.
+  /// Another token ends all sessions; empty: none is needed.
   void SetToken(std::optional<std::string> token);
   bool NeedsToken() const;
 

@@ -1,5 +1,5 @@
 // What is answered from the disk: events and history. On a thread of its own, so that a disk that
-// is slow holds up nobody who looks at the present.
+// is slow does not hold up viewers of the present.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

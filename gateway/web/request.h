@@ -24,7 +24,7 @@ struct Request {
   std::string peer{};   ///< address of the other side: "10.0.0.7"
   std::string local{};  ///< address of this machine that it has connected to
 
-  /// Nothing: it is not there.
+  /// Empty: it is not there.
   std::optional<std::string> Header(const std::string& name) const { return In(headers, name); }
   std::optional<std::string> Query(const std::string& name) const { return In(query, name); }
 

@@ -18,7 +18,7 @@ namespace {
 
 class OpenFile {
  public:
-  /// Does not wait for whoever writes to a pipe.
+  /// Does not wait for the writer of a pipe.
   explicit OpenFile(const std::string& file)
       : descriptor_(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {}
   ~OpenFile() {

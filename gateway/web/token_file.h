@@ -1,4 +1,4 @@
-// The file with the token that those who come by HTTP have to show.
+// The file with the token that clients must show by HTTP.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

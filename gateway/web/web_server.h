@@ -1,4 +1,4 @@
-// The page, the JSON and the metrics of a gateway: who asks is looked at on the server's thread,
+// The page, the JSON and the metrics of a gateway: clients are checked on the server's thread,
 // what is asked is made on two others, one for the present and one for what lies on the disk.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -20,7 +20,7 @@ class WebServer final : public HttpHandler {
  public:
   struct Opened {
     ListenSocket socket{};               ///< not open: the port stays
-    std::optional<std::string> token{};  ///< nothing: nobody logs in
+    std::optional<std::string> token{};  ///< empty: no login
   };
   /// `at` is an address of this machine, not a name.
   static Result<ListenSocket> ListenAt(const config::HostPort& at);

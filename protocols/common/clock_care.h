@@ -33,10 +33,10 @@ struct ClockCare {
   Duration most{};               ///< a larger one, too
   CivilZone zone;                ///< of the device's clock
   std::uint32_t drift = 0;       ///< index of the point
-  std::uint32_t correction = 0;  ///< likewise
+  std::uint32_t correction = 0;  ///< the same
 };
 
-/// Nothing: it is not wanted, or a point is missing.
+/// Empty: it is not wanted, or a point is missing.
 std::optional<ClockCare> ClockCareOf(const config::Device& device);
 
 /// Far enough from what the device does at full and half hours (records of half an hour) and at

@@ -12,7 +12,7 @@
 namespace baudgate {
 
 /// `says`: the name as it came. Reason::none with a text: nobody lists the name, the values are
-/// good all the same.
+/// good anyway.
 DeviceTrouble JudgeName(const config::Identity& identity, std::string_view says);
 
 }  // namespace baudgate

@@ -37,7 +37,7 @@ constexpr Cut TooLong(std::size_t size = 1) {
   return Cut::Discard(size, Outcome::corrupt, "longer than any frame");
 }
 
-/// A whole frame, but of another device than was asked: the awaited one may stand behind it.
+/// A whole frame, but of another device than was asked: the awaited one may follow it.
 constexpr Cut OfAnother(std::size_t size) {
   return Cut::Discard(size, Outcome::unexpected, "not from the device that was asked");
 }

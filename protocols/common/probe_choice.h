@@ -28,7 +28,7 @@ class ProbeChoice {
   };
   explicit ProbeChoice(Own own) : own_(own) {}
 
-  /// The read to send, 0…reads - 1; nothing: the device's own probe. `best`: the read to prefer
+  /// The read to send, 0…reads - 1; empty: the device's own probe. `best`: the read to prefer
   /// where no turn is due.
   std::optional<std::size_t> Next(std::size_t reads, std::size_t best = 0) const;
 

@@ -20,8 +20,8 @@ class TwinPoints {
   struct One {
     std::size_t index = 0;  ///< into the device's points
     const config::Point* point = nullptr;
-    std::optional<Read> read;      ///< nothing: cannot be read
-    std::optional<Written> write;  ///< nothing: cannot be written
+    std::optional<Read> read;      ///< empty: cannot be read
+    std::optional<Written> write;  ///< empty: cannot be written
   };
 
   /// The parsers take a config::Point and give a Result. A point that does not parse is not there:

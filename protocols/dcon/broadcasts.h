@@ -51,7 +51,7 @@ class Sampling {
   void OnSampled(Instant now);
   /// `$AA4` goes out.
   void OnAsked() { asked_ = group_.samples; }
-  /// It was answered. `first`: what the module says of this fetch. Nothing: it is the sample that
+  /// It was answered. `first`: what the module says of this fetch. Empty: it is the sample that
   /// was asked for; else why its value does not count.
   std::optional<std::string> WhyNot(bool first);
   /// Another module may answer now.

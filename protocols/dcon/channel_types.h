@@ -41,7 +41,7 @@ class ChannelTypes {
   /// The input whose type has to be asked before `command` goes out: all that it reads and whose
   /// unit can be judged.
   std::optional<unsigned> Next(std::string_view command) const;
-  /// One that is to be asked anew, in turn: all of them within a slow period, evenly spread.
+  /// One that is to be asked again, in turn: all of them within a slow period, evenly spread.
   std::optional<unsigned> NextAnew(std::string_view command, Instant now);
   void OnAnswer(unsigned input, const DecodedReply& reply);
   /// Silence, or what answers something else. Twice: the module does not tell it.
@@ -49,7 +49,7 @@ class ChannelTypes {
   /// Another module may answer now. What was known holds until all is asked again.
   void Forget();
 
-  /// What a number of the point is multiplied with to be one in its unit. Nothing: its input
+  /// What a number of the point is multiplied with to be one in its unit. Empty: its input
   /// measures something else.
   std::optional<double> FactorOf(std::size_t point) const;
   /// All points that are not good for it, of inputs in `enabled`. Empty: none.
@@ -70,11 +70,11 @@ class ChannelTypes {
   std::optional<std::uint8_t> TypeOf(std::size_t point) const;
 
   const config::Device& device_;
-  std::vector<std::optional<unsigned>> inputs_of_points_;  // by point; nothing: not judged
+  std::vector<std::optional<unsigned>> inputs_of_points_;  // by point; empty: not judged
   std::vector<Input> inputs_;                              // in the order of the points
   Duration period_;
-  std::size_t turn_ = 0;         // of inputs_: the next one to be asked anew
-  std::optional<Instant> next_;  // and when; nothing: an even share of the period from now on
+  std::size_t turn_ = 0;         // of inputs_: the next one to be asked again
+  std::optional<Instant> next_;  // and when; empty: an even share of the period from now on
 };
 
 }  // namespace baudgate::protocols::dcon

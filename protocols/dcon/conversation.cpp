@@ -131,7 +131,7 @@ Answer DconConversation::OnFrame(const Task& task, const Request& request, View 
   const auto exchanged = reader_.Read(request.bytes, frame);
   if (!exchanged) return Interpret(request.bytes, frame);
   const bool was_in_trouble = static_cast<bool>(trouble());
-  // A probe is repeated without being asked for anew.
+  // A probe is repeated without being asked for again.
   if (!questions_.asked() && requests_.IsInOtherMode(request.bytes)) {
     questions_.SetAsked(Identification::Question{kAskName, true});
   }
@@ -215,7 +215,7 @@ void DconConversation::LearnModule(const Task& task, const Exchanged& exchanged,
 }
 
 void DconConversation::LearnPlan(const Exchanged& exchanged, Answer& answer) {
-  std::size_t query = 0;  // the first that sends the command; behind the last: none does
+  std::size_t query = 0;  // the first that sends the command; after the last: none does
   while (query < plan_.queries().size() &&
          plan_.block(query).key.command != exchanged.command.text) {
     ++query;

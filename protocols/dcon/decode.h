@@ -22,7 +22,7 @@ struct DecodedReply {
   /// Joined numbers give one a channel, any other reply one; a confirmed write none.
   std::vector<Field> fields;
   bool ignored = false;  ///< a write: the host watchdog has tripped
-  /// It refuses a write, and the output may have moved all the same.
+  /// It refuses a write, and the output may have moved anyway.
   bool may_have_acted = false;
   bool first_fetch = false;   ///< of a sample: it has not been fetched before
   bool more_enabled = false;  ///< values came for channels that the settings call disabled

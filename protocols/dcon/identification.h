@@ -38,9 +38,9 @@ class Identification {
     bool operator==(const Question&) const = default;
   };
 
-  /// What to ask before `command` (without address) may go out; nothing: no question is left.
+  /// What to ask before `command` (without address) may go out; empty: no question is left.
   std::optional<Question> Next(std::string_view command);
-  /// What it is time to ask anew behind `command`.
+  /// What it is time to ask again behind `command`.
   std::optional<Question> NextAnew(std::string_view command, Instant now);
   /// No question of the round is left.
   bool is_done() const { return done_; }
@@ -64,10 +64,10 @@ class Identification {
   void AskMaskAgain() { asked_mask_ = false; }
 
   const DeviceTrouble& trouble() const { return trouble_; }
-  /// What the number of an input point is multiplied with to be one in its unit. Nothing: the
+  /// What the number of an input point is multiplied with to be one in its unit. Empty: the
   /// point's channel measures something else.
   std::optional<double> FactorOf(std::size_t point) const;
-  /// The channels that are enabled in the module, bit 0 = channel 0; nothing: it has not said.
+  /// The channels that are enabled in the module, bit 0 = channel 0; empty: it has not said.
   std::optional<std::uint32_t> mask() const { return mask_; }
 
  private:

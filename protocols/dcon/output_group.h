@@ -34,7 +34,7 @@ struct GroupedOutput {
   unsigned number = 0;  ///< in the group, 0…7
 };
 
-/// Nothing: it is written alone.
+/// Empty: it is written alone.
 std::optional<GroupedOutput> GroupOf(const std::optional<ReadAddress>& read,
                                      const std::optional<WriteAddress>& write,
                                      const Settings& settings);

@@ -45,7 +45,7 @@ struct ReadAddress {
 /// "#[0]", "#3", "#0 counter", "@[b3]", "$M".
 Result<ReadAddress> ParseRead(std::string_view text);
 
-/// The form of a read command's reply unless a decoder word says otherwise; nothing: no read
+/// The form of a read command's reply unless a decoder word says otherwise; empty: no read
 /// command.
 std::optional<Form> DefaultForm(std::string_view command);
 

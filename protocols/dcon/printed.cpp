@@ -34,7 +34,7 @@ Reading Labelled(const Command& request, std::string_view what, Value value,
   return {kNoPoint, std::move(value), quality, std::move(label)};
 }
 
-/// What stands behind `!AA`.
+/// What follows `!AA`.
 struct Behind {
   std::string_view command;
   enum class Kind : std::uint8_t { flag, hex, decimal, number, text } kind;
@@ -165,7 +165,7 @@ std::optional<Answer> ReadSample(const Command& request, View frame, const Reply
   return answer;
 }
 
-/// The decimal counter of NuDAM, `#AAND`: ten digits behind `>` or `!AA`.
+/// The decimal counter of NuDAM, `#AAND`: ten digits after `>` or `!AA`.
 std::optional<Answer> ReadTenDigits(const Command& request, const Reply& reply) {
   if (!FitsPrinted("#nD", request.text)) return std::nullopt;
   std::string_view text = reply.body;

@@ -25,7 +25,7 @@ struct Read {
 
 class Probing {
  public:
-  using Reads = std::vector<std::optional<ReadAddress>>;  ///< by point; nothing: it is not read
+  using Reads = std::vector<std::optional<ReadAddress>>;  ///< by point; empty: it is not read
 
   /// `plan` has been made; both outlive it. `channels`: values of `#AA`.
   Probing(const Settings& settings, const Reads& reads, const QueryPlan<Read>& plan,

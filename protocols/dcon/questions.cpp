@@ -23,7 +23,7 @@ std::optional<Questions::Question> Questions::Before(std::string_view command) {
 
 bool Questions::ForgetAnew() { return std::exchange(anew_, std::nullopt).has_value(); }
 
-/// What is due is asked anew behind the read and not before it: the replies to these questions say
+/// What is due is asked again after the read and not before it: the replies to these questions say
 /// whose they are, and only the first request of a task waits for the proof that its reply needs.
 Then Questions::AfterRead(std::string_view command, Instant now) {
   anew_.reset();

@@ -1,5 +1,5 @@
 // When the questions of a module's identification are asked: before the first command of a task,
-// and anew behind its read. A task has few exchanges, so the questions of a round may take several
+// and again behind its read. A task has few exchanges, so the questions of a round may take several
 // tasks.
 //
 //   Before("#")   $M   then $2   then nothing: "#" may go out
@@ -23,15 +23,15 @@ class Questions {
   /// It outlives this.
   explicit Questions(Identification& identification) : identification_(identification) {}
 
-  /// The request under way asks this; nothing: it is the task's own.
+  /// The request under way asks this; empty: it is the task's own.
   const std::optional<Question>& asked() const { return asked_; }
   void SetAsked(std::optional<Question> question) { asked_ = question; }
   /// The same, and it is answered or has failed.
   std::optional<Question> TakeAsked();
 
-  /// What has to be asked before `command`; nothing: it may go out.
+  /// What has to be asked before `command`; empty: it may go out.
   std::optional<Question> Before(std::string_view command);
-  /// What is to be asked behind the read of the task under way; nothing: the task is over.
+  /// What is to be asked after the read of the task under way; empty: the task is over.
   const std::optional<Question>& anew() const { return anew_; }
   /// The task has failed. True: it was behind its read.
   bool ForgetAnew();

@@ -35,7 +35,7 @@ class ReplyReader {
         identification_(identification),
         counts_(counts) {}
 
-  /// Nothing: the request is none.
+  /// Empty: the request is none.
   std::optional<Exchanged> Read(View request, View frame) const;
   /// A reading of each point that the command reads.
   Answer ReadingsOf(const Exchanged& exchanged) const;

@@ -38,7 +38,7 @@ class Totals {
   bool empty() const { return counters_.empty(); }
   /// `$AA5` is to be asked before `command` goes out.
   bool WantsRestart(std::string_view command) const;
-  /// What it said; nothing: the module does not know it.
+  /// What it said; empty: the module does not know it.
   void OnRestart(std::optional<bool> restarted);
   /// It did not answer that. Twice: it does not know it.
   void OnNothing();
@@ -70,7 +70,7 @@ class Totals {
     std::string command;
     std::uint64_t modulus = 0;
     std::optional<std::uint64_t> count;  ///< as it was last believed
-    std::optional<Instant> at;           ///< when; nothing: before the program began
+    std::optional<Instant> at;           ///< when; empty: before the program began
     std::uint64_t total = 0;
     std::optional<Seen> seen;  ///< the latest one, as long as the next has not confirmed it
     bool begins_anew = false;

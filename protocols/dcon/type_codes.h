@@ -14,7 +14,7 @@ namespace baudgate::protocols::dcon {
 std::string_view UnitOfType(std::uint8_t type);
 
 /// What a number of a module of this type is multiplied with to be one in `unit`: 0.001 for mV
-/// where V is wanted. Nothing: such a module cannot measure that. A unit that no type has ("bar")
+/// where V is wanted. Empty: such a module cannot measure that. A unit that no type has ("bar")
 /// is the user's own, and takes the number as it is.
 std::optional<double> FactorOfType(std::uint8_t type, std::string_view unit);
 

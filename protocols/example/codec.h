@@ -31,7 +31,7 @@ Result<char> ParseAddress(std::string_view text);
 Bytes EncodeRequest(const Message& request);
 Bytes EncodeReply(const Message& reply);
 
-/// A whole frame as the frame rules deliver it; nothing: not of this form.
+/// A whole frame as the frame rules deliver it; empty: not of this form.
 std::optional<Message> Decode(View frame);
 
 }  // namespace baudgate::protocols::example

@@ -49,7 +49,7 @@ std::optional<Adu> Unwrap(Framing framing, View frame);
 /// many bytes.
 std::optional<Adu> UnwrapReply(Framing framing, View frame);
 
-/// Size of the frame that the header begins, of which there are at least six bytes. Nothing: it is
+/// Size of the frame that the header begins, of which there are at least six bytes. Empty: it is
 /// no header of Modbus TCP.
 std::optional<std::size_t> TcpSize(View header);
 /// Nobody answers a request to this slave. A TCP server may itself have the unit 0.

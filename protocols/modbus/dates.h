@@ -18,7 +18,7 @@ enum class DateForm : std::uint8_t {
   ti081,      ///< four registers, IEC 60870-5-4 as Schneider and others have it
   registers,  ///< year, month, day, hour, minute, second: six registers
   bytes,      ///< the same as bytes in three registers, year since 2000
-  bcd,        ///< likewise, two decimal digits a byte
+  bcd,        ///< the same, two decimal digits a byte
 };
 
 std::optional<DateForm> DateFormNamed(std::string_view name);
@@ -26,7 +26,7 @@ std::size_t RegistersOf(DateForm form);
 
 /// "2026-11-23 04:45:00", as the device has it; no such day: bad. `words`: RegistersOf(form).
 Decoded DecodeDate(DateForm form, const std::vector<std::uint16_t>& words);
-/// For twins. Nothing: the text is no such date.
+/// For twins. Empty: the text is no such date.
 std::optional<std::vector<std::uint16_t>> EncodeDate(DateForm form, std::string_view text);
 
 }  // namespace baudgate::protocols::modbus

@@ -23,13 +23,13 @@ class Identification {
   /// `identity` outlives it.
   explicit Identification(const config::Identity& identity) : identity_(identity) {}
 
-  /// The PDU to ask before a poll; nothing: none is left.
+  /// The PDU to ask before a poll; empty: none is left.
   std::optional<Bytes> Next();
   /// Whether a request is one of these.
   bool IsAskedBy(const Bytes& pdu) const { return !done_ && !asked_.empty() && pdu == asked_; }
-  /// It was answered with this; nothing: with an exception, or not at all.
+  /// It was answered with this; empty: with an exception, or not at all.
   void OnAnswer(const std::optional<Data>& data);
-  /// A poll was answered. A device that is another one is asked anew.
+  /// A poll was answered. A device that is another one is asked again.
   void OnPolled() { again_ = trouble_.reason != Reason::none; }
   /// Another device may answer now. What is wrong stays wrong until it is known to be right.
   void OnReconnect();

@@ -25,7 +25,7 @@ Error Wrong(std::string_view text, const std::string& why);
 /// "[b3]" or "[b3-b5]".
 Status TakeBits(std::string_view text, std::string_view inside, Place& place);
 
-/// "exception status[b3]", "server id[2]", "identification 0x80". Nothing: it is none of these.
+/// "exception status[b3]", "server id[2]", "identification 0x80". Empty: it is none of these.
 std::optional<Result<Place>> ParseNamed(std::string_view text,
                                         std::span<const std::string_view> words);
 

@@ -19,12 +19,12 @@ using SpacePlan = QueryPlan<Space>;
 std::vector<std::optional<Place>> ReadPlaces(std::span<const config::Point> points);
 
 /// `places`: those of `points`. What a device refuses is asked with the slow group; splits stay,
-/// because a device that comes and goes would have to refuse everything anew.
+/// because a device that comes and goes would have to refuse everything again.
 SpacePlan MakePlan(std::span<const config::Point> points,
                    std::span<const std::optional<Place>> places, const Settings& settings);
 
 /// Reads as many registers, or bytes of bits, as no query does: the shortest such read from where
-/// the first query of a table begins. Nothing: there is no such query.
+/// the first query of a table begins. Empty: there is no such query.
 std::optional<Block<Space>> DistinctRead(const SpacePlan& plan);
 
 }  // namespace baudgate::protocols::modbus

@@ -175,7 +175,7 @@ Status TakeScale(std::string_view text, std::string_view word, Place& place) {
   return {};
 }
 
-/// What stands behind the address.
+/// What follows the address.
 Status TakeWords(std::string_view text, std::span<const std::string_view> words, Place& place,
                  bool& formed) {
   for (const std::string_view word : words) {

@@ -87,7 +87,7 @@ std::optional<Recognised> OtherFraming(Framing framing, View heard) {
 
 std::string Slave(std::uint8_t slave) { return "slave " + std::to_string(slave); }
 
-/// What stands behind the header is a whole PDU by itself.
+/// What follows the header is a whole PDU by itself.
 bool IsWholePdu(View pdu) {
   const PduLength length = ReplyLength(pdu);
   return length.kind == PduLength::Kind::exact && length.size == pdu.size();

@@ -154,7 +154,7 @@ Cut AnotherReply(View held, const Expectation& expect, bool another_slave, std::
 }
 
 /// Some devices confirm functions 15 and 16 with the whole request. It may as well be the request,
-/// as the bus echoes it, and then the reply stands behind it: only silence tells.
+/// as the bus echoes it, and then the reply follows it: only silence tells.
 Cut WholeWrite(View held, bool idle) {
   const PduLength length = RequestLength(held.subspan(1));
   const std::size_t size = length.size + kRtuOverhead;
@@ -172,7 +172,7 @@ Cut WholeWrite(View held, bool idle) {
 // A frame begins after silence or behind another good frame, and nowhere else: to look for one
 // within damage would be to execute the data of others. So what is neither a request nor a reply is
 // kept until the line falls silent, for its rest may still be coming, and then dropped with all
-// that came behind it. A request among that is lost, and its master asks again.
+// that came after it. A request among that is lost, and its master asks again.
 Cut RtuRequestRule(View held, const Expectation&, bool idle) {
   const Head head = LookAt(held, idle);
   if (head.kind == Head::Kind::request) return Cut::Frame(head.size);

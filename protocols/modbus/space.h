@@ -23,7 +23,7 @@ std::optional<Table> TableOf(std::uint8_t function);
 
 /// The PDU that reads the block: 03 00 C8 00 02. Of an identification: from object `block.begin`.
 Bytes ReadOf(const Block<Space>& block);
-/// What a request reads; nothing: it reads none of this.
+/// What a request reads; empty: it reads none of this.
 std::optional<Block<Space>> BlockOf(View request);
 inline Block<Space> BlockOf(const Place& place) {
   return {place.space(), BeginOf(place), EndOf(place), 1};

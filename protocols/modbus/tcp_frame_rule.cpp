@@ -5,7 +5,7 @@
 //   < 00 01 00 00 00 03 14 | 83 02              exception in its place: illegal data address
 //
 // Where function and request fix the size of a reply and its header counts too many, the header is
-// wrong, and the next message stands behind the size:
+// wrong, and the next message follows the size:
 //
 //   < 00 01 00 00 00 04 14 | 83 02              an exception has two bytes, whoever says three
 //

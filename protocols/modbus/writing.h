@@ -33,7 +33,7 @@ class Writing {
 
   /// The register as a step that reads has shown it. Error: it is not what it was a moment ago.
   Status OnRead(std::uint16_t value);
-  /// The task has ended, or starts anew.
+  /// The task has ended, or starts again.
   void Forget() { seen_.clear(); }
 
  private:

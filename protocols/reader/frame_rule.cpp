@@ -32,7 +32,7 @@ Cut CutTag(View held, bool idle, Outcome noise) {
   return Cut::Discard(1, harmless ? Outcome::none : noise, "noise before a tag");
 }
 
-/// To the prompt at the begin of a line; if none comes, to the silence behind a whole line.
+/// To the prompt at the begin of a line; if none comes, to the silence after a whole line.
 Cut CutInformation(View held, std::size_t most, bool idle) {
   const auto is_end = [](std::uint8_t byte) { return byte == '\r' || byte == '\n'; };
   const std::size_t size = std::min(held.size(), most);

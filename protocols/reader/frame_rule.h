@@ -6,7 +6,7 @@
 
 namespace baudgate::protocols::reader {
 
-/// Nobody asks a reader: a line of text, for twins that hear one all the same.
+/// Nobody asks a reader: a line of text, for twins that hear one anyway.
 Cut RequestRule(View held, const Expectation& expect, bool idle);
 Cut MessageRule(View held, const Expectation& expect, bool idle);
 

@@ -18,7 +18,7 @@ enum class Form : std::uint8_t { tag, text };
 struct Settings {
   Form form = Form::tag;
   std::optional<std::uint8_t> start{};  ///< of text: nothing: it begins with any character
-  std::optional<std::uint8_t> end{};    ///< nothing: `length` or silence ends it
+  std::optional<std::uint8_t> end{};    ///< empty: `length` or silence ends it
   std::size_t length = 0;               ///< characters between the two; 0: any number
   std::size_t most = 80;                ///< the same, at most
   Duration idle{};                      ///< silence that ends a message

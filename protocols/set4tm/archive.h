@@ -28,7 +28,7 @@ class MeterArchive {
   bool has_events() const { return journals_.has_events(); }
   /// What is kept says of which meter it is.
   bool wants_serial() const { return has_events() || loads_.wanted(); }
-  /// From when on a task in the background is wanted; nothing: it is not.
+  /// From when on a task in the background is wanted; empty: it is not.
   std::optional<Instant> due() const;
   bool IsDue(Instant now) const;
   /// See Conversation::OnEventsKept.
@@ -47,7 +47,7 @@ class MeterArchive {
 
   // Tasks in the background.
 
-  /// What has to be asked before NextInBackground; nothing: it may be sent.
+  /// What has to be asked before NextInBackground; empty: it may be sent.
   std::optional<Bytes> Question();
   Bytes NextInBackground(Instant now);
   Answer TakeInBackground(View data, Instant now);

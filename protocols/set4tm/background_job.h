@@ -29,7 +29,7 @@ class BackgroundJob {
   virtual ~BackgroundJob() = default;
   /// The configuration asks for it.
   virtual bool wanted() const = 0;
-  /// From when on a task is wanted; nothing: none is, or nobody has said yet what is kept.
+  /// From when on a task is wanted; empty: none is, or nobody has said yet what is kept.
   std::optional<Instant> due() const { return recalled_ ? NextDue() : std::nullopt; }
   /// What the latest batch that is kept has said of this; see Conversation::OnEventsKept.
   void OnKept(std::string_view said) {
@@ -38,7 +38,7 @@ class BackgroundJob {
   }
   /// The serial number of the meter that answers.
   virtual void OnMeter(std::uint32_t /*serial*/) {}
-  /// The type of the meter; nothing: it is not known.
+  /// The type of the meter; empty: it is not known.
   virtual void OnType(std::optional<std::uint8_t> /*type*/) {}
 
   /// due(): the PDU to be sent next.

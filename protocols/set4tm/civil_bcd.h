@@ -12,7 +12,7 @@ namespace baudgate::protocols::set4tm {
 
 inline constexpr std::size_t kCivilSize = 7;
 
-/// Reads kCivilSize bytes. Nothing: there is no such moment. The weekday is not looked at.
+/// Reads kCivilSize bytes. Empty: there is no such moment. The weekday is not looked at.
 std::optional<CivilZone::Civil> CivilOf(View bytes);
 Bytes BytesOf(CivilZone::Civil civil);
 

@@ -38,7 +38,7 @@ Expectation Expect(View request, const Settings& settings) {
   Allow(expect, tail, 1, 1);
   if (AnsweredByStatus(pdu)) return expect;
   const auto data = LengthOfData(pdu);
-  // SET-4TM.03 may put two bytes behind the id (reference, chapter 11).
+  // SET-4TM.03 may put two bytes after the id (reference, chapter 11).
   const std::size_t more = pdu[0] == kMemoryTagged ? 2 : 0;
   Allow(expect, tail, data.value_or(2), data ? *data + more : kMaxData);
   return expect;

@@ -32,7 +32,7 @@ class Identification {
   /// The refusals may have been meant for other requests.
   void ForgetRefusals();
 
-  /// What to ask before the request whose values are `matches`; nothing: it may go out.
+  /// What to ask before the request whose values are `matches`; empty: it may go out.
   std::optional<Bytes> Question(std::span<const Match> matches) const;
   /// `data` answers `pdu`, whichever that is.
   void Learn(View pdu, View data);

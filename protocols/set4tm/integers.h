@@ -16,7 +16,7 @@ namespace baudgate::protocols::set4tm {
 /// Decodes the integer that 08 11, 08 14 and 08 16 give for a parameter (RWRI byte).
 Decoder IntegerDecoder(std::uint8_t parameter);
 
-/// Nothing: it is no live float.
+/// Empty: it is no live float.
 std::optional<Field> AsInteger(const Field& field);
 
 }  // namespace baudgate::protocols::set4tm

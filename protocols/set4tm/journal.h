@@ -49,7 +49,7 @@ bool IsEmpty(View record);
 bool HasEnded(View before, View record);
 
 struct JournalReader {
-  std::optional<CivilZone> zone{};  ///< nothing: events have no time, and their texts the civil one
+  std::optional<CivilZone> zone{};  ///< empty: events have no time, and their texts the civil one
   bool knows_status = false;        ///< the bits of the status word are those of the reference
   /// `before`: the record as it was when its events were taken; empty: none were.
   std::vector<DeviceEvent> EventsOf(const Journal& journal, View record, View before) const;

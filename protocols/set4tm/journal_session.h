@@ -66,7 +66,7 @@ class JournalSession {
 
   struct State {
     const Journal* journal = nullptr;
-    std::optional<Records> kept;  // nothing: the journal was never read
+    std::optional<Records> kept;  // empty: the journal was never read
     std::size_t records = 0;      // it has so many
     bool refused = false;
     bool due = true;  // to be read whole

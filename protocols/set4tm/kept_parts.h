@@ -24,7 +24,7 @@ struct KeptParts {
   std::vector<Part> parts{};
 
   std::string Text() const;
-  /// Nothing: it is no such text.
+  /// Empty: it is no such text.
   static std::optional<KeptParts> Parse(std::string_view said);
 };
 

@@ -6,7 +6,7 @@
 //   05 08 1B 03 00         good; of a meter that has not heard it: waiting, without a value
 //
 // From the reply to 08 14 50 on no value of the latch before is shown any more: all that is latched
-// waits, and is read anew at once. Otherwise a value of 12:00 would stand beside one of 12:15.
+// waits, and is read again at once. Otherwise a value of 12:00 would stand beside one of 12:15.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -27,7 +27,7 @@ class LatchedReads {
 
   /// The broadcast is to be sent before anything else.
   bool IsDue(Instant now) const;
-  /// When the broadcast or the question for its time is due next; nothing: never.
+  /// When the broadcast or the question for its time is due next; empty: never.
   std::optional<Instant> DueAt() const;
   /// The meter tells when it has latched.
   bool tells() const { return period_ != Duration::zero() && !meter_.refused(); }

@@ -27,7 +27,7 @@ struct LoadHeader {
 
   std::size_t slices() const { return 60 / minutes; }
 };
-/// `record` has kLoadRecord bytes. Nothing: it is no header: another sum, no such hour, or slices
+/// `record` has kLoadRecord bytes. Empty: it is no header: another sum, no such hour, or slices
 /// that do not fill it. Zeros have a good sum, and are no date.
 std::optional<LoadHeader> ParseLoadHeader(View record);
 Bytes BytesOf(const LoadHeader& header);
@@ -65,7 +65,7 @@ struct LoadRing {
   std::size_t Next(std::size_t address) const {
     return address + 2 * block() > bytes ? 0 : address + block();
   }
-  /// The address of the hour that is being written; nothing: it cannot stand there.
+  /// The address of the hour that is being written; empty: it cannot stand there.
   std::optional<std::size_t> HourOf(const LoadPointer& pointer) const;
 };
 

@@ -44,12 +44,12 @@ class LoadReader {
   }
 
   unsigned profile() const { return profile_; }
-  /// Where its history ends, as was kept; nothing: it has none. Of `another` meter only the time
+  /// Where its history ends, as was kept; empty: it has none. Of `another` meter only the time
   /// counts: its history goes on with what is later.
   void OnKept(std::optional<LoadPlace> place, bool another);
   /// The meter may be another one, or have another interval.
   void OnReconnect();
-  /// What was under way begins anew with the pointer.
+  /// What was under way starts again with the pointer.
   void BreakOff();
 
   Step step() const;
@@ -65,7 +65,7 @@ class LoadReader {
     LoadPlace place{};  ///< to be kept with them
     bool more = false;  ///< there is something to read now. Of records: when they are kept
   };
-  /// The bytes of stretch(). Records are told anew until OnKept.
+  /// The bytes of stretch(). Records are told again until OnKept.
   Taken OnMemory(View bytes, const Scale& scale, const Manner& manner);
   /// Behind OnKept. False as of OnPointer.
   bool GoOn(const Manner& manner);

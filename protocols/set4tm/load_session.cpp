@@ -122,7 +122,7 @@ Answer LoadSession::TakeData(View data, const Scale& scale) {
       more = !blind_ && reader.OnPointer(data, manner());
       break;
     case LoadReader::Step::memory: {
-      // SET-4TM.03 may put two bytes behind the id (reference, chapter 11).
+      // SET-4TM.03 may put two bytes after the id (reference, chapter 11).
       const std::size_t count = reader.stretch().count;
       if (data.size() < count) break;
       LoadReader::Taken taken = reader.OnMemory(data.last(count), scale, manner());

@@ -4,7 +4,7 @@
 //
 //   serial 12345678; password 5A refused 1790000000 1790003600      (the last in Unix seconds)
 //
-// 5A changes with the password, so that another one is tried anew, and does not tell it.
+// 5A changes with the password, so that another one is tried again, and does not tell it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -27,17 +27,17 @@ class MeterMemory {
 
   explicit MeterMemory(View password);
 
-  /// What text() said before the restart; nothing: this is the first start.
+  /// What text() said before the restart; empty: this is the first start.
   void Recall(std::string_view text, Now now);
   const std::string& text() const { return text_; }
   /// Recall was called: what is learned here has somewhere to stay.
   bool is_kept() const { return clock_.has_value(); }
 
-  /// The meter that answered first; nothing: none has said its number yet.
+  /// The meter that answered first; empty: none has said its number yet.
   std::optional<std::uint32_t> serial() const { return serial_; }
   void OnSerial(std::uint32_t serial);
   /// A person has accepted what is there: the next meter that answers is the right one, and the
-  /// password is tried anew.
+  /// password is tried again.
   void OnEnabled();
 
   /// The password may be tried.
@@ -55,7 +55,7 @@ class MeterMemory {
   const std::uint8_t mark_;  // of the password
   std::optional<std::uint32_t> serial_;
   std::vector<Instant> refused_;  // when, at most kMostTries
-  std::optional<Now> clock_;      // nothing: civil time is not known, nothing is kept
+  std::optional<Now> clock_;      // empty: civil time is not known, nothing is kept
   std::string text_;
 };
 

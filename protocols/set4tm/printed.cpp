@@ -315,7 +315,7 @@ std::vector<Reading> ReadPrinted(View pdu, View data, const Scale& scale) {
 bool MayAnswer(View pdu, std::size_t length) {
   const auto known = LengthOfData(pdu);
   if (!known || *known == length) return true;
-  if (pdu[0] == kMemoryTagged) return length == *known + 2;  // SET-4TM.03: two bytes behind the id
+  if (pdu[0] == kMemoryTagged) return length == *known + 2;  // SET-4TM.03: two bytes after the id
   if (pdu[0] != kRead || pdu.size() != 2) return false;
   if (pdu[1] == 0x0A) return length == 4;        // SET-4TM.01
   return pdu[1] == 0x19 && length == kTime + 1;  // SET-4TM.02

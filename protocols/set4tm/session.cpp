@@ -10,7 +10,7 @@
 namespace baudgate::protocols::set4tm {
 namespace {
 
-/// The channel lives 20 s; with less than a quarter left it is opened anew (reference, 14.5).
+/// The channel lives 20 s; with less than a quarter left it is opened again (reference, 14.5).
 constexpr Duration kChannelTrust = 15s;
 /// In one task.
 constexpr int kReopens = 1;

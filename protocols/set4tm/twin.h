@@ -58,7 +58,7 @@ class MeterTwin : public Twin {
   std::uint8_t short_address_;
   Bytes reply_as_;  ///< empty: the address by which it was asked, the short one for 0
   std::uint32_t serial_ = 0;
-  std::optional<std::uint8_t> type_;  ///< nothing: as its points say, else 8
+  std::optional<std::uint8_t> type_;  ///< empty: as its points say, else 8
   bool knows_floats_ = true;
   bool knows_masks_ = true;
   std::optional<Instant> last_correct_;  // of an open channel

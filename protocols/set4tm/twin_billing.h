@@ -15,7 +15,7 @@ namespace baudgate::protocols::set4tm {
 /// Counts of A+, A-, R+, R- at the begin of that day, of all tariffs (0) or one.
 std::array<std::uint32_t, 4> TwinCounts(std::chrono::local_days begin, unsigned tariff);
 
-/// The reply to 0A 83, 84 or 86 at that time by the meter's clock; nothing: that is another
+/// The reply to 0A 83, 84 or 86 at that time by the meter's clock; empty: that is another
 /// request.
 std::optional<Bytes> TwinRegisters(View pdu, CivilZone::Civil now);
 

@@ -18,7 +18,7 @@ class TwinJournals {
 
   /// By the codes of journal.h. False: there is no such journal.
   bool Raise(const DeviceEvent& event, WallTime now);
-  /// The record that `pdu` asks for, zeros where it holds none; nothing: nothing of this journal
+  /// The record that `pdu` asks for, zeros where it holds none; empty: nothing of this journal
   /// has happened here, or it is none.
   std::optional<Bytes> Record(View pdu) const;
   /// The meter keeps such a record, if only an empty one.

@@ -22,7 +22,7 @@ namespace baudgate::protocols::spabus {
 /// What stands in a point's `read` for it.
 inline constexpr std::string_view kOffsetItem = "T offset";
 
-/// "12.345"; nothing: it is no second of a minute.
+/// "12.345"; empty: it is no second of a minute.
 std::optional<Duration> SecondsOf(std::string_view data);
 
 class ClockOffset {

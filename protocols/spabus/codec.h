@@ -85,9 +85,9 @@ Bytes Encode(const Command& command, bool wildcard);
 
 /// What a slave can make of a frame between `>` and CR.
 struct ReceivedRequest {
-  std::optional<unsigned> slave;   ///< nothing: not even a slave number can be read
+  std::optional<unsigned> slave;   ///< empty: not even a slave number can be read
   bool intact = false;             ///< the checksum fits, or is XX
-  std::optional<Command> command;  ///< nothing: the syntax is wrong
+  std::optional<Command> command;  ///< empty: the syntax is wrong
   std::size_t data_at = 0;         ///< where Command::data begins in the frame
 };
 ReceivedRequest ParseRequest(View frame);

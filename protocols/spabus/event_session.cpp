@@ -181,7 +181,7 @@ Then EventSession::OnFailure(Outcome outcome) {
   silent_backups_ = silent ? silent_backups_ + 1 : 0;
   if (silent_backups_ >= kSilentBackups && !answers_backup_) {
     owes_backup_ = knows_backup_ = false;
-    owes_status_ = true;  // and what is held is told behind it
+    owes_status_ = true;  // and what is held is told after it
   }
   return Then::done;
 }

@@ -15,7 +15,7 @@
 //                                              one, and refuses three, is not asked again
 //   a batch that was not taken                 B, likewise
 //   restarted (E50), overflow (E51)            C; what is not 0 is cleared (WC:0), and all points
-//                                              are read anew
+//                                              are read again
 //
 // Whether a batch that B has brought is an old one is for the store of events to say, which also
 // knows what was kept before a restart (EventBatch::again).

@@ -16,8 +16,8 @@
 namespace baudgate::protocols::spabus {
 
 /// Events that every relay has, whatever its masks say.
-inline constexpr std::uint32_t kRestarted = 50;  ///< its clock begins anew, its register is empty
-inline constexpr std::uint32_t kOverflow = 51;   ///< what came behind it is lost
+inline constexpr std::uint32_t kRestarted = 50;  ///< its clock starts again, its register is empty
+inline constexpr std::uint32_t kOverflow = 51;   ///< what came after it is lost
 
 /// L and B.
 constexpr bool IsEventList(char category) { return category == 'L' || category == 'B'; }

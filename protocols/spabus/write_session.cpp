@@ -110,7 +110,7 @@ Answer WriteSession::Opened(Answer answer, std::optional<int> nack) {
     step_ = Step::write;
     answer.then = Then::ask_again;
   } else if (!nack) {
-    // Somebody else's reply: the password may be open all the same.
+    // Somebody else's reply: the password may be open anyway.
     result_ = answer;
     step_ = Step::close;
     answer.then = Then::ask_again;

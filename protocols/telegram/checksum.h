@@ -26,7 +26,7 @@ struct Checksum {
   std::size_t skip = 0;
   std::size_t leave = 0;
 
-  /// `front`: all in front of the field. Nothing: it is too short.
+  /// `front`: all in front of the field. Empty: it is too short.
   std::optional<std::uint32_t> Of(View front) const;
 };
 

@@ -282,7 +282,7 @@ Then TelegramConversation::OnFailure(const Task& task, const Request&, Outcome o
     return closes || another ? Then::ask_again : Then::done;
   }
   if (std::exchange(identifies_, false)) {
-    // Many devices of a kind do not know the question: they are polled all the same.
+    // Many devices of a kind do not know the question: they are polled anyway.
     identified_ = true;
     goes_on_ = false;
     return task.kind == Task::Kind::poll && outcome != Outcome::line_down ? Then::ask_again

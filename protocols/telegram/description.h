@@ -31,12 +31,12 @@ struct Example {
 struct Telegram {
   std::string name;
   config::Mark mark;
-  std::optional<Form> send{};                         ///< nothing: the device sends it unasked
+  std::optional<Form> send{};                         ///< empty: the device sends it unasked
   std::vector<Form> receive{};                        ///< empty: nothing comes back
   std::vector<Form> refused{};                        ///< answers that say no
   std::map<std::string, Codes, std::less<>> codes{};  ///< by field
   bool reads = false;                                 ///< changes nothing in the device
-  bool repeat = false;                                ///< may be sent twice all the same
+  bool repeat = false;                                ///< may be sent twice anyway
   bool listen = false;
   bool once = false;    ///< of one that goes before: only until something fails
   bool strict = false;  ///< what is no number is damage, and the answer is asked for again
@@ -64,7 +64,7 @@ class Description final : public config::Description {
   std::vector<Telegram> telegrams;
   std::size_t most = 256;  ///< bytes of the longest telegram
 
-  /// Nothing: there is none of this name.
+  /// Empty: there is none of this name.
   std::optional<std::size_t> Find(std::string_view name) const;
   bool listens() const;
 
@@ -73,7 +73,7 @@ class Description final : public config::Description {
     Match match;
     Bound values;
   };
-  /// Which telegram these bytes are; nothing: none. Of several the one with most fixed bytes.
+  /// Which telegram these bytes are; empty: none. Of several the one with most fixed bytes.
   std::optional<Sent> Recognise(View request) const;
 };
 

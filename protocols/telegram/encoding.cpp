@@ -63,7 +63,7 @@ std::optional<Decimal> RoundedTo(const Decimal& number, int places) {
   return number.is_negative() ? -rounded : rounded;
 }
 
-/// Nothing: as many as it takes.
+/// Empty: as many as it takes.
 std::optional<int> PlacesOf(const Format& format, const Decimal& number) {
   if (format.kind != Kind::decimal) return 0;
   if (format.precision >= 0) return format.precision;

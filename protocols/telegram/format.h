@@ -29,7 +29,7 @@ struct Format {
     bcd,  ///< two digits a byte
   } kind = Kind::text;
   std::size_t width = 0;  ///< characters or bytes; 0: as many as there are
-  int precision = -1;     ///< digits behind the point; -1: any number
+  int precision = -1;     ///< digits after the point; -1: any number
   bool sign = false;      ///< it always has one
   bool point = false;     ///< it always has a point; what has none is a code
   bool zeros = false;     ///< filled up with zeros, not with blanks

@@ -27,7 +27,7 @@ bool AllHarmless(View bytes) {
                              [](std::uint8_t byte) { return cut::IsHarmless(byte, "\r\n"); });
 }
 
-/// Behind the first characters that end one of the unmarked forms; nothing: they have not come.
+/// After the first characters that end one of the unmarked forms; empty: they have not come.
 std::optional<std::size_t> EndOfLine(View held, const Awaited& awaited) {
   std::optional<std::size_t> first;
   for (const Form* form : awaited.forms) {

@@ -188,7 +188,7 @@ class Walk {
   std::size_t at_ = 0;
 };
 
-/// Nothing: it is too short to say; a size beyond all is the caller's to refuse.
+/// Empty: it is too short to say; a size beyond all is the caller's to refuse.
 std::optional<std::size_t> SaidSize(const SizeField& field, View held) {
   if (held.size() < field.at + field.format.width) return std::nullopt;
   const Value value = DecodeField(field.format, held.subspan(field.at, field.format.width));

@@ -44,7 +44,7 @@ struct Form {
   bool is_unmarked() const {
     return (checksum.kind == nullptr && pattern.elements.front().is_field()) || is_scant();
   }
-  /// Nothing fixed ends it: what comes behind it in the same breath shows that its bytes are
+  /// Nothing fixed ends it: what comes after it in the same breath shows that its bytes are
   /// shifted.
   bool ends_with_silence() const { return is_unmarked() && pattern.elements.back().is_field(); }
 };

@@ -127,7 +127,7 @@ class PatternParser {
     at_ = end + 1;
   }
 
-  /// Where a field ends has to be known from what stands behind it.
+  /// Where a field ends has to be known from what follows it.
   void CheckOrder() {
     if (pattern_.elements.empty()) return Fail(0, "a telegram has at least one byte");
     if (pattern_.elements.size() > kMostElements) return Fail(0, "has too many fields");

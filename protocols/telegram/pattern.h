@@ -44,7 +44,7 @@ struct Pattern {
   const Element* Find(std::string_view name) const;
   bool Has(std::string_view name) const { return Find(name) != nullptr; }
   std::size_t least_size() const;
-  /// Nothing: that depends on what is said.
+  /// Empty: that depends on what is said.
   std::optional<std::size_t> size() const;
   /// The least and the greatest size of telegrams whose fields are what they should be. The second
   /// is nothing where any number of bytes may be there.
@@ -56,7 +56,7 @@ struct Pattern {
     const Bytes* literal = nullptr;
     std::size_t between = 0;
   };
-  /// Nothing: it ends where its own characters do, or with the telegram.
+  /// Empty: it ends where its own characters do, or with the telegram.
   std::optional<Anchor> AnchorOf(std::size_t index) const;
   /// Bytes that are always the same.
   std::size_t literal_size() const;

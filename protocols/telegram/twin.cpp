@@ -10,7 +10,7 @@
 namespace baudgate::protocols::telegram {
 namespace {
 
-/// The first text that means this; nothing: none does.
+/// The first text that means this; empty: none does.
 std::optional<std::string> CodeFor(const Telegram& telegram, const std::string& field,
                                    Reason reason) {
   const auto codes = telegram.codes.find(field);

@@ -15,7 +15,7 @@ struct HistoryOptions {
   std::vector<std::string> points{};  ///< LINE.DEVICE.POINT, or patterns with * and ?
   std::optional<WallTime> since{};
   std::optional<WallTime> until{};
-  std::optional<Duration> every{};  ///< means, minima and maxima of so long; nothing: the values
+  std::optional<Duration> every{};  ///< means, minima and maxima of so long; empty: the values
   bool json = false;
   bool csv = false;
   bool billing = false;   ///< see gateway/cli/client/billing.h

@@ -13,7 +13,7 @@ namespace baudgate {
 
 struct ReloadCommand {
   bool dry_run = false;
-  std::optional<Duration> confirm{};  ///< nothing: it needs no confirmation
+  std::optional<Duration> confirm{};  ///< empty: it needs no confirmation
   bool json = false;
   std::string socket;  ///< empty: the gateway in the default places
 };

@@ -17,7 +17,7 @@ struct StatusOptions {
   std::string target;  ///< "LINE", "LINE.DEVICE", or empty: everything
   bool json = false;
   std::string socket{};                 ///< empty: the gateway in the default places
-  std::optional<TableView> terminal{};  ///< nothing: plain text
+  std::optional<TableView> terminal{};  ///< empty: plain text
   bool watch = false;                   ///< see gateway/cli/client/status_watch.h
   std::optional<Duration> seconds{};    ///< of `watch`: end after this time
 };

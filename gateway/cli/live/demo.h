@@ -12,7 +12,7 @@
 namespace baudgate {
 
 struct DemoOptions {
-  std::optional<Duration> seconds;  ///< nothing: until SIGINT or SIGTERM
+  std::optional<Duration> seconds;  ///< empty: until SIGINT or SIGTERM
   std::uint16_t port = 1502;        ///< of Modbus TCP; the next free one above it is taken
   int domain = 0;
 };

@@ -1,5 +1,5 @@
 // `baudgate run`: the daemon in the foreground, until SIGTERM or SIGINT. SIGHUP has the file
-// read anew; SIGUSR1 and SIGUSR2 are ignored.
+// read again; SIGUSR1 and SIGUSR2 are ignored.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,7 +17,7 @@ namespace baudgate {
 int RunDaemon(const std::string& file, const config::Catalog& catalog);
 
 /// A gateway with this configuration, until SIGTERM or SIGINT. Without `reload` it has no file that
-/// could be read anew. Exit codes as above.
+/// could be read again. Exit codes as above.
 int Serve(config::Config config, std::optional<ReloadOptions> reload,
           const config::Catalog& catalog);
 

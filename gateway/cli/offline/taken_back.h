@@ -11,7 +11,7 @@
 
 namespace baudgate {
 
-/// A warning; nothing: it has not, for all that whoever asks may read.
+/// A warning; empty: it has not, for all that whoever asks may read.
 std::optional<config::Problem> WhyTakenBack(const std::string& file, const config::Config& config);
 
 }  // namespace baudgate

@@ -27,7 +27,7 @@ struct Person {
   bool is_service = false;  ///< the user of baudgate.service
 };
 
-/// Nothing: there is no such file.
+/// Empty: there is no such file.
 std::optional<PortFile> ReadPortFile(const std::filesystem::path& root, const std::string& path);
 
 /// Ourselves and, if this machine has it, the service's user.

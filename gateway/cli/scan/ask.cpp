@@ -77,7 +77,7 @@ int Show(const AskOptions& options, const Exchanged& exchange, const config::Cat
   std::istringstream captured("> " + exchange.sent + "\n" +
                               (exchange.received.empty() ? "" : "< " + exchange.received + "\n"));
   std::ostringstream decoded;
-  std::ostringstream ignored;  // the bytes are shown all the same
+  std::ostringstream ignored;  // the bytes are shown anyway
   if (RunDecode(how, catalog, captured, decoded, ignored) != kExitDone && !how.profile.empty()) {
     // A profile of the gateway may be a file that is not here.
     how.profile.clear();

@@ -1,5 +1,5 @@
-// `baudgate scan`: who is on this bus, at which settings and addresses, and with which profiles.
-// Reads only; what may be sent is listed by each protocol (protocols/scanning.h).
+// `baudgate scan`: which devices are on this bus, at which settings and addresses, and with which
+// profiles. Reads only; what may be sent is listed by each protocol (protocols/scanning.h).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -21,7 +21,7 @@ class PointWriter {
   virtual ~PointWriter() = default;
   /// `point`: LINE.DEVICE.POINT; `value` in its unit.
   virtual WriteReport Write(const std::string& point, const std::string& value) = 0;
-  /// Why that would be denied now, in one sentence; nothing: it may be written. Writes nothing.
+  /// Why that would be denied now, in one sentence; empty: it may be written. Writes nothing.
   virtual std::optional<std::string> WhyNot(const std::string& point, const std::string& value) = 0;
 };
 

@@ -16,7 +16,7 @@ namespace baudgate::settings {
 struct Setting {
   std::string point;  ///< "main_phase_low_current"
   std::string item;   ///< in the device's own words: "S21"
-  /// In units of the point; nothing: not known.
+  /// In units of the point; empty: not known.
   std::optional<std::string> value;
   std::string unit;
   double scale = 1;     ///< of its value to what the device says, `ratios` included
@@ -43,7 +43,7 @@ struct Sheet {
   std::string target() const { return line + "." + device; }
   /// Null: none of that name.
   const Setting* Find(const std::string& point) const;
-  /// Since the oldest known value was read; nothing: none is known.
+  /// Since the oldest known value was read; empty: none is known.
   std::optional<Duration> oldest() const;
 };
 

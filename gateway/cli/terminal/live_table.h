@@ -48,7 +48,7 @@ struct PointRow {
   std::string value;  ///< see FormatValue
   std::string unit;
   Quality quality = Quality::bad_waiting;
-  std::optional<Duration> age;  ///< nothing: never read
+  std::optional<Duration> age;  ///< empty: never read
   bool gone = false;            ///< its gateway has left
 };
 

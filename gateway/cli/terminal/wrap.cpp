@@ -19,7 +19,7 @@ std::size_t BytesOf(std::string_view text, std::size_t width) {
   return at;
 }
 
-/// Takes one line from the front of `text`, and the blanks behind it.
+/// Takes one line from the front of `text`, and the blanks after it.
 std::string TakeLine(std::string_view& text, std::size_t width) {
   std::size_t end = BytesOf(text, width);
   if (end < text.size() && text[end] != ' ') {

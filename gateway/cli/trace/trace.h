@@ -16,7 +16,7 @@ struct TraceOptions {
   std::string device{};               ///< only its records; empty: all
   bool last = false;                  ///< what has been, instead of what comes
   bool bytes = false;                 ///< each arrival of bytes as it was, nothing decoded
-  std::optional<Duration> seconds{};  ///< end after this time; nothing: at SIGINT or SIGTERM
+  std::optional<Duration> seconds{};  ///< end after this time; empty: at SIGINT or SIGTERM
   std::string socket{};               ///< empty: the gateway in the default places
 };
 

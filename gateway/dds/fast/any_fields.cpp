@@ -42,7 +42,7 @@ AnyField Text(const std::optional<std::string>& value) {
   return {{}, *value, AnyField::Form::text};
 }
 
-/// Nothing: it holds others.
+/// Empty: it holds others.
 std::optional<AnyField> Plain(DynamicData& data, MemberId id, TypeKind kind) {
   switch (kind) {
     case TK_BOOLEAN:

@@ -241,7 +241,7 @@ class FastWriter : public SampleWriter {
   TopicWriters devices_;
   TopicWriters gateways_;
   TopicWriters events_;  ///< empty: there are none
-  TopicWriters alarms_;  ///< likewise
+  TopicWriters alarms_;  ///< the same
   std::optional<WriteTopics> requests_;
 };
 

@@ -1,10 +1,10 @@
-// Notices that an interface was deleted and made anew or has come up, or that an address has come:
+// Notices that an interface was deleted and made again or has come up, or that an address has come:
 // the library has joined its multicast groups on the old ones, and sends nothing on the new ones.
 // Pure: addresses come in, see gateway/dds/fast/own_addresses.h.
 //
 //   at the start 10.0.0.5 at 2     later 10.0.0.5 at 2    nothing
 //                                  later gone, or down    nothing yet: others may still be reached
-//                                  later 10.0.0.5 at 7    the participant must be made anew
+//                                  later 10.0.0.5 at 7    the participant must be made again
 //   at the start 10.0.0.5 down     later 10.0.0.5 at 2    the same
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -23,7 +23,7 @@ class InterfaceWatch {
   InterfaceWatch(std::vector<std::string> interfaces, OwnAddresses own)
       : interfaces_(std::move(interfaces)), own_(std::move(own)) {}
 
-  /// Why the participant must be made anew; nothing: it need not.
+  /// Why the participant must be made again; empty: it need not.
   std::optional<std::string> Look(const OwnAddresses& now) const;
 
  private:

@@ -1,5 +1,5 @@
-// Who is in the domain, as far as there is room: which announced participants the DDS library gets
-// to know. Pure and of fixed size; gateway/dds/fast/datagram_check.h asks it.
+// The participants in the domain, as far as there is room: which announced ones the DDS library
+// gets to know. Pure and of fixed size; gateway/dds/fast/datagram_check.h asks it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,7 +17,7 @@ struct ParticipantLimits {
   std::size_t participants = 256;
   /// At one IPv4 address: RTPS has ports for 120 participants of a machine (RTPS 2.3, 9.6.1.1).
   std::size_t of_address = 128;
-  /// A participant that is silent for so long gives its place back, whatever lease it announces.
+  /// A participant that is silent for this time loses its place, whatever lease it announces.
   Duration longest_lease = 60s;
   /// New participants, after a burst of as many as there is room for.
   Duration new_interval = 20ms;

@@ -1,5 +1,5 @@
 // The thread on which a subscriber takes its samples. Fast DDS 2.9 walks through all instances with
-// every take: whoever takes at each sample falls behind, so it rests after each take.
+// every take: a thread that takes at each sample would fall behind, so it rests after each take.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

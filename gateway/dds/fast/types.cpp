@@ -40,7 +40,7 @@ class SampleType : public TopicDataType {
   bool deserialize(SerializedPayload_t* payload, void* data) override {
     auto& sample = *static_cast<Sample*>(data);
     if (Decode({payload->data, payload->length}, sample)) return true;
-    // Fast DDS 2.9 hands it out all the same when many are taken: what has no gateway is no sample.
+    // Fast DDS 2.9 hands it out anyway when many are taken: what has no gateway is no sample.
     sample = Sample{};
     return false;
   }

@@ -1,5 +1,5 @@
 // Readers of the gateway's topics whose QoS asks for more than its writers offer. DDS gives them
-// nothing and tells nobody. docs/dds.md, "What a reader may ask for", has the table.
+// nothing and reports nothing. docs/dds.md, "What a reader may ask for", has the table.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -84,7 +84,7 @@ void WriteTopics::OnRequest(SampleWriter::TakeRequest take) {
   take_ = std::move(take);
 }
 
-/// A writer that is full of names is made anew, without what it kept for readers to come.
+/// A writer that is full of names is made again, without what it kept for readers to come.
 Sent WriteTopics::Write(const ReplySample& reply) {
   if (writer_ != nullptr && TryWrite(reply)) return Sent::yes;
   if (writer_ != nullptr) publisher_->delete_datawriter(writer_);

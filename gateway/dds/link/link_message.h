@@ -32,12 +32,12 @@ enum class LinkKind : std::uint8_t {
   // From the daemon.
   open = 1,     ///< first, once: what to take part in, and how much to make room for
   point = 2,    ///< a sample to publish
-  device = 3,   ///< likewise
-  gateway = 4,  ///< likewise
+  device = 3,   ///< the same
+  gateway = 4,  ///< the same
   end = 5,      ///< wait until subscribers have everything, then leave
   reply = 6,    ///< what became of a write request: publish it
   event = 7,    ///< a sample to publish
-  alarm = 8,    ///< likewise
+  alarm = 8,    ///< the same
   // From the process.
   opened = 64,   ///< the answer to open: samples may come
   failed = 65,   ///< the other answer: a sentence that says what to change
@@ -94,7 +94,7 @@ struct LinkMessage {
 /// kind, a length that is not the packet's.
 Result<LinkMessage> ParseLink(View packet);
 
-/// Bodies. Everything is checked against its bounds, and nothing may stand behind it.
+/// Bodies. Everything is checked against its bounds, and nothing may follow it.
 Result<LinkOpen> DecodeOpen(View body);
 Result<LinkCounts> DecodeCounts(View body);
 Result<WriteArrival> DecodeRequest(View body);

@@ -23,7 +23,7 @@ class LinkServer {
   explicit LinkServer(MakeWriter make, std::function<void()> wake = {})
       : make_(std::move(make)), requests_(std::move(wake)) {}
 
-  /// Nothing: go on. An error: the link is to be closed; its sentence says why.
+  /// Good: go on. An error: the link must be closed; its sentence says why.
   Status Take(View packet);
   /// The packet that is due to the daemon now, if any: the answer to open, then counts.
   std::optional<Bytes> Answer(Instant now);
@@ -52,7 +52,7 @@ class LinkServer {
   DeviceSample device_;
   GatewaySample gateway_;
   std::deque<EventSample> events_;  ///< that the library has not taken yet, in their order
-  std::deque<AlarmSample> alarms_;  ///< likewise
+  std::deque<AlarmSample> alarms_;  ///< the same
   Instant events_retry_{};
   std::optional<Bytes> answer_;  ///< to open
   LinkCounts counts_;

@@ -22,7 +22,7 @@ struct LinkState {
   Phase phase = Phase::waiting;
   Instant heard{};                      ///< the last sign of life
   std::string reason;                   ///< why there is none: "it was ended by signal 6"
-  std::optional<Instant> next_start{};  ///< of `waiting`; nothing: it comes when somebody starts it
+  std::optional<Instant> next_start{};  ///< of `waiting`; empty: it comes when somebody starts it
   std::uint32_t times_lost = 0;         ///< how often one that was there was lost
   std::uint32_t subscribers = 0;        ///< readers of the points topic, now
   std::uint64_t written = 0;            ///< samples, by all processes so far
@@ -34,7 +34,7 @@ struct LinkState {
   /// Where devices have events: those that were published, and those that could not be.
   std::optional<std::uint64_t> events{};
   std::uint64_t events_skipped = 0;
-  DatagramCounters datagrams;        ///< likewise; its participants now
+  DatagramCounters datagrams;        ///< the same; its participants now
   std::vector<std::string> remarks;  ///< subscribers that can get nothing now, a sentence each
 };
 

@@ -1,5 +1,5 @@
 // The SampleWriter that sends samples to the process that speaks DDS. It never waits and keeps
-// nothing: what does not fit into the socket now is wanted later.
+// empty: what does not fit into the socket now is wanted later.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

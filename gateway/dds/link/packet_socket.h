@@ -53,7 +53,7 @@ ReceivedPacket ReceivePacket(int socket, PacketBuffer& buffer);
 
 /// Both ends; all descriptors made here are non-blocking and closed at exec.
 Result<std::pair<Descriptor, Descriptor>> MakePacketPair();
-/// Replaces a socket file that nobody answers at. It may be opened by its owner and by members of
+/// Replaces a socket file without a server. It may be opened by its owner and by members of
 /// `group` (or of our own group, when there is no such group).
 Result<Descriptor> ListenAt(const std::string& path, const std::string& group);
 Result<Descriptor> ConnectTo(const std::string& path);
@@ -63,7 +63,7 @@ struct Peer {
   int process = 0;
   unsigned user = 0;
 };
-/// Nothing: nobody has come.
+/// Empty: no peer has come.
 std::optional<Peer> AcceptPeer(int listener);
 
 }  // namespace baudgate::dds

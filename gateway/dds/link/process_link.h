@@ -43,7 +43,7 @@ class ProcessLink {
   static Result<std::unique_ptr<ProcessLink>> Create(ProcessLinkOptions options, Log log);
   ~ProcessLink();  ///< as Stop
 
-  /// Where samples go; give it to a publisher. It outlives the link, and then has nobody.
+  /// The writer for a publisher. It may outlive the link; then it has no receiver.
   std::shared_ptr<LinkWriter> writer() const { return writer_; }
   LinkState state() const;
   /// Ends process and thread within half a second. After the publisher's. Idempotent.

@@ -1,5 +1,5 @@
 // How a participant announces itself (SPDP): who it is, in which domain, where it wants to hear of
-// others. Read from one datagram, and made anew with nothing else in it. Pure;
+// others. Read from one datagram, and made again with nothing else in it. Pure;
 // gateway/dds/discovery/announcement_relay.h passes it on. Source: DDSI-RTPS 2.3, 8.5.3
 // and 9.6.2.2.
 //

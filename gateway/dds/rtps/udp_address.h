@@ -15,7 +15,7 @@ struct UdpAddress {
   bool operator==(const UdpAddress&) const = default;
 };
 
-/// Nothing: `host` is no IPv4 address.
+/// Empty: `host` is no IPv4 address.
 std::optional<UdpAddress> ParseUdpAddress(const std::string& host, std::uint16_t port);
 
 /// "10.0.0.7".

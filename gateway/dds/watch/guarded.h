@@ -1,5 +1,5 @@
 // Runs something that a hostile datagram may end (the DDS library) in a process of its own, and
-// begins anew when it dies. Used by `watch`; what the gateway publishes has gateway/dds/link.
+// starts again when it dies. Used by `watch`; what the gateway publishes has gateway/dds/link.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

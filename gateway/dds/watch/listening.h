@@ -1,5 +1,5 @@
-// Keeps a subscriber that hears. An interface that was deleted and made anew leaves the library
-// deaf, so the subscriber is then made anew, as the gateway does with its own participant.
+// Keeps a subscriber that hears. An interface that was deleted and made again leaves the library
+// deaf, so the subscriber is then made again, as the gateway does with its own participant.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -22,14 +22,14 @@ class Listening {
   using Open = std::function<Status()>;
   using Find = std::function<dds::OwnAddresses()>;
 
-  /// `open` ends the subscriber, if there is one, and makes it anew. `interfaces`: those of its
+  /// `open` ends the subscriber, if there is one, and makes it again. `interfaces`: those of its
   /// participant.
   Listening(std::vector<std::string> interfaces, Open open, Find find = dds::FindOwnAddresses);
 
   /// The first time.
   Status Start();
-  /// Looks once a second. Returns what people are to know: that it was begun anew, or why it cannot
-  /// be. Then it is tried again each second.
+  /// Looks once a second. Returns what people are to know: that it was started again, or why it
+  /// cannot be. Then it is tried again each second.
   std::optional<std::string> Look(Instant now);
   Instant next_look() const { return next_look_; }
   /// Why there is no subscriber now.

@@ -133,7 +133,7 @@ void Publishers::CheckRivals(Names& of, const Point& before, const dds::Publishe
   gateway.rivals = Rivals{before.publisher, publisher, received, now + kRivalsMayGo, point};
 }
 
-/// Without any reading a point is new: a reload has begun its line anew.
+/// Without any reading a point is new: a reload has restarted its line.
 void Publishers::CheckSeq(Names& of, const Point& before, const dds::PointSample& sample,
                           std::int64_t start) {
   if (sample.seq == 0 || sample.seq >= before.seq || start != before.start ||

@@ -1,6 +1,6 @@
 // Who publishes which gateway, and whether that can be true: one key from two live publishers, and
 // readings that count backwards, are what a false publisher cannot hide. Samples and ends come
-// from the subscriber, remarks go to whoever watches.
+// from the subscriber, remarks go to the viewer.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -23,14 +23,14 @@ struct WatchOptions {
   std::vector<std::string> interfaces = {"127.0.0.1"};
   std::string security;            ///< a folder as of config::SecurityIn; empty: without
   std::vector<std::string> peers;  ///< as of dds::ParticipantOptions
-  std::vector<config::HostPort> discovery_servers{};  ///< likewise
-  bool multicast = true;                              ///< likewise
+  std::vector<config::HostPort> discovery_servers{};  ///< the same
+  bool multicast = true;                              ///< the same
   bool once = false;                ///< print the image when it is whole, then end
   bool any = false;                 ///< every topic whose type is announced, whoever publishes it
   bool events = false;              ///< events in place of points
   bool alarms = false;              ///< alarms in place of points
   bool json = false;                ///< one JSON object a line for each reading
-  std::optional<Duration> seconds;  ///< end after this time; nothing: at SIGINT or SIGTERM
+  std::optional<Duration> seconds;  ///< end after this time; empty: at SIGINT or SIGTERM
   std::string gateway;              ///< only of this name; empty = all
   std::string device;
   std::string point;

@@ -54,7 +54,7 @@ std::string PriorityOf(const dds::AlarmSample& alarm) {
 }
 
 /// Which events were not printed yet: a gateway that starts may publish some once more. By the
-/// number, which counts anew where the gateway's file is a new one.
+/// number, which counts again where the gateway's file is a new one.
 class Unseen {
  public:
   bool Take(const dds::EventSample& event) {

@@ -32,7 +32,7 @@ class RequestBook {
   static constexpr std::size_t kClients = 128;
   static constexpr std::size_t kRemembered = 32;  ///< requests of a client
   static constexpr std::size_t kUnderWay = 8;     ///< of these
-  /// A client that asks for nothing for so long may be forgotten, where another needs its place.
+  /// A client without a request for this time may be forgotten, if another needs its place.
   static constexpr Duration kKept = 10min;
 
   struct Verdict {

@@ -1,4 +1,4 @@
-// What becomes of a write request that came by DDS: who asks and what for is made out, duplicates
+// Handles write requests that come by DDS: finds their client and point, duplicates
 // are answered, and the rest goes through the door of all writers (gateway/writes/write_gate.h) as
 // client "dds:GUID". No thread of its own: gateway/dds/writes/dds_writes.h has it.
 // SPDX-License-Identifier: Apache-2.0
@@ -56,7 +56,7 @@ class WriteService {
   void LearnDevices();
   /// That it was denied, where it names a point.
   void Record(const WriteArrival& arrival, const std::string& reason);
-  /// Nothing: it has gone to its line.
+  /// Empty: it has gone to its line.
   std::optional<RequestAnswer> Carry(const WriteArrival& arrival, Now now);
   void Reply(const Ticket& ticket, const RequestAnswer& answer);
 

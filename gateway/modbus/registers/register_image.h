@@ -66,7 +66,7 @@ class RegisterImage {
   /// 0x02 or 0x03: PlanRead sees to these.
   std::optional<Place> Find(config::Table table, std::uint32_t start, std::size_t count) const;
 
-  /// Whether the image shows the record as it is at `now`. A stale one is made anew once the reads
+  /// Whether the image shows the record as it is at `now`. A stale one is made again once the reads
   /// since have asked for as many words as it has, so that a large device of which little is read
   /// costs at most twice the direct way.
   bool Refresh(const DeviceRecord& record, Instant now, std::size_t asked);

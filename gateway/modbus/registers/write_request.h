@@ -20,14 +20,14 @@ struct ConvertedWrite {
   std::vector<WriteAsk::Part> parts{};  ///< empty where there is an exception
 };
 
-/// The point that the request selects; nothing: it is no selection. Whether it has the key is
+/// The point that the request selects; empty: it is no selection. Whether it has the key is
 /// IsSelectKey.
 std::optional<std::uint32_t> SelectedPoint(const UnitMap& unit, const ModbusRequest& request);
 bool IsSelectKey(const ModbusRequest& request);
 
 /// The request is for where a unit shows its events from (config::kEventBlock), and nothing else.
 bool IsFirstEvent(const ModbusRequest& request);
-/// Nothing: it is half of it.
+/// Empty: it is half of it.
 std::optional<std::uint32_t> FirstEvent(const ModbusRequest& request);
 
 /// kIllegalAddress: not mapped. kIllegalValue: part of a value, or a number that the

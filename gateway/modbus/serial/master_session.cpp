@@ -62,8 +62,8 @@ void MasterSession::NameOther() {
             ExplainOther(*other, listener_.framing));
 }
 
-/// A request for another slave, too, says that the master waits for us no longer. Whoever sends to
-/// all waits for nobody.
+/// A request for another slave, too, shows that the master no longer waits for us. A master that
+/// sends to all waits for no reply.
 void MasterSession::OnFrame(const Bytes& frame, const Now& now) {
   if (echo_.IsEcho(frame, last_byte_)) {
     if (listener_.echo == config::Listener::Echo::off) shared_.book()->HeardEcho(port_);

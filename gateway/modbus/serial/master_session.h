@@ -47,7 +47,7 @@ class MasterSession final : public RequestService::Wire {
   void OnBytes(View bytes, const Now& now);
   /// To be called at Deadline, and at any other time.
   void OnTime(const Now& now);
-  /// The end of a gap, of the quiet before a reply, or of a request's deadline; nothing: none.
+  /// The end of a gap, of the quiet before a reply, or of a request's deadline; empty: none.
   std::optional<Instant> Deadline() const;
 
  private:

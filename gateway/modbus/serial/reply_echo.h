@@ -12,7 +12,7 @@
 namespace baudgate::modbus {
 
 /// strip: bytes that repeat the last reply are taken out where they come first, whenever that is.
-/// off: bytes pass. Both: the first whole frame behind a reply is its echo when it equals the reply
+/// off: bytes pass. Both: the first whole frame after a reply is its echo when it equals the reply
 /// and has ended in time. So an echo behind noise is found as well.
 class ReplyEcho {
  public:

@@ -63,7 +63,7 @@ void ClientPoll::Remove(int socket, Client& client) {
 }
 
 void ClientPoll::Wait() {
-  // Waiting anew asks the kernel again, so clients that are ready already are not forgotten.
+  // Waiting again asks the kernel again, so clients that are ready already are not forgotten.
   set_.async_wait(asio::posix::stream_descriptor::wait_read,
                   [self = shared_from_this()](const asio::error_code& failed) {
                     if (failed || !self->set_.is_open()) return;

@@ -1,8 +1,8 @@
 // One connected client of Modbus TCP, or of RTU over TCP: takes its requests in their order and
 // sends the answers. Bytes come from and go to its socket; what they mean is decided by
 // gateway/modbus/service/request_service.h.
-// All on the server's thread, which says what time it is. A client can delay nobody: a turn answers
-// a few frames, answers that it does not read stop its own requests, and memory is bounded.
+// All on the server's thread, which says what time it is. A client can delay no other: a turn
+// answers a few frames, answers that it does not read stop its own requests, and memory is bounded.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

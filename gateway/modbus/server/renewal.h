@@ -26,11 +26,11 @@ struct ListenerPort {
 
 /// Where one entry of the new modbus.listen comes from.
 struct ListenerOrigin {
-  std::optional<std::size_t> was;  ///< its place in the list before; nothing: it is new
+  std::optional<std::size_t> was;  ///< its place in the list before; empty: it is new
   bool same = false;               ///< its clients stay
   ListenerPort opened{};           ///< of a new one: ModbusServer::OpenPort
 
-  /// A serial port is closed and opened anew where anything of it differs.
+  /// A serial port is closed and opened again where anything of it differs.
   bool keeps_port(const config::Listener& now) const { return was && (same || !now.is_serial()); }
 };
 

@@ -109,7 +109,7 @@ void RequestService::HandleBroadcast(View frame, std::size_t index,
   wire_.AnswerNothing(now.instant);
 }
 
-/// In nobody's name, because who broadcasts waits for nothing and may leave at once.
+/// Without a client, because a client that broadcasts waits for nothing and may leave at once.
 bool RequestService::Broadcast(View frame, std::size_t index, const RouteTargets::Line& line,
                                const Now& now) {
   const auto witness = WitnessOf(frame, line.target, now, true);

@@ -58,7 +58,7 @@ class RequestService : public std::enable_shared_from_this<RequestService> {
   /// One whole frame, MBAP header included: leads to exactly one call of the wire, now or later,
   /// unless it is given up before.
   void Handle(View frame, const Now& now);
-  /// Answers requests whose deadline has passed and that nobody has answered.
+  /// Answers requests whose deadline has passed without an answer.
   void Sweep(const Now& now);
   /// The client waits for none of its requests any more. What is not on the wire is not sent: a
   /// routed request by RouteTarget::Abandon, a write by WriteCommand::abandoned. None is answered.

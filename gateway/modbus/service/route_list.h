@@ -18,7 +18,7 @@
 
 namespace baudgate::modbus {
 
-/// Where each entry of a list in a new file stood in the file before; nothing: it
+/// Where each entry of a list in a new file stood in the file before; empty: it
 /// is new.
 using Origins = std::vector<std::optional<std::size_t>>;
 

@@ -60,7 +60,7 @@ class RouteTargets {
   const RouteList& routes_;
   asio::io_context* io_ = nullptr;  ///< null: not open
   std::shared_ptr<TrafficBook> book_;
-  /// None is taken out: who has asked there may still have to be forgotten.
+  /// None is removed: a client that has asked there may still have to be forgotten.
   std::map<HostPort, std::unique_ptr<Upstream>> servers_;
   std::vector<RouteTarget*> targets_;  ///< by route
   std::vector<Line> lines_;

@@ -1,4 +1,4 @@
-// What became of a request that was passed on: told to whoever raises alarms of slaves that do not
+// The result of a request that was passed on: for the part that raises alarms of slaves that do not
 // answer their clients (gateway/daemon/alarm_service.h).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once

@@ -1,4 +1,4 @@
-// Who asks the Modbus server for what, and what became of it: one entry per client, serial master
+// What clients ask of the Modbus server, and the results: one entry per client, serial master
 // and route, for `baudgate status`. Written on the server's thread, read from any
 // (gateway/control).
 // SPDX-License-Identifier: Apache-2.0
@@ -72,7 +72,7 @@ struct RouteStatus : RouteCounters {
   std::map<std::uint8_t, RouteCounters> by_unit;  ///< unit ids as clients ask for them
 };
 
-/// A listener whose port could not be opened behind a reload, and is tried again.
+/// A listener whose port could not be opened after a reload, and is tried again.
 struct ClosedListener {
   std::string place;  ///< config::Listener::Place()
   std::string why;    ///< "address already in use; …"

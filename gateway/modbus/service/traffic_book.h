@@ -93,7 +93,7 @@ class TrafficBook {
   void Ended(std::size_t route, std::uint8_t unit, RouteOutcome end, const RoutedReply& reply,
              WallTime at);
 
-  /// A reply that nobody waits for any more.
+  /// A reply for which no client waits any more.
   void CameLate(std::size_t route);
 
   /// From any thread.

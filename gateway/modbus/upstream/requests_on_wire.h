@@ -28,7 +28,7 @@ class RequestsOnWire {
   /// At most so many of these go to one unit; beyond them only short writes go out.
   static constexpr std::size_t kMostPerUnit = 4;
   /// Deadlines that pass one after the other without a sign of the server: then the connection
-  /// is made anew. Without a sign of one unit: then it has one request at a time until it answers.
+  /// is made again. Without a sign of one unit: then it has one request at a time until it answers.
   static constexpr int kSilentDeadlines = 3;
   /// A server that closes the connection because of a request does so within this time.
   static constexpr Duration kTriedOut = std::chrono::milliseconds(200);

@@ -1,5 +1,5 @@
 // The server elsewhere: requests come in, wait, expire and are answered; the connection is made,
-// and made anew.
+// and made again.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/modbus/upstream/upstream.h"
 

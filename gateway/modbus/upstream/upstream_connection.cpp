@@ -77,7 +77,7 @@ void UpstreamConnection::Close() {
   owner_ = nullptr;
   look_up_ = {};
   asio::error_code ignored;
-  // A reset, so that neither kernel keeps requests that somebody has been told are lost.
+  // A reset, so that neither kernel keeps requests that a client was told are lost.
   socket_.set_option(asio::socket_base::linger(true, 0), ignored);
   socket_.close(ignored);
 }

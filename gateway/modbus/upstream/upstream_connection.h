@@ -21,7 +21,8 @@ namespace baudgate::modbus {
 /// All on the thread that runs the io_context. Kept alive by its own pending operations.
 class UpstreamConnection : public std::enable_shared_from_this<UpstreamConnection> {
  public:
-  /// Who hears of it, never from within a call. May close the connection from within a callback.
+  /// The listener, never called from within a call. May close the connection from within a
+  /// callback.
   class Owner {
    public:
     virtual void OnConnected() = 0;

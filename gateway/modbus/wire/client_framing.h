@@ -37,7 +37,7 @@ class ClientFraming {
   /// Hands out the next whole frame in its Modbus TCP form; valid until Space or the
   /// next Take.
   virtual State Take(View& frame) = 0;
-  /// Something has come behind the last request that is, or may become, the next one: an answer
+  /// Something has come after the last request that is, or may become, the next one: an answer
   /// that says not what it answers would be taken for the answer to that.
   virtual bool HoldsMore() = 0;
   /// Why Peek or Take says malformed; empty when it does not.
@@ -45,7 +45,7 @@ class ClientFraming {
 
   /// Puts a reply, given in its Modbus TCP form, behind `out` as the client is to read it.
   virtual void Append(Bytes& out, View frame) const = 0;
-  /// Replies carry nothing that tells which request they answer, so a client that asks anew has
+  /// Replies carry nothing that tells which request they answer, so a client that asks again has
   /// given up what it asked before; and they do not look like their Modbus TCP form.
   virtual bool one_at_a_time() const = 0;
 };

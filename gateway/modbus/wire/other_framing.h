@@ -18,7 +18,7 @@ namespace baudgate::modbus {
 /// So many bytes of the first that came are looked at.
 inline constexpr std::size_t kMostLookedAt = 520;
 
-/// What `heard`, which has no request in the framing `expected`, is in another. Nothing: that
+/// What `heard`, which has no request in the framing `expected`, is in another. Empty: that
 /// cannot be told.
 std::optional<Framing> OtherFraming(View heard, Framing expected, const Frames& frames);
 
