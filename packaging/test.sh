@@ -10,3 +10,10 @@ build_tests "$preset"
 say "running the tests ($preset)"
 # Most programs wait for lines more than they compute: three at a time, long ones first (COST in tests/).
 ctest --test-dir "build/$preset" --output-on-failure -j 3
+
+# A test that this machine does not let run is no test that has passed.
+skipped=$(sed -n 's/^\[  SKIPPED \] \(.*\) (.* ms)$/\1/p' "build/$preset/Testing/Temporary/LastTest.log" | sort -u)
+if [ -n "$skipped" ]; then
+  say "NOT RUN, because this user may not make namespaces (run as root):"
+  echo "$skipped"
+fi

@@ -16,13 +16,11 @@ AuditLog::AuditLog(Options options)
     : options_(std::move(options)),
       writer_(options_.writer ? options_.writer : std::make_shared<EventsWriter>()),
       file_(options_.file, options_.vfs, kRooms, writer_),
+      disk_(options_.clocks().wall),
       worker_(writer_->thread, [this](bool last) { return Round(last); }) {
   {
     const MutexLock lock(mutex_);
-    state_.require = options_.require;
-    state_.file = options_.file.string();
-    state_.since = options_.clocks().wall;
-    if (options_.file.empty()) Show(Disk::failing, options_.why_no_file);
+    if (options_.file.empty()) SetDisk(Disk::failing, options_.why_no_file);
   }
   worker_.Start();
 }
@@ -32,7 +30,7 @@ AuditLog::~AuditLog() {
   const MutexLock lock(mutex_);
   if (book_.unwritten() == 0) return;
   options_.warn(fmt::format("audit: the gateway ends, and {} records of writes are lost: {}",
-                            book_.unwritten(), state_.trouble));
+                            book_.unwritten(), disk_.trouble()));
 }
 
 std::optional<Ticket> AuditLog::Begin(WriteRecord record) {
@@ -68,10 +66,10 @@ void AuditLog::Note(WriteRecord record, Instant asked) {
 WriteLog::Kept AuditLog::WaitFor(Ticket ticket, Instant until) {
   MutexLock lock(mutex_);
   while (book_.kept() < ticket) {
-    if (state_.disk == Disk::failing) return Kept::failing;
-    if (state_.disk == Disk::stalled) return Kept::late;
+    if (disk_.is_failing()) return Kept::failing;
+    if (disk_.is_stalled()) return Kept::late;
     if (lock.WaitUntil(changed_, until) || book_.kept() >= ticket) continue;
-    if (state_.disk == Disk::fine) Show(Disk::stalled, kStalled);
+    if (disk_.is_fine()) SetDisk(Disk::stalled, kStalled);
     return Kept::late;
   }
   return Kept::yes;
@@ -81,7 +79,7 @@ void AuditLog::Watch() {
   {
     const MutexLock lock(mutex_);
     const bool late = watch_.Tick(book_.due());
-    if (late && state_.disk == Disk::fine) Show(Disk::stalled, kStalled);
+    if (late && disk_.is_fine()) SetDisk(Disk::stalled, kStalled);
     if (!watch_.look_due()) return;
     look_at_ = {};
   }
@@ -90,13 +88,17 @@ void AuditLog::Watch() {
 
 std::string AuditLog::Trouble() const {
   const MutexLock lock(mutex_);
-  if (state_.disk == Disk::opening) return options_.file.string() + " is being checked";
-  return state_.trouble;
+  if (disk_.is_opening()) return options_.file.string() + " is being checked";
+  return disk_.trouble();
 }
 
 AuditState AuditLog::state() const {
   const MutexLock lock(mutex_);
-  AuditState state = state_;
+  AuditState state;
+  disk_.Fill(state);
+  state.put_aside = disk_.put_aside();
+  state.file = options_.file.string();
+  state.require = options_.require;
   state.waiting = book_.unwritten();
   state.lost = book_.lost();
   return state;
@@ -106,8 +108,8 @@ Result<Page> AuditLog::Read(const PageQuery& query) const {
   if (options_.file.empty()) return Error{options_.why_no_file};
   {
     const MutexLock lock(mutex_);
-    if (state_.disk == Disk::stalled) return Error{state_.trouble};
-    if (state_.disk == Disk::opening) return Page{.records = {}, .next = query.after};
+    if (disk_.is_stalled()) return Error{disk_.trouble()};
+    if (disk_.is_opening()) return Page{.records = {}, .next = query.after};
   }
   bool damaged = false;
   auto page = ReadPage(options_.file, query, &damaged);
@@ -133,15 +135,15 @@ Instant AuditLog::Round(bool last) {
   }
   WriteDue(look);
   const MutexLock lock(mutex_);
-  const bool idle = state_.disk != Disk::failing && repeats_.empty();
+  const bool idle = !disk_.is_failing() && repeats_.empty();
   look_at_ = idle ? kWhenWoken : options_.clocks().instant + kTick;
   return look_at_;
 }
 
 /// A disk that fails is left in peace until the next look.
 bool AuditLog::IsTime(Instant now) const {
-  if (state_.disk == Disk::opening || now >= look_at_) return true;
-  return book_.due() && state_.disk != Disk::failing;
+  if (disk_.is_opening() || now >= look_at_) return true;
+  return book_.due() && !disk_.is_failing();
 }
 
 void AuditLog::WriteDue(FileWatch::Look look) {
@@ -160,7 +162,7 @@ void AuditLog::WriteDue(FileWatch::Look look) {
     if (opened->new_file) book_.NewFile();
     look.due = true;
   }
-  if (look.due) ShowPutAside();
+  if (look.due) SetPutAside();
   std::vector<Draft> drafts;
   if (status) {
     {
@@ -178,26 +180,23 @@ void AuditLog::OnWritten(const Status& status, const std::vector<Draft>& drafts)
     const MutexLock lock(mutex_);
     watch_.End();
     if (status) book_.Kept(drafts);
-    Show(status ? Disk::fine : Disk::failing, status ? std::string() : status.error());
+    SetDisk(status ? Disk::fine : Disk::failing, status ? std::string() : status.error());
   }
   changed_.notify_all();
 }
 
-void AuditLog::ShowPutAside() {
+void AuditLog::SetPutAside() {
   std::vector<std::string> files = file_.PutAside();
   const MutexLock lock(mutex_);
-  state_.put_aside = std::move(files);
+  disk_.SetPutAside(std::move(files));
 }
 
 /// The log hears of the first trouble and of its end.
-void AuditLog::Show(Disk disk, const std::string& trouble) {
-  state_.trouble = trouble;
-  if (std::exchange(state_.disk, disk) == disk) return;
-  state_.since = options_.clocks().wall;
-  if (!trouble.empty() && std::exchange(told_, trouble).empty()) {
-    options_.warn(fmt::format("audit: {}; {}", trouble, Consequence()));
-  } else if (trouble.empty() && !std::exchange(told_, {}).empty()) {
-    options_.inform("audit: writes are recorded again in " + state_.file);
+void AuditLog::SetDisk(Disk disk, const std::string& trouble) {
+  const DiskCondition::News news = disk_.Set(disk, trouble, options_.clocks().wall);
+  if (news.begun) options_.warn(fmt::format("audit: {}; {}", trouble, Consequence()));
+  if (news.ended) {
+    options_.inform("audit: writes are recorded again in " + options_.file.string());
   }
 }
 

@@ -19,6 +19,7 @@
 #include "gateway/audit/write_log.h"
 #include "gateway/base/guarded.h"
 #include "gateway/base/worker.h"
+#include "gateway/state/disk_condition.h"
 #include "gateway/state/file_watch.h"
 
 namespace baudgate::audit {
@@ -62,9 +63,9 @@ class AuditLog final : public WriteLog, public AuditSource {
   Instant Round(bool last);
   bool IsTime(Instant now) const BAUDGATE_REQUIRES(mutex_);
   void WriteDue(FileWatch::Look look);
-  void ShowPutAside();
+  void SetPutAside();
   void OnWritten(const Status& status, const std::vector<Draft>& drafts);
-  void Show(Disk disk, const std::string& trouble) BAUDGATE_REQUIRES(mutex_);
+  void SetDisk(Disk disk, const std::string& trouble) BAUDGATE_REQUIRES(mutex_);
   std::string Consequence() const;
 
   const Options options_;
@@ -75,8 +76,7 @@ class AuditLog final : public WriteLog, public AuditSource {
   std::condition_variable changed_;
   AuditBook book_ BAUDGATE_GUARDED_BY(mutex_);
   Repeats repeats_ BAUDGATE_GUARDED_BY(mutex_){book_};
-  AuditState state_ BAUDGATE_GUARDED_BY(mutex_);
-  std::string told_ BAUDGATE_GUARDED_BY(mutex_);   // the trouble that the log has; empty: none
+  DiskCondition disk_ BAUDGATE_GUARDED_BY(mutex_);
   Instant look_at_ BAUDGATE_GUARDED_BY(mutex_){};  // a round is due at this time in any case
   mutable FileWatch watch_ BAUDGATE_GUARDED_BY(mutex_);
   Worker worker_;

@@ -119,7 +119,7 @@ Witness::Done Witness::Watch(std::shared_ptr<Witness> witness, Done done) {
   };
 }
 
-void Witness::Refuse(WriteEnd end, const std::string& reason) {
+void Witness::Deny(WriteEnd end, const std::string& reason) {
   record_.kind = Kind::denied;
   Tell({end, reason});
 }

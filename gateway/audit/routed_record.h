@@ -39,8 +39,8 @@ class Witness {
   using Done = std::function<void(RoutedReply)>;
   /// Returns `done`, which also reports to the log.
   static Done Watch(std::shared_ptr<Witness> witness, Done done);
-  /// The gateway has refused it.
-  void Refuse(WriteEnd end, const std::string& reason);
+  /// The gateway has denied it.
+  void Deny(WriteEnd end, const std::string& reason);
 
  private:
   void Tell(const Ending& ending);

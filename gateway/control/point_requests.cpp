@@ -50,8 +50,8 @@ Result<Json> PointRequests::MayWrite(const config::Config& config, const Json& r
                                      Instant now) const {
   const auto ask = AskOf(config, request);
   if (!ask) return Error{ask.error()};
-  const auto refusal = gate_.WouldRefuse(*ask, now);
-  return Json{{"may_write", !refusal}, {"reason", refusal ? refusal->text : ""}};
+  const auto denial = gate_.WouldDeny(*ask, now);
+  return Json{{"may_write", !denial}, {"reason", denial ? denial->text : ""}};
 }
 
 Status PointRequests::Write(const config::Config& config, const Json& request, const Writer& writer,
@@ -60,14 +60,14 @@ Status PointRequests::Write(const config::Config& config, const Json& request, c
   if (!ask) return Error{ask.error()};
   const config::Point& point = store_.device(ask->device).points[ask->parts.front().point];
   const auto confirm = request.find("confirm");
-  ask->confirmed = confirm != request.end() && confirm->is_boolean() && confirm->get<bool>();
+  ask->without_selection = confirm != request.end() && confirm->is_boolean() && confirm->get<bool>();
   ask->deadline = now + kWaitForDevice;
   ask->done = [answered](const WriteResult& result) { answered(ToJson(result)); };
-  if (const auto refusal = gate_.Submit(writer, std::move(*ask), now)) {
-    const bool busy = refusal->why == WriteRefusal::Why::busy;
-    Json denied = ToJson({busy ? WriteEnd::busy : WriteEnd::denied, refusal->text});
-    if (refusal->why == WriteRefusal::Why::not_selected) denied["needs"] = "confirm";
-    if (refusal->why == WriteRefusal::Why::read_only && point.access != config::Access::read) {
+  if (const auto denial = gate_.Submit(writer, std::move(*ask), now)) {
+    const bool busy = denial->why == WriteDenial::Why::busy;
+    Json denied = ToJson({busy ? WriteEnd::busy : WriteEnd::denied, denial->text});
+    if (denial->why == WriteDenial::Why::not_selected) denied["needs"] = "confirm";
+    if (denial->why == WriteDenial::Why::read_only && point.access != config::Access::read) {
       denied["needs"] = "write: allow";
     }
     answered(std::move(denied));

@@ -29,7 +29,7 @@ reload::Health HealthOf(const DeviceRecord& record) {
 }
 
 bool Begins(reload::Fate fate) {
-  return fate == reload::Fate::added || fate == reload::Fate::changed;
+  return fate == reload::Fate::added || fate == reload::Fate::restarted;
 }
 
 void CountClients(const modbus::TrafficStatus& traffic, reload::ModbusDifference& difference) {
@@ -126,9 +126,9 @@ std::vector<std::string> Daemon::Impl::Apply(config::Config next,
   }
   lines.Remove(placed.gone);
   for (const std::uint32_t line : placed.gone) store.Retire(line);
-  for (const std::uint32_t line : placed.shown) {
-    shown.push_back(std::make_shared<const config::Line>(running->lines[line]));
-    store.Show(line, *shown.back());
+  for (const std::uint32_t line : placed.updated) {
+    updated_lines.push_back(std::make_shared<const config::Line>(running->lines[line]));
+    store.Show(line, *updated_lines.back());
   }
   std::vector<std::shared_ptr<const config::Line>> begun;
   const std::uint32_t first_device = store.device_count();

@@ -105,7 +105,7 @@ struct Daemon::Impl {
 #endif
   /// Configurations of lines that were changed in place. Never freed: the poller, the gate and the
   /// store hold references to them.
-  std::vector<std::shared_ptr<const config::Line>> shown;
+  std::vector<std::shared_ptr<const config::Line>> updated_lines;
   std::unique_ptr<Reloader> reloader;  // null: nothing is reloaded
 };
 

@@ -11,12 +11,6 @@
 namespace baudgate {
 namespace {
 
-/// A connection behind which every device has been silent so long is made anew: a serial server may
-/// keep its TCP alive although its serial side hangs.
-constexpr Duration kSilenceLimit = 30s;
-/// Some serial servers say in words that they are in use, then close: bytes prove a connection that
-/// has lasted so long.
-constexpr Duration kGreeting = 500ms;
 /// A write under way is ended in order before the port is given up, so that no password stays open;
 /// but not for longer.
 constexpr Duration kWaitForWrite = 1s;
@@ -29,14 +23,14 @@ LinePort::LinePort(const config::Line& line, PointStore& store, Transport& trans
     : line_(line),
       transport_(transport),
       retries_(retries),
-      reporter_(reporter),
       poller_(poller),
       telegrams_(telegrams),
       loan_(loan),
-      display_(store, store.LineIndex(line), recorder),
+      display_(store, line, recorder, reporter),
       settings_(line, transport, display_, listens),
       listens_(listens),
-      applied_(line.serial) {}
+      applied_(line.serial),
+      proof_(line.is_network()) {}
 
 void LinePort::Start(Now now) {
   now_ = now;
@@ -62,10 +56,9 @@ void LinePort::Stop(const std::string& why, Now now, std::function<void()> stopp
 
 /// And nothing opens it again.
 void LinePort::ClosePort() {
-  check_at_.reset();
+  proof_.OnClosed();
   settings_.OnClosed();
   retries_.Stop();
-  connection_ = Connection::fresh;
   rest_.End();
   transport_.Close();
 }
@@ -89,35 +82,21 @@ void LinePort::OnOpened(Now now) {
   open_ = true;
   applied_ = line_.serial;
   out_of_service_ = false;
-  opened_ = now.instant;
-  // Behind a useless connection the next one is news only once it works.
-  announced_ = connection_ != Connection::useless;
-  connection_ = line_.is_network() ? Connection::fresh : Connection::proven;
   retries_.OnOpened();
-  if (announced_) Announce();
+  if (proof_.OnOpened(now.instant)) display_.OnOpened(transport_.Describe(), now);
   settings_.OnOpened(now);
-  if (line_.is_network()) check_at_ = now.instant + kGreeting;
   poller_.OnOpened(now, transport_.KeepsBitRate());
 }
 
-void LinePort::Announce() {
-  const std::string text = transport_.Describe();
-  log::Info({.line = line_.name}, "open ({})", text);
-  display_.Show(LineStatus::Port::open, text, now_);
-  reporter_.OnNews({News::What::port_down, true, {}, text}, now_);
-  reporter_.OnNews({News::What::port_lent, true, {}, text}, now_);
-}
-
 void LinePort::Prove() {
-  connection_ = Connection::proven;
   retries_.OnWorked();
-  if (!std::exchange(announced_, true)) Announce();
+  if (proof_.TakeNews()) display_.OnOpened(transport_.Describe(), now_);
 }
 
 void LinePort::OnOpenFailed(const std::string& reason, Now now) {
   now_ = now;
   if (rest_.rests()) {
-    CountLoss(reason);
+    display_.CountLoss(reason, now);
     return Lost(reason);
   }
   // The time of the loan is over, but the port is not ours yet.
@@ -127,33 +106,22 @@ void LinePort::OnOpenFailed(const std::string& reason, Now now) {
 
 void LinePort::OnLost(const std::string& reason, Now now) {
   now_ = now;
-  CountLoss(reason);
+  display_.CountLoss(reason, now);
   Lost(reason);
-}
-
-void LinePort::CountLoss(const std::string& reason) {
-  display_.Update([&](LineStatus& status) {
-    ++status.times_lost;
-    status.losses.Add(now_.instant);
-    status.lost_text = reason;
-  });
 }
 
 void LinePort::OnEnded(const std::string& reason, bool reset, Now now) {
   const bool several = line_.devices.size() > 1;
   if (rest_.IsDrop(Answers(), now.instant - used_)) {
-    display_.Update([&](LineStatus& status) { status.drops.Add(now.instant); });
-    log::WarnFolded(line_.name + " ended",
-                    "line {}: {} while it was in use; it is reopened with the next request",
-                    line_.name, reason);
+    display_.CountDrop(reason, now);
   }
   if (listens_ || !rest_.OnEnded(Answers(), several)) {
     now_ = now;
-    CountLoss(reason);
+    display_.CountLoss(reason, now);
     return Lost(reason, reset ? Loss::reset : Loss::port);
   }
   now_ = now;
-  if (connection_ != Connection::proven && !rest_.in_vain()) Prove();
+  if (!rest_.in_vain() && proof_.Prove()) Prove();
   poller_.OnEnded(now);
 }
 
@@ -161,13 +129,11 @@ void LinePort::Lost(const std::string& reason, Loss loss) {
   open_ = false;
   const bool asked = rest_.asks();
   rest_.End();
-  check_at_.reset();
   settings_.OnClosed();
   telegrams_.OnClosed("the port was lost");
   loan_.OnClosed("the port is lost: " + reason, now_);
   poller_.OnClosed(now_);
-  if (connection_ == Connection::proven) return Down(reason, loss);
-  connection_ = Connection::useless;
+  if (proof_.OnLost()) return Down(reason, loss);
   // One that resets it has not even read the request.
   const bool read = asked && loss != Loss::reset;
   Down(reason + (read ? ", before it had worked: check the port number, its protocol (" +
@@ -178,27 +144,17 @@ void LinePort::Lost(const std::string& reason, Loss loss) {
 }
 
 void LinePort::Down(const std::string& reason, Loss loss) {
-  if (retries_.OnDown(reason)) {
-    log::Warn({.line = line_.name, .outcome = std::string(Name(Outcome::line_down))},
-              "down: {}; trying again until it works", reason);
-  }
-  if (reason != display_.text()) display_.Show(LineStatus::Port::closed, reason, now_);
-  display_.Update([&](LineStatus& status) { status.silent = loss == Loss::silence; });
-  reporter_.OnNews({News::What::port_down, false, {}, reason}, now_);
+  display_.OnDown(reason, {.first = retries_.OnDown(reason), .silent = loss == Loss::silence},
+                  now_);
 }
 
 void LinePort::CheckConnection() {
-  // Where nobody is asked nothing comes, and where nobody answers it is not the connection's fault:
-  // one that has held for long works.
-  const bool old = now_.instant - opened_ >= kSilenceLimit;
-  const bool unproven = connection_ != Connection::proven;
-  if (unproven && (connection_ == Connection::heard || old)) Prove();
-  if (!poller_.ledger().line.SilentSince(now_.instant - kSilenceLimit)) {
-    check_at_ = now_.instant + kSilenceLimit / 4;
-    return;
-  }
+  constexpr Duration kLimit = ConnectionProof::kSilenceLimit;
+  const bool silent = poller_.ledger().line.SilentSince(now_.instant - kLimit);
+  if (proof_.OnCheck(now_.instant, silent)) Prove();
+  if (!silent) return;
   transport_.Close();
-  Lost("no device behind it has answered for " + FormatDuration(kSilenceLimit) +
+  Lost("no device behind it has answered for " + FormatDuration(kLimit) +
            "; the connection is made anew",
        Loss::silence);
 }
@@ -236,11 +192,7 @@ void LinePort::Lend(Duration time) {
   ClosePort();
   telegrams_.OnClosed("the port is lent to another program");
   poller_.OnClosed(now_, Quality::bad_out_of_service);
-  log::Info({.line = line_.name}, "{} is released for {}; its points are out of service",
-            line_.port, FormatDuration(time));
-  const std::string text = "released for " + FormatDuration(time);
-  display_.Show(LineStatus::Port::released, text, now_, {.until = now_.wall + time});
-  reporter_.OnNews({News::What::port_lent, false, {}, text}, now_);
+  display_.OnReleased(line_.port, time, now_);
 }
 
 void LinePort::EndLoan() {
@@ -266,7 +218,7 @@ void LinePort::OnLent(const std::string& text, WallTime until, Now now) {
   now_ = now;
   out_of_service_ = true;
   open_ = false;
-  check_at_.reset();
+  proof_.Pause();
   telegrams_.OnClosed("the port is lent to a client");
   poller_.OnClosed(now, Quality::bad_out_of_service);
   display_.Show(LineStatus::Port::released, text, now, {.until = until, .to_client = true});
@@ -277,8 +229,7 @@ void LinePort::OnReturned(Now now) {
   out_of_service_ = false;
   open_ = true;
   applied_ = line_.serial;
-  opened_ = now.instant;
-  if (line_.is_network()) check_at_ = now.instant + kGreeting;
+  proof_.GoOn(now.instant);
   display_.Show(LineStatus::Port::open, transport_.Describe(), now);
   poller_.OnOpened(now, transport_.KeepsBitRate());
 }
@@ -295,8 +246,7 @@ void LinePort::OnBytes(View bytes, Now now) {
   now_ = now;
   used_ = now.instant;
   rest_.OnBytes();
-  if (connection_ == Connection::fresh) connection_ = Connection::heard;
-  if (connection_ == Connection::heard && now.instant - opened_ >= kGreeting) Prove();
+  if (proof_.OnBytes(now.instant)) Prove();
   if (loan_.OnBytes(bytes, now)) return;
   if (!telegrams_.OnBytes(bytes, now)) poller_.OnBytes(bytes, now);
 }
@@ -331,7 +281,7 @@ void LinePort::OnTimer(Now now) {
     GoOn();
   }
   if (is_due(lent_until_)) EndLoan();
-  if (is_due(check_at_)) CheckConnection();
+  if (is_due(proof_.check_at())) CheckConnection();
   settings_.OnTimer(now);
 }
 
@@ -342,7 +292,7 @@ void LinePort::Settle(Now now) {
 
 std::optional<Instant> LinePort::Deadline() const {
   std::optional<Instant> soonest;
-  for (const auto& at : {check_at_, settings_.Deadline(), lent_until_, patience_until_}) {
+  for (const auto& at : {proof_.check_at(), settings_.Deadline(), lent_until_, patience_until_}) {
     if (at && (!soonest || *at < *soonest)) soonest = at;
   }
   return soonest;

@@ -1,6 +1,5 @@
-// The port of one line: when a connection has proven itself or is made anew, how long the port is
-// lent, what is ended before it is given up. No thread and no clock: line_runner.h brings bytes,
-// calls and the time.
+// The port of one line: when it is opened, lost and lent, and what is ended before it is given up.
+// No thread and no clock: line_runner.h brings bytes, calls and the time.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -11,6 +10,7 @@
 #include <string_view>
 
 #include "config/model/line.h"
+#include "gateway/daemon/connection_proof.h"
 #include "gateway/daemon/line_reporter.h"
 #include "gateway/daemon/port_display.h"
 #include "gateway/daemon/port_loan.h"
@@ -74,17 +74,8 @@ class LinePort final : public RequestPort, public PortLoan::Line {
   bool is_open() const { return open_.load(); }  // from any thread
 
  private:
-  /// The present connection, or between two the last one.
-  enum class Connection : std::uint8_t {
-    fresh,    ///< nothing has come yet
-    heard,    ///< bytes have come, which may be the greeting of a server that is in use
-    proven,   ///< it has worked; a local port does so by opening
-    useless,  ///< it ended before it was proven
-  };
-
   // The connection.
   std::uint64_t Answers() const;
-  void Announce();
   void Prove();
   void CheckConnection();
   /// How the port was lost, where more depends on it than a text.
@@ -94,7 +85,6 @@ class LinePort final : public RequestPort, public PortLoan::Line {
     silence,  ///< closed here, because no device behind it has answered
   };
   void Lost(const std::string& reason, Loss loss = Loss::port);
-  void CountLoss(const std::string& reason);
   void Down(const std::string& reason, Loss loss = Loss::port);
   void ClosePort();
   // The loan, and the stop.
@@ -106,7 +96,6 @@ class LinePort final : public RequestPort, public PortLoan::Line {
   const config::Line& line_;
   Transport& transport_;
   PortRetries& retries_;
-  LineReporter& reporter_;
   Poller& poller_;
   TelegramQueue& telegrams_;
   PortLoan& loan_;
@@ -116,12 +105,9 @@ class LinePort final : public RequestPort, public PortLoan::Line {
   Now now_{};                       // of the input that is being handled
   config::SerialSettings applied_;  // what the open port is set to
 
-  Connection connection_ = Connection::fresh;
-  bool announced_ = false;  // in the log: this connection
+  ConnectionProof proof_;
   Rest rest_;
-  Instant opened_{};
-  Instant used_{};                   // the last byte in or out
-  std::optional<Instant> check_at_;  // of a network connection
+  Instant used_{};  // the last byte in or out
   std::atomic<bool> open_ = false;
 
   std::optional<Instant> lent_until_;      // to another program

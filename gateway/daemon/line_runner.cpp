@@ -49,7 +49,7 @@ bool LineRunner::StopBefore(Instant deadline) {
 }
 
 bool LineRunner::Submit(WriteCommand command) {
-  const auto ticket = queued_.Take(command.client, command.dropped);
+  const auto ticket = queued_.Take(command.client, command.abandoned);
   if (!ticket) return false;
   command.observers.push_back(
       [this, ticket = *ticket](const WriteResult&) { queued_.Give(ticket); });

@@ -19,8 +19,8 @@ class LineSlot final : public RouteTarget {
     With([&](LineRunner& runner) { taken = runner.Submit(std::move(request)); });
     return taken;
   }
-  void Forget(std::uint64_t client) override {
-    Post([client](LineParts& line, Now now) { line.poller.Forget(client, now); });
+  void Abandon(std::uint64_t client) override {
+    Post([client](LineParts& line, Now now) { line.poller.Abandon(client, now); });
   }
 
   /// Calls `call` with the line, which stays until it returns; false: there is none.

@@ -1,12 +1,12 @@
-// What status and trace show of a line's port.
+// What people see of a line's port: the log, the status, the trace and the news.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-
-#include <fmt/format.h>
 
 #include <cstdint>
 #include <string>
 
+#include "config/model/line.h"
+#include "gateway/daemon/line_reporter.h"
 #include "gateway/store/point_store.h"
 #include "gateway/trace/line_recorder.h"
 
@@ -20,22 +20,24 @@ struct ShownLoan {
 
 class PortDisplay {
  public:
-  /// Both outlive it. `line`: its number in the store.
-  PortDisplay(PointStore& store, std::uint32_t line, LineRecorder& recorder)
-      : store_(store), line_(line), recorder_(recorder) {}
+  /// All outlive it.
+  PortDisplay(PointStore& store, const config::Line& line, LineRecorder& recorder,
+              LineReporter& reporter);
 
-  void Show(LineStatus::Port port, const std::string& text, Now now, ShownLoan loan = {}) {
-    text_ = text;
-    Update([&](LineStatus& status) {
-      if (status.port != port || status.port_text.empty()) status.port_since = now.wall;
-      status.port = port;
-      status.port_text = text;
-      status.silent = false;
-      status.released_until = loan.until;
-      status.lent_to_client = loan.to_client;
-    });
-    recorder_.OnPort(fmt::format("port {}: {}", Name(port), text), now);
-  }
+  /// `text`: what the port is and how it is set.
+  void OnOpened(const std::string& text, Now now);
+  struct Down {
+    bool first = false;   ///< for this reason, since it worked
+    bool silent = false;  ///< closed here, because no device behind it has answered
+  };
+  void OnDown(const std::string& reason, Down down, Now now);
+  /// By hand, to another program.
+  void OnReleased(const std::string& port, Duration time, Now now);
+  void CountLoss(const std::string& reason, Now now);
+  /// The server has ended a connection that was in use, which is no outage.
+  void CountDrop(const std::string& reason, Now now);
+
+  void Show(LineStatus::Port port, const std::string& text, Now now, ShownLoan loan = {});
   template <typename Change>
   void Update(Change change) {
     store_.UpdateLine(line_, change);
@@ -44,8 +46,10 @@ class PortDisplay {
 
  private:
   PointStore& store_;
-  const std::uint32_t line_;
+  const std::uint32_t line_;  // its number in the store
+  const std::string name_;
   LineRecorder& recorder_;
+  LineReporter& reporter_;
   std::string text_;
 };
 

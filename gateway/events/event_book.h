@@ -82,6 +82,7 @@ class EventBook {
   /// Sources have new numbers, by their old ones: for what waits and for what they said last.
   void Move(const std::map<Source, Source>& moved);
 
+  bool opened() const { return opened_; }
   bool empty() const { return waiting_.empty(); }
   /// `said` of the last batch of the source that is kept; empty: none is.
   std::string said(Source source) const;

@@ -85,7 +85,7 @@ Status EventLog::Write(EventQueue::Round& round) {
   if (round.look.whole) {
     if (Status status = file_.Check(); !status) return status;
   }
-  if (round.look.due) queue_.ShowPutAside(file_.PutAside());
+  if (round.look.due) queue_.SetPutAside(file_.PutAside());
   Status status = file_.Write(round.batches, cursors ? &*cursors : nullptr, round.records);
   if (status && cursors) options_.feed->cursors().OnKept(*cursors);
   return status;
@@ -112,7 +112,7 @@ Status EventLog::Open() {
   if (!opened->put_aside.empty()) options_.warn("events: " + opened->put_aside);
   if (opened->lost) options_.warn("events: " + *opened->lost);
   if (!opened->ok) return Error{opened->error};
-  queue_.ShowPutAside(file_.PutAside());
+  queue_.SetPutAside(file_.PutAside());
   if (options_.feed) {
     options_.feed->cursors().OnOpened(opened->contents.cursors);
     options_.feed->Begin(std::move(opened->contents.image));

@@ -13,19 +13,21 @@
 namespace baudgate::events {
 
 EventQueue::EventQueue(const LogOptions& options, std::function<void()> wake)
-    : options_(options), wake_(std::move(wake)), sources_(options.sources) {
+    : options_(options),
+      wake_(std::move(wake)),
+      numbers_(options.sources),
+      watched_(options.watches),
+      disk_(options.clocks().wall) {
   const MutexLock lock(mutex_);
-  watches_ = options_.watches;
-  state_.file = options_.file.string();
-  state_.in_memory = options_.in_memory;
-  state_.since = options_.clocks().wall;
-  if (options_.file.empty() && !options_.in_memory) Show(Disk::failing, options_.why_no_file);
+  if (options_.file.empty() && !options_.in_memory) SetDisk(Disk::failing, options_.why_no_file);
 }
 
 void EventQueue::Add(Batch batch) {
   {
     const MutexLock lock(mutex_);
-    if (batch.source < sources_.size()) std::tie(batch.line, batch.device) = sources_[batch.source];
+    if (const auto names = numbers_.NamesOf(batch.source)) {
+      std::tie(batch.line, batch.device) = *names;
+    }
     book_.Add(std::move(batch));
   }
   wake_();
@@ -68,7 +70,7 @@ void EventQueue::End(Duration most) {
   MutexLock lock(mutex_);
   TellEnd();
   wake_();
-  while (!IsIdle() && state_.trouble.empty() && lock.WaitUntil(done_, until)) {
+  while (!IsIdle() && disk_.trouble().empty() && lock.WaitUntil(done_, until)) {
   }
 }
 
@@ -78,7 +80,7 @@ std::size_t EventQueue::Acknowledge(const AckQuery& query, AckService::Done done
     const MutexLock lock(mutex_);
     now.at = options_.clocks().wall;
     now.alarms = AckService::Tell(query, AlarmsNow(), book_, now.at);
-    now.trouble = state_.trouble;
+    now.trouble = disk_.trouble();
     if (now.alarms > 0 && now.trouble.empty()) {
       acks_.Wait({now.alarms, now.at, std::exchange(done, nullptr)});
     }
@@ -91,7 +93,7 @@ std::size_t EventQueue::Acknowledge(const AckQuery& query, AckService::Done done
 void EventQueue::WhenOpened(std::function<void()> opened) {
   {
     const MutexLock lock(mutex_);
-    if (!opened_) {
+    if (!book_.opened()) {
       tell_opened_ = std::move(opened);
       return;
     }
@@ -103,23 +105,12 @@ void EventQueue::WhenOpened(std::function<void()> opened) {
 void EventQueue::Renumber(SourceNames sources, Watched watches) {
   const Now at = options_.clocks();
   const MutexLock lock(mutex_);
-  watches_ = std::move(watches);
-  ends_alarms_ = true;
+  watched_.Renew(std::move(watches));
   book_.TellLeftOut(at, true);
-  wake_();
-  std::map<Source, Source> moved;
-  for (std::size_t now = 0; now < sources.size(); ++now) {
-    if (sources[now].second.empty()) continue;
-    const auto was = std::ranges::find(sources_, sources[now]);
-    if (was == sources_.end() || was - sources_.begin() == static_cast<std::ptrdiff_t>(now)) {
-      continue;
-    }
-    moved.emplace(static_cast<Source>(was - sources_.begin()), static_cast<Source>(now));
-  }
+  const std::map<Source, Source> moved = numbers_.Renew(std::move(sources));
   book_.Move(moved);
   if (options_.feed) options_.feed->Move(moved);
-  sources_ = std::move(sources);
-  renumbered_ = sources_;
+  wake_();
 }
 
 std::string EventQueue::said(Source source) const {
@@ -129,7 +120,12 @@ std::string EventQueue::said(Source source) const {
 
 EventsState EventQueue::state() const {
   const MutexLock lock(mutex_);
-  EventsState state = state_;
+  EventsState state;
+  disk_.Fill(state);
+  state.put_aside = disk_.put_aside();
+  state.file = options_.file.string();
+  state.in_memory = options_.in_memory;
+  state.oldest = oldest_;
   state.waiting = book_.waiting();
   state.newest = book_.newest();
   state.repeats = book_.repeats();
@@ -173,7 +169,7 @@ Instant EventQueue::NextRound() const {
 
 /// A disk that fails is left in peace until the next tick.
 Instant EventQueue::NextRoundAt() const {
-  if (state_.disk == Disk::failing) return rests_until_;
+  if (disk_.is_failing()) return rests_until_;
   if (!IsIdle()) return {};
   return std::min(book_.LeftOutAt().value_or(kWhenWoken), look_at_.value_or(kWhenWoken));
 }
@@ -189,12 +185,12 @@ std::vector<Batch> EventQueue::Watch() {
       look_at_ = Instant();
       wake_();
     }
-    if (!late || (state_.disk != Disk::fine && state_.disk != Disk::stalled)) return {};
-    Show(Disk::stalled, "the disk does not answer in time");
+    if (!late || disk_.is_opening() || disk_.is_failing()) return {};
+    SetDisk(Disk::stalled, "the disk does not answer in time");
     batches = book_.Ahead();
     book_.OnTold(batches.size());
     acks = acks_.Take();
-    trouble = state_.trouble;
+    trouble = disk_.trouble();
   }
   done_.notify_all();
   AckService::Answer(acks, trouble);
@@ -216,13 +212,13 @@ void EventQueue::Doubt() const {
 }
 
 bool EventQueue::IsIdle() const {
-  return state_.disk != Disk::opening && book_.empty() && records_.empty() && !run_.waits() &&
-         !ends_alarms_;
+  return !disk_.is_opening() && book_.empty() && records_.empty() && !run_.waits() &&
+         !watched_.due();
 }
 
 bool EventQueue::goes_on() const {
   const MutexLock lock(mutex_);
-  return state_.disk == Disk::fine && !IsIdle();
+  return disk_.is_fine() && !IsIdle();
 }
 
 void EventQueue::TellEndOnce() {
@@ -235,11 +231,11 @@ bool EventQueue::OnOpened(const EventTable::Contents& contents) {
   bool first = false;
   {
     const MutexLock lock(mutex_);
+    first = !book_.opened();
     book_.OnOpened(contents.last, contents.said, contents.alarms);
-    first = !std::exchange(opened_, true);
     if (first) {
       run_.OnOpened(contents.last_run);
-      FollowConfiguration();
+      watched_.Follow(book_, options_.clocks().wall);
     }
     tell = std::exchange(tell_opened_, {});
   }
@@ -247,41 +243,23 @@ bool EventQueue::OnOpened(const EventTable::Contents& contents) {
   return first;
 }
 
-void EventQueue::FollowConfiguration() {
-  if (!watches_) return;
-  for (const auto& [key, alarm] : book_.alarms()) {
-    if (!IsActive(alarm.state)) continue;
-    const auto priority = watches_(alarm);
-    const WallTime at = options_.clocks().wall;
-    if (!priority) {
-      book_.TellAlways(NotWatchedRecord(alarm, at));
-    } else if (*priority != alarm.priority) {
-      book_.TellAlways(PriorityRecord(alarm, *priority, at));
-    }
-  }
-}
-
 std::optional<SourceNames> EventQueue::TakeNumbers() {
   const MutexLock lock(mutex_);
-  return std::exchange(renumbered_, std::nullopt);
+  return numbers_.Take();
 }
 
 EventQueue::Round EventQueue::Take() {
   const Now now = options_.clocks();
   const MutexLock lock(mutex_);
   if (auto start = run_.TakeStart()) book_.TellFirst(std::move(*start));
-  if (state_.disk == Disk::fine) book_.TellLeftOut(now);
-  return {watch_.TakeLook(),
-          book_.Due(),
-          records_,
-          acks_.Take(),
-          std::exchange(renumbered_, std::nullopt),
-          std::exchange(ends_alarms_, false)};
+  if (disk_.is_fine()) book_.TellLeftOut(now);
+  return {watch_.TakeLook(), book_.Due(),     records_,
+          acks_.Take(),      numbers_.Take(), watched_.TakeDue()};
 }
 
-void EventQueue::ShowPutAside(std::vector<std::string> files) {
+void EventQueue::SetPutAside(std::vector<std::string> files) {
   const MutexLock lock(mutex_);
-  state_.put_aside = std::move(files);
+  disk_.SetPutAside(std::move(files));
 }
 
 std::vector<Source> EventQueue::Done(Round& round, const Status& status, std::int64_t oldest) {
@@ -294,14 +272,14 @@ std::vector<Source> EventQueue::Done(Round& round, const Status& status, std::in
       kept = book_.Kept(round.batches.size());
       records_.erase(records_.begin(),
                      records_.begin() + static_cast<std::ptrdiff_t>(round.records.size()));
-      if (round.ends_alarms) FollowConfiguration();
-    } else {
-      ends_alarms_ = ends_alarms_ || round.ends_alarms;
+      if (round.ends_alarms) watched_.Follow(book_, options_.clocks().wall);
+    } else if (round.ends_alarms) {
+      watched_.SetDue();
     }
-    if (oldest > 0) state_.oldest = oldest;  // known as well while the disk is full
+    if (oldest > 0) oldest_ = oldest;  // known as well while the disk is full
     if (!status && round.acks.empty()) round.acks = acks_.Take();
     if (!status) rests_until_ = options_.clocks().instant + kTick;
-    Show(status ? Disk::fine : Disk::failing, status ? std::string() : status.error());
+    SetDisk(status ? Disk::fine : Disk::failing, status ? std::string() : status.error());
   }
   done_.notify_all();
   return kept;
@@ -321,31 +299,31 @@ std::vector<std::string> EventQueue::LeftBehind() const {
     lines.push_back(fmt::format(
         "events: the gateway ends, and the last events of {} devices are not kept; it will ask for "
         "them once more: {}",
-        book_.waiting(), state_.trouble));
+        book_.waiting(), disk_.trouble()));
   }
   if (book_.waiting_own() > 0) {
     lines.push_back(fmt::format("events: the gateway ends with {} of its own not saved: {}",
-                                Plural(book_.waiting_own(), "event"), state_.trouble));
+                                Plural(book_.waiting_own(), "event"), disk_.trouble()));
   }
   return lines;
 }
 
 /// The log hears of the first trouble and of its end.
-void EventQueue::Show(Disk disk, const std::string& trouble) {
-  const std::string was = std::exchange(state_.trouble, trouble);
-  const WallTime since = state_.since;
+void EventQueue::SetDisk(Disk disk, const std::string& trouble) {
   const Now now = options_.clocks();
-  if (std::exchange(state_.disk, disk) != disk) state_.since = now.wall;
-  if (!trouble.empty() && was.empty()) {
+  const DiskCondition::News news = disk_.Set(disk, trouble, now.wall);
+  if (news.begun) {
     options_.warn(fmt::format(
         "events: {}; devices are not asked for events until it works again, and keep them as long "
         "as they have room",
         trouble));
-  } else if (trouble.empty() && !was.empty()) {
-    options_.inform("events: they are kept again in " + state_.file);
-    if (!options_.tells_own) return;
-    book_.Tell(DiskTroubleRecord(state_.file, was, since, now.wall), now.instant);
   }
+  if (!news.ended) return;
+  const std::string file = options_.file.string();
+  options_.inform("events: they are kept again in " + file);
+  if (!options_.tells_own) return;
+  book_.Tell(DiskTroubleRecord(file, news.ended->trouble, news.ended->since, now.wall),
+             now.instant);
 }
 
 }  // namespace baudgate::events

@@ -19,6 +19,9 @@
 #include "gateway/events/event_source.h"
 #include "gateway/events/log_options.h"
 #include "gateway/events/own_run.h"
+#include "gateway/events/source_numbers.h"
+#include "gateway/events/watched.h"
+#include "gateway/state/disk_condition.h"
 #include "gateway/state/file_watch.h"
 
 namespace baudgate::events {
@@ -47,7 +50,7 @@ class EventQueue {
   void WhenOpened(std::function<void()> opened);
   bool opened() const {
     const MutexLock lock(mutex_);
-    return opened_;
+    return book_.opened();
   }
   /// A reload: all sources by their numbers; one that is gone has no names. What is known of a
   /// source goes with its names. Alarms that are not watched any more end, as at a start.
@@ -88,7 +91,7 @@ class EventQueue {
     bool ends_alarms = false;  ///< that are not watched any more, when these batches are kept
   };
   Round Take();
-  void ShowPutAside(std::vector<std::string> files);
+  void SetPutAside(std::vector<std::string> files);
   /// All of it is on the disk, or why not; `oldest` that the file has. The sources that may be
   /// asked for more.
   std::vector<Source> Done(Round& round, const Status& status, std::int64_t oldest = 0);
@@ -101,16 +104,15 @@ class EventQueue {
   std::vector<std::string> LeftBehind() const;
 
  private:
-  void Show(Disk disk, const std::string& trouble) BAUDGATE_REQUIRES(mutex_);
+  void SetDisk(Disk disk, const std::string& trouble) BAUDGATE_REQUIRES(mutex_);
   bool IsIdle() const BAUDGATE_REQUIRES(mutex_);
   Instant NextRoundAt() const BAUDGATE_REQUIRES(mutex_);
   void TellEnd() BAUDGATE_REQUIRES(mutex_);
-  void FollowConfiguration() BAUDGATE_REQUIRES(mutex_);
   std::vector<Alarm> AlarmsNow() const BAUDGATE_REQUIRES(mutex_);
   /// Calls `use` with the alarms as they are now.
   template <typename Use>
   auto WithAlarms(Use use) const BAUDGATE_REQUIRES(mutex_) {
-    const bool waits = state_.disk == Disk::failing || state_.disk == Disk::stalled;
+    const bool waits = disk_.is_failing() || disk_.is_stalled();
     return waits ? use(book_.Expected()) : use(book_.alarms());
   }
 
@@ -119,19 +121,17 @@ class EventQueue {
   mutable Mutex mutex_;
   std::condition_variable done_;
   EventBook book_ BAUDGATE_GUARDED_BY(mutex_);
-  SourceNames sources_ BAUDGATE_GUARDED_BY(mutex_);                    // of the book
-  std::optional<SourceNames> renumbered_ BAUDGATE_GUARDED_BY(mutex_);  // to be taken
-  std::vector<KeptRecord> records_ BAUDGATE_GUARDED_BY(mutex_);        // that wait
-  Watched watches_ BAUDGATE_GUARDED_BY(mutex_);
-  bool ends_alarms_ BAUDGATE_GUARDED_BY(mutex_) = false;  // see Round
-  AckService acks_ BAUDGATE_GUARDED_BY(mutex_);           // of what waits
-  EventsState state_ BAUDGATE_GUARDED_BY(mutex_);
-  bool opened_ BAUDGATE_GUARDED_BY(mutex_) = false;
-  std::function<void()> tell_opened_ BAUDGATE_GUARDED_BY(mutex_);
+  SourceNumbers numbers_ BAUDGATE_GUARDED_BY(mutex_);
+  std::vector<KeptRecord> records_ BAUDGATE_GUARDED_BY(mutex_);  // that wait
+  WatchedAlarms watched_ BAUDGATE_GUARDED_BY(mutex_);
+  AckService acks_ BAUDGATE_GUARDED_BY(mutex_);  // of what waits
   OwnRun run_ BAUDGATE_GUARDED_BY(mutex_);
-  std::optional<Instant> look_at_ BAUDGATE_GUARDED_BY(mutex_);
-  Instant rests_until_ BAUDGATE_GUARDED_BY(mutex_){};  // a disk that fails
+  DiskCondition disk_ BAUDGATE_GUARDED_BY(mutex_);
   mutable FileWatch watch_ BAUDGATE_GUARDED_BY(mutex_);
+  std::optional<Instant> look_at_ BAUDGATE_GUARDED_BY(mutex_);
+  Instant rests_until_ BAUDGATE_GUARDED_BY(mutex_){};    // a disk that fails
+  std::int64_t oldest_ BAUDGATE_GUARDED_BY(mutex_) = 0;  // that the file has
+  std::function<void()> tell_opened_ BAUDGATE_GUARDED_BY(mutex_);
 };
 
 }  // namespace baudgate::events

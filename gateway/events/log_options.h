@@ -10,13 +10,10 @@
 
 #include "gateway/events/event_feed.h"
 #include "gateway/events/event_table.h"
+#include "gateway/events/watched.h"
 #include "gateway/state/events_writer.h"
 
 namespace baudgate::events {
-
-/// The priority of an alarm in the configuration; empty: the configuration no longer has it.
-/// Without a function all alarms stay as they are.
-using Watched = std::function<std::optional<config::AlarmPriority>(const Alarm&)>;
 
 struct LogOptions {
   std::filesystem::path file;  ///< empty: there is no place for it

@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include "gateway/base/text.h"
+#include "gateway/events/own_records.h"
 #include "gateway/events/point_watch.h"
 #include "gateway/events/trouble.h"
 
@@ -55,6 +56,19 @@ std::optional<config::AlarmPriority> PriorityOf(const config::Config& config, co
     }
   }
   return std::nullopt;
+}
+
+void WatchedAlarms::Follow(EventBook& book, WallTime at) const {
+  if (!watched_) return;
+  for (const auto& [key, alarm] : book.alarms()) {
+    if (!IsActive(alarm.state)) continue;
+    const auto priority = watched_(alarm);
+    if (!priority) {
+      book.TellAlways(NotWatchedRecord(alarm, at));
+    } else if (*priority != alarm.priority) {
+      book.TellAlways(PriorityRecord(alarm, *priority, at));
+    }
+  }
 }
 
 }  // namespace baudgate::events

@@ -3,14 +3,44 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <optional>
+#include <utility>
 
 #include "config/model/config.h"
 #include "gateway/events/alarm.h"
+#include "gateway/events/event_book.h"
 
 namespace baudgate::events {
 
 /// Empty: it can be neither raised nor ended any more.
 std::optional<config::AlarmPriority> PriorityOf(const config::Config& config, const Alarm& alarm);
+
+/// The priority of an alarm in the configuration; empty: the configuration no longer has it.
+/// Without a function all alarms stay as they are.
+using Watched = std::function<std::optional<config::AlarmPriority>(const Alarm&)>;
+
+/// Makes alarms what the configuration says of them. No lock: gateway/events/event_queue.h has it.
+class WatchedAlarms {
+ public:
+  explicit WatchedAlarms(Watched watched) : watched_(std::move(watched)) {}
+
+  /// A reload.
+  void Renew(Watched watched) {
+    watched_ = std::move(watched);
+    due_ = true;
+  }
+  /// Follow is to be called, behind what was told up to now.
+  bool due() const { return due_; }
+  bool TakeDue() { return std::exchange(due_, false); }
+  void SetDue() { due_ = true; }
+
+  /// Ends what nobody watches any more, and changes priorities: by events into the book.
+  void Follow(EventBook& book, WallTime at) const;
+
+ private:
+  Watched watched_;
+  bool due_ = false;
+};
 
 }  // namespace baudgate::events

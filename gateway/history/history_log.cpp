@@ -46,6 +46,7 @@ HistoryLog::HistoryLog(Options options)
       recorder_(options_.config->history, *options_.store, options_.clocks()),
       files_(options_.folder, NamesOf(*options_.config), LimitsOf(options_.config->history),
              options_.vfs),
+      disk_(options_.clocks().wall),
       writing_("history files",
                [this](bool last) {
                  WriteOnce(last);
@@ -53,16 +54,15 @@ HistoryLog::HistoryLog(Options options)
                  return options_.clocks().instant + kCommit;
                }),
       recording_("history", [this](bool last) { return Record(last); }) {
-  view_->Update([this](HistoryState& state) {
+  const MutexLock lock(mutex_);
+  const DiskCondition opening = disk_;
+  view_->Update([&](HistoryState& state) {
     state.folder = options_.folder.string();
     state.points = options_.config->history.points.size();
     state.limit = options_.config->history.limit;
-    state.since = options_.clocks().wall;
+    opening.Fill(state);
   });
-  {
-    const MutexLock lock(mutex_);
-    if (options_.folder.empty()) Show(Disk::failing, options_.why_no_folder);
-  }
+  if (options_.folder.empty()) SetDisk(Disk::failing, options_.why_no_folder);
   recording_.Start();
   writing_.Start();
 }
@@ -102,10 +102,9 @@ Instant HistoryLog::Record(bool last) {
   if (last) recorder_.End(now, batch);
   const MutexLock lock(mutex_);
   HandOver(std::move(batch));
-  const bool opening =
-      view_->state().disk == Disk::opening;  // which takes as long as reading the file
-  if (!opening && writing_since_ && now.instant - *writing_since_ > kLongestWrite) {
-    Show(Disk::stalled, kTooSlow);
+  // Opening takes as long as reading the file.
+  if (!disk_.is_opening() && writing_since_ && now.instant - *writing_since_ > kLongestWrite) {
+    SetDisk(Disk::stalled, kTooSlow);
   }
   return now.instant + kLook;
 }
@@ -135,7 +134,7 @@ bool HistoryLog::AreTaken(Instant now) {
   if (!waits_since_) waits_since_ = now;
   if (now - *waits_since_ <= kLongestWrite) return true;
   const MutexLock lock(mutex_);
-  Show(Disk::stalled, kTooSlow);
+  SetDisk(Disk::stalled, kTooSlow);
   return true;
 }
 
@@ -182,22 +181,20 @@ void HistoryLog::WriteOnce(bool last) {
   });
   writing_since_.reset();
   if (files_.TakeLost()) begin_anew_ = true;
-  Show(status ? Disk::fine : Disk::failing, status ? std::string() : status.error());
+  SetDisk(status ? Disk::fine : Disk::failing, status ? std::string() : status.error());
 }
 
 /// The log hears of the first trouble and of its end.
-void HistoryLog::Show(Disk disk, const std::string& trouble) {
-  bool was_in_trouble = false;
-  view_->Update([&](HistoryState& state) {
-    was_in_trouble = !std::exchange(state.trouble, trouble).empty();
-    if (std::exchange(state.disk, disk) != disk) state.since = options_.clocks().wall;
-  });
-  if (!trouble.empty() && !was_in_trouble) {
+void HistoryLog::SetDisk(Disk disk, const std::string& trouble) {
+  const DiskCondition::News news = disk_.Set(disk, trouble, options_.clocks().wall);
+  view_->Update([its = disk_](HistoryState& state) { its.Fill(state); });
+  if (news.begun) {
     options_.warn(fmt::format(
         "history: {}; values wait until it works again, and are dropped when there is no room for "
         "more",
         trouble));
-  } else if (trouble.empty() && was_in_trouble) {
+  }
+  if (news.ended) {
     options_.inform(fmt::format("history: values are kept again in {}; {} were dropped",
                                 options_.folder.string(), view_->state().counters.dropped));
   }

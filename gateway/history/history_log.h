@@ -15,6 +15,7 @@
 #include "gateway/base/worker.h"
 #include "gateway/history/history_view.h"
 #include "gateway/history/value_store.h"
+#include "gateway/state/disk_condition.h"
 
 namespace baudgate::history {
 
@@ -57,7 +58,7 @@ class HistoryLog {
   std::size_t Room() const BAUDGATE_REQUIRES(mutex_);
   void WriteOnce(bool last);
   bool AreTaken(Instant now);
-  void Show(Disk disk, const std::string& trouble) BAUDGATE_REQUIRES(mutex_);
+  void SetDisk(Disk disk, const std::string& trouble) BAUDGATE_REQUIRES(mutex_);
 
   const Options options_;
   const std::size_t most_samples_;
@@ -74,6 +75,7 @@ class HistoryLog {
   std::optional<Instant> waits_since_;  // for another log
   Mutex mutex_;
   Batch queue_ BAUDGATE_GUARDED_BY(mutex_);
+  DiskCondition disk_ BAUDGATE_GUARDED_BY(mutex_);
   bool begin_anew_ BAUDGATE_GUARDED_BY(mutex_) = false;  // values are lost that were kept
   std::optional<Instant> writing_since_ BAUDGATE_GUARDED_BY(mutex_);
   Worker writing_;

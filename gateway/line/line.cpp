@@ -137,14 +137,14 @@ void Line::TakeBytes(View bytes, Instant now) {
     case State::closed:
       break;
     case State::idle:
-      OnStray(bytes, now);
+      TakeStray(bytes, now);
       break;
     case State::quiet:
-      OnStray(bytes, now);
+      TakeStray(bytes, now);
       deadline_ = std::min(now + exchange_.times.quiet, limit_);
       break;
     case State::drain:
-      OnStray(bytes, now);
+      TakeStray(bytes, now);
       deadline_ = std::max(deadline_, std::min(now + exchange_.times.drain, limit_));
       break;
     case State::settle:
@@ -290,7 +290,7 @@ void Line::TellStray(std::size_t count, Duration since_end) {
   stray.since_end = since_end;
 }
 
-void Line::OnStray(View bytes, Instant now) {
+void Line::TakeStray(View bytes, Instant now) {
   TellStray(bytes.size(), now - ended_);
   if (taken_.empty()) return;
   behind_.Feed(bytes);

@@ -140,7 +140,7 @@ class Line {
   void TakeFrame(bool idle, Instant now);
   bool IsAlone(const Bytes& frame);
   void TellStray(std::size_t count, Duration since_end);
-  void OnStray(View bytes, Instant now);
+  void TakeStray(View bytes, Instant now);
   void OnGap(Instant now);
   void FinishSilent(Instant now);
   void Finish(Outcome outcome, std::string reason, Instant now);

@@ -100,11 +100,11 @@ Finding Examiner::End(Outcome outcome) {
   return finding;
 }
 
-std::optional<Examiner::Late> Examiner::TakeLate() {
-  if (late_.empty()) return std::nullopt;
-  Late late = std::move(late_.back());
-  late_.pop_back();
-  return late;
+std::optional<Examiner::Earlier> Examiner::TakeEarlier() {
+  if (earlier_.empty()) return std::nullopt;
+  Earlier earlier = std::move(earlier_.back());
+  earlier_.pop_back();
+  return earlier;
 }
 
 /// What was heard before and after the reply that was taken; without one, before it.
@@ -142,7 +142,7 @@ bool Examiner::FindRest() {
   // One that was taken may stand in front of the rest.
   const Arrival& rest = frame_.empty() ? arrivals_.front() : arrivals_.back();
   const Duration pause = sent_ + rest.after - broken_.last;
-  late_.push_back({broken_.member, {.symptom = Symptom::split, .time = pause}, broken_.began});
+  earlier_.push_back({broken_.member, {.symptom = Symptom::split, .time = pause}, broken_.began});
   broken_ = {};
   return true;
 }
@@ -305,10 +305,10 @@ Finding Examiner::Attribute(Finding finding) {
   if (!late && !(answered && whose->answered)) return finding;
   const Symptom again = whose->repeated ? Symptom::copies : Symptom::others_beside;
   const bool news = late && !std::exchange(whose->late, true);
-  late_.push_back({whose->member,
-                   {.symptom = late ? Symptom::late : again, .time = after},
-                   0,
-                   news ? after - reply : Duration::zero()});
+  earlier_.push_back({whose->member,
+                      {.symptom = late ? Symptom::late : again, .time = after},
+                      0,
+                      news ? after - reply : Duration::zero()});
   if (answered) return {};
   const Device* const other = whose->member->device;
   return {.symptom = Symptom::late_other,

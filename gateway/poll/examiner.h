@@ -50,7 +50,7 @@ class Examiner {
   const Member* member() const { return member_; }
 
   /// What an earlier exchange looks like now: the one of `member` that is `back` before its last.
-  struct Late {
+  struct Earlier {
     const Member* member = nullptr;
     Finding finding{};
     std::size_t back = 0;
@@ -58,7 +58,7 @@ class Examiner {
   };
   /// A reply of another member that was late or came twice, or the rest of an earlier reply, found
   /// in the exchange that was looked at last. Empty: there are no more.
-  std::optional<Late> TakeLate();
+  std::optional<Earlier> TakeEarlier();
 
  private:
   struct Open {
@@ -125,7 +125,7 @@ class Examiner {
   Bytes greeting_;  // came before the first request after the opening of the port
   Bytes heard_;
   std::vector<Arrival> arrivals_;
-  std::vector<Late> late_;
+  std::vector<Earlier> earlier_;
   Broken broken_;
 };
 

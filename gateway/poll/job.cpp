@@ -39,7 +39,8 @@ const char* WhyNotSend(const Job& job, Instant now) {
   if (job.As<Job::Routed>() == nullptr && !job.member->in_use) return "the device is disabled";
   const auto* write = job.As<Job::Write>();
   const bool untouched = write != nullptr && write->first == 0 && !job.begun();
-  if (untouched && write->command.dropped && *write->command.dropped) return "its client has left";
+  if (untouched && write->command.abandoned && *write->command.abandoned)
+    return "its client has left";
   const auto latest = LatestStart(job);
   return latest && *latest <= now ? "its deadline passed while it waited for the line" : nullptr;
 }

@@ -47,12 +47,12 @@ bool JobRun::IsReadingBack() const {
          !job_->missed;
 }
 
-void JobRun::Forget(std::uint64_t client) {
+void JobRun::Abandon(std::uint64_t client) {
   for (Job* job = job_.get(); job != nullptr; job = job->postponed.get()) {
     auto* routed = job->As<Job::Routed>();
     if (routed == nullptr) continue;
     std::erase_if(routed->batch, [client, job](const RoutedRequest& request) {
-      if (request.client == client) request.done(ClientHasLeft(job->out));
+      if (request.client == client) request.done(Abandoned(job->out));
       return request.client == client;
     });
   }

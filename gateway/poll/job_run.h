@@ -71,7 +71,7 @@ class JobRun {
   void Conclude(ExchangeEnd end, const Finding& finding);
 
   /// Answers the requests of a client that has left.
-  void Forget(std::uint64_t client);
+  void Abandon(std::uint64_t client);
 
  private:
   // job_run.cpp: to the request

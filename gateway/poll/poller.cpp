@@ -19,13 +19,14 @@ Poller::Poller(const config::Line& line, std::uint32_t first_device, const FindP
       chooser_(line, roster_, agenda_, owed_.late),
       upkeep_(roster_, store, owed_, chooser_, ledger_),
       clients_(store, roster_, chooser_, ledger_.devices),
-      speaker_(roster_),
       intake_(store, listener),
+      unasked_(roster_, ledger_, upkeep_, intake_),
       judge_(owed_.whose),
       run_(owed_, chooser_, ledger_, upkeep_, intake_) {
-  if (speaker_.device() == nullptr) return;
-  line_.Listen(*speaker_.standing());
-  ledger_.devices.OnSpeaks(*speaker_.device());
+  const Speaker& speaker = unasked_.speaker();
+  if (speaker.device() == nullptr) return;
+  line_.Listen(*speaker.standing());
+  ledger_.devices.OnSpeaks(*speaker.device());
 }
 
 // ---------------------------------------------------------------- inputs
@@ -63,7 +64,9 @@ void Poller::OnOpened(Now now, bool keeps_bit_rate) {
   echo_.OnOpened();
   examiner_.OnOpened();
   upkeep_.OnOpened(now.instant);
-  if (speaker_.device() != nullptr) ledger_.states.OnState(*speaker_.device(), "the port is open");
+  if (const Device* const device = unasked_.speaker().device()) {
+    ledger_.states.OnState(*device, "the port is open");
+  }
   Pump();
 }
 
@@ -113,9 +116,7 @@ void Poller::OnBytes(View bytes, Now now) {
   if (!heard.bytes.empty()) {
     ledger_.line.OnReceived(heard.bytes);
     examiner_.Hear(heard.bytes, now.instant);
-    if (const auto before = speaker_.Hear(heard.bytes, now.instant)) {
-      ledger_.devices.OnMore(*speaker_.device(), *before);
-    }
+    unasked_.OnBytes(heard.bytes, now.instant);
     Hear(line_.OnBytes(heard.bytes, now.instant));
   }
   Settle();
@@ -130,9 +131,7 @@ void Poller::OnEnded(Now now) {
 void Poller::OnTimer(Now now) {
   Advance(now);
   Hear(line_.OnTimer(now.instant));
-  if (is_open()) {
-    if (auto said = speaker_.OnTimer(now)) TakeUnasked(std::move(*said));
-  }
+  if (is_open()) unasked_.OnTimer(now);
   Settle();
 }
 
@@ -143,7 +142,7 @@ bool Poller::Submit(WriteCommand command, Now now) {
   if (!is_open()) {
     clients_.NotSent(command, ledger_.states.WhyClosed());
   } else if (command.writes.empty()) {
-    clients_.ReadNow(std::move(command), speaker_.device(), now.instant);
+    clients_.ReadNow(std::move(command), unasked_.speaker().device(), now.instant);
     Settle();
   } else {
     agenda_.write_queue.Push(std::move(command));
@@ -177,7 +176,7 @@ void Poller::OnEventsKept(std::uint32_t index, const std::string& said, Now now)
   Advance(now);
   Device& device = roster_.DeviceAt(index);
   device.conversation->OnEventsKept(said);
-  if (&device == speaker_.device()) speaker_.OnKept();
+  if (&device == unasked_.speaker().device()) unasked_.speaker().OnKept();
   agenda_.schedule.ReleaseEvents(device.place, device.conversation->HasEvents(),
                                  intake_.OnKept(device, said), now.instant);
   chooser_.background().Release(device.place);
@@ -185,10 +184,10 @@ void Poller::OnEventsKept(std::uint32_t index, const std::string& said, Now now)
   if (is_open()) Settle();
 }
 
-void Poller::Forget(std::uint64_t client, Now now) {
+void Poller::Abandon(std::uint64_t client, Now now) {
   Advance(now);
-  agenda_.routes.queue().Forget(client);
-  run_.Forget(client);
+  agenda_.routes.queue().Abandon(client);
+  run_.Abandon(client);
   if (is_open()) Settle();
 }
 
@@ -200,7 +199,7 @@ std::optional<Instant> Poller::Deadline() const {
   };
   sooner(agenda_.write_queue.Deadline());
   sooner(agenda_.routes.queue().Deadline());
-  sooner(speaker_.DueAt());
+  sooner(unasked_.speaker().DueAt());
   const Job* const job = run_.job();
   if (line_.state() == Line::State::quiet && job != nullptr) sooner(LatestStart(*job));
   if (!line_.idle()) return soonest;
@@ -250,7 +249,8 @@ void Poller::Settle() {
   clients_.AnswerConfirmed(IsReadingBack());  // before the next write is to be read back
   Pump();
   clients_.AnswerConfirmed(IsReadingBack());
-  if (speaker_.drained()) listener_.OnDrained(speaker_.device()->index, now_.instant);
+  const Speaker& speaker = unasked_.speaker();
+  if (speaker.drained()) listener_.OnDrained(speaker.device()->index, now_.instant);
 }
 
 }  // namespace baudgate

@@ -23,8 +23,8 @@
 #include "gateway/poll/poller_listener.h"
 #include "gateway/poll/reply_judge.h"
 #include "gateway/poll/roster.h"
-#include "gateway/poll/speaker.h"
 #include "gateway/poll/telegram_exchange.h"
+#include "gateway/poll/unasked_side.h"
 #include "gateway/poll/upkeep.h"
 #include "gateway/poll/waiting_clients.h"
 #include "gateway/requests/routed.h"
@@ -78,7 +78,7 @@ class Poller : private LineClient {
   void OnUnsettledWrite(std::uint32_t device);
   /// The client has left: its routed requests are answered, and what is not on the wire is not
   /// sent.
-  void Forget(std::uint64_t client, Now now);
+  void Abandon(std::uint64_t client, Now now);
 
   /// Nothing is begun any more until the port opens again: the write under way may end.
   void WindUp() { winding_up_ = true; }
@@ -105,10 +105,7 @@ class Poller : private LineClient {
   void Send();
   Outcome Judge(View frame, Instant now) override;
   void Hear(LineNews news);
-  void OnUnasked(const UnaskedInput& heard);
-  void TakeUnasked(Speaker::Said said);
   void OnStray(const StrayBytes& stray);
-  void TellLate(const Member& member, Duration lateness);
   void Conclude();
   bool is_open() const { return line_.state() != Line::State::closed; }
   Chooser::Idle idle() const { return {now_.instant, idle_since_}; }
@@ -125,8 +122,8 @@ class Poller : private LineClient {
   Chooser chooser_;
   Upkeep upkeep_;
   WaitingClients clients_;
-  Speaker speaker_;
   Intake intake_;
+  UnaskedSide unasked_;
   ReplyJudge judge_;
   JobRun run_;
   bool winding_up_ = false;

@@ -33,10 +33,12 @@ void Poller::Pump() {
 
 void Poller::Send() {
   if (const auto more = examiner_.More()) ledger_.devices.OnMore(*examiner_.member(), *more);
-  while (const auto late = examiner_.TakeLate()) {
-    ledger_.devices.OnMore(*late->member, late->finding, late->back);
+  while (const auto earlier = examiner_.TakeEarlier()) {
+    ledger_.devices.OnMore(*earlier->member, earlier->finding, earlier->back);
     // It is not waited for any longer: its neighbours would pay for that.
-    if (late->lateness > Duration::zero()) TellLate(*late->member, late->lateness);
+    if (earlier->lateness > Duration::zero()) {
+      upkeep_.OnLate(*earlier->member, earlier->lateness, now_.instant);
+    }
   }
   const Request& request = run_.Send();
   examiner_.Begin(*run_.job()->member, request, run_.job()->member->times, now_.instant);
@@ -52,7 +54,7 @@ Outcome Poller::Judge(View frame, Instant now) {
 
 /// What an input has led to, in its order; what follows from an exchange's end is for Settle.
 void Poller::Hear(LineNews news) {
-  OnUnasked(news.unasked);
+  unasked_.OnInput(news.unasked, now_);
   if (news.send) Send();
   if (news.stray_before.count > 0) OnStray(news.stray_before);
   if (news.end && run_.job() != nullptr) run_.OnEnd(std::move(*news.end));
@@ -63,40 +65,11 @@ void Poller::Hear(LineNews news) {
   upkeep_.DoubtLatest(now_.instant);
 }
 
-void Poller::OnUnasked(const UnaskedInput& heard) {
-  if (!speaker_.in_use()) return;
-  Device& device = *speaker_.device();
-  for (std::size_t i = 0; i < heard.damaged; ++i) {
-    upkeep_.OnUnasked(device, Outcome::corrupt, std::string(heard.why), speaker_.OnDamaged(),
-                      now_.instant);
-  }
-  for (const UnaskedMessage& message : heard.messages) {
-    Speaker::Said said = speaker_.OnMessage(message, now_);
-    upkeep_.OnUnasked(device, said.outcome, said.reason, speaker_.Look(said), now_.instant);
-    TakeUnasked(std::move(said));
-  }
-}
-
-void Poller::TakeUnasked(Speaker::Said said) {
-  Device& device = *speaker_.device();
-  upkeep_.OnHeard(device, now_.instant);
-  if (said.lost > 0) ledger_.devices.OnLostEvents(device, said.lost);
-  intake_.TakeUnasked(device, std::move(said));
-}
-
 void Poller::OnStray(const StrayBytes& stray) {
   const LateAnswers::Stray told = owed_.late.OnStray(stray, now_.instant);
   if (told.counts) ledger_.line.OnStray(stray.count);
-  if (told.late != nullptr) TellLate(*told.late, told.lateness);
+  if (told.late != nullptr) upkeep_.OnLate(*told.late, told.lateness, now_.instant);
   if (told.warned != nullptr) listener_.OnWarning(told.warned->index, told.warning);
-}
-
-void Poller::TellLate(const Member& member, Duration lateness) {
-  if (member.device != nullptr) member.device->heard.OnLate(now_.instant);
-  ledger_.line.OnLate();
-  ledger_.devices.OnLate(member, lateness);
-  ledger_.devices.OnPatience(member, owed_.late.PatienceFor(member));
-  upkeep_.ShowLine(now_.instant);
 }
 
 void Poller::Conclude() {

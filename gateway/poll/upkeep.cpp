@@ -116,6 +116,14 @@ void Upkeep::OnTask(Member& member, Outcome outcome, const std::string& reason, 
   ledger_.states.OnState(member, reason.empty() ? std::string(why) : reason);
 }
 
+void Upkeep::OnLate(const Member& member, Duration lateness, Instant now) {
+  if (member.device != nullptr) member.device->heard.OnLate(now);
+  ledger_.line.OnLate();
+  ledger_.devices.OnLate(member, lateness);
+  ledger_.devices.OnPatience(member, owed_.late.PatienceFor(member));
+  ShowLine(now);
+}
+
 void Upkeep::OnUnasked(Device& device, Outcome outcome, const std::string& reason,
                        const Finding& finding, Instant now) {
   device.health.OnExchange(outcome);

@@ -53,7 +53,7 @@ void WaitingClients::AnswerCommands(Instant now) {
 
 const char* WaitingClients::WhyNotAsked(const WriteCommand& command) const {
   const Device& device = roster_.DeviceAt(command.device);
-  if (command.dropped && *command.dropped) return "its client has left";
+  if (command.abandoned && *command.abandoned) return "its client has left";
   if (!device.in_use) return "the device is disabled";
   return device.health.offline() ? "the device is offline" : nullptr;
 }
@@ -70,7 +70,7 @@ void WaitingClients::AnswerConfirmed(bool reading_back) {
 }
 
 void WaitingClients::Answer(WriteQueue::Confirmed& one) {
-  Verdict verdict;
+  ReadBackVerdict verdict;
   store_.Read(one.command.device,
               [&](const DeviceRecord& record) { verdict = VerdictOn(one, record); });
   if (one.written > 0) {

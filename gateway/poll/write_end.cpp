@@ -59,8 +59,8 @@ Shown Compare(const config::Point& point, const PointWrite& write, const Value& 
   return on_its_way ? Shown::between : Shown::another;
 }
 
-Verdict VerdictOn(const WriteQueue::Confirmed& one, const DeviceRecord& record) {
-  Verdict verdict{{.read_back = !one.replaced, .written = one.written}};
+ReadBackVerdict VerdictOn(const WriteQueue::Confirmed& one, const DeviceRecord& record) {
+  ReadBackVerdict verdict{{.read_back = !one.replaced, .written = one.written}};
   WriteResult& result = verdict.result;
   const auto is_read = [&](std::uint32_t point) {
     const PointRecord& shown = record.points[point];

@@ -26,12 +26,12 @@ enum class Shown {
 };
 Shown Compare(const config::Point& point, const PointWrite& write, const Value& shown);
 
-struct Verdict {
+struct ReadBackVerdict {
   WriteResult result;
   bool lost = false;  ///< an expected reading did not come
 };
 /// On a command that its device has confirmed, from what `record` shows since then. A point that
 /// has not been read decides nothing.
-Verdict VerdictOn(const WriteQueue::Confirmed& one, const DeviceRecord& record);
+ReadBackVerdict VerdictOn(const WriteQueue::Confirmed& one, const DeviceRecord& record);
 
 }  // namespace baudgate

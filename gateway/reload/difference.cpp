@@ -23,7 +23,7 @@ const config::Line* Find(const config::Config& config, const std::string& name) 
 /// Without the settings that can change while the line goes on: only outputs, alarms and the point
 /// store read them. A field that the poller, the roster or EventPath reads must not be listed here:
 /// these keep the configuration that the line began with.
-void WithoutOutputs(config::Line& line) {
+void WithoutWhatChangesInPlace(config::Line& line) {
   line.alarms = {};
   for (config::Device& device : line.devices) {
     device.unit.reset();
@@ -103,10 +103,10 @@ LineChange CompareLines(const config::Line* was, const config::Line& is) {
   if (Same(*was, is)) return {is.name, Fate::same, {}};
   config::Line bare_was = *was;
   config::Line bare_is = is;
-  WithoutOutputs(bare_was);
-  WithoutOutputs(bare_is);
-  const bool outputs = Same(bare_was, bare_is);
-  return {is.name, outputs ? Fate::outputs : Fate::changed, WhatChanged(*was, is)};
+  WithoutWhatChangesInPlace(bare_was);
+  WithoutWhatChangesInPlace(bare_is);
+  const bool in_place = Same(bare_was, bare_is);
+  return {is.name, in_place ? Fate::in_place : Fate::restarted, WhatChanged(*was, is)};
 }
 
 /// By "line.device.point".
@@ -157,9 +157,9 @@ std::string SentenceOf(const LineChange& line) {
   switch (line.fate) {
     case Fate::same:
       break;
-    case Fate::outputs:
+    case Fate::in_place:
       return begin + "goes on; changed: " + line.what;
-    case Fate::changed:
+    case Fate::restarted:
       return begin + "begins anew: " + line.what;
     case Fate::added:
       return begin + "is new";
@@ -179,9 +179,9 @@ void SumUp(const std::vector<Change>& changes, std::string_view name, std::strin
     text += (text.empty() ? "" : ", ") + Plural(count, name) + " " + std::string(what);
   };
   say(Fate::added, "new");
-  say(Fate::changed, anew);
+  say(Fate::restarted, anew);
   say(Fate::removed, "ended");
-  say(Fate::outputs, "updated in place");
+  say(Fate::in_place, "updated in place");
 }
 
 }  // namespace

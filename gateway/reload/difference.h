@@ -17,7 +17,7 @@ namespace baudgate::reload {
 struct LineChange {
   std::string line;
   Fate fate = Fate::same;
-  std::string what;  ///< "port; poll of feeder-1"; of `outputs` and `changed`
+  std::string what;  ///< "port; poll of feeder-1"; of `in_place` and `restarted`
 };
 
 struct Difference {

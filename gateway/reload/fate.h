@@ -7,9 +7,9 @@
 namespace baudgate::reload {
 
 enum class Fate : std::uint8_t {
-  same,     ///< it goes on, untouched
-  outputs,  ///< of a line: it goes on, and settings of outputs are updated in place
-  changed,  ///< a line is restarted; a listener loses its clients
+  same,       ///< it goes on, untouched
+  in_place,   ///< it goes on with what has changed
+  restarted,  ///< a line is restarted; a listener loses its clients
   added,
   removed,
 };

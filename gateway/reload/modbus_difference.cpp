@@ -51,7 +51,7 @@ void CompareListeners(const std::vector<Listener>& running, const std::vector<Li
     change.fate = Fate::added;
     if (!change.was) continue;
     change.what = DifferentKeys(running[*change.was], is);
-    change.fate = change.what.empty() ? Fate::same : Fate::changed;
+    change.fate = change.what.empty() ? Fate::same : Fate::restarted;
   }
   for (std::size_t at = 0; at < running.size(); ++at) {
     if (places.IsFree(at)) changes.push_back({running[at].Place(), Fate::removed, {}, at});
@@ -77,14 +77,14 @@ void CompareRoutes(const std::vector<Route>& running, const std::vector<Route>& 
     if (changes[i].was) continue;
     changes[i].was =
         places.Take([&](std::size_t at) { return LeadsTheSame(running[at], next[i]); });
-    if (changes[i].was) changes[i].fate = Fate::outputs;
+    if (changes[i].was) changes[i].fate = Fate::in_place;
   }
   for (std::size_t i = 0; i < next.size(); ++i) {
     if (changes[i].was) continue;
     const auto was =
         places.Take([&](std::size_t at) { return NameOf(running[at]) == changes[i].route; });
     if (!was) continue;
-    changes[i].fate = Fate::changed;
+    changes[i].fate = Fate::restarted;
     changes[i].what = DifferentKeys(running[*was], next[i]);
   }
   for (std::size_t at = 0; at < running.size(); ++at) {
@@ -148,12 +148,12 @@ std::string SentenceOf(const ListenerChange& change) {
   switch (change.fate) {
     case Fate::added:
       return begin + "is new";
-    case Fate::changed:
+    case Fate::restarted:
       return begin + "differs in " + change.what + Lost(change);
     case Fate::removed:
       return begin + "ends" + Lost(change);
     case Fate::same:
-    case Fate::outputs:
+    case Fate::in_place:
       break;
   }
   return {};
@@ -164,11 +164,11 @@ std::string SentenceOf(const RouteChange& change) {
   switch (change.fate) {
     case Fate::added:
       return begin + "is new";
-    case Fate::changed:
+    case Fate::restarted:
       return begin + "begins anew: " + change.what;
     case Fate::removed:
       return begin + "ends";
-    case Fate::outputs:
+    case Fate::in_place:
       return begin + "goes on, with other alarms";
     case Fate::same:
       break;

@@ -73,7 +73,7 @@ bool SameNumbers(const config::Line& a, const config::Line& b) {
 }
 
 bool GoesOn(const LineChange& change) {
-  return change.fate == Fate::same || change.fate == Fate::outputs;
+  return change.fate == Fate::same || change.fate == Fate::in_place;
 }
 
 }  // namespace
@@ -104,8 +104,8 @@ Placement PlaceInSlots(const config::Config& running, config::Config next,
   for (std::uint32_t i = 0; i < running.lines.size(); ++i) {
     const config::Line& line = placed.config.lines[i];
     if (line.name.empty()) continue;
-    const bool outputs = changes.at(line.name)->fate == Fate::outputs;
-    if (outputs || !SameNumbers(running.lines[i], line)) placed.shown.push_back(i);
+    const bool in_place = changes.at(line.name)->fate == Fate::in_place;
+    if (in_place || !SameNumbers(running.lines[i], line)) placed.updated.push_back(i);
   }
   return placed;
 }

@@ -21,9 +21,9 @@ struct Placement {
   /// `next`, with its lines at their places. Whatever names a line or device by its number (routes,
   /// interlocks, the history) has the new one.
   config::Config config;
-  std::vector<std::uint32_t> gone;   ///< lines to be ended
-  std::vector<std::uint32_t> shown;  ///< lines that go on with changed settings of outputs
-  std::vector<std::uint32_t> begun;  ///< at the end of config.lines
+  std::vector<std::uint32_t> gone;     ///< lines to be ended
+  std::vector<std::uint32_t> updated;  ///< lines that go on with what has changed
+  std::vector<std::uint32_t> begun;    ///< at the end of config.lines
 };
 
 /// `difference` is that of the two; nothing in it needs a restart.

@@ -25,23 +25,23 @@ namespace baudgate {
 class CommandRoom {
  public:
   /// True once the client of a command has left; null: it never does.
-  using Left = std::shared_ptr<const std::atomic<bool>>;
+  using Abandoned = std::shared_ptr<const std::atomic<bool>>;
   using Ticket = std::uint64_t;
 
   /// Abandoned commands that the line has not discarded yet.
-  static constexpr std::size_t kMostLeft = 1024;
+  static constexpr std::size_t kMostAbandoned = 1024;
 
   explicit CommandRoom(std::size_t limit) : limit_(limit) {}
 
   /// Empty: there is no room for another command of this client.
-  std::optional<Ticket> Take(const std::string& client, Left left = nullptr) {
+  std::optional<Ticket> Take(const std::string& client, Abandoned abandoned = nullptr) {
     const MutexLock lock(mutex_);
-    const auto waits = [](const auto& held) { return !held.second.HasLeft(); };
+    const auto waits = [](const auto& held) { return !held.second.IsAbandoned(); };
     const auto taken = static_cast<std::size_t>(std::ranges::count_if(held_, waits));
     const auto own = static_cast<std::size_t>(std::ranges::count_if(
         held_, [&](const auto& held) { return waits(held) && held.second.client == client; }));
-    if (own + taken >= limit_ || held_.size() - taken >= kMostLeft) return std::nullopt;
-    held_.emplace(++last_, Held{client, std::move(left)});
+    if (own + taken >= limit_ || held_.size() - taken >= kMostAbandoned) return std::nullopt;
+    held_.emplace(++last_, Held{client, std::move(abandoned)});
     return last_;
   }
   /// The command has been answered.
@@ -52,10 +52,10 @@ class CommandRoom {
 
  private:
   struct Held {
-    bool HasLeft() const { return left && *left; }
+    bool IsAbandoned() const { return abandoned && *abandoned; }
 
     std::string client;
-    Left left;
+    Abandoned abandoned;
   };
 
   const std::size_t limit_;

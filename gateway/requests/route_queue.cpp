@@ -135,10 +135,10 @@ std::vector<RoutedRequest> RouteQueue::TakeAll() {
   return TakeIf([](const RoutedRequest&) { return true; });
 }
 
-void RouteQueue::Forget(std::uint64_t client) {
+void RouteQueue::Abandon(std::uint64_t client) {
   const auto gone =
       TakeIf([client](const RoutedRequest& request) { return request.client == client; });
-  for (const RoutedRequest& request : gone) request.done(ClientHasLeft(request.tries > 0));
+  for (const RoutedRequest& request : gone) request.done(Abandoned(request.tries > 0));
 }
 
 bool RouteQueue::HasShortWrite() const { return std::ranges::any_of(waiting_, IsShortWrite); }

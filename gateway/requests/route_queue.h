@@ -65,7 +65,7 @@ class RouteQueue {
   std::vector<RoutedRequest> TakeExpired(Instant now);
   std::vector<RoutedRequest> TakeAll();
   /// Answers the waiting requests of a client that has left.
-  void Forget(std::uint64_t client);
+  void Abandon(std::uint64_t client);
 
   bool empty() const { return waiting_.empty(); }
   std::size_t size() const { return waiting_.size(); }

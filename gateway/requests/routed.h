@@ -44,7 +44,7 @@ struct RoutedRequest {
 };
 
 /// The reply to a request whose client has left.
-inline RoutedReply ClientHasLeft(bool sent) {
+inline RoutedReply Abandoned(bool sent) {
   RoutedReply reply;
   reply.outcome = Outcome::no_reply;
   reply.reason = "its client is not connected any more";
@@ -60,7 +60,7 @@ class RouteTarget {
   virtual bool Submit(RoutedRequest request) = 0;
   /// The client has left: its waiting requests are not sent, and answered at once. An exchange
   /// under way goes on.
-  virtual void Forget(std::uint64_t client) = 0;
+  virtual void Abandon(std::uint64_t client) = 0;
 };
 
 }  // namespace baudgate

@@ -56,7 +56,7 @@ struct WriteCommand {
   /// Null: there is no such condition.
   std::function<std::optional<std::string>(Instant now)> why_not;
   /// True: its client waits for it no more, so it is not begun.
-  std::shared_ptr<const std::atomic<bool>> dropped;
+  std::shared_ptr<const std::atomic<bool>> abandoned;
   using Ended = std::function<void(const WriteResult&)>;
   /// Parts that must be told the result: the audit, the room in the line's queue.
   std::vector<Ended> observers{};

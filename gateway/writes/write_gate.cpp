@@ -10,7 +10,7 @@
 namespace baudgate {
 namespace {
 
-using Why = WriteRefusal::Why;
+using Why = WriteDenial::Why;
 
 std::string NotSelected(Selections::Verdict verdict, const config::Point& point) {
   switch (verdict) {
@@ -26,18 +26,18 @@ std::string NotSelected(Selections::Verdict verdict, const config::Point& point)
 
 }  // namespace
 
-std::optional<WriteRefusal> WriteGate::Submit(const Writer& writer, WriteAsk ask, Instant now) {
+std::optional<WriteDenial> WriteGate::Submit(const Writer& writer, WriteAsk ask, Instant now) {
   TakeAsMeant(ask);
-  if (auto refusal = Check(writer, ask, now)) {
-    Deny(writer, ask, refusal->text);
-    return refusal;
+  if (auto denial = Check(writer, ask, now)) {
+    Deny(writer, ask, denial->text);
+    return denial;
   }
   const config::Device& device = store_.device(ask.device);
   WriteCommand command;
   command.device = ask.device;
   command.client = writer.name;
   command.deadline = ask.deadline;
-  command.dropped = ask.dropped;
+  command.abandoned = ask.abandoned;
   command.done = std::move(ask.done);
   std::vector<WriteAsk::Part> guarded;
   store_.Read(ask.device, [&](const DeviceRecord& record) {
@@ -61,7 +61,7 @@ std::optional<WriteRefusal> WriteGate::Submit(const Writer& writer, WriteAsk ask
     };
   }
   if (sink_.Submit(std::move(command))) return std::nullopt;
-  return WriteRefusal{Why::busy, "too many writes wait for the line; try again"};
+  return WriteDenial{Why::busy, "too many writes wait for the line; try again"};
 }
 
 void WriteGate::TakeAsMeant(WriteAsk& ask) const {
@@ -70,53 +70,52 @@ void WriteGate::TakeAsMeant(WriteAsk& ask) const {
   }
 }
 
-std::optional<WriteRefusal> WriteGate::WouldRefuse(const WriteAsk& ask, Instant now) const {
+std::optional<WriteDenial> WriteGate::WouldDeny(const WriteAsk& ask, Instant now) const {
   WriteAsk meant = ask;
   TakeAsMeant(meant);
-  if (auto refusal = CheckValues(meant)) return refusal;
+  if (auto denial = CheckValues(meant)) return denial;
   return CheckInterlocks(meant, now);
 }
 
-std::optional<WriteRefusal> WriteGate::Check(const Writer& writer, const WriteAsk& ask,
-                                             Instant now) {
+std::optional<WriteDenial> WriteGate::Check(const Writer& writer, const WriteAsk& ask,
+                                            Instant now) {
   // A selection is used up by the first try, whatever becomes of it.
   const std::optional<std::string> not_selected = WhyNotSelected(writer, ask, now);
-  if (auto refusal = CheckValues(ask)) return refusal;
-  if (not_selected) return WriteRefusal{Why::not_selected, *not_selected};
+  if (auto denial = CheckValues(ask)) return denial;
+  if (not_selected) return WriteDenial{Why::not_selected, *not_selected};
   return CheckInterlocks(ask, now);
 }
 
 /// Permission and limits.
-std::optional<WriteRefusal> WriteGate::CheckValues(const WriteAsk& ask) const {
+std::optional<WriteDenial> WriteGate::CheckValues(const WriteAsk& ask) const {
   const config::Device& device = store_.device(ask.device);
   for (const WriteAsk::Part& part : ask.parts) {
     const config::Point& point = device.points[part.point];
     if (point.writing.allowed) continue;
-    return WriteRefusal{Why::read_only,
-                        point.access == config::Access::read
-                            ? "'" + point.name + "' can only be read"
-                            : "'" + point.name + "' is not in the device's 'write'"};
+    return WriteDenial{Why::read_only, point.access == config::Access::read
+                                           ? "'" + point.name + "' can only be read"
+                                           : "'" + point.name + "' is not in the device's 'write'"};
   }
   for (const WriteAsk::Part& part : ask.parts) {
     const config::Point& point = device.points[part.point];
     const auto raw = ToRaw(point, part.value);
     std::optional<std::string> why = raw ? WhyOutside(point, part.value) : raw.error();
     if (!why) why = WhyInexact(point, part.value, *raw);
-    if (why) return WriteRefusal{Why::value, "'" + point.name + "': " + *why};
+    if (why) return WriteDenial{Why::value, "'" + point.name + "': " + *why};
   }
   return std::nullopt;
 }
 
-std::optional<WriteRefusal> WriteGate::CheckInterlocks(const WriteAsk& ask, Instant now) const {
+std::optional<WriteDenial> WriteGate::CheckInterlocks(const WriteAsk& ask, Instant now) const {
   const config::Device& device = store_.device(ask.device);
   for (const WriteAsk::Part& part : ask.parts) {
     auto why = WhyLocked(store_, device.points[part.point], part.value, now);
-    if (why) return WriteRefusal{Why::locked, std::move(*why)};
+    if (why) return WriteDenial{Why::locked, std::move(*why)};
   }
   return std::nullopt;
 }
 
-/// A selection of each point is used up, even where an earlier one was refused.
+/// A selection of each point is used up, even where an earlier one was denied.
 std::optional<std::string> WriteGate::WhyNotSelected(const Writer& writer, const WriteAsk& ask,
                                                      Instant now) {
   std::optional<std::string> why;
@@ -124,17 +123,17 @@ std::optional<std::string> WriteGate::WhyNotSelected(const Writer& writer, const
     const config::Point& point = store_.device(ask.device).points[part.point];
     if (!point.writing.select) continue;
     const auto verdict = selections_.Take(writer.number, {ask.device, part.point}, now);
-    if (verdict == Selections::Verdict::selected || ask.confirmed || why) continue;
+    if (verdict == Selections::Verdict::selected || ask.without_selection || why) continue;
     why = NotSelected(verdict, point);
   }
   return why;
 }
 
-std::optional<WriteRefusal> WriteGate::Select(const Writer& writer, std::uint32_t device,
-                                              std::uint32_t point, Instant now) {
+std::optional<WriteDenial> WriteGate::Select(const Writer& writer, std::uint32_t device,
+                                             std::uint32_t point, Instant now) {
   const config::Point& selected = store_.device(device).points[point];
   if (!selected.writing.allowed) {
-    return WriteRefusal{Why::read_only, "'" + selected.name + "' is not in the device's 'write'"};
+    return WriteDenial{Why::read_only, "'" + selected.name + "' is not in the device's 'write'"};
   }
   selections_.Select(writer.number, {device, point}, now + selected.writing.select_time);
   return std::nullopt;

@@ -8,7 +8,7 @@
 //   do the interlocks hold?              locked        allow_when; checked again when it is sent
 //   is there room in the line's queue?   busy
 //
-// A refusal is handed to the sink as denied; busy is not, because the sink that said it records it
+// A denial is handed to the sink; busy is not, because the sink that said it records it
 // (AuditedWrites). For one thread; each output has its own gate. docs/writes.md.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -43,13 +43,13 @@ struct WriteAsk {
   };
   std::uint32_t device = 0;  ///< index in the point store
   std::vector<Part> parts;
-  bool confirmed = false;  ///< the client has said twice that it means it: no selection is needed
+  bool without_selection = false;  ///< the client has said twice that it means it
   Instant deadline{};
-  std::shared_ptr<const std::atomic<bool>> dropped{};  ///< see WriteCommand
+  std::shared_ptr<const std::atomic<bool>> abandoned{};  ///< see WriteCommand
   std::function<void(const WriteResult&)> done{};
 };
 
-struct WriteRefusal {
+struct WriteDenial {
   enum class Why : std::uint8_t { read_only, value, not_selected, locked, busy };
   Why why = Why::read_only;
   std::string text;  ///< one sentence
@@ -61,22 +61,22 @@ class WriteGate {
   WriteGate(const PointStore& store, CommandSink& sink) : store_(store), sink_(sink) {}
 
   /// Empty: it is under way, and `done` will be called. Else nothing of it is sent.
-  std::optional<WriteRefusal> Submit(const Writer& writer, WriteAsk ask, Instant now);
-  /// The refusal that it would get now, even if it were confirmed. Nothing is sent or recorded.
-  std::optional<WriteRefusal> WouldRefuse(const WriteAsk& ask, Instant now) const;
+  std::optional<WriteDenial> Submit(const Writer& writer, WriteAsk ask, Instant now);
+  /// The denial that it would get now, even without a selection. Nothing is sent or recorded.
+  std::optional<WriteDenial> WouldDeny(const WriteAsk& ask, Instant now) const;
   /// The first of the two steps of a point with `select: yes`.
-  std::optional<WriteRefusal> Select(const Writer& writer, std::uint32_t device,
-                                     std::uint32_t point, Instant now);
-  /// Another part has refused it, for this reason: it is only recorded.
+  std::optional<WriteDenial> Select(const Writer& writer, std::uint32_t device, std::uint32_t point,
+                                    Instant now);
+  /// Another part has denied it, for this reason: it is only recorded.
   void Deny(const Writer& writer, const WriteAsk& ask, const std::string& reason,
             WriteEnd end = WriteEnd::denied);
   /// The client has left.
   void Forget(const Writer& writer) { selections_.Forget(writer.number); }
 
  private:
-  std::optional<WriteRefusal> Check(const Writer& writer, const WriteAsk& ask, Instant now);
-  std::optional<WriteRefusal> CheckValues(const WriteAsk& ask) const;
-  std::optional<WriteRefusal> CheckInterlocks(const WriteAsk& ask, Instant now) const;
+  std::optional<WriteDenial> Check(const Writer& writer, const WriteAsk& ask, Instant now);
+  std::optional<WriteDenial> CheckValues(const WriteAsk& ask) const;
+  std::optional<WriteDenial> CheckInterlocks(const WriteAsk& ask, Instant now) const;
   void TakeAsMeant(WriteAsk& ask) const;
   std::optional<std::string> WhyNotSelected(const Writer& writer, const WriteAsk& ask, Instant now);
 

@@ -1,17 +1,13 @@
-// What a SET-4TM meter is asked and what its replies mean. Each request has its kind; a table says
-// what follows from the replies to each kind (conversation.cpp).
+// The conversation with a SET-4TM meter: what is asked (requests.h), what a reply says (reply.h)
+// and what follows from it (replies.h), joined.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include "protocols/protocol.h"
-#include "protocols/set4tm/archive.h"
-#include "protocols/set4tm/clock_drift.h"
-#include "protocols/set4tm/identification.h"
-#include "protocols/set4tm/latched_reads.h"
-#include "protocols/set4tm/point_reads.h"
+#include "protocols/set4tm/meter_parts.h"
+#include "protocols/set4tm/replies.h"
 #include "protocols/set4tm/reply.h"
-#include "protocols/set4tm/session.h"
-#include "protocols/set4tm/settings.h"
+#include "protocols/set4tm/requests.h"
 
 namespace baudgate::protocols::set4tm {
 
@@ -20,22 +16,22 @@ class MeterConversation : public Conversation {
   /// `device` and `bus` outlive the conversation.
   MeterConversation(const config::Device& device, const Settings& settings, MeterBus& bus);
 
-  std::span<const Query> Queries() const override { return reads_.Queries(); }
-  bool HasEvents() const override { return archive_.has_events(); }
+  std::span<const Query> Queries() const override { return parts_.reads.Queries(); }
+  bool HasEvents() const override { return parts_.archive.has_events(); }
   std::optional<Instant> BackgroundDue() const override;
-  void OnEventsKept(std::string_view said) override { archive_.OnKept(said); }
-  Result<Request> Ask(const Task& task, Instant now) override;
+  void OnEventsKept(std::string_view said) override { parts_.archive.OnKept(said); }
+  Result<Request> Ask(const Task& task, Instant now) override { return requests_.Next(task, now); }
   Answer OnFrame(const Task& task, const Request& request, View frame, Instant now) override;
   Then OnSent(const Task& task, const Request& request, Instant now) override;
   void Stamp(Request& request, Now arrives, Duration character) override;
-  void OnHostClock(bool right) override { drift_.OnHostClock(right); }
+  void OnHostClock(bool right) override { parts_.drift.OnHostClock(right); }
   Then OnFailure(const Task& task, const Request& request, Outcome outcome, Instant now) override;
   void OnReconnect() override;
-  void OnEnabled() override { session_.OnEnabled(); }
-  const std::string& Memory() const override { return session_.memory(); }
-  void Recall(std::string_view memory, Now now) override { session_.Recall(memory, now); }
+  void OnEnabled() override { parts_.session.OnEnabled(); }
+  const std::string& Memory() const override { return parts_.session.memory(); }
+  void Recall(std::string_view memory, Now now) override { parts_.session.Recall(memory, now); }
   const DeviceTrouble& trouble() const override {
-    return session_.trouble() ? session_.trouble() : identification_.trouble();
+    return parts_.session.trouble() ? parts_.session.trouble() : parts_.identification.trouble();
   }
   bool ForgetRefusals() override;
   config::Timing LeastTimes(Duration character) const override;
@@ -44,61 +40,10 @@ class MeterConversation : public Conversation {
   Answer Interpret(View request, View frame) override;
 
  private:
-  /// What a request is for.
-  enum class Kind : std::uint8_t {
-    latch,       ///< the broadcast, which nobody answers
-    link,        ///< link test
-    open,        ///< open the channel
-    serial,      ///< who is it?
-    question,    ///< type or ratios, before what they decide
-    latch_time,  ///< has it heard the broadcast?
-    record,      ///< of a journal
-    background,  ///< of a load profile or a billing reading
-    trial,       ///< a masked read, to learn whether the meter knows it
-    read,        ///< a query of points
-    write,       ///< a correction of the clock
-  };
-  /// A reply under way through the table.
-  struct Step {
-    const Task& task;
-    Reply reply;
-    std::size_t bytes = 0;  ///< of the whole frame
-    Instant now{};
-  };
-  struct Row;
-  static const Row kRows[];
-  static const Row& RowOf(Kind kind);
-
-  /// From now on the latest request is of this kind.
-  Request Make(Kind kind, View pdu);
-  Result<Bytes> CorrectionOf(const Task& task, Instant now) const;
-  /// What the session needs first; nothing: the task's own request may be sent.
-  std::optional<Request> AskForSession(const Task& task, Instant now);
-  Request AskOwn(const Task& task, Instant now);
-  Request AskRead(std::size_t query);
-  bool AsksLatchTime(const Task& task, Instant now) const;
-  /// The reply answers the poll's own query.
-  bool IsOwn(const Step& step) const;
-
-  static Answer Plain(MeterConversation& its, Step& step);
-  Answer TakeStatus(Step& step);
-  Answer TakeData(Step& step);
-  Answer TakePrelude(Step& step);
-  Answer TakeRead(Step& step);
-  Answer ReadRefused(Step& step);
-  void AddDrift(Step& step);
-
-  const config::Device& device_;
-  const Settings settings_;
-  const Bytes address_;
-  Identification identification_;
-  PointReads reads_;
+  MeterParts parts_;
   ReplyReader reader_;
-  ClockDrift drift_;
-  LatchedReads latched_;
-  MeterArchive archive_;
-  MeterSession session_;
-  Kind asked_ = Kind::open;  // the latest request
+  MeterRequests requests_;
+  MeterReplies replies_;
 };
 
 }  // namespace baudgate::protocols::set4tm

@@ -30,6 +30,15 @@ inline Answer AskAgain() {
   return answer;
 }
 
+/// Whatever this meter was asked: its values are not those of the configured one.
+inline Answer NotThisMeter(Duration wait, const std::string& reason) {
+  Answer answer;
+  answer.outcome = Outcome::refused;
+  answer.wait = wait;
+  answer.reason = reason;
+  return answer;
+}
+
 /// "load_1 read to …, no load_2: it refuses it". Empty texts are left out.
 inline std::string Listed(const std::vector<std::string>& texts) {
   std::string list;

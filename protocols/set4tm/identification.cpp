@@ -5,6 +5,7 @@
 #include <array>
 
 #include "protocols/set4tm/codec.h"
+#include "protocols/set4tm/conversation_steps.h"
 
 namespace baudgate::protocols::set4tm {
 namespace {
@@ -16,8 +17,6 @@ const Bytes kAskTime = {kJournal, 0x00};
 const Bytes kAskTimeExtended = {kJournalExtended, 0x00, 0x00};
 constexpr std::size_t kVariantSize = 3;
 constexpr Duration kOtherTypeRests = 1min;
-
-bool Equals(View pdu, const Bytes& other) { return std::ranges::equal(pdu, other); }
 
 bool ReadsFlags(std::span<const Match> matches) {
   return std::ranges::any_of(matches, [](const Match& match) { return IsFlag(match.field); });
@@ -73,7 +72,7 @@ std::optional<Bytes> Identification::Question(std::span<const Match> matches) co
 }
 
 void Identification::Learn(View pdu, View data) {
-  if (Equals(pdu, kAskVariant) && data.size() == kVariantSize) {
+  if (Is(pdu, kAskVariant) && data.size() == kVariantSize) {
     const Scale variant = ParseVariant(data);
     learned_.meter_constant = variant.meter_constant;
     learned_.power_coefficient = variant.power_coefficient;
@@ -81,16 +80,16 @@ void Identification::Learn(View pdu, View data) {
     type_ = static_cast<std::uint8_t>(data[2] >> 4U);
     asked_variant_ = true;
     Judge();
-  } else if (Equals(pdu, kAskRatios)) {
+  } else if (Is(pdu, kAskRatios)) {
     const Scale ratios = ParseRatios(data);
     learned_.voltage_ratio = ratios.voltage_ratio;
     learned_.current_ratio = ratios.current_ratio;
     learned_.voltage_in_floats = ratios.voltage_in_floats;
     learned_.current_in_floats = ratios.current_in_floats;
     asked_ratios_ = true;
-  } else if (Equals(pdu, kAskPort) && data.size() == 2) {
+  } else if (Is(pdu, kAskPort) && data.size() == 2) {
     multiplier_ = std::max<unsigned>(1, data[1]);
-  } else if (Equals(pdu, kAskTime) || Equals(pdu, kAskTimeExtended)) {
+  } else if (Is(pdu, kAskTime) || Is(pdu, kAskTimeExtended)) {
     const auto day = ByteReader(data).Slice(4, 3);
     if (!day) return;
     new_day_ = !day_.empty() && !std::ranges::equal(day_, *day);
@@ -100,13 +99,13 @@ void Identification::Learn(View pdu, View data) {
 
 /// An old meter that does not tell its type contradicts nobody; its status word stays unnamed.
 bool Identification::OnRefused(View pdu) {
-  if (Equals(pdu, kAskRatios)) asked_ratios_ = true;
-  if (Equals(pdu, kAskVariant)) {
+  if (Is(pdu, kAskRatios)) asked_ratios_ = true;
+  if (Is(pdu, kAskVariant)) {
     asked_variant_ = true;
     type_.reset();
     trouble_ = {};
   }
-  return Equals(pdu, kAskVariant) || Equals(pdu, kAskRatios);
+  return Is(pdu, kAskVariant) || Is(pdu, kAskRatios);
 }
 
 /// Codes above B are later ones than the reference: nothing is certain of them.
@@ -144,13 +143,7 @@ bool Identification::WantType() {
   return !asked_variant_;
 }
 
-Answer Identification::OtherType() const {
-  Answer answer;
-  answer.outcome = Outcome::refused;
-  answer.wait = kOtherTypeRests;
-  answer.reason = trouble_.text;
-  return answer;
-}
+Answer Identification::OtherType() const { return NotThisMeter(kOtherTypeRests, trouble_.text); }
 
 Knows Identification::masked_floats() const {
   const MeterType* type = type_ ? FindType(*type_) : nullptr;

@@ -94,13 +94,7 @@ bool MeterSession::TakeSerial(std::uint32_t serial) {
   return false;
 }
 
-Answer MeterSession::OtherMeter() const {
-  Answer answer;
-  answer.outcome = Outcome::refused;
-  answer.wait = kWrongMeter;
-  answer.reason = trouble_.text;
-  return answer;
-}
+Answer MeterSession::OtherMeter() const { return NotThisMeter(kWrongMeter, trouble_.text); }
 
 /// If a serial number is configured, the values may be another meter's. Otherwise they are taken.
 Answer MeterSession::TakeNoSerial(Answer answer) {

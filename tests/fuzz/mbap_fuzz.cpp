@@ -17,7 +17,8 @@ using modbus::MbapAssembler;
 
 modbus::PointService& TheService(FuzzSink*& sink) {
   static FuzzSink the_sink;
-  static modbus::PointService points(ModbusConfig(), FilledStore(), the_sink, {}, {});
+  static modbus::ServerShared shared(ModbusConfig(), FilledStore(), the_sink, {}, {});
+  modbus::PointService& points = shared.points();
   Require(points.responder().ready().ok(), "libmodbus is there");
   sink = &the_sink;
   return points;
@@ -47,8 +48,9 @@ void AnswerFrame(modbus::PointService& points, View frame) {
     Require(request.data.size() == DataOf(request), "a write carries the values that it counts");
     if (modbus::IsPlainWrite(modbus::FunctionOf(frame))) {
       WriteResult ended;
-      exception = points.Submit(request, {"192.0.2.5:40312", 1}, ModbusNow(), nullptr,
-                                [&ended](const WriteResult& result) { ended = result; });
+      exception =
+          points.Submit(request, {{"192.0.2.5:40312", 1}, ModbusNow() + 5s, nullptr}, ModbusNow(),
+                        [&ended](const WriteResult& result) { ended = result; });
       if (exception == modbus::kNoException) exception = modbus::PointService::ExceptionOf(ended);
     } else {
       const auto holes = frame.size() % 2 == 0 ? modbus::Holes::off : modbus::Holes::zero;

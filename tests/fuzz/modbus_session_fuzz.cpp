@@ -26,7 +26,7 @@ class Gateway : private modbus::ClientSession::Owner {
     spdlog::set_level(spdlog::level::off);
     Require(clients_->Open().ok(), "there is an epoll set");
     clients_->Start();
-    points_.inbox()->Open(io_, ReadClocks);
+    shared_.inbox()->Open(io_, ReadClocks);
   }
 
   void Play(Input& input) {
@@ -37,7 +37,7 @@ class Gateway : private modbus::ClientSession::Owner {
     sink_.turn = target_.turn = input.U8();
     closed_ = 0;
     auto session = std::make_shared<modbus::ClientSession>(
-        pair[0], *clients_, listener_, points_, "fuzz", config::Priority::normal, ReadClocks(),
+        pair[0], *clients_, listener_, shared_, "fuzz", config::Priority::normal, ReadClocks(),
         static_cast<modbus::ClientSession::Owner&>(*this));
     session->Start();
     Bytes sent;
@@ -170,7 +170,7 @@ class Gateway : private modbus::ClientSession::Owner {
   config::Listener listener_;
   FuzzSink sink_;
   FuzzTarget target_;
-  modbus::PointService points_{
+  modbus::ServerShared shared_{
       ModbusConfig(), FilledStore(), sink_, {}, {}, {{nullptr, &target_}, {&ModbusRtuProtocol()}}};
 };
 

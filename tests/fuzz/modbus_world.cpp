@@ -156,12 +156,12 @@ bool FuzzTarget::Submit(RoutedRequest request) {
   return true;
 }
 
-void FuzzTarget::Forget(std::uint64_t client) {
+void FuzzTarget::Abandon(std::uint64_t client) {
   const auto gone = std::stable_partition(
       kept.begin(), kept.end(),
       [client](const RoutedRequest& request) { return request.client != client; });
   std::for_each(gone, kept.end(),
-                [](const RoutedRequest& request) { request.done(ClientHasLeft(false)); });
+                [](const RoutedRequest& request) { request.done(Abandoned(false)); });
   kept.erase(gone, kept.end());
 }
 

@@ -8,7 +8,7 @@
 #include <map>
 
 #include "config/model/config.h"
-#include "gateway/modbus/service/point_service.h"
+#include "gateway/modbus/service/server_shared.h"
 #include "gateway/requests/routed.h"
 #include "gateway/requests/write_command.h"
 #include "gateway/store/point_store.h"
@@ -34,7 +34,7 @@ class FuzzSink final : public CommandSink {
 class FuzzTarget final : public RouteTarget {
  public:
   bool Submit(RoutedRequest request) override;
-  void Forget(std::uint64_t client) override;
+  void Abandon(std::uint64_t client) override;
   /// Answers the oldest request that was kept.
   void AnswerKept(Outcome outcome);
 

@@ -2,8 +2,6 @@
 #include "gateway/cli/offline/check.h"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -12,13 +10,15 @@
 #include "gateway/base/exit_code.h"
 #include "gateway/base/shown.h"
 #include "gateway/base/text.h"
+#include "gateway/cli/offline/check_kept.h"
+#include "gateway/cli/offline/check_listeners.h"
 #include "gateway/cli/offline/check_web.h"
+#include "gateway/cli/offline/check_words.h"
 #include "gateway/cli/offline/check_writes.h"
 #include "gateway/cli/offline/security_problems.h"
 #include "gateway/cli/offline/taken_back.h"
 #include "gateway/cli/offline/unit_table.h"
 #include "gateway/cli/terminal/text_table.h"
-#include "gateway/history/estimate.h"
 #include "gateway/state/state_folder.h"
 
 namespace baudgate {
@@ -32,78 +32,6 @@ std::size_t ServedPoints(const config::Device& device) {
   return static_cast<std::size_t>(
       std::count_if(device.points.begin(), device.points.end(),
                     [](const config::Point& point) { return point.modbus.has_value(); }));
-}
-
-template <typename Range, typename Text>
-std::string Joined(const Range& range, Text text) {
-  std::string joined;
-  for (const auto& one : range) {
-    if (!joined.empty()) joined += ", ";
-    joined += text(one);
-  }
-  return joined;
-}
-
-std::string_view Describe(config::Permit permit) {
-  switch (permit) {
-    case config::Permit::read:
-      return "reading only (functions 1-4)";
-    case config::Permit::data:
-      return "reading and writing data (functions 1-6, 15, 16)";
-    case config::Permit::all:
-      return "reading and writing (all functions)";
-  }
-  return "";
-}
-
-/// "everybody who reaches it", "10.0.0.7, 10.1.0.0/16".
-std::string Whom(const std::vector<config::Network>& allow) {
-  if (allow.empty()) return "everybody who reaches it";
-  return Joined(allow, [](const auto& network) { return network.text; });
-}
-
-std::string Describe(const config::Listener& listener) {
-  std::string text = listener.Place() + ", ";
-  if (listener.is_serial()) {
-    text += listener.serial.ToString();
-    if (listener.serial.software_parity) text += " (software parity)";
-    text += ", " + std::string(Title(listener.framing)) + ", ";
-  } else {
-    text +=
-        std::string(Title(listener.framing)) + (listener.speaks_serial() ? " over TCP, " : ", ");
-  }
-  text += Describe(listener.permit);
-  if (listener.is_serial()) return text + ", for the master there";
-  return text + ", for " + Whom(listener.allow);
-}
-
-/// In the order in which they decide.
-std::string DescribePriorities(const config::Listener& listener) {
-  std::string text;
-  for (const config::FunctionPriority& rule : listener.functions) {
-    text += std::string(Name(rule.priority)) + " for functions " +
-            Joined(rule.codes, [](std::uint8_t code) { return std::to_string(code); }) + "; ";
-  }
-  for (const config::ClientPriority& rule : listener.clients) {
-    text += std::string(Name(rule.priority)) + " for " + rule.from.text + "; ";
-  }
-  return text + std::string(Name(listener.priority)) + (text.empty() ? " for all" : " for others");
-}
-
-void PrintListener(const config::Listener& listener, std::ostream& out) {
-  out << "modbus " << Describe(listener) << '\n';
-  out << "  priority   " << DescribePriorities(listener) << '\n';
-  const bool silent = listener.errors == config::Listener::Errors::silent;
-  out << "  errors     "
-      << (silent ? "silent: nothing is answered instead of 0x06, 0x0A and 0x0B"
-                 : "exceptions 0x06, 0x0A and 0x0B are answered")
-      << '\n';
-  const bool pass = listener.broadcast == config::Listener::Broadcast::pass;
-  out << "  broadcast  "
-      << (pass ? "passed to all slaves of every line with a route" : "not passed on") << '\n';
-  if (listener.is_serial()) return;
-  out << "  clients    at most " << listener.max_clients << ", closed after "
-      << FormatDuration(listener.idle_timeout) << " without a request\n";
 }
 
 std::string Describe(const config::Dds& dds, bool events) {
@@ -202,80 +130,6 @@ void PrintRechecks(const config::Line& line, const config::Catalog& catalog, std
   out << '\n';
 }
 
-void PrintEvents(const config::Config& config, std::ostream& out) {
-  std::string names = config.events.given ? "the gateway" : "";
-  for (const config::Line& line : config.lines) {
-    for (const config::Device& device : line.devices) {
-      if (!device.events && !device.point_events) continue;
-      names += (names.empty() ? "" : ", ") + line.name + "." + device.name;
-      if (!device.events) names += " (points)";
-      bool first = true;
-      for (const config::Record& record : device.records) {
-        names += (std::exchange(first, false) ? " with " : " and ") + record.name;
-      }
-    }
-  }
-  if (names.empty()) return;
-  const auto folder = EventsFolderOf(config);
-  out << "events of " << names;
-  if (!folder.empty()) out << ", and every write, in " << folder.string();
-  out << '\n';
-}
-
-/// "load profiles of meters.m1 (1, 2), meters.m2 (1)": what meters keep themselves and is read
-/// back.
-void PrintOfMeters(const config::Config& config, std::ostream& out) {
-  constexpr std::array<std::pair<const char*, const char*>, 2> kKinds = {
-      {{"load_profile", "load profiles of "}, {"billing", "billing readings of "}}};
-  for (const auto& [option, title] : kKinds) {
-    std::string text;
-    for (const config::Line& line : config.lines) {
-      for (const config::Device& device : line.devices) {
-        if (!device.options.Has(option) || device.options.Texts(option).empty()) continue;
-        std::string words;
-        for (const std::string& word : device.options.Texts(option)) {
-          words += (words.empty() ? "" : ", ") + word;
-        }
-        text += (text.empty() ? title : ", ") + line.name + "." + device.name + " (" + words + ")";
-      }
-    }
-    if (!text.empty()) out << text << '\n';
-  }
-}
-
-std::string Megabytes(std::uint64_t bytes) {
-  return FormatNumber(std::round(static_cast<double>(bytes) / 1e5) / 10) + " MB";
-}
-
-void PrintHistory(const config::Config& config, std::ostream& out) {
-  const config::History& history = config.history;
-  if (!history.on()) return;
-  const history::Estimate estimate = history::EstimateOf(config);
-  const auto folder = HistoryFolderOf(config);
-  const auto days = [&](std::uint64_t bytes) {
-    return Plural(estimate.Days(history.limit, bytes), "day");
-  };
-  out << "history of " << Plural(history.points.size(), "point");
-  if (!folder.empty()) out << " in " << folder.string();
-  out << ": about " << Megabytes(estimate.least) << " a day while nothing changes, at most "
-      << Megabytes(estimate.most) << ", and " << Megabytes(estimate.minutes)
-      << " of minutes; the limit of " << Megabytes(history.limit) << " is reached after "
-      << days(estimate.least) << ", or " << days(estimate.most) << " if every reading differs; "
-      << "days older than " << FormatDuration(history.keep) << " go\n";
-}
-
-Json HistoryJson(const config::Config& config) {
-  if (!config.history.on()) return {};
-  const history::Estimate estimate = history::EstimateOf(config);
-  return {{"points", config.history.points.size()},
-          {"limit", config.history.limit},
-          {"bytes_a_day_least", estimate.least},
-          {"bytes_a_day_most", estimate.most},
-          {"bytes_of_minutes", estimate.minutes},
-          {"days_least", estimate.Days(config.history.limit, estimate.most)},
-          {"days_most", estimate.Days(config.history.limit, estimate.least)}};
-}
-
 void PrintSummary(const config::Config& config, const config::Catalog& catalog,
                   const std::string& security, std::ostream& out) {
   out << "gateway " << config.name << '\n';
@@ -310,25 +164,6 @@ void PrintSummary(const config::Config& config, const config::Catalog& catalog,
   if (config.modbus.enabled) PrintRouteTable(config, out);
 }
 
-Json ToJson(const config::Listener& listener) {
-  using config::Listener;
-  Json one = {{"at", listener.Place()}};
-  one["serial"] = listener.is_serial() ? Json(listener.serial.ToString()) : Json();
-  one["framing"] = Name(listener.framing);
-  one["permit"] = Name(listener.permit);
-  one["priority"] = Name(listener.priority);
-  one["priorities"] = DescribePriorities(listener);
-  one["errors"] = listener.errors == Listener::Errors::silent ? "silent" : "exception";
-  one["broadcast"] = listener.broadcast == Listener::Broadcast::pass ? "pass" : "ignore";
-  return one;
-}
-
-Json ToJson(const config::Modbus& modbus) {
-  Json listeners = Json::array();
-  for (const config::Listener& listener : modbus.listen) listeners.push_back(ToJson(listener));
-  return {{"enabled", modbus.enabled}, {"listen", std::move(listeners)}};
-}
-
 Json ToJson(const config::Config& config) {
   Json lines = Json::array();
   for (const config::Line& line : config.lines) {
@@ -355,7 +190,7 @@ Json ToJson(const config::Config& config) {
   for (const UnitRow& row : UnitRows(config)) {
     units.push_back({{"units", row.units}, {"target", row.target}, {"deadline", row.deadline}});
   }
-  return {{"gateway", config.name},    {"modbus", ToJson(config.modbus)},
+  return {{"gateway", config.name},    {"modbus", ModbusJson(config.modbus)},
           {"units", std::move(units)}, {"history", HistoryJson(config)},
           {"web", WebJson(config)},    {"lines", std::move(lines)}};
 }

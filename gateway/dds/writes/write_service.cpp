@@ -111,16 +111,15 @@ std::optional<RequestAnswer> WriteService::Carry(const WriteArrival& arrival, No
   WriteAsk ask;
   ask.device = place->device;
   ask.parts.push_back({place->point, std::move(*value)});
-  ask.confirmed = request.confirm;
+  ask.without_selection = request.confirm;
   ask.deadline = DeadlineOf(arrival, now);
   ask.done = [ended = ended_, ticket = Ticket{request.client, request.seq, arrival.received}](
                  const WriteResult& result) { ended(ticket, result); };
-  const auto refusal = gate_.Submit(WriterOf(arrival), std::move(ask), now.instant);
-  if (!refusal) return std::nullopt;
-  using Why = WriteRefusal::Why;
-  RequestAnswer answer{refusal->why == Why::busy ? WriteEnd::busy : WriteEnd::denied,
-                       refusal->text};
-  if (refusal->why == Why::not_selected) answer.reason += "; over DDS set 'confirm' instead";
+  const auto denial = gate_.Submit(WriterOf(arrival), std::move(ask), now.instant);
+  if (!denial) return std::nullopt;
+  using Why = WriteDenial::Why;
+  RequestAnswer answer{denial->why == Why::busy ? WriteEnd::busy : WriteEnd::denied, denial->text};
+  if (denial->why == Why::not_selected) answer.reason += "; over DDS set 'confirm' instead";
   return answer;
 }
 

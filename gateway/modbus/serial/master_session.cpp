@@ -20,17 +20,17 @@ constexpr Duration kAsciiGap = 1s;
 
 }  // namespace
 
-MasterSession::MasterSession(const config::Listener& listener, PointService& points,
+MasterSession::MasterSession(const config::Listener& listener, ServerShared& shared,
                              const Protocol& protocol, std::size_t port, Owner& owner,
                              const Now& now)
     : listener_(listener),
-      points_(points),
+      shared_(shared),
       protocol_(protocol),
       port_(port),
       owner_(owner),
       quiet_(*protocol.timing(listener.serial).quiet),
       gap_(listener.framing == Framing::ascii ? kAsciiGap : std::max(quiet_, kUsbGap)),
-      service_(std::make_shared<RequestService>(listener, points, *this, listener.path,
+      service_(std::make_shared<RequestService>(listener, shared, *this, listener.path,
                                                 listener.priority, now)),
       echo_(listener.echo) {
   assembler_.Begin(protocol_.request_rule, protocol_.expect({}, {}));
@@ -50,14 +50,14 @@ void MasterSession::CutFrames(bool silent, const Now& now) {
   while (const auto frame = assembler_.Next(silent)) OnFrame(*frame, now);
   if (!heard_.empty()) NameOther();
   if (assembler_.held() > 0 || assembler_.blame() == Outcome::none) return;
-  points_.book()->HeardDamage(port_);
+  shared_.book()->HeardDamage(port_);
   assembler_.Begin(protocol_.request_rule, protocol_.expect({}, {}));
 }
 
 /// What has come since the last request may be one in another framing.
 void MasterSession::NameOther() {
-  const auto other = OtherFraming(heard_, listener_.framing, points_.frames());
-  if (!other || !points_.book()->HeardOther(port_, *other)) return;
+  const auto other = OtherFraming(heard_, listener_.framing, shared_.frames());
+  if (!other || !shared_.book()->HeardOther(port_, *other)) return;
   log::Warn("modbus: the master on {} is not answered: {}", listener_.path,
             ExplainOther(*other, listener_.framing));
 }
@@ -66,19 +66,19 @@ void MasterSession::NameOther() {
 /// sends to all waits for no reply.
 void MasterSession::OnFrame(const Bytes& frame, const Now& now) {
   if (echo_.IsEcho(frame, last_byte_)) {
-    if (listener_.echo == config::Listener::Echo::off) points_.book()->HeardEcho(port_);
+    if (listener_.echo == config::Listener::Echo::off) shared_.book()->HeardEcho(port_);
     return;
   }
-  points_.book()->Heard(port_, now.wall);
+  shared_.book()->Heard(port_, now.wall);
   heard_.clear();
   const auto request = protocol_.carrier->unwrap_request(frame);
   if (!request) return;
   const auto& [unit, pdu] = *request;
   reply_.clear();
   awaited_.reset();
-  service_->GiveUp();
+  service_->Abandon();
   const bool silent = listener_.errors == config::Listener::Errors::silent;
-  const bool another = silent && points_.WayOf(unit).kind == Way::Kind::none;
+  const bool another = silent && shared_.WayOf(unit).kind == Way::Kind::none;
   if (another || (unit == 0 && !IsPlainWrite(pdu[0]))) return;
   ++transaction_;
   if (unit != 0) awaited_ = transaction_;

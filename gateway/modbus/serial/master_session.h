@@ -15,8 +15,8 @@
 #include "gateway/base/time.h"
 #include "gateway/line/assembler.h"
 #include "gateway/modbus/serial/reply_echo.h"
-#include "gateway/modbus/service/point_service.h"
 #include "gateway/modbus/service/request_service.h"
+#include "gateway/modbus/service/server_shared.h"
 #include "protocols/protocol.h"
 
 namespace baudgate::modbus {
@@ -37,7 +37,7 @@ class MasterSession final : public RequestService::Wire {
 
   /// `port`: its place in the traffic book. All others outlive the session; `protocol` has a
   /// carrier.
-  MasterSession(const config::Listener& listener, PointService& points, const Protocol& protocol,
+  MasterSession(const config::Listener& listener, ServerShared& shared, const Protocol& protocol,
                 std::size_t port, Owner& owner, const Now& now);
   ~MasterSession() { service_->Close(); }
   MasterSession(const MasterSession&) = delete;
@@ -63,7 +63,7 @@ class MasterSession final : public RequestService::Wire {
   void SendReply(Instant now);
 
   const config::Listener& listener_;
-  PointService& points_;
+  ServerShared& shared_;
   const Protocol& protocol_;
   const std::size_t port_;
   Owner& owner_;

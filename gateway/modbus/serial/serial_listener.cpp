@@ -9,9 +9,9 @@
 namespace baudgate::modbus {
 
 SerialListener::SerialListener(asio::io_context& io, config::Listener listener,
-                               PointService& points, const Protocol& protocol)
+                               ServerShared& shared, const Protocol& protocol)
     : listener_(std::move(listener)),
-      points_(points),
+      shared_(shared),
       protocol_(protocol),
       port_(
           io, listener_.path,
@@ -19,14 +19,14 @@ SerialListener::SerialListener(asio::io_context& io, config::Listener listener,
             return MakeSerialPort(listener_.path, listener_.serial, port_io, heard);
           },
           *this),
-      place_(points.book()->AddMaster(listener_, ReadClocks().wall)),
+      place_(shared.book()->AddMaster(listener_, ReadClocks().wall)),
       timer_(io) {}
 
 void SerialListener::Leave() {
   if (std::exchange(left_, true)) return;
   timer_.cancel();
   session_.reset();
-  points_.book()->RemoveMaster(place_);
+  shared_.book()->RemoveMaster(place_);
 }
 
 void SerialListener::Stop() {
@@ -38,8 +38,8 @@ void SerialListener::OnOpened(const std::string& description) {
   if (left_) return;
   const Now now = ReadClocks();
   log::Info("modbus: listening for a master on {}", description);
-  points_.book()->ShowPort(place_, true, description, now.wall);
-  session_.emplace(listener_, points_, protocol_, place_, *this, now);
+  shared_.book()->ShowPort(place_, true, description, now.wall);
+  session_.emplace(listener_, shared_, protocol_, place_, *this, now);
 }
 
 void SerialListener::OnDown(const std::string& reason, bool is_news) {
@@ -49,7 +49,7 @@ void SerialListener::OnDown(const std::string& reason, bool is_news) {
   if (!is_news) return;
   log::Warn("modbus: no master is heard on {}: {}; trying again until it works", listener_.path,
             reason);
-  points_.book()->ShowPort(place_, false, reason, ReadClocks().wall);
+  shared_.book()->ShowPort(place_, false, reason, ReadClocks().wall);
 }
 
 void SerialListener::OnBytes(View bytes, Instant at) {

@@ -12,7 +12,7 @@
 
 #include "config/model/listener.h"
 #include "gateway/modbus/serial/master_session.h"
-#include "gateway/modbus/service/point_service.h"
+#include "gateway/modbus/service/server_shared.h"
 #include "protocols/protocol.h"
 #include "transports/port_thread.h"
 
@@ -24,7 +24,7 @@ class SerialListener final : public std::enable_shared_from_this<SerialListener>
                              public MasterSession::Owner {
  public:
   /// Points and protocol outlive the listener until Stop. `protocol` has a carrier.
-  SerialListener(asio::io_context& io, config::Listener listener, PointService& points,
+  SerialListener(asio::io_context& io, config::Listener listener, ServerShared& shared,
                  const Protocol& protocol);
   ~SerialListener() { Stop(); }
 
@@ -51,7 +51,7 @@ class SerialListener final : public std::enable_shared_from_this<SerialListener>
   void Rearm() override;
 
   const config::Listener listener_;
-  PointService& points_;
+  ServerShared& shared_;
   const Protocol& protocol_;
   PortThread port_;
   const std::size_t place_;  ///< in the traffic book, once it has its thread

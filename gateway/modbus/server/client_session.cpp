@@ -25,16 +25,16 @@ constexpr Duration kLongestAsciiGap = 1s;
 }  // namespace
 
 ClientSession::ClientSession(int socket, ClientPoll& clients, const config::Listener& listener,
-                             PointService& points, std::string peer, config::Priority priority,
+                             ServerShared& shared, std::string peer, config::Priority priority,
                              const Now& now, Owner& owner)
     : socket_(socket),
       clients_(clients),
       listener_(listener),
-      points_(points),
+      shared_(shared),
       peer_(std::move(peer)),
       owner_(owner),
-      framing_(MakeFraming(listener.framing, points.frames())),
-      service_(std::make_shared<RequestService>(listener, points, *this, peer_, priority, now)),
+      framing_(MakeFraming(listener.framing, shared.frames())),
+      service_(std::make_shared<RequestService>(listener, shared, *this, peer_, priority, now)),
       last_bytes_(now.instant),
       last_frame_(now.instant),
       blocked_since_(now.instant) {}
@@ -120,7 +120,7 @@ void ClientSession::Turn(const Now& now) {
 /// was given up to what was asked in its place. So the last one is answered. Who sends to all waits
 /// for no answer, and has not given up by going on.
 bool ClientSession::Supersede(View frame) {
-  service_->GiveUp();
+  service_->Abandon();
   out_.clear();
   const bool last = framing_->Peek() != ClientFraming::State::frame;
   return last || (UnitOf(frame) == 0 && IsPlainWrite(FunctionOf(frame)));
@@ -201,11 +201,11 @@ void ClientSession::Flush(Instant now) {
 
 void ClientSession::Sweep(const Now& clocks) {
   const Instant now = clocks.instant;
-  if (blocked_ && now - blocked_since_ > points_.limits().stall) {
+  if (blocked_ && now - blocked_since_ > shared_.limits().stall) {
     return CloseStalled("it does not read its answers");
   }
   if (!blocked_ && service_->outstanding() == 0 && now - last_frame_ > listener_.idle_timeout) {
-    LiveCounters::Add(points_.counters().idle);
+    LiveCounters::Add(shared_.counters().idle);
     return Close();
   }
   const auto self = shared_from_this();
@@ -220,10 +220,10 @@ void ClientSession::Sweep(const Now& clocks) {
 
 /// Before its first request was understood. False: it may still be one.
 bool ClientSession::CloseOther(const Now& now) {
-  const auto other = OtherFraming(first_, listener_.framing, points_.frames());
+  const auto other = OtherFraming(first_, listener_.framing, shared_.frames());
   if (!other) return false;
-  LiveCounters::Add(points_.counters().malformed);
-  points_.book()->HeardOther(listener_.Place(), peer_, *other, listener_.framing, now.wall);
+  LiveCounters::Add(shared_.counters().malformed);
+  shared_.book()->HeardOther(listener_.Place(), peer_, *other, listener_.framing, now.wall);
   WarnOfClient(peer_, "closed: malformed", ExplainOther(*other, listener_.framing));
   Close();
   return true;
@@ -232,13 +232,13 @@ bool ClientSession::CloseOther(const Now& now) {
 void ClientSession::CloseMalformed(Instant now) {
   Flush(now);
   if (closed_) return;
-  LiveCounters::Add(points_.counters().malformed);
+  LiveCounters::Add(shared_.counters().malformed);
   WarnOfClient(peer_, "closed: malformed", framing_->Defect());
   Close();
 }
 
 void ClientSession::CloseStalled(std::string_view why) {
-  LiveCounters::Add(points_.counters().stalled);
+  LiveCounters::Add(shared_.counters().stalled);
   WarnOfClient(peer_, "closed: stalled", why);
   Close();
 }

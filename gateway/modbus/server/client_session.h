@@ -16,8 +16,8 @@
 #include "gateway/base/bytes.h"
 #include "gateway/base/time.h"
 #include "gateway/modbus/server/client_poll.h"
-#include "gateway/modbus/service/point_service.h"
 #include "gateway/modbus/service/request_service.h"
+#include "gateway/modbus/service/server_shared.h"
 #include "gateway/modbus/wire/client_framing.h"
 #include "gateway/modbus/wire/request.h"
 
@@ -41,7 +41,7 @@ class ClientSession final : public ClientPoll::Client,
   /// Owns `socket`, which is connected and non-blocking. Clients, listener, points and owner
   /// outlive every session that is not closed.
   ClientSession(int socket, ClientPoll& clients, const config::Listener& listener,
-                PointService& points, std::string peer, config::Priority priority, const Now& now,
+                ServerShared& shared, std::string peer, config::Priority priority, const Now& now,
                 Owner& owner);
   ~ClientSession();
   ClientSession(const ClientSession&) = delete;
@@ -89,7 +89,7 @@ class ClientSession final : public ClientPoll::Client,
   int socket_;
   ClientPoll& clients_;
   const config::Listener& listener_;
-  PointService& points_;
+  ServerShared& shared_;
   std::string peer_;
   Owner& owner_;
   std::unique_ptr<ClientFraming> framing_;

@@ -40,14 +40,14 @@ Duration SweepPeriodOf(const config::Listener& listener, const ModbusLimits& lim
 
 }  // namespace
 
-Listener::Listener(asio::io_context& io, config::Listener listener, PointService& points)
+Listener::Listener(asio::io_context& io, config::Listener listener, ServerShared& shared)
     : acceptor_(io),
       clients_(std::make_shared<ClientPoll>(io)),
       retry_(io),
       sweep_(io),
       listener_(std::move(listener)),
-      points_(points),
-      sweep_period_(SweepPeriodOf(listener_, points.limits())) {}
+      shared_(shared),
+      sweep_period_(SweepPeriodOf(listener_, shared.limits())) {}
 
 Status Listener::Open(PassedSockets* passed) {
   asio::error_code failed;
@@ -85,7 +85,7 @@ std::string Listener::Summary() const {
 void Listener::Renew(const config::Listener& listener) {
   CloseClients();
   listener_ = listener;
-  sweep_period_ = SweepPeriodOf(listener_, points_.limits());
+  sweep_period_ = SweepPeriodOf(listener_, shared_.limits());
   Sweep(ReadClocks());
 }
 
@@ -115,7 +115,7 @@ void Listener::Accept() {
 }
 
 void Listener::AcceptLater(const asio::error_code& why) {
-  LiveCounters::Add(points_.counters().accept_errors);
+  LiveCounters::Add(shared_.counters().accept_errors);
   log::Warn("modbus: no client can be accepted at {}: {}", listener_.Place(), why.message());
   retry_.expires_after(kAcceptPause);
   retry_.async_wait([self = shared_from_this()](const asio::error_code&) {
@@ -133,7 +133,7 @@ void Listener::Welcome(tcp::socket socket) {
     return Refuse(name, "its address is not in the allow list");
   }
   if (sessions_.size() >= MostClients()) {
-    return Refuse(name, points_.limits().client_share < 1
+    return Refuse(name, shared_.limits().client_share < 1
                             ? "there is no file descriptor for another client"
                             : "max_clients are connected already");
   }
@@ -144,28 +144,28 @@ void Listener::Welcome(tcp::socket socket) {
   if (failed) return;
   const int owned = socket.release(failed);
   if (failed) return;
-  LiveCounters& counters = points_.counters();
+  LiveCounters& counters = shared_.counters();
   LiveCounters::Add(counters.accepted);
   counters.clients.fetch_add(1, std::memory_order_relaxed);
   auto session =
-      std::make_shared<ClientSession>(owned, *clients_, listener_, points_, name,
+      std::make_shared<ClientSession>(owned, *clients_, listener_, shared_, name,
                                       PriorityOf(listener_, address), ReadClocks(), *this);
   sessions_.emplace(session.get(), session);
   session->Start();
 }
 
 std::size_t Listener::MostClients() const {
-  const double most = listener_.max_clients * points_.limits().client_share;
+  const double most = listener_.max_clients * shared_.limits().client_share;
   return std::max<std::size_t>(static_cast<std::size_t>(most), 1);
 }
 
 void Listener::Refuse(std::string_view peer, std::string_view why) {
-  LiveCounters::Add(points_.counters().refused);
+  LiveCounters::Add(shared_.counters().refused);
   WarnOfClient(peer, "refused", why);
 }
 
 void Listener::OnClosed(ClientSession& session) {
-  points_.counters().clients.fetch_sub(1, std::memory_order_relaxed);
+  shared_.counters().clients.fetch_sub(1, std::memory_order_relaxed);
   sessions_.erase(&session);
 }
 

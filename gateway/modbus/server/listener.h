@@ -16,14 +16,14 @@
 #include "gateway/modbus/server/client_poll.h"
 #include "gateway/modbus/server/client_session.h"
 #include "gateway/modbus/server/passed_sockets.h"
-#include "gateway/modbus/service/point_service.h"
+#include "gateway/modbus/service/server_shared.h"
 
 namespace baudgate::modbus {
 
 class Listener final : public std::enable_shared_from_this<Listener>, public ClientSession::Owner {
  public:
   /// Points outlive the listener until Stop.
-  Listener(asio::io_context& io, config::Listener listener, PointService& points);
+  Listener(asio::io_context& io, config::Listener listener, ServerShared& shared);
 
   /// Opens the port, at which clients wait until Start: at a socket of `passed` where there is one
   /// for its address, else at its own. From any thread; without Start it may be dropped. The error
@@ -54,7 +54,7 @@ class Listener final : public std::enable_shared_from_this<Listener>, public Cli
   asio::steady_timer retry_;
   asio::steady_timer sweep_;
   config::Listener listener_;  // sessions look at it
-  PointService& points_;
+  ServerShared& shared_;
   std::unordered_map<const ClientSession*, std::shared_ptr<ClientSession>> sessions_;
   Duration sweep_period_;
   Instant next_sweep_ = Instant::max();

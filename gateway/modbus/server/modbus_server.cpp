@@ -16,18 +16,18 @@ ModbusServer::ModbusServer(const config::Config& config, const PointStore& store
                            std::function<GatewayFigures()> info, ModbusLimits limits,
                            const ModbusLinks& links)
     : config_(config),
-      points_(std::make_unique<PointService>(config, store, sink, std::move(info), limits, links)) {
+      shared_(std::make_unique<ServerShared>(config, store, sink, std::move(info), limits, links)) {
 }
 
 ModbusServer::~ModbusServer() { Stop(); }
 
 Status ModbusServer::Listen(asio::io_context& io) {
   if (!config_.modbus.enabled) return {};
-  if (!points_->responder().ready()) return points_->responder().ready();
+  if (!shared_->points().responder().ready()) return shared_->points().responder().ready();
   io_ = &io;
   retry_.emplace(io);
-  points_->inbox()->Open(io, ReadClocks);
-  points_->targets().Open(io, points_->book());
+  shared_->inbox()->Open(io, ReadClocks);
+  shared_->targets().Open(io, shared_->book());
   PassedSockets passed;
   for (const config::Listener& listener : config_.modbus.listen) {
     auto port = OpenPort(listener, &passed);
@@ -44,7 +44,7 @@ Status ModbusServer::Listen(asio::io_context& io) {
 
 Status ModbusServer::CanServe(const config::Listener& listener) const {
   if (!listener.speaks_serial()) return {};
-  const Protocol* const protocol = points_->frames().Of(listener.framing);
+  const Protocol* const protocol = shared_->frames().Of(listener.framing);
   if (protocol != nullptr && protocol->carrier != nullptr) return {};
   return Error{std::string(Title(listener.framing)) + " needs the module modbus_" +
                std::string(Name(listener.framing)) + ", which is not loaded"};
@@ -55,11 +55,11 @@ Result<ListenerPort> ModbusServer::OpenPort(const config::Listener& listener,
   if (Status status = CanServe(listener); !status) return Error{status.error()};
   ListenerPort port;
   if (listener.is_serial()) {
-    port.serial = std::make_shared<SerialListener>(*io_, listener, *points_,
-                                                   *points_->frames().Of(listener.framing));
+    port.serial = std::make_shared<SerialListener>(*io_, listener, *shared_,
+                                                   *shared_->frames().Of(listener.framing));
     return port;
   }
-  port.tcp = std::make_shared<Listener>(*io_, listener, *points_);
+  port.tcp = std::make_shared<Listener>(*io_, listener, *shared_);
   if (Status status = port.tcp->Open(passed); !status) return Error{status.error()};
   return port;
 } catch (const std::system_error& failed) {
@@ -96,7 +96,7 @@ void ModbusServer::OpenMissing() {
                 place.why_not);
     closed.push_back({place.listener.Place(), place.why_not});
   }
-  points_->book()->ShowClosed(std::move(closed));
+  shared_->book()->ShowClosed(std::move(closed));
   BeginTcp();
   if (all) return;
   retry_->expires_after(kTryEvery);
@@ -118,8 +118,8 @@ std::vector<std::string> ModbusServer::Missing() const {
 ModbusServer::Ended ModbusServer::Apply(const config::Config& config,
                                         std::span<RouteTarget* const> lines,
                                         const Renewal& renewal) {
-  points_->SetClientShare(renewal.client_share);
-  points_->Apply(config, lines, renewal.routes);
+  shared_->SetClientShare(renewal.client_share);
+  shared_->Apply(config, lines, renewal.routes);
   std::vector<Place> before = std::exchange(places_, {});
   for (std::size_t i = 0; i < config.modbus.listen.size(); ++i) {
     const config::Listener& listener = config.modbus.listen[i];
@@ -157,13 +157,13 @@ void ModbusServer::Finish(Ended ended) {
   BeginSerial();
 }
 
-TrafficStatus ModbusServer::Traffic() const { return points_->book()->Status(ReadClocks()); }
+TrafficStatus ModbusServer::Traffic() const { return shared_->book()->Status(ReadClocks()); }
 
 void ModbusServer::Stop() {
-  points_->inbox()->Close();
+  shared_->inbox()->Close();
   if (retry_) retry_->cancel();
   ClosePorts(End(std::exchange(places_, {})));
-  points_->targets().Close();
+  shared_->targets().Close();
 }
 
 std::uint16_t ModbusServer::port(std::size_t listener) const {

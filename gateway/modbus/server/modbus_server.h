@@ -19,7 +19,7 @@
 #include "gateway/modbus/registers/register_contents.h"
 #include "gateway/modbus/server/renewal.h"
 #include "gateway/modbus/service/links.h"
-#include "gateway/modbus/service/point_service.h"
+#include "gateway/modbus/service/server_shared.h"
 #include "gateway/modbus/service/traffic.h"
 #include "gateway/requests/write_command.h"
 #include "gateway/store/point_store.h"
@@ -72,7 +72,7 @@ class ModbusServer final : public TrafficSource {
   std::uint16_t port(std::size_t listener = 0) const;
   /// "Modbus TCP on 0.0.0.0:502, a Modbus master on /dev/ttyS1"; empty: nowhere.
   std::string Summary() const;
-  ModbusCounters counters() const { return points_->counters().Snapshot(); }
+  ModbusCounters counters() const { return shared_->counters().Snapshot(); }
   /// From any thread.
   TrafficStatus Traffic() const override;
 
@@ -92,7 +92,7 @@ class ModbusServer final : public TrafficSource {
   static Ended End(std::vector<Place> places);
 
   const config::Config& config_;  // of the start
-  std::unique_ptr<PointService> points_;
+  std::unique_ptr<ServerShared> shared_;
   asio::io_context* io_ = nullptr;  // null: it does not listen
   std::optional<asio::steady_timer> retry_;
   std::vector<Place> places_;  // as configured

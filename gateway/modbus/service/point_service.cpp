@@ -10,52 +10,20 @@
 
 namespace baudgate::modbus {
 
-ModbusCounters LiveCounters::Snapshot() const {
-  const auto read = [](const std::atomic<std::uint64_t>& counter) {
-    return counter.load(std::memory_order_relaxed);
-  };
-  ModbusCounters copy;
-  copy.clients = read(clients);
-  copy.accepted = read(accepted);
-  copy.refused = read(refused);
-  copy.malformed = read(malformed);
-  copy.idle = read(idle);
-  copy.stalled = read(stalled);
-  copy.accept_errors = read(accept_errors);
-  copy.requests = read(requests);
-  copy.exceptions = read(exceptions);
-  return copy;
-}
-
 PointService::PointService(const config::Config& config, const PointStore& store, CommandSink& sink,
-                           std::function<GatewayFigures()> info, ModbusLimits limits,
-                           const ModbusLinks& links)
+                           std::function<GatewayBlock()> block, const ModbusLinks& links)
     : store_(store),
       gate_(store, sink),
-      info_(std::move(info)),
-      limits_(limits),
+      block_(std::move(block)),
       map_(config),
-      routes_(config.modbus.routes),
-      table_(config, routes_),
-      targets_(routes_, links.lines),
-      frames_(links.frames),
-      audit_(links.writes),
-      routed_(links.routed),
       events_(links.events),
-      acks_(store, links.alarms, links.writes),
-      book_(std::make_shared<TrafficBook>()) {
-  book_->Show(routes_);
+      acks_(store, links.alarms, links.writes) {
   pieces_.reserve(kMostBits);
   MakeImages();
 }
 
-void PointService::Apply(const config::Config& config, std::span<RouteTarget* const> lines,
-                         const Origins& routes) {
+void PointService::Apply(const config::Config& config) {
   map_ = RegisterMap(config);
-  routes_.Renew(config.modbus.routes, routes);
-  table_ = RouteTable(config, routes_);
-  book_->Show(routes_);
-  targets_.Relink(lines);
   MakeImages();
 }
 
@@ -124,8 +92,7 @@ ExceptionCode PointService::ReadRecord(const ModbusRequest& request, const UnitM
 
 ExceptionCode PointService::ReadGateway(const ModbusRequest& request) {
   if (request.table() != config::Table::registers) return kIllegalAddress;
-  const GatewayBlock block =
-      GatewayBlockOf(info_ ? info_() : GatewayFigures{}, counters_.Snapshot());
+  const GatewayBlock block = block_();
   for (const Piece& piece : pieces_) {
     if (piece.area == Area::status) {
       FillFromBlock(block, piece, responder_.registers());
@@ -150,8 +117,9 @@ void PointService::FillEvents(const ModbusRequest& request, const UnitMap& unit,
   FillFromBlock(EventBlockOf(shown, first), *piece, responder_.registers());
 }
 
-ExceptionCode PointService::Submit(const ModbusRequest& request, const Writer& writer, Instant now,
-                                   std::shared_ptr<const std::atomic<bool>> dropped, Done done) {
+ExceptionCode PointService::Submit(const ModbusRequest& request, const Asker& asker, Instant now,
+                                   Done done) {
+  const Writer& writer = asker.writer;
   const UnitMap& unit = map_.unit(request.unit);
   if (IsFirstEvent(request)) {
     const auto first = FirstEvent(request);
@@ -164,22 +132,22 @@ ExceptionCode PointService::Submit(const ModbusRequest& request, const Writer& w
   if (unit.kind != UnitMap::Kind::device) return kIllegalAddress;
   if (const auto point = SelectedPoint(unit, request)) {
     if (!IsSelectKey(request)) return kIllegalValue;
-    if (const auto refusal = gate_.Select(writer, unit.device, *point, now)) {
-      return ExceptionOf(*refusal);
+    if (const auto denial = gate_.Select(writer, unit.device, *point, now)) {
+      return ExceptionOf(*denial);
     }
     done({});
     return kNoException;
   }
   ConvertedWrite converted = ConvertWrites(unit, store_.device(unit.device), request);
   if (converted.exception != kNoException) return converted.exception;
-  const auto refusal = gate_.Submit(writer,
-                                    {.device = unit.device,
-                                     .parts = std::move(converted.parts),
-                                     .deadline = now + limits_.write_deadline,
-                                     .dropped = std::move(dropped),
-                                     .done = std::move(done)},
-                                    now);
-  return refusal ? ExceptionOf(*refusal) : kNoException;
+  const auto denial = gate_.Submit(writer,
+                                   {.device = unit.device,
+                                    .parts = std::move(converted.parts),
+                                    .deadline = asker.deadline,
+                                    .abandoned = asker.abandoned,
+                                    .done = std::move(done)},
+                                   now);
+  return denial ? ExceptionOf(*denial) : kNoException;
 }
 
 void PointService::Forget(const Writer& writer) {
@@ -199,16 +167,16 @@ void PointService::Deny(View frame, const Writer& writer, const WriteResult& ref
              refused.end);
 }
 
-ExceptionCode PointService::ExceptionOf(const WriteRefusal& refusal) {
-  switch (refusal.why) {
-    case WriteRefusal::Why::read_only:
+ExceptionCode PointService::ExceptionOf(const WriteDenial& denial) {
+  switch (denial.why) {
+    case WriteDenial::Why::read_only:
       return kIllegalAddress;
-    case WriteRefusal::Why::value:
+    case WriteDenial::Why::value:
       return kIllegalValue;
-    case WriteRefusal::Why::busy:
+    case WriteDenial::Why::busy:
       return kBusy;
-    case WriteRefusal::Why::not_selected:
-    case WriteRefusal::Why::locked:
+    case WriteDenial::Why::not_selected:
+    case WriteDenial::Why::locked:
       break;
   }
   return kDeviceFailure;

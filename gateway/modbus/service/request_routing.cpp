@@ -29,11 +29,11 @@ RoutedReply Busy() {
 }  // namespace
 
 void RequestService::HandleRouted(View frame, std::size_t index, const Now& now) {
-  const config::Route& route = points_.route(index);
+  const config::Route& route = shared_.route(index);
   if (!IsFunction(FunctionOf(frame))) return Refuse(frame, kIllegalFunction, now.instant);
   const std::uint8_t slave = route.SlaveOf(UnitOf(frame));
   if (slave == 0 && !route.remap && IsPlainWrite(FunctionOf(frame))) {
-    const RouteTargets::Line line{points_.targets().of(index), route.deadline};
+    const RouteTargets::Line line{shared_.targets().of(index), route.deadline};
     return HandleBroadcast(frame, index, std::span(&line, 1), now);
   }
   // No slave of a line answers to 0; at a server it is a unit like others.
@@ -42,8 +42,8 @@ void RequestService::HandleRouted(View frame, std::size_t index, const Now& now)
 }
 
 void RequestService::Forward(View frame, std::size_t index, std::uint8_t slave, const Now& now) {
-  const config::Route& route = points_.route(index);
-  RouteTarget* const target = points_.targets().of(index);
+  const config::Route& route = shared_.route(index);
+  RouteTarget* const target = shared_.targets().of(index);
   if (target == nullptr) return Refuse(frame, kNoPath, now.instant);
   const std::uint64_t number = next_number_++;
   RoutedRequest request;
@@ -53,18 +53,18 @@ void RequestService::Forward(View frame, std::size_t index, std::uint8_t slave, 
   request.priority = PriorityOf(FunctionOf(frame));
   request.arrived = now.instant;
   request.deadline = now.instant + route.deadline;
-  request.done = [inbox = points_.inbox(), service = weak_from_this(), number](RoutedReply reply) {
+  request.done = [inbox = shared_.inbox(), service = weak_from_this(), number](RoutedReply reply) {
     inbox->Post([service, number, reply = std::move(reply)](const Now& now) mutable {
       if (const auto self = service.lock()) self->FinishRouted(number, std::move(reply), now);
     });
   };
   const auto witness = WitnessOf(frame, target, now);
   if (witness) request.done = audit::Witness::Watch(witness, std::move(request.done));
-  points_.book()->Asked(index, UnitOf(frame));
+  shared_.book()->Asked(index, UnitOf(frame));
   const bool room = pending_.size() + broadcasts_ < kMaxPending;
   if (!room || !target->Submit(std::move(request))) {
-    if (witness) witness->Refuse(WriteEnd::busy, Busy().reason);
-    points_.book()->Ended(index, UnitOf(frame), RouteOutcome::busy, Busy(), now.wall);
+    if (witness) witness->Deny(WriteEnd::busy, Busy().reason);
+    shared_.book()->Ended(index, UnitOf(frame), RouteOutcome::busy, Busy(), now.wall);
     return Refuse(frame, kBusy, now.instant);
   }
   if (std::ranges::find(used_, target) == used_.end()) used_.push_back(target);
@@ -82,11 +82,11 @@ void RequestService::FinishRouted(std::uint64_t number, RoutedReply reply, const
     reply.reason = "its reply came after the deadline";
   }
   const RouteOutcome end = RouteOutcomeOf(reply, late);
-  points_.book()->Ended(*pending->route, UnitOf(asked), end, reply, now.wall);
-  points_.OnRouted({points_.route(*pending->route), UnitOf(asked), end, reply}, now);
+  shared_.book()->Ended(*pending->route, UnitOf(asked), end, reply, now.wall);
+  shared_.OnRouted({shared_.route(*pending->route), UnitOf(asked), end, reply}, now);
   if (!IsReply(reply)) return Refuse(asked, kNoTarget, now.instant);
   if (reply.outcome == Outcome::refused) {
-    LiveCounters::Add(points_.counters().exceptions);
+    LiveCounters::Add(shared_.counters().exceptions);
     ClientRecord::Add(record_->exceptions);
   }
   if (IsUnawaited(asked)) return wire_.AnswerNothing(now.instant);
@@ -97,14 +97,14 @@ void RequestService::HandleBroadcast(View frame, std::size_t index,
                                      std::span<const RouteTargets::Line> lines, const Now& now) {
   if (listener_.broadcast == config::Listener::Broadcast::ignore) {
     ModbusRequest request;
-    const ExceptionCode malformed = points_.Check(frame, request);
+    const ExceptionCode malformed = shared_.points().Check(frame, request);
     return Refuse(frame, malformed != kNoException ? malformed : kIllegalAddress, now.instant);
   }
   for (const RouteTargets::Line& line : lines) {
     if (line.target == nullptr) continue;
-    points_.book()->Asked(index, UnitOf(frame));
+    shared_.book()->Asked(index, UnitOf(frame));
     if (Broadcast(frame, index, line, now)) continue;
-    points_.book()->Ended(index, UnitOf(frame), RouteOutcome::busy, Busy(), now.wall);
+    shared_.book()->Ended(index, UnitOf(frame), RouteOutcome::busy, Busy(), now.wall);
   }
   wire_.AnswerNothing(now.instant);
 }
@@ -122,7 +122,7 @@ bool RequestService::Broadcast(View frame, std::size_t index, const RouteTargets
   request.priority = PriorityOf(FunctionOf(frame));
   request.arrived = now.instant;
   request.deadline = now.instant + line.deadline;
-  request.done = [inbox = points_.inbox(), book = points_.book(), service = weak_from_this(), index,
+  request.done = [inbox = shared_.inbox(), book = shared_.book(), service = weak_from_this(), index,
                   unit = UnitOf(frame), deadline = request.deadline](RoutedReply reply) {
     inbox->Post([book, service, index, unit, deadline, reply = std::move(reply)](const Now& now) {
       const bool sent = reply.sent || reply.outcome == Outcome::ok;
@@ -133,7 +133,7 @@ bool RequestService::Broadcast(View frame, std::size_t index, const RouteTargets
   };
   if (witness) request.done = audit::Witness::Watch(witness, std::move(request.done));
   if (!room || !line.target->Submit(std::move(request))) {
-    if (witness) witness->Refuse(WriteEnd::busy, Busy().reason);
+    if (witness) witness->Deny(WriteEnd::busy, Busy().reason);
     return false;
   }
   ++broadcasts_;
@@ -142,10 +142,10 @@ bool RequestService::Broadcast(View frame, std::size_t index, const RouteTargets
 
 std::shared_ptr<audit::Witness> RequestService::WitnessOf(View frame, const RouteTarget* target,
                                                           const Now& now, bool broadcast) const {
-  if (points_.audit() == nullptr || !MayChangeSlave(PduOf(frame))) return nullptr;
+  if (shared_.audit() == nullptr || !MayChangeSlave(PduOf(frame))) return nullptr;
   const audit::RoutedWrite write{
-      record_->peer, points_.targets().NameOf(target), UnitOf(frame), broadcast, PduOf(frame), now};
-  return std::make_shared<audit::Witness>(*points_.audit(), write);
+      record_->peer, shared_.targets().NameOf(target), UnitOf(frame), broadcast, PduOf(frame), now};
+  return std::make_shared<audit::Witness>(*shared_.audit(), write);
 }
 
 config::Priority RequestService::PriorityOf(std::uint8_t function) const {

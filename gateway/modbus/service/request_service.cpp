@@ -22,67 +22,69 @@ bool IsGatewayTrouble(ExceptionCode exception) {
 
 }  // namespace
 
-RequestService::RequestService(const config::Listener& listener, PointService& points, Wire& wire,
+RequestService::RequestService(const config::Listener& listener, ServerShared& shared, Wire& wire,
                                const std::string& peer, config::Priority priority, const Now& now)
     : listener_(listener),
-      points_(points),
+      shared_(shared),
       wire_(wire),
       priority_(priority),
-      record_(points.book()->Enter(peer, listener, priority, now.wall)) {}
+      record_(shared.book()->Enter(peer, listener, priority, now.wall)) {}
 
 void RequestService::Handle(View frame, const Now& now) {
-  LiveCounters::Add(points_.counters().requests);
+  LiveCounters::Add(shared_.counters().requests);
   ClientRecord::Add(record_->requests);
   ClientRecord::Add(record_->bytes_in, BytesOnWire(frame.size()));
   record_->last_request.store(now.instant, std::memory_order_relaxed);
-  const Way way = points_.WayOf(UnitOf(frame));
+  const Way way = shared_.WayOf(UnitOf(frame));
   if (way.kind == Way::Kind::none) return Refuse(frame, kNoPath, now.instant);
   if (!Permits(listener_.permit, FunctionOf(frame))) {
     const bool routed = way.kind == Way::Kind::route;
-    const auto witness = routed ? WitnessOf(frame, points_.targets().of(way.route), now) : nullptr;
-    if (witness) witness->Refuse(WriteEnd::denied, kNotPermitted);
+    const auto witness = routed ? WitnessOf(frame, shared_.targets().of(way.route), now) : nullptr;
+    if (witness) witness->Deny(WriteEnd::denied, kNotPermitted);
     if (routed) {
-      points_.book()->Asked(way.route, UnitOf(frame));
-      points_.book()->Ended(way.route, UnitOf(frame), RouteOutcome::denied, {}, now.wall);
+      shared_.book()->Asked(way.route, UnitOf(frame));
+      shared_.book()->Ended(way.route, UnitOf(frame), RouteOutcome::denied, {}, now.wall);
     }
     if (way.kind == Way::Kind::device) {
-      points_.Deny(frame, writer(), {.end = WriteEnd::denied, .reason = kNotPermitted}, now);
+      shared_.points().Deny(frame, writer(), {.end = WriteEnd::denied, .reason = kNotPermitted},
+                            now);
     }
     return Refuse(frame, kIllegalFunction, now.instant);
   }
   if (way.kind == Way::Kind::route) return HandleRouted(frame, way.route, now);
   if (UnitOf(frame) == 0 && IsPlainWrite(FunctionOf(frame))) {
-    return HandleBroadcast(frame, TrafficBook::kBroadcasts, points_.targets().lines(), now);
+    return HandleBroadcast(frame, TrafficBook::kBroadcasts, shared_.targets().lines(), now);
   }
   HandleOwn(frame, now);
 }
 
 void RequestService::HandleOwn(View frame, const Now& now) {
   ModbusRequest request;
-  ExceptionCode exception = points_.Check(frame, request);
+  ExceptionCode exception = shared_.points().Check(frame, request);
   if (exception != kNoException) return Refuse(frame, exception, now.instant);
   const bool write = IsPlainWrite(request.function);
   if (write && pending_.size() + broadcasts_ >= kMaxPending) {
-    points_.Deny(frame, writer(), {.end = WriteEnd::busy, .reason = kTooMany}, now);
+    shared_.points().Deny(frame, writer(), {.end = WriteEnd::busy, .reason = kTooMany}, now);
     return Refuse(frame, kBusy, now.instant);
   }
   exception = write ? StartWrite(request, now.instant)
-                    : points_.Read(request, listener_.holes, now.instant, record_->id);
+                    : shared_.points().Read(request, listener_.holes, now.instant, record_->id);
   if (exception != kNoException) return Refuse(frame, exception, now.instant);
   if (!write) Answer(request, now.instant);
 }
 
 ExceptionCode RequestService::StartWrite(const ModbusRequest& request, Instant now) {
   const std::uint64_t number = next_number_++;
-  const Instant deadline = now + points_.limits().write_deadline;
-  auto done = [inbox = points_.inbox(), service = weak_from_this(),
+  const Instant deadline = now + shared_.limits().write_deadline;
+  auto done = [inbox = shared_.inbox(), service = weak_from_this(),
                number](const WriteResult& result) {
     inbox->Post([service, number, result](const Now& now) {
       if (const auto self = service.lock()) self->FinishWrite(number, result, now.instant);
     });
   };
-  if (!given_up_) given_up_ = std::make_shared<std::atomic<bool>>(false);
-  const auto exception = points_.Submit(request, writer(), now, given_up_, std::move(done));
+  if (!abandoned_) abandoned_ = std::make_shared<std::atomic<bool>>(false);
+  const auto exception =
+      shared_.points().Submit(request, {writer(), deadline, abandoned_}, now, std::move(done));
   if (exception == kNoException) {
     AddPending({number, deadline, {}, CopyOf(request.frame.first(kMbapHeader + kWriteReply))});
   }
@@ -91,7 +93,7 @@ ExceptionCode RequestService::StartWrite(const ModbusRequest& request, Instant n
 
 void RequestService::FinishWrite(std::uint64_t number, const WriteResult& result, Instant now) {
   const auto pending = TakePending(number);
-  if (!pending || pending->given_up) return;
+  if (!pending || pending->abandoned) return;
   const View asked = pending->frame;
   const ExceptionCode exception = PointService::ExceptionOf(result);
   if (exception != kNoException) return Refuse(asked, exception, now);
@@ -127,15 +129,15 @@ std::optional<Instant> RequestService::Deadline() const {
 }
 
 /// Targets may still hold what the sweep has answered in their place.
-void RequestService::GiveUp() {
-  for (RouteTarget* target : std::exchange(used_, {})) target->Forget(record_->id);
-  if (given_up_) std::exchange(given_up_, nullptr)->store(true);
-  for (Pending& pending : pending_) pending.given_up = true;
+void RequestService::Abandon() {
+  for (RouteTarget* target : std::exchange(used_, {})) target->Abandon(record_->id);
+  if (abandoned_) std::exchange(abandoned_, nullptr)->store(true);
+  for (Pending& pending : pending_) pending.abandoned = true;
   const auto routed =
       std::stable_partition(pending_.begin(), pending_.end(),
                             [](const Pending& pending) { return !pending.route.has_value(); });
   std::for_each(routed, pending_.end(), [this](const Pending& pending) {
-    points_.book()->Ended(*pending.route, UnitOf(pending.frame), RouteOutcome::dropped, {}, {});
+    shared_.book()->Ended(*pending.route, UnitOf(pending.frame), RouteOutcome::abandoned, {}, {});
   });
   pending_.erase(routed, pending_.end());
   record_->outstanding.store(static_cast<std::uint32_t>(pending_.size()),
@@ -145,10 +147,10 @@ void RequestService::GiveUp() {
 void RequestService::Close() {
   if (closed_) return;
   closed_ = true;
-  GiveUp();
+  Abandon();
   pending_.clear();
-  points_.Forget(writer());
-  points_.book()->Leave(*record_);
+  shared_.points().Forget(writer());
+  shared_.book()->Leave(*record_);
 }
 
 void RequestService::AddPending(Pending pending) {
@@ -192,7 +194,7 @@ std::size_t RequestService::BytesOnWire(std::size_t frame) const {
 void RequestService::Answer(const ModbusRequest& request, Instant now) {
   ClientRecord::Add(record_->bytes_out, BytesOnWire(ReplySize(request)));
   record_->functions->Add(request.function);
-  wire_.Answer(request, points_.responder(), now);
+  wire_.Answer(request, shared_.points().responder(), now);
 }
 
 void RequestService::Answer(View frame, Instant now) {
@@ -207,7 +209,7 @@ void RequestService::Refuse(View frame, ExceptionCode exception, Instant now) {
   const bool silent = listener_.errors == config::Listener::Errors::silent;
   const bool kept = silent && IsGatewayTrouble(exception);
   if (kept || IsUnawaited(frame)) return wire_.AnswerNothing(now);
-  LiveCounters::Add(points_.counters().exceptions);
+  LiveCounters::Add(shared_.counters().exceptions);
   ClientRecord::Add(record_->exceptions);
   Answer(ExceptionReply(frame, exception), now);
 }

@@ -18,7 +18,7 @@
 #include "gateway/audit/routed_record.h"
 #include "gateway/base/bytes.h"
 #include "gateway/base/time.h"
-#include "gateway/modbus/service/point_service.h"
+#include "gateway/modbus/service/server_shared.h"
 #include "gateway/modbus/wire/request.h"
 #include "gateway/requests/routed.h"
 
@@ -51,8 +51,8 @@ class RequestService : public std::enable_shared_from_this<RequestService> {
   /// here.
   static constexpr Duration kGrace = 20ms;
 
-  /// Listener, points and wire outlive the service until Close.
-  RequestService(const config::Listener& listener, PointService& points, Wire& wire,
+  /// Listener, `shared` and wire outlive the service until Close.
+  RequestService(const config::Listener& listener, ServerShared& shared, Wire& wire,
                  const std::string& peer, config::Priority priority, const Now& now);
 
   /// One whole frame, MBAP header included: leads to exactly one call of the wire, now or later,
@@ -61,9 +61,9 @@ class RequestService : public std::enable_shared_from_this<RequestService> {
   /// Answers requests whose deadline has passed without an answer.
   void Sweep(const Now& now);
   /// The client waits for none of its requests any more. What is not on the wire is not sent: a
-  /// routed request by RouteTarget::Forget, a write by WriteCommand::dropped. None is answered.
-  void GiveUp();
-  /// The client has left: GiveUp, and what is kept of it is forgotten (selections and its place
+  /// routed request by RouteTarget::Abandon, a write by WriteCommand::abandoned. None is answered.
+  void Abandon();
+  /// The client has left: Abandon, and what is kept of it is forgotten (selections and its place
   /// among the events by PointService::Forget, its entry in the traffic book). The wire is not
   /// called again.
   void Close();
@@ -83,7 +83,7 @@ class RequestService : public std::enable_shared_from_this<RequestService> {
     /// The beginning of the request: to the function code; of a write all that its good answer
     /// repeats of it.
     Bytes frame;
-    bool given_up = false;  ///< a write to a device: it goes on, but is not answered
+    bool abandoned = false;  ///< a write to a device: it goes on, but is not answered
 
     /// When the service answers it itself.
     Instant Limit() const { return deadline + kGrace; }
@@ -116,13 +116,13 @@ class RequestService : public std::enable_shared_from_this<RequestService> {
   void Refuse(View frame, ExceptionCode exception, Instant now);
 
   const config::Listener& listener_;
-  PointService& points_;
+  ServerShared& shared_;
   Wire& wire_;
   config::Priority priority_;
   std::shared_ptr<ClientRecord> record_;
   std::vector<Pending> pending_;
   std::vector<RouteTarget*> used_;  ///< targets that may still hold requests of this client
-  std::shared_ptr<std::atomic<bool>> given_up_;  ///< of the writes since GiveUp; null: none
+  std::shared_ptr<std::atomic<bool>> abandoned_;  ///< of the writes since Abandon; null: none
   std::uint64_t next_number_ = 0;
   std::size_t broadcasts_ = 0;  ///< that are under way
   bool closed_ = false;

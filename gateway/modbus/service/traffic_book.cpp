@@ -26,7 +26,7 @@ void Count(RouteCounters& counters, RouteOutcome end, const RoutedReply& reply) 
     case RouteOutcome::busy:
       ++counters.busy;
       break;
-    case RouteOutcome::dropped:
+    case RouteOutcome::abandoned:
       ++counters.dropped;
       break;
     case RouteOutcome::broadcast:

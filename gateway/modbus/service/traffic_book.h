@@ -51,7 +51,7 @@ enum class RouteOutcome : std::uint8_t {
   no_reply,
   expired,
   busy,
-  dropped,
+  abandoned,
   broadcast,
   denied,
 };

@@ -126,10 +126,10 @@ std::vector<RouteQueue::Batch> RequestsOnWire::TakeReads(const Sent* reason) {
   return reads;
 }
 
-void RequestsOnWire::Forget(std::uint64_t client) {
+void RequestsOnWire::Abandon(std::uint64_t client) {
   for (Sent& sent : sent_) {
     std::erase_if(sent.requests, [client](const RoutedRequest& request) {
-      if (request.client == client) request.done(ClientHasLeft(true));
+      if (request.client == client) request.done(Abandoned(true));
       return request.client == client;
     });
   }

@@ -97,7 +97,7 @@ class RequestsOnWire {
   std::vector<Sent> TakeAll() { return std::exchange(sent_, {}); }
   /// Answers the requests of a client that has left. What is on the wire stays there, so that its
   /// reply is known when it comes.
-  void Forget(std::uint64_t client);
+  void Abandon(std::uint64_t client);
 
  private:
   /// Its deadline has passed on the wire, and its reply may still come.

@@ -32,7 +32,7 @@ bool Upstream::Link::Submit(RoutedRequest request) {
   return true;
 }
 
-void Upstream::Link::Forget(std::uint64_t client) {
+void Upstream::Link::Abandon(std::uint64_t client) {
   // At once where it can be, so that it does not meet what the client asks next.
   asio::dispatch(io_, [self = shared_from_this(), client] { self->Drop(client); });
 }
@@ -90,9 +90,9 @@ bool Upstream::Link::Gather() {
 
 void Upstream::Link::Drop(std::uint64_t client) {
   if (!Gather()) return;
-  queue_.Forget(client);
+  queue_.Abandon(client);
   queued_ = queue_.size();
-  on_wire_.Forget(client);
+  on_wire_.Abandon(client);
 }
 
 /// Whatever has happened: does what is to be done now.
@@ -232,6 +232,6 @@ void Upstream::Start() { link_->Start(); }
 void Upstream::Rest() { link_->Rest(); }
 void Upstream::Stop() { link_->Stop(); }
 bool Upstream::Submit(RoutedRequest request) { return link_->Submit(std::move(request)); }
-void Upstream::Forget(std::uint64_t client) { link_->Forget(client); }
+void Upstream::Abandon(std::uint64_t client) { link_->Abandon(client); }
 
 }  // namespace baudgate::modbus

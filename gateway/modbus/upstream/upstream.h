@@ -45,7 +45,7 @@ class Upstream final : public RouteTarget {
   void Stop();
 
   bool Submit(RoutedRequest request) override;
-  void Forget(std::uint64_t client) override;
+  void Abandon(std::uint64_t client) override;
 
  private:
   class Link;

@@ -37,7 +37,7 @@ class Upstream::Link final : public std::enable_shared_from_this<Link>,
   void Rest();
   void Stop();
   bool Submit(RoutedRequest request);
-  void Forget(std::uint64_t client);
+  void Abandon(std::uint64_t client);
 
  private:
   using Sent = RequestsOnWire::Sent;

@@ -89,7 +89,7 @@ TEST_F(WitnessTest, WhatIsNotLetInIsOneRecord) {
   {
     const auto witness = std::make_shared<Witness>(log_, Write(pdu));
     const auto done = Witness::Watch(witness, {});
-    witness->Refuse(WriteEnd::busy, "full");
+    witness->Deny(WriteEnd::busy, "full");
   }
   ASSERT_EQ(log_.noted.size(), 1U);
   EXPECT_EQ(log_.noted[0].end, WriteEnd::busy);

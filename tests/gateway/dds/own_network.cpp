@@ -3,15 +3,17 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <linux/rtnetlink.h>
+#include <poll.h>
 #include <sched.h>
+#include <sys/socket.h>
 #include <unistd.h>
 
+#include <array>
 #include <cstdlib>
 #include <fstream>
 #include <string>
-#include <thread>
 
-#include "gateway/base/time.h"
 #include "gateway/dds/fast/own_addresses.h"
 
 namespace baudgate::dds::testing {
@@ -23,14 +25,31 @@ void Ip(const std::string& words) {
   EXPECT_EQ(std::system(("ip " + words).c_str()), 0) << "ip " << words;
 }
 
+/// The kernel tells through this socket when an interface or an address changes.
+int InterfaceNews() {
+  const int news = ::socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC | SOCK_NONBLOCK, NETLINK_ROUTE);
+  sockaddr_nl wanted{};
+  wanted.nl_family = AF_NETLINK;
+  wanted.nl_groups = RTMGRP_LINK | RTMGRP_IPV4_IFADDR;
+  EXPECT_EQ(::bind(news, reinterpret_cast<const sockaddr*>(&wanted), sizeof wanted), 0);
+  return news;
+}
+
 /// The kernel notices the other end a moment late.
 void AwaitInterface(const std::string& address, bool up) {
+  constexpr int kLimit = 10'000;  // ms
   const auto is_up = [&address] {
     const OwnAddresses own = FindOwnAddresses();
     const auto at = own.find(address);
     return at != own.end() && at->second;
   };
-  for (int i = 0; i < 1000 && is_up() != up; ++i) std::this_thread::sleep_for(10ms);
+  pollfd news{InterfaceNews(), POLLIN, 0};
+  std::array<char, 8192> told{};
+  while (is_up() != up && ::poll(&news, 1, kLimit) > 0) {
+    while (::recv(news.fd, told.data(), told.size(), 0) > 0) {
+    }
+  }
+  ::close(news.fd);
   EXPECT_EQ(is_up(), up) << address;
 }
 

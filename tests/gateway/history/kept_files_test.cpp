@@ -319,8 +319,8 @@ TEST_F(KeptFiles, OneThatIsEmptyIsALoss) {
   const auto store = Open(kBegin);
   const auto news = store->TakeNews();
   ASSERT_EQ(news.size(), 2U);
-  EXPECT_THAT(news[0].text, HasSubstr("trends.db is damaged (it is empty: its content is lost) "
-                                      "and was renamed to trends.db.bad"));
+  EXPECT_THAT(news[0].text, HasSubstr("trends.db is damaged (it is empty: its content is lost); "
+                                      "it was renamed to trends.db.bad"));
   EXPECT_THAT(news[1].text, HasSubstr(DayFileName(kBegin)));
 }
 

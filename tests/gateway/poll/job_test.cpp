@@ -80,7 +80,7 @@ TEST_F(JobTest, ADisabledDeviceIsAskedByRoutesOnly) {
 
 TEST_F(JobTest, AWriteWhoseClientHasLeftIsNotBegunButEnded) {
   Job::Write write = WriteUntil(kStart + 1s);
-  write.command.dropped = std::make_shared<std::atomic<bool>>(true);
+  write.command.abandoned = std::make_shared<std::atomic<bool>>(true);
   Job job = Make(std::move(write));
   job.steps = 1;
   EXPECT_STREQ(WhyNotSend(job, kStart), "its client has left");

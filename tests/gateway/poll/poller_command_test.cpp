@@ -236,7 +236,7 @@ TEST_F(PollerCommand, WhoseClientHasLeftIsNotBegun) {
   const auto left = std::make_shared<std::atomic<bool>>(false);
   WriteCommand first = Command({{0, 1.0}, {1, 2.0}});
   WriteCommand second = Command({{0, 3.0}});
-  first.dropped = second.dropped = left;
+  first.abandoned = second.abandoned = left;
   line_.Submit(std::move(first));
   line_.Submit(std::move(second));
   *left = true;

@@ -168,7 +168,7 @@ TEST(PollerRoutedOrder, NoRetryIsSentForAClientThatHasLeft) {
   line.twin(0).manner.distort = Damaged;
   line.Ask("read", kRead, 20, 5);
   line.RunFor(100ms);
-  line.poller().Forget(5, line.now());
+  line.poller().Abandon(5, line.now());
   line.RunFor(3s);
   EXPECT_EQ(line.sent.size(), 1U);
   EXPECT_TRUE(line.Of("read").sent);
@@ -193,7 +193,7 @@ TEST(PollerRoutedOrder, WhoLeavesASharedExchangeDoesNotTakeItFromTheOthers) {
   line.Ask("a", kRead, 20, 2);
   line.Ask("b", kRead, 20, 3);
   ASSERT_TRUE(line.RunUntil([&] { return line.sent.size() == 2; }, 1s));
-  line.poller().Forget(2, line.now());
+  line.poller().Abandon(2, line.now());
   EXPECT_THAT(line.Names(), ElementsAre("under way", "a"));
   line.RunFor(1s);
   EXPECT_THAT(line.Names(), ElementsAre("under way", "a", "b"));

@@ -88,7 +88,7 @@ class RandomRun {
         if (dice_.OneIn(4)) TogglePort();
         break;
       case 5:
-        line_.poller().Forget(dice_.Below(5), line_.now());
+        line_.poller().Abandon(dice_.Below(5), line_.now());
         break;
       case 6:
         if (polled_) line_.poller().SetInUse(0, !dice_.OneIn(3), line_.now());

@@ -67,7 +67,7 @@ TEST(PollerRouted, WhatStillWaitsForAQuietLineWasNotSent) {
     line.Ask("first", kRead);
     ASSERT_TRUE(line.RunUntil([&] { return line.replies.size() == 1; }, 1s));
     line.Ask("start", kStartDrive, 20, 2);
-    leaves ? line.poller().Forget(2, line.now()) : line.Close();
+    leaves ? line.poller().Abandon(2, line.now()) : line.Close();
     EXPECT_FALSE(line.Of("start").sent);
     line.RunFor(1s);
     EXPECT_EQ(line.sent.size(), 1U);
@@ -155,8 +155,8 @@ TEST(PollerRouted, WhoHasLeftIsForgotten) {
   line.RunFor(10ms);
   line.Ask("left", kStartDrive, 20, 2);
   line.Ask("stays", kRead, 20, 3);
-  line.poller().Forget(2, line.now());
-  line.poller().Forget(1, line.now());
+  line.poller().Abandon(2, line.now());
+  line.poller().Abandon(1, line.now());
   EXPECT_THAT(line.Names(), ElementsAre("left", "under way"));
   EXPECT_EQ(line.Of("left").outcome, Outcome::no_reply);
   EXPECT_FALSE(line.Of("left").sent);

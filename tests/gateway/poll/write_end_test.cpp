@@ -34,7 +34,7 @@ class Verdicts : public ::testing::Test {
     confirmed_.at = Instant(1h);
     confirmed_.written = 1;
   }
-  Verdict Of(std::uint32_t point) {
+  ReadBackVerdict Of(std::uint32_t point) {
     confirmed_.command.writes = {{point, 5.0, 1.0}};
     return VerdictOn(confirmed_, record_);
   }
@@ -67,7 +67,7 @@ TEST_F(Verdicts, OnlyAGoodReadingFromAfterwardsDecides) {
 /// A slewing output, or a device that limits what it takes: nobody can tell yet.
 TEST_F(Verdicts, AValueBetweenIsNotReadBack) {
   Show(3.0, 1s);
-  const Verdict verdict = Of(0);
+  const ReadBackVerdict verdict = Of(0);
   EXPECT_EQ(verdict.result.end, WriteEnd::ok);
   EXPECT_FALSE(verdict.result.read_back);
   EXPECT_EQ(verdict.result.reason, "both shows 3");

@@ -51,53 +51,54 @@ TEST(Difference, OfOneLineIsNamedAndTouchesNoOther) {
          config.lines[1].mark = {"other.yaml", 7, 3};
        },
        Fate::same, ""},
-      {"the port", [](Config& config) { config.lines[1].port = "/dev/q"; }, Fate::changed, "port"},
-      {"the rate", [](Config& config) { config.lines[1].serial.baud = 1200; }, Fate::changed,
+      {"the port", [](Config& config) { config.lines[1].port = "/dev/q"; }, Fate::restarted,
+       "port"},
+      {"the rate", [](Config& config) { config.lines[1].serial.baud = 1200; }, Fate::restarted,
        "serial"},
-      {"a period", [](Config& config) { config.lines[1].devices[1].poll = 5s; }, Fate::changed,
+      {"a period", [](Config& config) { config.lines[1].devices[1].poll = 5s; }, Fate::restarted,
        "poll of y-b"},
       {"a scale", [](Config& config) { config.lines[1].devices[0].points[1].scale = 2; },
-       Fate::changed, "scale of y-a.voltage"},
+       Fate::restarted, "scale of y-a.voltage"},
       {"a permission",
        [](Config& config) { config.lines[1].devices[0].points[0].writing.allowed = true; },
-       Fate::changed, "write of y-a.current"},
+       Fate::restarted, "write of y-a.current"},
       {"an option", [](Config& config) { config.lines[1].options.Set("checksum", true); },
-       Fate::changed, "options"},
+       Fate::restarted, "options"},
       {"a new point",
        [](Config& config) { config.lines[1].devices[0].points.push_back(PointOf("power")); },
-       Fate::changed, "y-a.power is new"},
-      {"one device less", [](Config& config) { config.lines[1].devices.pop_back(); }, Fate::changed,
-       "device y-b is gone"},
+       Fate::restarted, "y-a.power is new"},
+      {"one device less", [](Config& config) { config.lines[1].devices.pop_back(); },
+       Fate::restarted, "device y-b is gone"},
       {"the order of devices",
        [](Config& config) { std::swap(config.lines[1].devices[0], config.lines[1].devices[1]); },
-       Fate::changed, "order"},
-      {"a unit", [](Config& config) { config.lines[1].devices[0].unit = 9; }, Fate::outputs,
+       Fate::restarted, "order"},
+      {"a unit", [](Config& config) { config.lines[1].devices[0].unit = 9; }, Fate::in_place,
        "unit of y-a"},
       {"a register", [](Config& config) { config.lines[1].devices[0].points[0].modbus = 40; },
-       Fate::outputs, "modbus of y-a.current"},
+       Fate::in_place, "modbus of y-a.current"},
       {"a deadband", [](Config& config) { config.lines[1].devices[0].points[0].deadband = 0.5; },
-       Fate::outputs, "deadband of y-a.current"},
+       Fate::in_place, "deadband of y-a.current"},
       {"what bad values are",
        [](Config& config) { config.lines[1].devices[0].on_bad = config::OnBad::hold; },
-       Fate::outputs, "on_bad of y-a"},
+       Fate::in_place, "on_bad of y-a"},
       {"when values are old", [](Config& config) { config.lines[1].devices[0].max_age = 9s; },
-       Fate::outputs, "max_age of y-a"},
+       Fate::in_place, "max_age of y-a"},
       {"and when they are given up",
-       [](Config& config) { config.lines[1].devices[0].dead_age = 9s; }, Fate::outputs,
+       [](Config& config) { config.lines[1].devices[0].dead_age = 9s; }, Fate::in_place,
        "dead_age of y-a"},
       {"an alarm of the line", [](Config& config) { config.lines[1].alarms.delay = 5s; },
-       Fate::outputs, "alarms"},
+       Fate::in_place, "alarms"},
       {"an alarm of a device",
        [](Config& config) {
          config.lines[1].devices[0].alarms.priority = config::AlarmPriority::none;
        },
-       Fate::outputs, "alarms of y-a"},
+       Fate::in_place, "alarms of y-a"},
       {"a unit and a period",
        [](Config& config) {
          config.lines[1].devices[0].unit = 9;
          config.lines[1].devices[0].poll = 5s;
        },
-       Fate::changed, "unit of y-a, poll of y-a"},
+       Fate::restarted, "unit of y-a, poll of y-a"},
   };
   for (const LineCase& one : cases) {
     const Difference difference = After(one.change);
@@ -223,7 +224,7 @@ TEST(Difference, OfAnInterlockIsByName) {
   }
   EXPECT_TRUE(Compare(running, next).empty());
   next.lines[1].devices[0].points[0].writing.allow_when[0].is = false;
-  EXPECT_EQ(Compare(running, next).lines[1].fate, Fate::changed);
+  EXPECT_EQ(Compare(running, next).lines[1].fate, Fate::restarted);
 }
 
 }  // namespace

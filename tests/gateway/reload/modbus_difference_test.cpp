@@ -125,7 +125,7 @@ TEST(ModbusDifference, SaysWhereEachListenerWas) {
 }
 
 TEST(ModbusDifference, CountsClientsThatAListenerLosesIfItCan) {
-  ListenerChange change{"10.0.0.1:502", Fate::changed, "write", 0, 3};
+  ListenerChange change{"10.0.0.1:502", Fate::restarted, "write", 0, 3};
   EXPECT_EQ(SentenceOf(change),
             "listener 10.0.0.1:502: differs in write; its 3 clients are disconnected");
   change.clients = 1;

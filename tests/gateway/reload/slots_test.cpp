@@ -30,7 +30,7 @@ TEST(Placement, WhatGoesOnKeepsItsNumber) {
   const Placement placed = Placed(Sample(), next);
   EXPECT_THAT(Names(placed.config), ElementsAre("x", "y", "z"));
   EXPECT_THAT(placed.gone, IsEmpty());
-  EXPECT_THAT(placed.shown, IsEmpty());
+  EXPECT_THAT(placed.updated, IsEmpty());
   EXPECT_THAT(placed.begun, IsEmpty());
 }
 
@@ -57,7 +57,7 @@ TEST(Placement, LinesThatAreShownOtherwiseAreNamed) {
   Config next = Sample();
   next.lines[1].devices[0].unit = 7;
   const Placement placed = Placed(Sample(), next);
-  EXPECT_THAT(placed.shown, ElementsAre(1U));
+  EXPECT_THAT(placed.updated, ElementsAre(1U));
   EXPECT_EQ(placed.config.lines[1].devices[0].unit, 7);
 }
 
@@ -84,7 +84,7 @@ TEST(Placement, NumbersOfDevicesAndLinesFollow) {
   EXPECT_EQ(placed.config.history.points[0].device, 7U);
   EXPECT_EQ(placed.config.modbus.routes[0].line_index, 3U);
   EXPECT_EQ(placed.config.lines[2].devices[0].points[0].writing.allow_when[0].device, 7U);
-  EXPECT_THAT(placed.shown, ElementsAre(2U)) << "its interlock looks at another number";
+  EXPECT_THAT(placed.updated, ElementsAre(2U)) << "its interlock looks at another number";
 }
 
 }  // namespace

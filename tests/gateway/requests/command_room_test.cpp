@@ -37,7 +37,7 @@ TEST(CommandRoom, IsGivenBack) {
 /// A client that connects, writes and leaves, over and over, before the line could look at it.
 TEST(CommandRoom, ThoseWhoHaveLeftTakeNone) {
   CommandRoom room(4);
-  for (std::size_t i = 0; i < CommandRoom::kMostLeft; ++i) {
+  for (std::size_t i = 0; i < CommandRoom::kMostAbandoned; ++i) {
     const auto left = std::make_shared<std::atomic<bool>>(false);
     ASSERT_TRUE(room.Take("b" + std::to_string(i), left)) << i;
     *left = true;

@@ -204,7 +204,7 @@ TEST_F(RouteQueueTest, WhatIsTooLateOrLeftBehindGoes) {
   tried[0].tries = 1;
   queue.Return(std::move(tried));
   EXPECT_EQ(queue.size(), 2U);
-  queue.Forget(2);
+  queue.Abandon(2);
   EXPECT_EQ(left_sent_, 1);
   EXPECT_EQ(left_unsent_, 1);
   EXPECT_TRUE(queue.empty());

@@ -114,9 +114,10 @@ TEST_F(EventsFileTest, AnEmptyFileIsALoss) {
   const auto opened = connection.Open();
   EXPECT_TRUE(opened.ok) << opened.error;
   EXPECT_TRUE(opened.new_file);
-  EXPECT_EQ(opened.put_aside, file().string() +
-                                  " is damaged (it is empty: its content is lost) and was renamed "
-                                  "to events.db.bad and a new file was begun");
+  EXPECT_EQ(opened.put_aside,
+            file().string() +
+                " is damaged (it is empty: its content is lost); it was renamed to events.db.bad "
+                "and a new file was begun");
   EXPECT_TRUE(std::filesystem::exists(file().string() + ".bad-wal"));
   EventsConnection second(file());
   EXPECT_EQ(second.Open().put_aside, "");

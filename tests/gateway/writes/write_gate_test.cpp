@@ -17,7 +17,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Optional;
-using Why = WriteRefusal::Why;
+using Why = WriteDenial::Why;
 
 config::Point MakePoint(const std::string& name, Type type, Access access) {
   config::Point point;
@@ -61,13 +61,13 @@ class WriteGateTest : public testing::Test {
                            bool confirmed = false) {
     WriteAsk ask;
     ask.parts = std::move(parts);
-    ask.confirmed = confirmed;
+    ask.without_selection = confirmed;
     ask.deadline = now_ + 5s;
     ask.done = [](const WriteResult&) {};
-    const auto refusal = gate_.Submit(writer, std::move(ask), now_);
-    text_ = refusal ? refusal->text : "";
-    if (!refusal) return std::nullopt;
-    return refusal->why;
+    const auto denial = gate_.Submit(writer, std::move(ask), now_);
+    text_ = denial ? denial->text : "";
+    if (!denial) return std::nullopt;
+    return denial->why;
   }
   void Show(std::uint32_t point, const Value& value, Quality quality = Quality::good) {
     const Sample sample{point, value, quality};

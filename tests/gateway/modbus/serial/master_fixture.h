@@ -25,7 +25,7 @@ class KeepingTarget final : public RouteTarget {
     requests.push_back(std::move(request));
     return true;
   }
-  void Forget(std::uint64_t) override { ++forgotten; }
+  void Abandon(std::uint64_t) override { ++forgotten; }
 
   void Answer(std::size_t number, const std::string& pdu) {
     RoutedReply reply;
@@ -56,18 +56,18 @@ class MasterTest : public testing::Test {
 
   config::Listener& listener() { return config_.modbus.listen[0]; }
 
-  void MakePoints(const Now& now) {
+  void MakeShared(const Now& now) {
     store_.emplace(config_);
     const Sample samples[] = {{0, std::int64_t{-2}, Quality::good}};
     store_->Update(0, samples, now, 5ms);
     ModbusLinks links;
     links.lines = {&target_};
     links.frames = {&ModbusRtuProtocol(), &ModbusAsciiProtocol()};
-    points_.emplace(
+    shared_.emplace(
         config_, *store_, sink_, [] { return GatewayFigures{}; }, ModbusLimits{}, links);
   }
-  MasterStatus Master() const { return points_->book()->Status({}).masters.at(0); }
-  ClientStatus Client() const { return points_->book()->Status({}).clients.at(0); }
+  MasterStatus Master() const { return shared_->book()->Status({}).masters.at(0); }
+  ClientStatus Client() const { return shared_->book()->Status({}).clients.at(0); }
 
   static Bytes Rtu(std::uint8_t unit, const std::string& pdu) {
     return ModbusRtuProtocol().carrier->wrap(unit, ParseHex(pdu).value());
@@ -82,7 +82,7 @@ class MasterTest : public testing::Test {
   std::optional<PointStore> store_;
   KeepingSink sink_;
   KeepingTarget target_;
-  std::optional<PointService> points_;
+  std::optional<ServerShared> shared_;
 };
 
 /// A character takes 573 us: 11 bits at 19200 bit/s.
@@ -91,11 +91,11 @@ class MasterSessionTest : public MasterTest, private MasterSession::Owner {
   ~MasterSessionTest() override { session_.reset(); }
 
   void Begin() {
-    MakePoints(now_);
-    points_->inbox()->Open(io_, [this] { return now_; });
-    const std::size_t port = points_->book()->AddMaster(listener(), now_.wall);
+    MakeShared(now_);
+    shared_->inbox()->Open(io_, [this] { return now_; });
+    const std::size_t port = shared_->book()->AddMaster(listener(), now_.wall);
     const bool ascii = listener().framing == Framing::ascii;
-    session_.emplace(listener(), *points_, ascii ? ModbusAsciiProtocol() : ModbusRtuProtocol(),
+    session_.emplace(listener(), *shared_, ascii ? ModbusAsciiProtocol() : ModbusRtuProtocol(),
                      port, static_cast<MasterSession::Owner&>(*this), now_);
   }
 

@@ -42,9 +42,9 @@ class SerialListenerTest : public MasterTest {
     pty_->Unplug();
   }
   void Open() {
-    MakePoints(ReadClocks());
-    points_->inbox()->Open(io_, ReadClocks);
-    serial_ = std::make_shared<SerialListener>(io_, listener(), *points_, ModbusRtuProtocol());
+    MakeShared(ReadClocks());
+    shared_->inbox()->Open(io_, ReadClocks);
+    serial_ = std::make_shared<SerialListener>(io_, listener(), *shared_, ModbusRtuProtocol());
     serial_->Open();
   }
   bool RunUntilOpen(bool is_open) {

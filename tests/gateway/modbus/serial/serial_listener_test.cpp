@@ -53,7 +53,7 @@ TEST_F(SerialListenerTest, AnAbsentPortIsOpenedWhenItAppearsAndAgainWhenItReturn
     Unplug();
     ASSERT_TRUE(RunUntilOpen(false));
     EXPECT_FALSE(Master().is_open);
-    EXPECT_TRUE(points_->book()->Status({}).clients.empty());
+    EXPECT_TRUE(shared_->book()->Status({}).clients.empty());
   }
 }
 
@@ -62,11 +62,11 @@ TEST_F(SerialListenerTest, ThePortOfOneThatIsLeftIsClosedBesideTheServer) {
   AskForTheValue();
   serial_->Leave();
   EXPECT_FALSE(serial_->is_open());
-  EXPECT_TRUE(points_->book()->Status({}).masters.empty());
-  EXPECT_TRUE(points_->book()->Status({}).clients.empty());
+  EXPECT_TRUE(shared_->book()->Status({}).masters.empty());
+  EXPECT_TRUE(shared_->book()->Status({}).clients.empty());
   std::thread([&] { serial_->ClosePort(); }).join();
   RunReady(io_);
-  serial_ = std::make_shared<SerialListener>(io_, listener(), *points_, ModbusRtuProtocol());
+  serial_ = std::make_shared<SerialListener>(io_, listener(), *shared_, ModbusRtuProtocol());
   serial_->Open();
   ASSERT_TRUE(RunUntilOpen(true)) << "it is free";
   AskForTheValue();

@@ -22,13 +22,13 @@ class ClientSessionTest : public ServiceTest, private ClientSession::Owner {
 
   void Connect() {
     links_.frames.rtu = &ModbusRtuProtocol();
-    MakePoints();
+    MakeShared();
     ASSERT_TRUE(clients_->Open().ok());
     clients_->Start();
     int ends[2];
     ASSERT_EQ(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK, 0, ends), 0);
     client_ = ends[1];
-    session_ = std::make_shared<ClientSession>(ends[0], *clients_, listener(), *points_,
+    session_ = std::make_shared<ClientSession>(ends[0], *clients_, listener(), *shared_,
                                                "10.0.0.7:40112", config::Priority::normal, Clocks(),
                                                static_cast<ClientSession::Owner&>(*this));
     session_->Start();
@@ -75,7 +75,7 @@ TEST_F(ClientSessionTest, AnIdleClientIsClosedAfterItsTime) {
   EXPECT_EQ(closed_, 0);
   Sweep(1ns);
   EXPECT_EQ(closed_, 1);
-  EXPECT_EQ(points_->counters().Snapshot().idle, 1U);
+  EXPECT_EQ(shared_->counters().Snapshot().idle, 1U);
 }
 
 TEST_F(ClientSessionTest, AClientThatWaitsForARouteIsNotIdle) {

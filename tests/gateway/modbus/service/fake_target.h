@@ -52,7 +52,7 @@ class FakeTarget final : public RouteTarget {
     if (answer) request.done(answer(request));
     return true;
   }
-  void Forget(std::uint64_t client) override {
+  void Abandon(std::uint64_t client) override {
     const std::lock_guard lock(mutex_);
     forgotten_.push_back(client);
     arrived_.notify_all();

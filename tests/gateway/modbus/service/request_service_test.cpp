@@ -247,14 +247,14 @@ TEST_F(ServiceTest, AWriteThatIsConfirmedAtItsDeadlineIsAnsweredSo) {
 TEST_F(ServiceTest, WritesOfAClientThatLeavesOrGivesUpAreDropped) {
   Ask(1, "06 00 00 00 01");
   Ask(1, "06 00 00 00 02");
-  services_[0]->GiveUp();
+  services_[0]->Abandon();
   Ask(1, "06 00 00 00 03");
-  const auto dropped = [this](std::size_t i) { return sink_.commands.at(i).dropped->load(); };
-  EXPECT_TRUE(dropped(0));
-  EXPECT_TRUE(dropped(1));
-  EXPECT_FALSE(dropped(2));
+  const auto abandoned = [this](std::size_t i) { return sink_.commands.at(i).abandoned->load(); };
+  EXPECT_TRUE(abandoned(0));
+  EXPECT_TRUE(abandoned(1));
+  EXPECT_FALSE(abandoned(2));
   services_[0]->Close();
-  EXPECT_TRUE(dropped(2));
+  EXPECT_TRUE(abandoned(2));
 }
 
 TEST_F(ServiceTest, TheSoonestDeadlineIsSweptFirst) {
@@ -284,13 +284,13 @@ TEST_F(ServiceTest, WhatIsGivenUpIsNotAnswered) {
   Add(1, 20, 20);
   Ask(20, kRead);
   Ask(1, "06 00 00 00 07");
-  services_[0]->GiveUp();
+  services_[0]->Abandon();
   EXPECT_THAT(drive_.forgotten(), ElementsAre(services_[0]->id()));
   drive_.Wait(0).done(GoodReply("03 02 00 07"));
   sink_.commands.at(0).done({});
   EXPECT_THAT(Settle(), IsEmpty());
   EXPECT_EQ(services_[0]->outstanding(), 0U);
-  services_[0]->GiveUp();
+  services_[0]->Abandon();
   EXPECT_THAT(drive_.forgotten(), testing::SizeIs(1)) << "nothing is left to forget";
 }
 
@@ -315,8 +315,8 @@ TEST_F(ServiceTest, AnswersMayComeAfterEverythingIsGone) {
   const RoutedRequest request = drive_.Wait(0);
   services_[0]->Close();
   services_.clear();
-  points_->inbox()->Close();
-  points_.reset();
+  shared_->inbox()->Close();
+  shared_.reset();
   request.done(GoodReply("03 02 00 07"));
   EXPECT_THAT(Settle(), IsEmpty());
 }

@@ -70,17 +70,17 @@ class ServiceTest : public testing::Test {
 
   std::shared_ptr<RequestService> Enter(KeptWire& wire,
                                         config::Priority priority = config::Priority::normal) {
-    if (!points_) MakePoints();
+    if (!shared_) MakeShared();
     return services_.emplace_back(std::make_shared<RequestService>(
-        listener(), *points_, wire, "10.0.0.7:40112", priority, Clocks()));
+        listener(), *shared_, wire, "10.0.0.7:40112", priority, Clocks()));
   }
-  void MakePoints() {
+  void MakeShared() {
     store_.emplace(config_);
     const Sample sample{0, std::int64_t{-2}, Quality::good};
     store_->Update(0, std::span(&sample, 1), Clocks(), 5ms);
-    points_.emplace(config_, *store_, sink_, std::function<GatewayFigures()>(), ModbusLimits{},
+    shared_.emplace(config_, *store_, sink_, std::function<GatewayFigures()>(), ModbusLimits{},
                     links_);
-    points_->inbox()->Open(io_, [this] { return Clocks(); });
+    shared_->inbox()->Open(io_, [this] { return Clocks(); });
   }
   /// Civil time is one hour ahead of the other.
   Now Clocks() const { return {now_, WallTime(now_.time_since_epoch() + 1h)}; }
@@ -97,7 +97,7 @@ class ServiceTest : public testing::Test {
     io_.poll();
     return wire_.Take();
   }
-  TrafficStatus Traffic() { return points_->book()->Status(Clocks()); }
+  TrafficStatus Traffic() { return shared_->book()->Status(Clocks()); }
 
   Instant now_{100h};
   config::Config config_;
@@ -108,7 +108,7 @@ class ServiceTest : public testing::Test {
   asio::io_context io_;
   ModbusLinks links_{{nullptr, &drive_, &pumps_}, nullptr};
   KeptWire wire_;
-  std::optional<PointService> points_;
+  std::optional<ServerShared> shared_;
   std::vector<std::shared_ptr<RequestService>> services_;
 };
 

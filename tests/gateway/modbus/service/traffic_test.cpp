@@ -68,7 +68,7 @@ TEST_F(TrafficTest, AClientsRequestsAndBytes) {
   EXPECT_EQ(Traffic().clients[0].exceptions, 2U);
   EXPECT_EQ(Traffic().clients[0].bytes_out, 11U + 9U + 9U);
   EXPECT_EQ(Traffic().clients[0].outstanding, 0U);
-  EXPECT_EQ(points_->counters().Snapshot().exceptions, 2U);
+  EXPECT_EQ(shared_->counters().Snapshot().exceptions, 2U);
 }
 
 TEST_F(TrafficTest, BytesOfRtuClientsAreThoseOfTheirFrames) {

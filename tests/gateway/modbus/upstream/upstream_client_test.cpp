@@ -34,11 +34,11 @@ TEST_F(UpstreamTest, AForgottenClientIsNotSentFor) {
   RunReady(io_);
   const Asked& waits = Submit({.pdu = "03 00 01 00 01", .client = 7});
   const Asked& stays = Submit({.pdu = "03 00 02 00 01", .client = 8});
-  upstream_.Forget(7);
+  upstream_.Abandon(7);
   server_.Write("00 00 00 00 00 05 14 03 02 00 01");
   ASSERT_TRUE(server_.Wait(13));
   EXPECT_EQ(server_.Requests()[12], "00 0C 00 00 00 06 14 03 00 02 00 01");
-  upstream_.Forget(8);
+  upstream_.Abandon(8);
   RunReady(io_);
   server_.Write("00 0C 00 00 00 05 14 03 02 00 02 00 01 00 00 00 05 14 03 02 00 03");
   Wait(asked_[1]);
@@ -60,7 +60,7 @@ TEST_F(UpstreamTest, AFullQueueSaysNoUntilThereIsRoom) {
   EXPECT_EQ(asked_.back().calls, 0);
   RunReady(io_);
   EXPECT_FALSE(upstream_.Submit(Make({})));
-  upstream_.Forget(5);
+  upstream_.Abandon(5);
   RunReady(io_);
   EXPECT_TRUE(upstream_.Submit(Make({})));
   for (std::size_t i = 0; i < RouteQueue::kKept; ++i) Submit({.pdu = "06 00 01 00 01"});
@@ -75,7 +75,7 @@ TEST_F(UpstreamTest, AnyThreadMayAsk) {
     threads.emplace_back([this, &request] {
       const std::uint64_t client = request.client;
       EXPECT_TRUE(upstream_.Submit(std::move(request)));
-      if (client % 4 == 0) upstream_.Forget(client);
+      if (client % 4 == 0) upstream_.Abandon(client);
     });
   }
   ASSERT_TRUE(server_.Wait(12));

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/daemon/port_display.h"
+
+#include <fmt/format.h>
+
+#include "gateway/base/log.h"
+#include "gateway/base/outcome.h"
+
+namespace baudgate {
+
+PortDisplay::PortDisplay(PointStore& store, const config::Line& line, LineRecorder& recorder,
+                         LineReporter& reporter)
+    : store_(store),
+      line_(store.LineIndex(line)),
+      name_(line.name),
+      recorder_(recorder),
+      reporter_(reporter) {}
+
+void PortDisplay::OnOpened(const std::string& text, Now now) {
+  log::Info({.line = name_}, "open ({})", text);
+  Show(LineStatus::Port::open, text, now);
+  reporter_.OnNews({News::What::port_down, true, {}, text}, now);
+  reporter_.OnNews({News::What::port_lent, true, {}, text}, now);
+}
+
+void PortDisplay::OnDown(const std::string& reason, Down down, Now now) {
+  if (down.first) {
+    log::Warn({.line = name_, .outcome = std::string(Name(Outcome::line_down))},
+              "down: {}; trying again until it works", reason);
+  }
+  if (reason != text_) Show(LineStatus::Port::closed, reason, now);
+  Update([&](LineStatus& status) { status.silent = down.silent; });
+  reporter_.OnNews({News::What::port_down, false, {}, reason}, now);
+}
+
+void PortDisplay::OnReleased(const std::string& port, Duration time, Now now) {
+  log::Info({.line = name_}, "{} is released for {}; its points are out of service", port,
+            FormatDuration(time));
+  const std::string text = "released for " + FormatDuration(time);
+  Show(LineStatus::Port::released, text, now, {.until = now.wall + time});
+  reporter_.OnNews({News::What::port_lent, false, {}, text}, now);
+}
+
+void PortDisplay::CountLoss(const std::string& reason, Now now) {
+  Update([&](LineStatus& status) {
+    ++status.times_lost;
+    status.losses.Add(now.instant);
+    status.lost_text = reason;
+  });
+}
+
+void PortDisplay::CountDrop(const std::string& reason, Now now) {
+  Update([&](LineStatus& status) { status.drops.Add(now.instant); });
+  log::WarnFolded(name_ + " ended",
+                  "line {}: {} while it was in use; it is reopened with the next request", name_,
+                  reason);
+}
+
+void PortDisplay::Show(LineStatus::Port port, const std::string& text, Now now, ShownLoan loan) {
+  text_ = text;
+  Update([&](LineStatus& status) {
+    if (status.port != port || status.port_text.empty()) status.port_since = now.wall;
+    status.port = port;
+    status.port_text = text;
+    status.silent = false;
+    status.released_until = loan.until;
+    status.lent_to_client = loan.to_client;
+  });
+  recorder_.OnPort(fmt::format("port {}: {}", Name(port), text), now);
+}
+
+}  // namespace baudgate

@@ -1,0 +1,76 @@
+// What all clients of a Modbus server share: the points and the routes that they ask for, the book
+// of who asks what, the way back to the server's thread, limits and counters. Used by that thread
+// only, but for the book and the snapshot of the counters.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <span>
+
+#include "config/model/config.h"
+#include "gateway/modbus/service/inbox.h"
+#include "gateway/modbus/service/links.h"
+#include "gateway/modbus/service/live_counters.h"
+#include "gateway/modbus/service/point_service.h"
+#include "gateway/modbus/service/route_list.h"
+#include "gateway/modbus/service/route_table.h"
+#include "gateway/modbus/service/route_targets.h"
+#include "gateway/modbus/service/traffic_book.h"
+
+namespace baudgate::modbus {
+
+/// Limits that are no configuration; tests shorten them.
+struct ModbusLimits {
+  Duration write_deadline = 5s;  ///< a write that is not confirmed by then is answered 0x0B
+  Duration stall = 10s;          ///< a client that leaves its answers unread so long is closed
+  double client_share = 1;       ///< of each listener's max_clients
+};
+
+class ServerShared {
+ public:
+  ServerShared(const config::Config& config, const PointStore& store, CommandSink& sink,
+               std::function<GatewayFigures()> info, ModbusLimits limits,
+               const ModbusLinks& links = {});
+
+  /// A reload. Clients and what they wait for stay. `routes`: which are the same.
+  void Apply(const config::Config& config, std::span<RouteTarget* const> lines,
+             const Origins& routes);
+  /// See ModbusLimits; of clients that connect from now on.
+  void SetClientShare(double share) { limits_.client_share = share; }
+
+  PointService& points() { return points_; }
+  const Way& WayOf(std::uint8_t unit) const { return table_.of(unit); }
+  const config::Route& route(std::size_t number) const { return routes_.at(number); }
+  RouteTargets& targets() { return targets_; }
+  /// Which framings are spoken.
+  const Frames& frames() const { return frames_; }
+  /// Null: routed writes are not recorded.
+  audit::WriteLog* audit() const { return audit_; }
+  /// A request of a client has ended, other than a broadcast.
+  void OnRouted(const RoutedReport& end, const Now& now) const {
+    if (routed_) routed_(end, now);
+  }
+
+  LiveCounters& counters() { return counters_; }
+  const LiveCounters& counters() const { return counters_; }
+  const ModbusLimits& limits() const { return limits_; }
+  const std::shared_ptr<Inbox>& inbox() const { return inbox_; }
+  /// Shared by what may outlive the server.
+  const std::shared_ptr<TrafficBook>& book() const { return book_; }
+
+ private:
+  ModbusLimits limits_;
+  LiveCounters counters_;
+  PointService points_;
+  RouteList routes_;
+  RouteTable table_;
+  RouteTargets targets_;
+  Frames frames_;
+  audit::WriteLog* audit_;
+  const OnRoutedReport routed_;
+  std::shared_ptr<TrafficBook> book_;
+  std::shared_ptr<Inbox> inbox_ = std::make_shared<Inbox>();
+};
+
+}  // namespace baudgate::modbus

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/poll/unasked_side.h"
+
+#include <cstddef>
+#include <string>
+#include <utility>
+
+namespace baudgate {
+
+void UnaskedSide::OnBytes(View bytes, Instant now) {
+  if (const auto before = speaker_.Hear(bytes, now)) {
+    ledger_.devices.OnMore(*speaker_.device(), *before);
+  }
+}
+
+void UnaskedSide::OnInput(const UnaskedInput& heard, Now now) {
+  if (!speaker_.in_use()) return;
+  Device& device = *speaker_.device();
+  for (std::size_t i = 0; i < heard.damaged; ++i) {
+    upkeep_.OnUnasked(device, Outcome::corrupt, std::string(heard.why), speaker_.OnDamaged(),
+                      now.instant);
+  }
+  for (const UnaskedMessage& message : heard.messages) {
+    Speaker::Said said = speaker_.OnMessage(message, now);
+    upkeep_.OnUnasked(device, said.outcome, said.reason, speaker_.Look(said), now.instant);
+    Take(std::move(said), now.instant);
+  }
+}
+
+void UnaskedSide::OnTimer(Now now) {
+  if (auto said = speaker_.OnTimer(now)) Take(std::move(*said), now.instant);
+}
+
+void UnaskedSide::Take(Speaker::Said said, Instant now) {
+  Device& device = *speaker_.device();
+  upkeep_.OnHeard(device, now);
+  if (said.lost > 0) ledger_.devices.OnLostEvents(device, said.lost);
+  intake_.TakeUnasked(device, std::move(said));
+}
+
+}  // namespace baudgate

@@ -1,0 +1,39 @@
+// What a device says unasked, on its way from the line: what it means (speaker.h), how it is
+// counted, and where its readings go.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "gateway/base/bytes.h"
+#include "gateway/line/unasked_receiver.h"
+#include "gateway/poll/intake.h"
+#include "gateway/poll/ledger.h"
+#include "gateway/poll/speaker.h"
+#include "gateway/poll/upkeep.h"
+
+namespace baudgate {
+
+class UnaskedSide {
+ public:
+  /// All outlive it.
+  UnaskedSide(const Roster& roster, Ledger& ledger, Upkeep& upkeep, Intake& intake)
+      : speaker_(roster), ledger_(ledger), upkeep_(upkeep), intake_(intake) {}
+
+  /// Bytes of the line.
+  void OnBytes(View bytes, Instant now);
+  /// What the line has made of them.
+  void OnInput(const UnaskedInput& heard, Now now);
+  void OnTimer(Now now);
+
+  Speaker& speaker() { return speaker_; }
+  const Speaker& speaker() const { return speaker_; }
+
+ private:
+  void Take(Speaker::Said said, Instant now);
+
+  Speaker speaker_;
+  Ledger& ledger_;
+  Upkeep& upkeep_;
+  Intake& intake_;
+};
+
+}  // namespace baudgate
