@@ -20,6 +20,22 @@ constexpr Duration kGreeting = 500ms;
 /// A write under way is ended in order before the port is given up, so that no password stays open;
 /// but not for longer.
 constexpr Duration kWaitForWrite = 1s;
+/// A server that takes so many requests passes them on.
+constexpr int kPassedOn = 2;
+
+/// What to look at where a connection has ended before it had worked.
+std::string HintOf(const Rest& rest, bool reset, const std::string& protocol) {
+  if (rest.unanswered() >= kPassedOn) {
+    return "unanswered: check power, wire and address behind it, protocol (" + protocol +
+           "), inactivity time";
+  }
+  // One that resets it has not even read the request.
+  if (rest.asks() && !reset) {
+    return "before it had worked: check the port number, its protocol (" + protocol +
+           "), or other clients";
+  }
+  return "before it had worked; is it in use by another client, or at its connection limit?";
+}
 
 }  // namespace
 
@@ -117,7 +133,7 @@ void LinePort::Prove() {
 void LinePort::OnOpenFailed(const std::string& reason, Now now) {
   now_ = now;
   if (rest_.rests()) {
-    CountLoss(reason);
+    CountLoss();
     return Lost(reason);
   }
   // The time of the loan is over, but the port is not ours yet.
@@ -127,15 +143,21 @@ void LinePort::OnOpenFailed(const std::string& reason, Now now) {
 
 void LinePort::OnLost(const std::string& reason, Now now) {
   now_ = now;
-  CountLoss(reason);
+  CountLoss();
   Lost(reason);
 }
 
-void LinePort::CountLoss(const std::string& reason) {
-  display_.Update([&](LineStatus& status) {
+void LinePort::OnStuck(const std::string& reason, Now now) {
+  now_ = now;
+  CountLoss(true);
+  Lost(reason);
+}
+
+void LinePort::CountLoss(bool takes_no_data) {
+  display_.Update([this, takes_no_data](LineStatus& status) {
     ++status.times_lost;
     status.losses.Add(now_.instant);
-    status.lost_text = reason;
+    status.takes_no_data = takes_no_data;
   });
 }
 
@@ -149,7 +171,7 @@ void LinePort::OnEnded(const std::string& reason, bool reset, Now now) {
   }
   if (listens_ || !rest_.OnEnded(Answers(), several)) {
     now_ = now;
-    CountLoss(reason);
+    CountLoss();
     return Lost(reason, reset ? Loss::reset : Loss::port);
   }
   now_ = now;
@@ -159,7 +181,7 @@ void LinePort::OnEnded(const std::string& reason, bool reset, Now now) {
 
 void LinePort::Lost(const std::string& reason, Loss loss) {
   open_ = false;
-  const bool asked = rest_.asks();
+  const std::string hint = HintOf(rest_, loss == Loss::reset, line_.protocol);
   rest_.End();
   check_at_.reset();
   settings_.OnClosed();
@@ -168,13 +190,7 @@ void LinePort::Lost(const std::string& reason, Loss loss) {
   poller_.OnClosed(now_);
   if (connection_ == Connection::proven) return Down(reason, loss);
   connection_ = Connection::useless;
-  // One that resets it has not even read the request.
-  const bool read = asked && loss != Loss::reset;
-  Down(reason + (read ? ", before it had worked: check the port number, its protocol (" +
-                            line_.protocol + "), or other clients"
-                      : ", before it had worked; is it in use by another client, or at its "
-                        "connection limit?"),
-       loss);
+  Down(reason + ", " + hint, loss);
 }
 
 void LinePort::Down(const std::string& reason, Loss loss) {

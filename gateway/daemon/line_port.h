@@ -48,6 +48,7 @@ class LinePort final : public RequestPort, public PortLoan::Line {
   void OnOpenFailed(const std::string& reason, Now now);
   void OnBytes(View bytes, Now now);
   void OnLost(const std::string& reason, Now now);
+  void OnStuck(const std::string& reason, Now now);
   void OnEnded(const std::string& reason, bool reset, Now now);
 
   // From the poller and the telegrams by hand.
@@ -94,7 +95,7 @@ class LinePort final : public RequestPort, public PortLoan::Line {
     silence,  ///< closed here, because no device behind it has answered
   };
   void Lost(const std::string& reason, Loss loss = Loss::port);
-  void CountLoss(const std::string& reason);
+  void CountLoss(bool takes_no_data = false);
   void Down(const std::string& reason, Loss loss = Loss::port);
   void ClosePort();
   // The loan, and the stop.

@@ -15,6 +15,7 @@
 #include "gateway/base/outcome.h"
 #include "gateway/base/time.h"
 #include "gateway/base/write_result.h"
+#include "gateway/store/failure_runs.h"
 #include "gateway/store/findings.h"
 #include "gateway/store/last_hour.h"
 
@@ -89,9 +90,9 @@ class RecentOutcomes {
 struct QueryCount {
   std::size_t first_point = 0;  ///< index in the device's points; of those that it reads
   std::size_t points = 0;
-  std::uint32_t in_vain = 0;         ///< exchanges in a row without an answer, since the last one
-  std::uint8_t failures = 0;         ///< of the last eight exchanges, one bit each
-  std::uint32_t refused = 0;         ///< exchanges in a row in which the device has said no
+  std::uint32_t in_vain = 0;  ///< exchanges in a row without an answer, since the last one
+  std::uint8_t failures = 0;  ///< of the last eight polls, one bit each; repeats are some, too
+  std::uint32_t refused = 0;  ///< exchanges in a row in which the device has said no
   Symptom symptom = Symptom::clean;  ///< of the last exchange
 };
 
@@ -121,8 +122,10 @@ struct DeviceStatus {
   config::Timing timing;          ///< the times in force
   RecentOutcomes recent;
   Findings findings;
+  FailureRuns failures;
   LastHour hour;
   std::vector<QueryCount> queries;  ///< of the polls, in the order in which they are asked
+  bool lacks_time = false;          ///< Conversation::LacksTime
   std::string learned;              ///< how it wants to be asked (Conversation::WhatIsLearned)
   Duration busy{};  ///< the line time of its exchanges and of the silences after them
   RoundTrips round_trips;
