@@ -17,8 +17,10 @@ constexpr std::size_t kArrivals = 256;
 constexpr std::size_t kTaken = 8;
 /// What begins as a reply has begun is another one.
 constexpr std::size_t kFront = 2;
-/// The same reply to so many other requests, to the last of which it is none, is no chance.
-constexpr std::size_t kSame = 2;
+/// The same reply to so many other requests is no chance, where each of them may be answered alike;
+/// and where replies are numbered.
+constexpr std::size_t kSame = 4;
+constexpr std::size_t kSameNumbered = 2;
 /// Fewer bytes may well be the same.
 constexpr std::size_t kShortest = 4;
 constexpr std::size_t kTransaction = 2;
@@ -222,7 +224,7 @@ bool Examiner::IsSameAgain(bool right) {
     asked.asked = request_.bytes;
   }
   asked.right = asked.right || right;
-  return asked.right && asked.others >= kSame;
+  return asked.right && asked.others >= (member_->protocol->tcp ? kSameNumbered : kSame);
 }
 
 /// A request of this gateway has come back so late that it seems somebody else's.
