@@ -43,15 +43,6 @@ std::string SayNotTransparent(const Finding& finding, const char* what) {
   return what + count + ": " + kSetRaw;
 }
 
-/// Each request that has failed is answered well at other times.
-bool IsNowAndThen(const Evidence& evidence) {
-  if (evidence.device == nullptr || evidence.absent) return false;
-  if (evidence.looked - evidence.failed < evidence.failed) return false;
-  return std::ranges::none_of(evidence.first().status.queries, [](const QueryCount& query) {
-    return query.in_vain >= kNeverAnswered;
-  });
-}
-
 }  // namespace
 
 bool OnWire(const Evidence& evidence) { return SerialOf(evidence.first()).on_wire(); }
@@ -299,10 +290,6 @@ std::string SaySaid(const Evidence& evidence) {
 
 std::string SayOdd(const Evidence& evidence) {
   const Finding& finding = evidence.Last(evidence.Count(odd) > 0 ? odd : one_behind);
-  if (IsNowAndThen(evidence)) {
-    return "some replies do not fit (" + Brief(finding) +
-           "): noise, a converter that loses bytes (set it to raw), or another client or device";
-  }
   return "its replies do not fit (" + Brief(finding) + "): " + RemedyOf(finding);
 }
 

@@ -74,17 +74,6 @@ TEST_F(DiagnoseTest, LossesThatAreTooSeldomForTheLatestExchanges) {
   EXPECT_THAT(Say(), IsEmpty()) << "there is another cause";
 }
 
-TEST_F(DiagnoseTest, RepliesThatDoNotFitNowAndThen) {
-  Ended(Outcome::unexpected, Symptom::odd, 8, "'04.5' is not a number",
-        {.cause = "'04.5' is not a number"});
-  Ended(Outcome::ok, 16);
-  EXPECT_THAT(Say()[0], ::testing::HasSubstr("some replies do not fit ('04.5' is not a number): "
-                                             "noise, a converter that loses bytes"));
-  device().queries = {{.first_point = 0, .points = 1},
-                      {.first_point = 1, .points = 1, .in_vain = 3, .symptom = Symptom::odd}};
-  EXPECT_THAT(Say()[0], ::testing::HasSubstr("its replies do not fit ('04.5' is not a number): "));
-}
-
 TEST_F(DiagnoseTest, DevicesThatAreAwayAtTheSameTime) {
   for (int i = 0; i < 4; ++i) {
     const Instant begin = looked_;
