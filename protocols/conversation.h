@@ -158,9 +158,12 @@ enum class Then : std::uint8_t {
 struct Answer {
   Outcome outcome = Outcome::ok;
   std::string reason{};  ///< one sentence for the log; empty when ok
-  /// What a user can do about it, for `baudgate status`: "raise its poll"; empty: nothing special.
+  /// What a user can do about it, for `baudgate status`: "look at its display"; empty: of a device
+  /// that is busy, to ask it less often; else, to compare it with its profile.
   std::string remedy{};
   std::vector<Reading> readings{};
+  /// What stands where a number belongs, and is none: "0,52"; nothing: that does not occur.
+  std::optional<std::string> no_number{};
   Then then = Then::done;
   /// A write was refused, but something may have changed: an analog output that went to its limit.
   bool may_have_acted = false;
@@ -325,6 +328,8 @@ class Conversation {
   /// For the status: what was learned of how the device must be asked, such as "at most 4 items in
   /// one request". Empty: nothing.
   virtual std::string WhatIsLearned() const { return {}; }
+  /// It should be told the time, and this machine's clock is not known to be right.
+  virtual bool LacksTime() const { return false; }
 };
 
 }  // namespace baudgate

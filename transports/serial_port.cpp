@@ -58,7 +58,7 @@ class SerialPort final : public Transport {
   Result<Descriptor> Prepare();
   void OnRead(View raw);
   void OnEnd(const std::error_code& error);
-  std::string LostText(const std::error_code& error) const;
+  std::string StuckText() const;
   static void CloseDescriptor(int fd);
 
   const std::string port_;
@@ -266,20 +266,18 @@ void SerialPort::OnRead(View raw) {
 }
 
 void SerialPort::OnEnd(const std::error_code& error) {
-  const std::string reason = LostText(error);
+  const bool full = error == asio::error::timed_out || error == asio::error::no_buffer_space;
   Close();
-  listener_.OnLost(reason);
+  if (full) return listener_.OnStuck(StuckText());
+  // Linux reports a vanished adapter as end of file, EIO or ENODEV, depending on the driver.
+  listener_.OnLost(port_ + " is gone (" + error.message() + "); was the adapter unplugged?");
 }
 
-std::string SerialPort::LostText(const std::error_code& error) const {
-  if (error == asio::error::timed_out || error == asio::error::no_buffer_space) {
-    return port_ + " takes no data" +
-           (serial_.rtscts    ? "; is the CTS line of the device connected and active?"
-            : serial_.xonxoff ? "; XOFF came, and no XON since: switch XON/XOFF off at both ends"
-                              : "");
-  }
-  // Linux reports a vanished adapter as end of file, EIO or ENODEV, depending on the driver.
-  return port_ + " is gone (" + error.message() + "); was the adapter unplugged?";
+std::string SerialPort::StuckText() const {
+  return port_ + " takes no data" +
+         (serial_.rtscts    ? "; is the CTS line of the device connected and active?"
+          : serial_.xonxoff ? "; XOFF came, and no XON since: switch XON/XOFF off at both ends"
+                            : "");
 }
 
 PortCounters SerialPort::Counters() const {

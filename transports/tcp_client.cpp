@@ -107,7 +107,7 @@ class TcpClient final : public Transport {
   void Fail(const std::string& reason);
   void OnRead(View raw);
   void OnEnd(const std::error_code& error);
-  void Lose(const std::string& reason);
+  void GetStuck(const std::string& reason);
   std::uint64_t Acknowledged() const;
   void AwaitAcknowledgement();
 
@@ -258,7 +258,7 @@ void TcpClient::AwaitAcknowledgement() {
     if (error || awaiting.expired()) return;
     awaiting_.reset();
     if (Acknowledged() < awaited) {
-      Lose(port_ + " takes no data: a request has not been acknowledged and is given up");
+      GetStuck(port_ + " takes no data: a request has not been acknowledged and is given up");
     } else if (Acknowledged() < given_up_) {
       AwaitAcknowledgement();
     }
@@ -293,13 +293,14 @@ void TcpClient::OnEnd(const std::error_code& error) {
     Close();
     return listener_.OnEnded(port_ + (reset ? " reset" : " closed") + " the connection", reset);
   }
-  Lose(full ? port_ + " takes no data or does not answer"
-            : "the connection to " + port_ + " is lost: " + error.message());
+  if (full) return GetStuck(port_ + " takes no data or does not answer");
+  Close();
+  listener_.OnLost("the connection to " + port_ + " is lost: " + error.message());
 }
 
-void TcpClient::Lose(const std::string& reason) {
+void TcpClient::GetStuck(const std::string& reason) {
   Close();
-  listener_.OnLost(reason);
+  listener_.OnStuck(reason);
 }
 
 }  // namespace

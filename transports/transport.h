@@ -30,6 +30,8 @@ class TransportListener {
   virtual void OnRoom() {}
   /// The port or connection is gone (unplugged, hung up); the transport has closed itself.
   virtual void OnLost(const std::string& reason) = 0;
+  /// The port takes no data; the transport has closed itself.
+  virtual void OnStuck(const std::string& reason) { OnLost(reason); }
   /// The other end has closed the connection, or `reset` it, which drops what it has not read; the
   /// transport has closed itself.
   virtual void OnEnded(const std::string& reason, bool /*reset*/) { OnLost(reason); }

@@ -10,6 +10,7 @@
 #include <string>
 #include <string_view>
 
+#include "gateway/base/outcome.h"
 #include "gateway/base/time.h"
 
 namespace baudgate {
@@ -19,6 +20,7 @@ enum class Symptom : std::uint8_t {
   clean,          ///< and nothing else
   refusal,        ///< in which the device says no, or asks to wait
   doubted,        ///< which was not taken, because it may answer an earlier request
+  no_number,      ///< which has no number where one belongs; `cause`: what stands there
   few_beside,     ///< beside one to three bytes, which may be nothing
   noise_before,   ///< after bytes that belong to nothing
   noise_behind,   ///< in front of such bytes
@@ -76,18 +78,20 @@ struct Finding {
   /// noise_before, noise_behind, few_beside: "10 02 ... 10 03", what stands around the reply.
   std::string cause{};
   std::string remedy{};  ///< "set protocol: modbus_rtu at the line"; empty: nothing special
+  Outcome outcome = Outcome::none;  ///< of the exchange
+  bool ended = false;  ///< silence: the server closed the connection in place of an answer
 };
 
 constexpr std::string_view Name(Symptom symptom) {
   constexpr std::string_view kNames[] = {
-      "clean",         "refusal",     "doubted",       "few_beside",     "noise_before",
-      "noise_behind",  "text_beside", "master_beside", "device_beside",  "copies",
-      "others_beside", "silence",     "echo",          "late",           "split",
-      "head_lost",     "end_lost",    "tail_lost",     "bytes_lost",     "bytes_added",
-      "bad_check",     "eighth_bit",  "other_setting", "other_protocol", "other_device",
-      "other_master",  "one_behind",  "same_again",    "late_echo",      "late_other",
-      "other_reply",   "two_replies", "odd",           "text",           "zeros",
-      "damaged",       "endless",     "noise"};
+      "clean",        "refusal",       "doubted",     "no_number",     "few_beside",
+      "noise_before", "noise_behind",  "text_beside", "master_beside", "device_beside",
+      "copies",       "others_beside", "silence",     "echo",          "late",
+      "split",        "head_lost",     "end_lost",    "tail_lost",     "bytes_lost",
+      "bytes_added",  "bad_check",     "eighth_bit",  "other_setting", "other_protocol",
+      "other_device", "other_master",  "one_behind",  "same_again",    "late_echo",
+      "late_other",   "other_reply",   "two_replies", "odd",           "text",
+      "zeros",        "damaged",       "endless",     "noise"};
   static_assert(std::size(kNames) == kSymptoms);
   return kNames[static_cast<std::size_t>(symptom)];
 }

@@ -14,6 +14,22 @@ namespace {
 /// A write under way is ended in order before the port is given up, so that no password stays open;
 /// but not for longer.
 constexpr Duration kWaitForWrite = 1s;
+/// A server that takes so many requests passes them on.
+constexpr int kPassedOn = 2;
+
+/// What to look at where a connection has ended before it had worked.
+std::string HintOf(const Rest& rest, bool reset, const std::string& protocol) {
+  if (rest.unanswered() >= kPassedOn) {
+    return "unanswered: check power, wire and address behind it, protocol (" + protocol +
+           "), inactivity time";
+  }
+  // One that resets it has not even read the request.
+  if (rest.asks() && !reset) {
+    return "before it had worked: check the port number, its protocol (" + protocol +
+           "), or other clients";
+  }
+  return "before it had worked; is it in use by another client, or at its connection limit?";
+}
 
 }  // namespace
 
@@ -96,7 +112,7 @@ void LinePort::Prove() {
 void LinePort::OnOpenFailed(const std::string& reason, Now now) {
   now_ = now;
   if (rest_.rests()) {
-    display_.CountLoss(reason, now);
+    display_.CountLoss(now);
     return Lost(reason);
   }
   // The time of the loan is over, but the port is not ours yet.
@@ -106,7 +122,13 @@ void LinePort::OnOpenFailed(const std::string& reason, Now now) {
 
 void LinePort::OnLost(const std::string& reason, Now now) {
   now_ = now;
-  display_.CountLoss(reason, now);
+  display_.CountLoss(now);
+  Lost(reason);
+}
+
+void LinePort::OnStuck(const std::string& reason, Now now) {
+  now_ = now;
+  display_.CountLoss(now, true);
   Lost(reason);
 }
 
@@ -117,7 +139,7 @@ void LinePort::OnEnded(const std::string& reason, bool reset, Now now) {
   }
   if (listens_ || !rest_.OnEnded(Answers(), several)) {
     now_ = now;
-    display_.CountLoss(reason, now);
+    display_.CountLoss(now);
     return Lost(reason, reset ? Loss::reset : Loss::port);
   }
   now_ = now;
@@ -127,20 +149,13 @@ void LinePort::OnEnded(const std::string& reason, bool reset, Now now) {
 
 void LinePort::Lost(const std::string& reason, Loss loss) {
   open_ = false;
-  const bool asked = rest_.asks();
+  const std::string hint = HintOf(rest_, loss == Loss::reset, line_.protocol);
   rest_.End();
   settings_.OnClosed();
   telegrams_.OnClosed("the port was lost");
   loan_.OnClosed("the port is lost: " + reason, now_);
   poller_.OnClosed(now_);
-  if (proof_.OnLost()) return Down(reason, loss);
-  // One that resets it has not even read the request.
-  const bool read = asked && loss != Loss::reset;
-  Down(reason + (read ? ", before it had worked: check the port number, its protocol (" +
-                            line_.protocol + "), or other clients"
-                      : ", before it had worked; is it in use by another client, or at its "
-                        "connection limit?"),
-       loss);
+  Down(proof_.OnLost() ? reason : reason + ", " + hint, loss);
 }
 
 void LinePort::Down(const std::string& reason, Loss loss) {

@@ -48,6 +48,7 @@ class LinePort final : public RequestPort, public PortLoan::Line {
   void OnOpenFailed(const std::string& reason, Now now);
   void OnBytes(View bytes, Now now);
   void OnLost(const std::string& reason, Now now);
+  void OnStuck(const std::string& reason, Now now);
   void OnEnded(const std::string& reason, bool reset, Now now);
 
   // From the poller and the telegrams by hand.

@@ -126,6 +126,10 @@ void LineRunner::OnLost(const std::string& reason) {
   Handle([&](LineParts& line, Now now) { line.port.OnLost(reason, now); });
 }
 
+void LineRunner::OnStuck(const std::string& reason) {
+  Handle([&](LineParts& line, Now now) { line.port.OnStuck(reason, now); });
+}
+
 void LineRunner::OnEnded(const std::string& reason, bool reset) {
   Handle([&](LineParts& line, Now now) { line.port.OnEnded(reason, reset, now); });
 }

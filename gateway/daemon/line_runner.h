@@ -71,6 +71,7 @@ class LineRunner final : private TransportListener, private serial_server::PortO
   void OnOpenFailed(const std::string& reason) override;
   void OnBytes(View bytes) override;
   void OnLost(const std::string& reason) override;
+  void OnStuck(const std::string& reason) override;
   void OnEnded(const std::string& reason, bool reset) override;
   void OnRoom() override { line_.loan.OnRoom(); }
 

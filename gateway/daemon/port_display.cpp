@@ -41,11 +41,11 @@ void PortDisplay::OnReleased(const std::string& port, Duration time, Now now) {
   reporter_.OnNews({News::What::port_lent, false, {}, text}, now);
 }
 
-void PortDisplay::CountLoss(const std::string& reason, Now now) {
+void PortDisplay::CountLoss(Now now, bool takes_no_data) {
   Update([&](LineStatus& status) {
     ++status.times_lost;
     status.losses.Add(now.instant);
-    status.lost_text = reason;
+    status.takes_no_data = takes_no_data;
   });
 }
 

@@ -33,7 +33,7 @@ class PortDisplay {
   void OnDown(const std::string& reason, Down down, Now now);
   /// By hand, to another program.
   void OnReleased(const std::string& port, Duration time, Now now);
-  void CountLoss(const std::string& reason, Now now);
+  void CountLoss(Now now, bool takes_no_data = false);
   /// The server has ended a connection that was in use, which is no outage.
   void CountDrop(const std::string& reason, Now now);
 

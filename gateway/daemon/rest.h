@@ -29,6 +29,7 @@ class Rest {
     if (answers > answers_before_) in_vain_ = 0;
     answers_before_ = answers;
     is_used_ = asks_ = false;
+    unanswered_ = 0;
     return std::exchange(rests_, false);
   }
   /// The server has ended it; `several`: more than one device is polled over it. False: that is an
@@ -51,7 +52,10 @@ class Rest {
     const std::uint64_t its = answers - answers_before_;
     return asks_ ? its > 1 : its > 0 && since >= kBehindAnswer && since < kShortestRest;
   }
-  void OnBytes() { asks_ = false; }
+  void OnBytes() {
+    asks_ = false;
+    unanswered_ = 0;
+  }
   /// A request is to be sent. True: it waits for a connection to be opened.
   bool Holds(View request) {
     const bool holds = rests_ || (alone_ > 0 && is_used_);
@@ -61,6 +65,7 @@ class Rest {
       held_.assign(request.begin(), request.end());
     }
     is_used_ = asks_ = !holds;
+    unanswered_ += holds ? 0 : 1;
     return holds;
   }
   /// The request that has waited, if it is still wanted.
@@ -78,6 +83,8 @@ class Rest {
   bool rests() const { return rests_; }
   /// A request went out over this connection, and nothing has come since.
   bool asks() const { return asks_; }
+  /// So many went out, one behind the other.
+  int unanswered() const { return unanswered_; }
   /// The last connection ended before any answer.
   bool in_vain() const { return in_vain_ > 0; }
 
@@ -92,6 +99,7 @@ class Rest {
   int alone_ = 0;         // requests that still get a connection each
   bool is_used_ = false;  // a request went out over this connection
   bool asks_ = false;     // and nothing has come since
+  int unanswered_ = 0;    // requests over this connection since then
   int in_vain_ = 0;       // connections in a row that ended before any answer
   Bytes held_;
 };

@@ -15,15 +15,11 @@
 #include "gateway/line/nearly_reply.h"
 #include "gateway/line/other_frame.h"
 #include "gateway/line/other_service.h"
+#include "gateway/line/words.h"
 
 namespace baudgate {
 namespace {
 
-/// Fewer printable characters are no words.
-constexpr std::size_t kShortestText = 6;
-/// From here on a line of printable characters is one, whatever is in it.
-constexpr std::size_t kLine = 8;
-constexpr std::size_t kQuoted = 30;
 constexpr std::size_t kQuotedBytes = 8;
 /// What a modem, radio or serial server puts around a packet is no longer.
 constexpr std::size_t kLongestFrame = 24;
@@ -31,9 +27,6 @@ constexpr std::size_t kLongestFrame = 24;
 constexpr std::size_t kHarmless = 3;
 /// So many bytes without a pause are no message of any reader.
 constexpr std::size_t kEndless = 240;
-/// So many lines that begin alike, in one exchange: nobody has asked for them.
-constexpr std::ptrdiff_t kRepeated = 2;
-constexpr std::size_t kAlike = 2;
 /// So many bytes are a few.
 constexpr std::size_t kAFew = 2;
 
@@ -84,82 +77,6 @@ Duration LongestPause(const Hearing& hearing, std::size_t begin, std::size_t end
     longest = std::max(longest, arrival.after - hearing.arrivals[i - 1].after);
   }
   return longest;
-}
-
-std::string Quote(View text) {
-  std::string quoted = Printable(text.first(std::min(text.size(), kQuoted)));
-  if (text.size() > kQuoted) quoted += "...";
-  return "'" + quoted + "'";
-}
-
-bool IsLetter(std::uint8_t byte) {
-  return (byte >= 'a' && byte <= 'z') || (byte >= 'A' && byte <= 'Z');
-}
-
-/// What a modem says.
-bool IsModem(View heard) {
-  constexpr std::string_view kWords[] = {"OK",   "ERROR",   "NO CARRIER", "BUSY",
-                                         "RING", "CONNECT", "NO ANSWER",  "NO DIALTONE"};
-  const std::string_view text = Trim(AsText(heard));
-  return std::ranges::any_of(kWords, [&](std::string_view word) { return text.starts_with(word); });
-}
-
-/// A line of printable characters, whatever is in it.
-bool IsLine(const Hearing& hearing, View heard) {
-  const bool binary = !std::ranges::all_of(hearing.request, IsPrintable);
-  if (heard.size() < (binary ? kLine : 2 * kLine)) return false;
-  const bool ends = heard.back() == '\r' || heard.back() == '\n';
-  return ends && std::ranges::all_of(heard, IsPrintable);
-}
-
-/// In a binary protocol a few letters are words; where replies are text themselves, much of it.
-bool IsWords(const Hearing& hearing, View heard) {
-  const auto printable = std::ranges::count_if(heard, IsPrintable);
-  const auto letters = std::ranges::count_if(heard, IsLetter);
-  const auto size = static_cast<std::ptrdiff_t>(heard.size());
-  const bool binary = !std::ranges::all_of(hearing.request, IsPrintable);
-  if (heard.size() < kShortestText || 20 * printable < 19 * size) return false;
-  return binary ? letters >= 3 : 5 * letters >= 2 * size;
-}
-
-/// Its first bytes are those of a reply, or nearly.
-bool BeginsLikeReply(const Hearing& hearing, View heard) {
-  const Expectation& expect = *hearing.expect;
-  return std::ranges::any_of(heard.first(std::min<std::size_t>(heard.size(), 3)), [&](auto byte) {
-    const bool address = !expect.address.empty() && byte == expect.address[0];
-    const bool lead = !hearing.request.empty() && byte == hearing.request.front();
-    return address || lead || std::ranges::any_of(expect.shapes, [byte](const Shape& shape) {
-             return shape.tag > 0 && (shape.tag & 0xFF) == byte;
-           });
-  });
-}
-
-/// One line after another that begins alike.
-bool Repeats(View heard) {
-  const View first = heard.first(std::min(heard.size(), kAlike));
-  std::ptrdiff_t alike = 1;
-  for (std::size_t i = 1; i < heard.size(); ++i) {
-    if (heard[i - 1] != '\n' && (heard[i - 1] != '\r' || heard[i] == '\n')) continue;
-    const View line = heard.subspan(i);
-    const bool same = std::ranges::equal(line.first(std::min(line.size(), kAlike)), first);
-    alike += same ? 1 : 0;
-  }
-  return alike >= kRepeated;
-}
-
-/// Empty: these are no words for people.
-std::optional<Finding> Words(const Hearing& hearing, View heard, bool lines = false) {
-  const bool likely = IsWords(hearing, heard) || (lines && IsLine(hearing, heard));
-  if (!IsModem(heard) && (!likely || BeginsLikeReply(hearing, heard))) return std::nullopt;
-  // What comes after a password may repeat it.
-  const bool secret = !hearing.expect->secrets.empty();
-  return Finding{
-      .symptom = Symptom::text,
-      .bytes = heard.size(),
-      .cause = secret ? std::string("behind a password, and so not shown") : Quote(heard),
-      .remedy = Repeats(heard) ? "it sends by itself, asked or not: switch its automatic "
-                                 "(continuous) output off"
-                               : ""};
 }
 
 /// More was to come.

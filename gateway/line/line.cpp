@@ -185,6 +185,7 @@ LineNews Line::OnCollision(Instant now) {
 LineNews Line::OnEnded(Instant now) {
   if (state_ == State::sending || state_ == State::await_first || state_ == State::receiving) {
     Finish(Outcome::no_reply, "the server closed the connection in place of an answer", now);
+    news_.end->ended = true;
   }
   return Told();
 }

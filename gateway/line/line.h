@@ -50,6 +50,7 @@ struct ExchangeEnd {
   std::string reason;        ///< one sentence if the line itself knows why; else empty
   Duration round_trip{};     ///< first byte out to last byte in; zero when no frame came
   std::size_t received = 0;  ///< bytes that came for it
+  bool ended = false;        ///< the server closed the connection in place of an answer
   /// From the last byte of its reply to this end, if only silence showed that it was the last.
   Duration since_reply{};
 };

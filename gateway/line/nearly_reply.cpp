@@ -66,6 +66,7 @@ struct LineEnd {
 constexpr LineEnd kLineEnds[] = {{"\r", "a carriage return"},
                                  {"\n", "a line feed"},
                                  {"\r\n", "CR LF"},
+                                 {"\n\r", "a line feed and a carriage return"},
                                  {"\n\n", "two line feeds"}};
 
 /// It is whole with another end of its line.

@@ -42,6 +42,7 @@ void DeviceAccounts::OnExchange(const Member& member, const ExchangeEnd& end,
     status.busy = states_[member].busy;
     if (outcome != Outcome::ok) status.last_reason = end.reason;
     status.learned = member.device->conversation->WhatIsLearned();
+    status.lacks_time = member.device->conversation->LacksTime();
     // The part that has ended the connection may have reported why.
     if (!about.mute && (!cut_off || finding.bytes > 0)) status.findings.Add(finding);
     if (!about.mute && !cut_off) Count(member, answered, status);
@@ -74,6 +75,7 @@ void DeviceAccounts::Count(const Member& member, bool answered, DeviceStatus& st
   if (state.heard == Instant{}) state.heard = now_.instant;
   const Duration since = now_.instant - std::exchange(state.heard, now_.instant);
   ++(answered ? tally.answered : tally.failed);
+  status.failures.Add(answered, now_.instant);
   (answered ? tally.up : tally.down) += since;
   (answered ? tally.served : tally.wasted) += took;
   tally.wasted += drained;
@@ -140,7 +142,7 @@ void DeviceAccounts::OnTask(const Member& member, bool answered) {
   Change(member, [this](DeviceStatus& status) { ++status.hour.At(now_.instant).outages; });
 }
 
-void DeviceAccounts::OnPoll(const Device& device, std::size_t query, bool answered) {
+void DeviceAccounts::OnPoll(const Device& device, std::size_t query, bool answered, bool missed) {
   const auto queries = device.conversation->Queries();
   if (query >= queries.size()) return;
   const Symptom symptom = states_[device].symptom;
@@ -151,7 +153,8 @@ void DeviceAccounts::OnPoll(const Device& device, std::size_t query, bool answer
     count.first_point = points.empty() ? 0 : points.front();
     count.points = points.size();
     count.in_vain = answered ? 0 : count.in_vain + 1;
-    count.failures = static_cast<std::uint8_t>(count.failures << 1U | (answered ? 0U : 1U));
+    count.failures =
+        static_cast<std::uint8_t>(count.failures << 1U | (missed || !answered ? 1U : 0U));
     count.refused = symptom == Symptom::refusal ? count.refused + 1 : 0;
     count.symptom = symptom;
   });

@@ -58,8 +58,8 @@ class DeviceAccounts {
 
   /// A task has ended, all its repeats included.
   void OnTask(const Member& member, bool answered);
-  /// A poll has ended.
-  void OnPoll(const Device& device, std::size_t query, bool answered);
+  /// A poll has ended; `missed`: an exchange of it has failed, as before a repeat.
+  void OnPoll(const Device& device, std::size_t query, bool answered, bool missed);
   /// Its queries have changed.
   void OnPlan(const Device& device);
   /// A command has ended; `read_back`: the device shows what was written.

@@ -67,7 +67,10 @@ void JobRun::Apply(Job& done, EndEffects effects, const JobEnd& end) {
   if (device != nullptr) upkeep_.PlanBackground(*device);
   if (done.looks) chooser_.probes().OnEnd(member, *done.looks, done.began);
   if (effects.fast_poll) ledger_.rounds.OnPoll(member, *effects.fast_poll, now_.instant);
-  if (effects.poll) ledger_.devices.OnPoll(*device, effects.poll->query, effects.poll->answered);
+  if (effects.poll) {
+    const auto& [query, answered] = *effects.poll;
+    ledger_.devices.OnPoll(*device, query, answered, done.missed);
+  }
   if (effects.repeat) upkeep_.Repeat(*device, *effects.repeat, now_.instant);
   if (effects.doubt) upkeep_.Doubt(*effects.doubt, now_.instant);
   if (effects.polls_first && device != nullptr) agenda_.schedule.GoFirst(member.place);

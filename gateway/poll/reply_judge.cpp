@@ -107,12 +107,17 @@ void ReplyJudge::OnEnd(const Job& job, const ExchangeEnd& end, Finding& finding)
   if (answered && !job.request.expect.mirrors) echo_free_ = !echoed_;
   const std::string& reason = job.answer.reason.empty() ? end.reason : job.answer.reason;
   const bool refuses = answered && end.outcome != Outcome::ok;
+  finding.outcome = end.outcome;
+  finding.ended = end.ended;
   if (refuses || (job.doubted && !job.said.empty())) {
     finding.symptom = Symptom::refusal;
     finding.cause = refuses ? reason : job.said;
     finding.remedy = job.answer.remedy;
   } else if (job.doubted) {
     finding.symptom = Symptom::doubted;
+  } else if (finding.symptom == Symptom::clean && job.answer.no_number) {
+    finding.symptom = Symptom::no_number;
+    finding.cause = Printable(ToBytes(*job.answer.no_number));
   } else if (finding.symptom == Symptom::odd) {
     // Without a reason: the reply was good, and an earlier exchange has met it.
     if (reason.empty()) finding.symptom = Symptom::silence;

@@ -25,8 +25,6 @@ constexpr std::size_t kManyFailures = 8;
 constexpr double kNotableOutage = 0.01;
 /// So many exchanges in a row are no disturbance that is just over.
 constexpr std::uint32_t kManyBehind = 16;
-/// As protocols/spabus/conversation.cpp begins what it has learned.
-constexpr std::string_view kNoTime = "not told the time: this machine's clock";
 /// One that begins so soon behind the start may be its end.
 constexpr Duration kStart = 5min;
 
@@ -159,7 +157,7 @@ Sentences DiagnoseDevice(const LineStatus& line, const DeviceRecord& device,
         "or repeater in between, which sends twice or one request late",
         Times(status.doubled)));
   }
-  if (status.learned.starts_with(kNoTime)) {
+  if (status.lacks_time) {
     found.push_back(
         "its clock is not set, as this machine's clock is not known to be "
         "synchronised: set up NTP (chrony) here");

@@ -7,20 +7,22 @@
 #include <bit>
 
 #include "gateway/base/shown.h"
+#include "gateway/status/absences.h"
 #include "gateway/status/hypotheses.h"
+#include "gateway/status/hypothesis_words.h"
 #include "gateway/status/reason.h"
+#include "gateway/status/words.h"
 
 namespace baudgate::control {
 namespace {
 
 using Sentences = std::vector<std::string>;
 
-/// A request that has failed so often in a row, beside others that are answered.
-constexpr std::uint32_t kNeverAnswered = 3;
+/// Failures between answers, of the last minutes, and their share of all exchanges.
+constexpr double kManyRuns = 5;
+constexpr double kNotableLosses = 0.03;
 /// Refused so often in a row, without one answer between, it is no moment of work.
 constexpr std::size_t kAlways = 8;
-constexpr std::string_view kRaisePoll = "raise its poll";
-constexpr std::string_view kOtherProfile = "does the profile fit";
 
 /// "3 damaged, 2 late": what its failures looked like.
 std::string Looks(const Evidence& evidence) {
@@ -123,7 +125,8 @@ Sentences DeadQueries(const DeviceRecord& record, const Evidence& evidence) {
     return !fails(query) || IsDamage(query.symptom);
   });
   const auto judged = Judge(evidence);
-  if (!judged.empty() && judged.front()->whole) return Said("", evidence);
+  const bool pieces = damaged && evidence.Count(Symptom::split) > 0;
+  if (!judged.empty() && (judged.front()->whole || pieces)) return Said("", evidence);
   if (damaged && status.findings.Suspects() == 0) {
     return {"the replies for " + points +
             " come damaged, and no others: take these points out of the profile, or set the "
@@ -134,6 +137,22 @@ Sentences DeadQueries(const DeviceRecord& record, const Evidence& evidence) {
   if (!shifted && !judged.empty()) return Said(before, evidence);
   return {before + "its reply does not fit (" + Shortened(status.last_reason) +
           "): does the profile fit the device?"};
+}
+
+/// Single losses that are too seldom to be among the latest exchanges at each look.
+Sentences SeldomLosses(const DeviceRecord& record, const Evidence& evidence) {
+  const Findings& findings = record.status.findings;
+  if (record.status.unasked || IsAbsent(record.status)) return {};
+  for (std::size_t i = 0; i < kSymptoms; ++i) {
+    const auto symptom = static_cast<Symptom>(i);
+    const bool seen = findings.Last(symptom).symptom == symptom;
+    if (!IsAnswered(symptom) && symptom != Symptom::silence && seen) return {};
+  }
+  const FailureTally tally = TallyOf(record.status.failures);
+  const double all = tally.failed + tally.answered;
+  if (tally.runs < kManyRuns || Share(tally.failed, all) < kNotableLosses) return {};
+  return {
+      fmt::format("{:.0f} of {:.0f} exchanges failed: {}", tally.failed, all, SaySilent(evidence))};
 }
 
 /// How often it fails at present; empty: not often enough for a word.
@@ -158,19 +177,23 @@ std::string Refusals(const DeviceRecord& record, const Evidence& evidence) {
       last.cause.empty() ? std::string(Name(record.status.last_outcome)) : Brief(last);
   const std::string points =
       NamesOf(record, [](const QueryCount& query) { return query.refused >= kNeverAnswered; });
-  const bool always = count == evidence.looked && count >= kAlways;
+  const auto is_refused = [](const PointRecord& point) {
+    return point.reported.reason == Reason::not_fitted;
+  };
+  const bool none = !record.points.empty() && std::ranges::all_of(record.points, is_refused);
+  const bool always = none || (count == evidence.looked && count >= kAlways);
   std::string remedy = RemedyOf(last);
-  if (always && remedy == kRaisePoll) {
+  if (always && last.outcome == Outcome::busy && last.remedy.empty()) {
     remedy = "end its programming, local or test mode, or restart it";
-  } else if (always && remedy.starts_with(kOtherProfile) && HasWorked(record)) {
-    remedy = "it has answered before: end an update or test mode, or restart it";
+  } else if (always && last.outcome == Outcome::unsupported && HasWorked(record)) {
+    remedy = "it has answered before: another device or firmware, or a test mode? Restart it";
   }
   if (record.status.unasked) {
     return fmt::format("{} ({} of its last {} messages): {}", reason, count, evidence.looked,
                        remedy);
   }
   return fmt::format("it says '{}' to {} of {} requests{}: {}", reason, count, evidence.looked,
-                     points.empty() ? "" : " (" + points + ")", remedy);
+                     points.empty() || always ? "" : " (" + points + ")", remedy);
 }
 
 }  // namespace
@@ -194,6 +217,7 @@ Sentences Failures(const DeviceRecord& record, const Evidence& evidence) {
   if (!often.empty() && found.empty()) {
     found = Said(often, evidence);
   }
+  if (found.empty()) found = SeldomLosses(record, evidence);
   const std::vector<QueryCount>& queries = record.status.queries;
   const bool none = !queries.empty() && std::ranges::all_of(queries, [](const QueryCount& query) {
     return query.points == 0 || query.in_vain > 0;

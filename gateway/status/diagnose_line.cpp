@@ -29,8 +29,6 @@ constexpr std::size_t kDrops = 3;
 constexpr Duration kRecently = 5min;
 /// A connection is opened again so soon.
 constexpr Duration kMoment = 5s;
-/// The text of a port that holds what is sent (transports/serial_port.cpp).
-constexpr std::string_view kTakesNoData = "takes no data";
 /// So many errors of the driver for an exchange.
 constexpr double kNotableErrors = 0.02;
 
@@ -48,8 +46,20 @@ const Finding* OtherService(std::span<const DeviceRecord> devices) {
 std::string SayOtherService(const config::Line& line, std::span<const DeviceRecord> devices) {
   const Finding* const other = OtherService(devices);
   if (other == nullptr || !line.port.starts_with("tcp://")) return {};
-  return "no device is behind " + line.port + " (" + other->cause +
-         "): " + (other->remedy.empty() ? "check the port" : other->remedy);
+  const bool says = other->symptom == Symptom::text;
+  return (says ? line.port + " says " + other->cause + ": "
+               : "no device is behind " + line.port + " (" + other->cause + "): ") +
+         (other->remedy.empty() ? "check the port" : other->remedy);
+}
+
+/// Of a port that holds what is sent.
+const char* WhyNoData(const config::SerialSettings& serial) {
+  if (serial.rtscts) return "it takes no data: is the CTS line of the device connected and active?";
+  if (serial.xonxoff) {
+    return "it takes no data: XOFF came, and no XON since: switch XON/XOFF off at both ends";
+  }
+  return "it takes no data: the adapter, or what is behind it, hangs: plug it in anew or restart "
+         "it";
 }
 
 std::string Lost(const config::Line& line, const LineStatus& status, std::size_t times,
@@ -61,13 +71,9 @@ std::string Lost(const config::Line& line, const LineStatus& status, std::size_t
         "inactivity time, another client) and at the network",
         Times(times));
   }
-  if (status.lost_text.find(kTakesNoData) != std::string::npos) {
-    return fmt::format("the open port was lost {} in the last hour: {}", Times(times),
-                       status.lost_text);
-  }
-  return fmt::format(
-      "the open port was lost {} in the last hour: loose plug, hub or power; the log has the times",
-      Times(times));
+  return fmt::format("the open port was lost {} in the last hour: {}", Times(times),
+                     status.takes_no_data ? WhyNoData(line.serial)
+                                          : "loose plug, hub or power; the log has the times");
 }
 
 std::string Closed(const config::Line& line, const LineStatus& status,

@@ -33,6 +33,15 @@ const char* RemedyFor(Reason reason) {
   }
 }
 
+/// What stands where a number belongs.
+std::string NoNumber(const std::string& text) {
+  if (text.empty()) return ": it sends nothing for them: does the profile fit the device?";
+  const bool comma = text.find_first_not_of("+-0123456789,") == std::string::npos;
+  return ": '" + Shortened(text) + "' is no number: " +
+         (comma ? "set a decimal point at the device, or type: string in its profile"
+                : "does the profile fit the device? type: string takes it");
+}
+
 /// A point that is polled has a value by then.
 constexpr Duration kLongWait = 20s;
 /// By then a device that speaks by itself has said all that it has to say.
@@ -106,10 +115,14 @@ Sentences DiagnosePoints(const LineStatus& line, const DeviceRecord& record, Now
     if (unsure == reported) {
       why += ": it says itself that they are not certain (not stable): look at what it measures";
     }
-    if (unreadable == reported) {
+    const Findings& findings = record.status.findings;
+    if (unreadable + empty == reported && findings.Count(Symptom::no_number) > 0) {
+      why += NoNumber(findings.Last(Symptom::no_number).cause);
+    } else if (unreadable == reported) {
       why += ": it says that they are not valid, or sends another form: look at its sensors";
+    } else if (empty == reported) {
+      why += ": it sends no number for them (a decimal comma?); see trace";
     }
-    if (empty == reported) why += ": it sends no number for them (a decimal comma?); see trace";
     if (reasons.size() == 1 && reasons.begin()->second == reported) {
       const char* const remedy = RemedyFor(reasons.begin()->first);
       const bool all = reported == record.points.size() && reported > 1;
@@ -122,8 +135,10 @@ Sentences DiagnosePoints(const LineStatus& line, const DeviceRecord& record, Now
       const std::string said = Brief(record.status.findings.Last(Symptom::refusal));
       why += said.empty() ? ": it does not answer requests for them" : ": it says '" + said + "'";
       const bool worked = reported == record.points.size() && HasValue(record.points[0].value);
-      why += worked ? "; it has answered before: end an update or test mode, or restart it"
-                    : "; does the profile fit?";
+      why +=
+          worked
+              ? "; it has answered before: another device or firmware, or a test mode? Restart it"
+              : "; does the profile fit?";
     }
     found.push_back(
         fmt::format("{} of {} points have no good value{}", reported, record.points.size(), why));

@@ -4,14 +4,15 @@
 #include <algorithm>
 #include <optional>
 
+#include "gateway/status/absences.h"
+
 namespace baudgate::control {
 namespace {
 
-constexpr std::size_t kRecentMinutes = 5;
 /// Of so many exchanges that were looked at one may have failed.
 constexpr std::size_t kMostlyGood = 8;
 
-void Add(Evidence& evidence, const DeviceRecord& record, Now now) {
+void Add(Evidence& evidence, const DeviceRecord& record) {
   const DeviceStatus& status = record.status;
   evidence.records.push_back(&record);
   evidence.answered = evidence.answered || status.last_ok.has_value();
@@ -25,8 +26,6 @@ void Add(Evidence& evidence, const DeviceRecord& record, Now now) {
       evidence.last[i] = &status.findings.Last(symptom);
     }
   }
-  evidence.minutes += status.hour.Sum(now.instant, kRecentMinutes - 1);
-  evidence.hour += status.hour.Sum(now.instant);
 }
 
 constexpr std::size_t kNamed = 2;
@@ -109,14 +108,19 @@ Evidence Gather(const LineStatus& status, const DeviceRecord& device,
                 std::span<const DeviceRecord> all, Now now) {
   Evidence evidence;
   evidence.line = device.line;
+  evidence.now = now.instant;
   evidence.status = &status;
   evidence.device = &device;
   evidence.absent = IsAbsent(device.status);
-  Add(evidence, device, now);
+  Add(evidence, device);
   std::vector<std::string> fell;
+  std::vector<std::string> away;
   for (const DeviceRecord& other : all) {
     if (other.device == device.device) continue;
     if (FellTogether(device.status, other.status)) fell.push_back(other.device->name);
+    if (AreAwayTogether(device.status.failures, other.status.failures)) {
+      away.push_back(other.device->name);
+    }
     if (IsHealthy(other.status) && evidence.healthy.empty()) {
       evidence.healthy = other.device->name;
     }
@@ -125,16 +129,18 @@ Evidence Gather(const LineStatus& status, const DeviceRecord& device,
   }
   if (!evidence.healthy.empty()) evidence.alike.clear();
   evidence.fell = Listed(fell);
+  evidence.away = Listed(away);
   return evidence;
 }
 
 Evidence GatherAbsent(const LineStatus& status, std::span<const DeviceRecord> all, Now now) {
   Evidence evidence;
   evidence.line = all.front().line;
+  evidence.now = now.instant;
   evidence.status = &status;
   evidence.absent = true;
   for (const DeviceRecord& record : all) {
-    if (IsAbsent(record.status)) Add(evidence, record, now);
+    if (IsAbsent(record.status)) Add(evidence, record);
   }
   return evidence;
 }

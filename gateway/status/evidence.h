@@ -10,7 +10,6 @@
 #include <string>
 
 #include "gateway/base/finding.h"
-#include "gateway/store/last_hour.h"
 #include "gateway/store/line_status.h"
 #include "gateway/store/point_store.h"
 
@@ -20,17 +19,17 @@ struct Evidence {
   const config::Line* line = nullptr;
   const LineStatus* status = nullptr;
   const DeviceRecord* device = nullptr;  ///< null: of all devices of the line together
-  bool absent = false;                   ///< it does not answer at present
-  bool answered = false;                 ///< it has, since the start
-  std::string healthy{};                 ///< a neighbour that answers well; empty: none
-  std::string alike{};                   ///< a neighbour that fails in the same way; empty: none
+  Instant now{};
+  bool absent = false;     ///< it does not answer at present
+  bool answered = false;   ///< it has, since the start
+  std::string healthy{};   ///< a neighbour that answers well; empty: none
+  std::string alike{};     ///< a neighbour that fails in the same way; empty: none
+  std::string away{};      ///< neighbours that are away at the same times: "d, e"; empty: none
   std::string fell{};      ///< neighbours that fell silent with it: "d, e"; empty: none
   std::size_t looked = 0;  ///< exchanges that are kept
   std::size_t failed = 0;  ///< of those, without a good reply
   std::array<std::size_t, kSymptoms> counts{};
   std::array<const Finding*, kSymptoms> last{};
-  MinuteCounts minutes;  ///< the last five
-  MinuteCounts hour;
 
   std::size_t Count(Symptom symptom) const { return counts[static_cast<std::size_t>(symptom)]; }
   std::size_t Count(std::initializer_list<Symptom> symptoms) const;
@@ -48,6 +47,9 @@ Evidence Gather(const LineStatus& status, const DeviceRecord& device,
                 std::span<const DeviceRecord> all, Now now);
 /// Of all devices of the line that are in use and do not answer.
 Evidence GatherAbsent(const LineStatus& status, std::span<const DeviceRecord> all, Now now);
+
+/// A request that has failed so often in a row, beside others that are answered.
+inline constexpr std::uint32_t kNeverAnswered = 3;
 
 /// Its own, or those of its line.
 config::SerialSettings SerialOf(const DeviceRecord& record);

@@ -22,6 +22,8 @@ constexpr std::size_t kFacts = 2;
 constexpr std::size_t kSilences = 3;
 /// No chance any more.
 constexpr std::size_t kMany = 8;
+/// No buffer is as small.
+constexpr std::size_t kNoBuffer = 16;
 /// No device needs a longer silence in front of its request.
 constexpr Duration kLongestPause = 300ms;
 
@@ -50,9 +52,11 @@ double Text(const Evidence& evidence) {
 
 /// Where a gap splits replies, a rest that comes alone looks like a lost head or tail.
 double InPieces(const Evidence& evidence) {
-  return evidence.Count(split) == 0 ? 0
-                                    : evidence.Share({split, tail_lost, head_lost, end_lost,
-                                                      bytes_lost, bad_check, damaged, odd, noise});
+  // A burst of noise may make one of a reply.
+  return evidence.Count(split) < (evidence.answered ? kFacts : 1)
+             ? 0
+             : evidence.Share({split, tail_lost, head_lost, end_lost, bytes_lost, bad_check,
+                               damaged, odd, noise});
 }
 
 double Late(const Evidence& evidence) {
@@ -167,7 +171,8 @@ bool OnlyLong(const Evidence& evidence, const Findings::Lengths& (Findings::*len
   const Findings& findings = evidence.device->status.findings;
   if (findings.Runs() < kFacts || findings.LongestGood() == 0) return false;
   const Findings::Lengths& bad = (findings.*lengths)();
-  return bad.count >= kFacts && 4 * bad.shortest > 5 * findings.LongestGood();
+  return bad.count >= kFacts && bad.shortest > kNoBuffer &&
+         4 * bad.shortest > 5 * findings.LongestGood();
 }
 
 double TooLong(const Evidence& evidence) {
@@ -201,8 +206,7 @@ double InItsPlace(const Evidence& evidence) {
   if (evidence.Count(odd) > 0 && !evidence.Last(odd).remedy.empty()) {
     return evidence.Share({odd});
   }
-  const bool ended = LastReason(evidence).find("connection") != std::string::npos;
-  return ended ? 0.95 * evidence.Share({silence}) : 0;
+  return evidence.Last(silence).ended ? 0.95 * evidence.Share({silence}) : 0;
 }
 
 /// They meet on the wire as well, and damage each other.

@@ -49,8 +49,6 @@ bool OnWire(const Evidence& evidence) { return SerialOf(evidence.first()).on_wir
 
 bool IsBehindServer(const Evidence& evidence) { return evidence.line->is_network(); }
 
-std::string LastReason(const Evidence& evidence) { return evidence.first().status.last_reason; }
-
 /// FF is what a character with wrong parity becomes; on a connection it is Telnet's.
 unsigned Suspects(const Evidence& evidence) {
   const unsigned all = evidence.device->status.findings.Suspects();
@@ -247,10 +245,7 @@ std::string SayNoise(const Evidence& evidence) {
     return "they come damaged: noise or a bad wire, or its profile or options describe another "
            "format";
   }
-  const std::string reason = LastReason(evidence);
-  const bool plain = reason.starts_with("checksum") || reason.starts_with("syntax");
-  const std::string damaged_by = plain ? " (" + reason + ")" : std::string();
-  const std::string cause = "its replies come damaged" + damaged_by;
+  const std::string cause = "its replies come damaged";
   if (!OnWire(evidence)) return cause + ": look at the server";
   // What two devices have in common is no address.
   if (!evidence.alike.empty()) return cause + ": noise, bad termination, or a bus without ground";
@@ -321,8 +316,7 @@ std::string SayTwoReplies(const Evidence& evidence) {
 std::string SayOtherReply(const Evidence& evidence) {
   const Finding& finding = evidence.Last(other_reply);
   if (!finding.cause.empty()) return WithRemedy(finding);
-  const std::string reason = LastReason(evidence);
-  if (reason.find("two different") != std::string::npos) return SayTwoReplies(evidence);
+  const std::string& reason = evidence.first().status.last_reason;
   return "replies come that belong to other requests" +
          (reason.empty() ? "" : " (" + reason + ")") +
          ": another master on the line, or a serial server that answers one request late";

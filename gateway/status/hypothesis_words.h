@@ -13,12 +13,8 @@ namespace baudgate::control {
 bool OnWire(const Evidence& evidence);
 /// The settings of the wire are those of a serial server.
 bool IsBehindServer(const Evidence& evidence);
-/// Of the last failure; empty: nobody knows.
-std::string LastReason(const Evidence& evidence);
 /// Of kSpecialBytes those that a converter may change, one bit each.
 unsigned Suspects(const Evidence& evidence);
-/// It fails several times in a row, answers for a while, and fails again.
-bool ComesAndGoes(const Evidence& evidence);
 
 std::string SayOtherDevice(const Evidence& evidence);
 std::string SayOtherMaster(const Evidence& evidence);

@@ -16,6 +16,8 @@ constexpr std::uint32_t kNotableMisses = 3;
 constexpr double kNotableMissed = 0.02;
 /// From here on failures are what the line's time goes to.
 constexpr double kMuchWaste = 0.2;
+/// So much of it is enough for periods to be missed meanwhile.
+constexpr double kSomeWaste = 0.03;
 /// And good exchanges are.
 constexpr double kFull = 0.8;
 constexpr double kBusy = 0.5;
@@ -92,7 +94,7 @@ std::string WhyNoTime(const LineStatus& line, std::span<const DeviceRecord> devi
         "more is asked than fits, good exchanges take {} of the time: raise poll, {}",
         Percent(served), ask_less);
   }
-  if (served < kBusy) return {};
+  if (served < kBusy || waste >= kSomeWaste) return {};
   return fmt::format("a round takes longer than its period: raise poll, {}", ask_less);
 }
 

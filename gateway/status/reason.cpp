@@ -34,8 +34,9 @@ std::string Shortened(const std::string& reason) {
 std::string Brief(const Finding& finding) { return Shortened(finding.cause); }
 
 std::string RemedyOf(const Finding& finding) {
-  return finding.remedy.empty() ? "does the profile fit the device and its options?"
-                                : finding.remedy;
+  if (!finding.remedy.empty()) return finding.remedy;
+  return finding.outcome == Outcome::busy ? "raise its poll"
+                                          : "does the profile fit the device and its options?";
 }
 
 std::string WithRemedy(const Finding& finding) {

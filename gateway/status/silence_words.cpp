@@ -2,22 +2,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <iterator>
+#include <optional>
+#include <vector>
 
+#include "gateway/base/shown.h"
+#include "gateway/status/absences.h"
 #include "gateway/status/hypotheses.h"
 #include "gateway/status/hypothesis_words.h"
-#include "gateway/status/words.h"
 
 namespace baudgate::control {
 namespace {
 
-/// Failures in a row, on the average, from which they are outages and no single losses; and so many
-/// times as long a run as single losses of this share make by chance.
-constexpr double kOutage = 2.5;
-constexpr double kBeyondChance = 1.7;
-/// Shorter runs are chance.
-constexpr std::size_t kLongRun = 4;
-/// The same where its absence lasts longer than single losses do.
-constexpr double kLongerThanChance = 1.6;
+/// A query that was so often in vain, one poll after another, is never answered.
+constexpr std::uint32_t kNever = 8;
 /// XON and XOFF, where they are an address.
 constexpr const char* kFlowControl[] = {"17", "19"};
 
@@ -85,38 +82,41 @@ std::string SayLosses(const Evidence& evidence) {
          evidence.line->port + ")";
 }
 
-}  // namespace
-
-bool ComesAndGoes(const Evidence& evidence) {
-  if (evidence.device == nullptr || !evidence.answered) return false;
-  const Findings& findings = evidence.device->status.findings;
-  const std::size_t runs = findings.Runs();
-  if (2 * evidence.failed > evidence.looked && findings.LongestRun() == evidence.failed)
-    return false;
-  if (runs == 0 || findings.LongestRun() < kLongRun) return false;
-  // By chance a run of losses is 1 / (1 - share) long, on the average.
-  const double good = static_cast<double>(evidence.looked - evidence.failed);
-  const double chance = static_cast<double>(evidence.looked) / std::max(good, 1.0);
-  const double mean = static_cast<double>(evidence.failed) / static_cast<double>(runs);
-  // An absent device is asked more seldom, so that the time of its silence counts as well.
-  const double down = Seconds(evidence.minutes.down);
-  const double poll = std::max(1.0, Seconds(evidence.device->device->poll));
-  const bool away =
-      evidence.minutes.outages > 1 && down >= kOutage * poll * evidence.minutes.outages;
-  return mean >= std::max(kOutage, kBeyondChance * chance) ||
-         (away && mean >= kLongerThanChance * chance);
+/// "it is away for about 4 s every 9 s".
+std::string SayAbsences(const Evidence& evidence, const Absences& absences) {
+  const std::string every =
+      absences.period ? " every " + FormatAge(*absences.period) : std::string(" now and then");
+  const std::string length = " away for about " + FormatAge(absences.length);
+  const std::string away = absences.times > 1 ? "it is" + length + every : "it was" + length;
+  if (!evidence.away.empty()) {
+    return away + ", at the same time as " + evidence.away +
+           ": look at the supply or the branch of the line that they share";
+  }
+  return away + ": look for restarts, its power and a loose wire";
 }
 
+/// A request that is never answered fails in a row as well, beside others that are answered.
+bool HasDeadQuery(const DeviceRecord& record) {
+  const std::vector<QueryCount>& queries = record.status.queries;
+  const auto dead = [](const QueryCount& query) { return query.in_vain >= kNever; };
+  const auto answered = [](const QueryCount& query) { return query.in_vain == 0; };
+  return std::ranges::any_of(queries, dead) && std::ranges::any_of(queries, answered);
+}
+
+}  // namespace
+
 std::string SaySilent(const Evidence& evidence) {
-  if (evidence.absent) {
+  const FailureRuns* const failures =
+      evidence.device == nullptr ? nullptr : &evidence.device->status.failures;
+  const bool now_and_then = failures != nullptr && IsUsualSilence(*failures, evidence.now);
+  if ((evidence.absent && !now_and_then) || evidence.failed == evidence.looked) {
     const bool fell = evidence.answered && !evidence.fell.empty();
     return (evidence.answered ? "not a byte comes any more" : "not a byte came") +
            std::string(fell ? ", " : ": ") + Unproven(evidence);
   }
-  if (ComesAndGoes(evidence)) {
-    return "it is away for some time and comes back: look for restarts, its power and a loose wire";
-  }
-  return SayLosses(evidence);
+  const auto absences = failures == nullptr ? std::nullopt : FindAbsences(*failures);
+  return absences && !HasDeadQuery(*evidence.device) ? SayAbsences(evidence, *absences)
+                                                     : SayLosses(evidence);
 }
 
 }  // namespace baudgate::control

@@ -15,6 +15,7 @@
 #include "gateway/base/outcome.h"
 #include "gateway/base/time.h"
 #include "gateway/base/write_result.h"
+#include "gateway/store/failure_runs.h"
 #include "gateway/store/findings.h"
 #include "gateway/store/last_hour.h"
 
@@ -90,7 +91,7 @@ struct QueryCount {
   std::size_t first_point = 0;  ///< index in the device's points; of those that it reads
   std::size_t points = 0;
   std::uint32_t in_vain = 0;         ///< exchanges in a row without an answer
-  std::uint8_t failures = 0;         ///< of the last eight exchanges, one bit each
+  std::uint8_t failures = 0;         ///< of the last eight polls, one bit each; repeats count too
   std::uint32_t refused = 0;         ///< exchanges in a row that the device refused
   Symptom symptom = Symptom::clean;  ///< of the last exchange
 };
@@ -121,8 +122,10 @@ struct DeviceStatus {
   config::Timing timing;          ///< the times in force
   RecentOutcomes recent;
   Findings findings;
+  FailureRuns failures;
   LastHour hour;
   std::vector<QueryCount> queries;  ///< of the polls, in the order in which they are asked
+  bool lacks_time = false;          ///< see Conversation::LacksTime
   std::string learned;              ///< see Conversation::WhatIsLearned
   Duration busy{};  ///< the line time of its exchanges and of the silences after them
   RoundTrips round_trips;

@@ -69,7 +69,7 @@ struct LineStatus : LineCounters {
   bool lent_to_client = false;   ///< released: to a client over the network, not by hand
   std::uint32_t times_lost = 0;  ///< how often the open port was lost
   RecentTimes losses;            ///< when
-  std::string lost_text;         ///< why, the last time
+  bool takes_no_data = false;    ///< that was why, the last time
   std::uint32_t restored = 0;    ///< how often another program has changed the settings of the port
   RecentTimes drops;  ///< when a server ended a connection that was in use; it was opened again
   /// Errors that the driver counts since the port was opened; zero where it does not.

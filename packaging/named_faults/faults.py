@@ -67,7 +67,7 @@ FAULTS = [
     Fault("one request: not there", "rtu ascii tcp", m.of_request(b"\x00\x28", m.sends(m.exception(2))), "torque|illegal data address", "profile", "bit rate|noise"),
     # Modbus.
     *[Fault("exception %02X" % code, "rtu tcp" if code in (2, 4, 11) else "rtu", m.sends(m.exception(code)), "exception %02X" % code, cure, "gap|second master|bit rate")
-      for code, cure in ((1, "profile"), (2, "profile"), (3, "profile"), (4, "fault of its own|restart"), (5, "poll|time"), (6, "poll|time"), (8, "fault of its own|restart|memory"),
+      for code, cure in ((1, "profile"), (2, "profile"), (3, "profile"), (4, "fault of its own|restart"), (5, "programming|local|restart"), (6, "programming|local|restart"), (8, "fault of its own|restart|memory"),
                          (10, "behind|gateway"), (11, "behind|gateway"))],
     Fault("wrong function", MODBUS, m.sends(m.pdu(lambda q: bytes([q[0] ^ 4]) + q[1:])), "function|do(es)? not fit|other request", "firmware|keep to modbus|profile|server|master", "gap|power|bit rate"),
     Fault("fewer registers", MODBUS, m.sends(m.pdu(m.fewer_registers)), "short|fewer|count|not fit|bytes", "profile|firmware|keep", "gap|power|second master|bit rate"),
@@ -83,7 +83,7 @@ FAULTS = [
     # SPA.
     *[Fault("NAK %d" % code, "spa", m.sends(m.spa_nak(code)), "nak|nack|code %d|refus|%d" % (code, code), "profile|password|busy|poll|device|gateway", "gap|power|second master|bit rate") for code in (1, 4, 5, 7)],
     Fault("texts, no numbers", "spa", m.sends(m.spa_data(b"READY")), "READY|no number|text", "profile", "gap|power|second master|bit rate"),
-    Fault("values missing", "spa", m.sends(m.spa_data(b"")), "no value|empty|values|count|not fit", "profile", "gap|power|second master|bit rate"),
+    Fault("values missing", "spa", m.sends(m.spa_data(b"")), "sends nothing for them", "profile", "gap|power|second master|bit rate"),
     Fault("no colon", "spa", m.sends(lambda x: x.slave.wrap(x.address, b"D")), "form|syntax|cannot be read|not fit|damaged", "profile|firmware|protocol|device", "gap|power|second master"),
     # DCON.
     Fault("refuses (?)", "dcon dcon0", m.sends(lambda x: x.slave.wrap(b"?%02X" % x.address)), "\\?|refus|says no", "profile|command|channel", "gap|power|second master|bit rate"),
@@ -107,7 +107,8 @@ FAULTS = [
     Fault("HTTP", "tcp rtu", m.sends(m.only(b"HTTP/1.1 400 Bad Request\r\nServer: x\r\n\r\n")), "web server", "port", "gap|power|parity", line="TCP"),
     Fault("SSH", "tcp rtu", m.silent, "SSH", "port", "gap|power|parity", line="TCP", greeting=b"SSH-2.0-OpenSSH_9.2\r\n"),
     Fault("TLS", "tcp", m.sends(m.only(b"\x15\x03\x01\x00\x02\x02\x16")), "TLS", "port", "gap|power|parity"),
-    Fault("Telnet", "tcp rtu", m.silent, "telnet", "raw", "gap|power|parity", line="TCP", greeting=b"\xff\xfd\x01\xff\xfb\x03\r\nlogin: "),
+    Fault("Telnet", "tcp", m.silent, "telnet", "port number", "gap|power|parity", greeting=b"\xff\xfd\x01\xff\xfb\x03\r\nlogin: "),
+    Fault("Telnet", "rtu", m.silent, "telnet", "raw", "gap|power|parity", line="TCP", greeting=b"\xff\xfd\x01\xff\xfb\x03\r\nlogin: "),
     Fault("login", "tcp rtu set", m.silent, "login|text|console", "port|console|menu|take it off", "gap|power|parity", line="TCP", greeting=b"\r\nMOXA NPort 5110\r\nlogin: "),
     Fault("console", "rtu spa dcon", m.sends(m.only(b"\r\nsh: command not found\r\n# ")), "text|console", "console|port|take it off", "gap|power|second master"),
     Fault("modem", "rtu spa", m.sends(m.only(b"\r\nNO CARRIER\r\n")), "modem|NO CARRIER", "modem|port|take it off", "gap|power|second master"),

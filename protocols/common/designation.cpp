@@ -29,7 +29,9 @@ DeviceTrouble JudgeName(const config::Identity& identity, std::string_view says)
                                       ", or correct its address"};
   }
   return {Reason::none, "it calls itself '" + shown + "', which its profile does not list (" +
-                            Listed(identity.names) + "); its values are served all the same"};
+                            Listed(identity.names) +
+                            "); its values are served all the same: correct its address or "
+                            "profile, or set identity: ignore"};
 }
 
 }  // namespace baudgate

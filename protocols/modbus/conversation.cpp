@@ -52,7 +52,7 @@ const char* RemedyOf(std::uint8_t exception) {
       return "does the profile fit the device? Ask for less at once (block)";
     case kAcknowledge:
     case kBusy:
-      return "raise its poll";
+      return "";
     case kNoPath:
       return "is its unit number right, and known to that gateway? Check its route and port";
     case kNoTarget:

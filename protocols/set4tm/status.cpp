@@ -72,7 +72,7 @@ std::string_view RemedyOf(std::uint8_t code) {
       return "wait: the meter has just started";
     case kRepeat:
     case kBusy:
-      return "raise its poll";
+      return {};
     case kMeterSilent:
       return "check the meter behind the communicator";
     default:

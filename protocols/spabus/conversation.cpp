@@ -193,14 +193,15 @@ class SpaConversation final : public Conversation {
       text += (text.empty() ? "" : "; ") + what;
     };
     if (const std::string reads = reads_.Learned(); !reads.empty()) say(reads);
-    const bool tells = settings_.send_seconds > Duration() || settings_.send_date > Duration();
-    if (tells && !clock_.right())
-      say("not told the time: this machine's clock is not known to be synchronised");
     if (sends_wildcard_) say("XX in place of its checksums");
     if (const char reading = checksum_.letter()) {
       say(std::string("continued replies with checksum ") + reading);
     }
     return text;
+  }
+  bool LacksTime() const override {
+    const bool tells = settings_.send_seconds > Duration() || settings_.send_date > Duration();
+    return tells && !clock_.right();
   }
 
  private:

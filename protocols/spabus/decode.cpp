@@ -42,15 +42,17 @@ bool HidesPassword(const Address& item) {
 }
 
 void AddValue(const Address& item, std::string_view text, std::span<const ReadPoint> points,
-              std::vector<Reading>& readings) {
+              Answer& answer) {
   bool known = false;
   for (const ReadPoint& candidate : points) {
     if (candidate.address != item || candidate.offset) continue;
     known = true;
     const Decoded decoded = DecodeValue(text, *candidate.point);
-    readings.push_back({candidate.index, decoded.value, decoded.quality, {}});
+    answer.readings.push_back({candidate.index, decoded.value, decoded.quality, {}});
+    if (!IsGood(decoded.quality)) answer.no_number = std::string(Trim(text));
   }
-  if (!known) readings.push_back({kNoPoint, GuessValue(text), Quality::good, FormatAddress(item)});
+  if (!known)
+    answer.readings.push_back({kNoPoint, GuessValue(text), Quality::good, FormatAddress(item)});
 }
 
 /// Lists of events and alarms have as many parts as there are; each is passed on as text.
@@ -78,7 +80,7 @@ Answer DecodeData(const Command& command, const Reply& reply, std::span<const Re
   const std::vector<Address> items = ItemsOf(command);
   Answer answer;
   for (std::size_t i = 0; i < items.size(); ++i) {
-    AddValue(items[i], texts[i], points, answer.readings);
+    AddValue(items[i], texts[i], points, answer);
   }
   return answer;
 }

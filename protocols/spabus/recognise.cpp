@@ -18,6 +18,15 @@ constexpr std::size_t kShortest = 6;
 
 std::string Slave(unsigned slave) { return "slave " + std::to_string(slave); }
 
+/// A message of the slave that was asked, which has its own check value and is no reply.
+std::optional<Recognised> OtherForm(View message) {
+  if (ParseReply(message) || MatchingReadings(message, false) == 0) return std::nullopt;
+  return Recognised{Recognised::What::other_reply,
+                    "its replies have a right check value and another form ('" +
+                        std::string(Trim(AsText(message))) + "')",
+                    "the device or its firmware does not keep to the SPA bus"};
+}
+
 /// A reply of the slave that was asked, which would be right with another option.
 std::optional<Recognised> OtherOption(View message, const Settings& settings) {
   const auto other = [](const char* cause, const char* remedy) {
@@ -73,6 +82,7 @@ std::optional<Recognised> Recognise(View request, View heard, const Settings& se
     const std::string name = asked ? std::to_string(*asked) : std::string();
     if (asked && AsText(message).substr(1).starts_with(name)) {
       if (auto other = OtherOption(message, settings)) return other;
+      if (auto other = OtherForm(message)) return other;
     }
     if (asked && IsNameless(message, name)) {
       return Recognised{Recognised::What::other_setting, "its replies carry no slave number",

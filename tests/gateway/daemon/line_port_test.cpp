@@ -235,6 +235,14 @@ TEST_F(LinePortTest, AServerThatClosesBeforeItHasWorkedIsToldSo) {
   EXPECT_EQ(retries_.worked, 0) << "a greeting proves nothing";
 }
 
+TEST_F(LinePortTest, AServerThatEndsAConnectionInWhichNobodyAnswersIsToldSo) {
+  Open();
+  answers_ = false;
+  Pass(10s);
+  Lose("closed");
+  EXPECT_THAT(retries_.downs, ElementsAre(HasSubstr("closed, unanswered: check power")));
+}
+
 TEST_F(LinePortTest, TheConnectionBehindAUselessOneIsNewsOnceItWorks) {
   Open();
   Lose("closed");

@@ -53,10 +53,13 @@ class DiagnoseTest : public ::testing::Test {
   }
 
   DeviceStatus& device() { return record_.status; }
-  static void Looked(DeviceStatus& status, Symptom symptom, std::uint32_t count,
-                     Finding finding = {}) {
+  /// Each a second behind the one before.
+  void Looked(DeviceStatus& status, Symptom symptom, std::uint32_t count, Finding finding = {}) {
     finding.symptom = symptom;
-    for (std::uint32_t i = 0; i < count; ++i) status.findings.Add(finding);
+    for (std::uint32_t i = 0; i < count; ++i) {
+      status.findings.Add(finding);
+      status.failures.Add(IsAnswered(symptom), looked_ += 1s);
+    }
   }
   void Ended(Outcome outcome, std::uint32_t count, const std::string& reason = {}) {
     Ended(outcome, SymptomOf(outcome), count, reason, {.cause = reason});
@@ -68,7 +71,9 @@ class DiagnoseTest : public ::testing::Test {
     device().last_outcome = outcome;
     device().last_reason = reason;
     for (std::uint32_t i = 0; i < count; ++i) device().recent.Add(outcome);
-    Looked(device(), symptom, count, finding);
+    Finding its = finding;
+    its.outcome = outcome;
+    Looked(device(), symptom, count, its);
   }
   void NeverAnswered() {
     device() = {};
@@ -87,6 +92,7 @@ class DiagnoseTest : public ::testing::Test {
     return DiagnoseLine(config_.lines[0], line_, both, kNow, kStarted);
   }
 
+  Instant looked_ = kNow.instant - 1h;
   config::Config config_ = TwoLines();
   LineStatus line_;
   DeviceRecord record_;

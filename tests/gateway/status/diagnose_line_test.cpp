@@ -118,9 +118,15 @@ TEST_F(DiagnoseTest, AServerThatEndsConnectionsInUse) {
 
 TEST_F(DiagnoseTest, APortThatHoldsWhatIsSent) {
   line_.losses.Add(kNow.instant - 1min);
-  line_.lost_text = "/dev/ttyUSB0 takes no data: XOFF without XON";
-  EXPECT_THAT(SayOfLine(), ElementsAre("the open port was lost once in the last hour: "
-                                       "/dev/ttyUSB0 takes no data: XOFF without XON"));
+  line_.takes_no_data = true;
+  const auto say = [this] { return SayOfLine()[0]; };
+  using ::testing::EndsWith;
+  EXPECT_THAT(say(), EndsWith("in the last hour: it takes no data: the adapter, or what is behind "
+                              "it, hangs: plug it in anew or restart it"));
+  config_.lines[0].serial.xonxoff = true;
+  EXPECT_THAT(say(), EndsWith("XOFF came, and no XON since: switch XON/XOFF off at both ends"));
+  config_.lines[0].serial.rtscts = true;
+  EXPECT_THAT(say(), EndsWith("is the CTS line of the device connected and active?"));
 }
 
 TEST_F(DiagnoseTest, DevicesThatFellSilentAtOneMoment) {

@@ -29,18 +29,16 @@ TEST_F(DiagnoseTest, FailuresNowAndThen) {
     std::string remedy{};
   } rows[] = {
       {Outcome::corrupt, 30, "checksum",
-       "30 of 32 exchanges failed: its replies come damaged (checksum): noise or a bad "
+       "30 of 32 exchanges failed: its replies come damaged: noise or a bad "
        "wire at its end, or two devices with its address"},
       {Outcome::no_reply, 2, "",
        "2 of 32 exchanges failed: single requests get no answer: noise, a bad wire or plug at its "
        "end"},
       {Outcome::busy, 32, "exception 06",
        "it says 'exception 06' to 32 of 32 requests: end its programming, local or test mode, or "
-       "restart it",
-       "raise its poll"},
+       "restart it"},
       {Outcome::busy, 7, "function 03: exception 06, device busy",
-       "it says 'function 03: exception 06, device busy' to 7 of 32 requests: raise its poll",
-       "raise its poll"},
+       "it says 'function 03: exception 06, device busy' to 7 of 32 requests: raise its poll"},
       {Outcome::refused, 20, "exception 04, device failure",
        "it says 'exception 04, device failure' to 20 of 32 requests: look at it", "look at it"},
       {Outcome::unsupported, 64, "",
@@ -54,6 +52,41 @@ TEST_F(DiagnoseTest, FailuresNowAndThen) {
           {.cause = row.reason, .remedy = row.remedy});
     EXPECT_THAT(Say(), ElementsAre(row.sentence));
   }
+}
+
+TEST_F(DiagnoseTest, LossesThatAreTooSeldomForTheLatestExchanges) {
+  for (int i = 0; i < 5; ++i) {
+    Ended(Outcome::no_reply, 1);
+    Ended(Outcome::ok, 19);
+  }
+  Ended(Outcome::ok, 20);
+  EXPECT_THAT(Say(), IsEmpty()) << "the exchanges of the fixture are many";
+  device().failures = {};
+  for (int i = 0; i < 6; ++i) {
+    Ended(Outcome::no_reply, 1);
+    Ended(Outcome::ok, 19);
+  }
+  Ended(Outcome::ok, 20);
+  EXPECT_THAT(Say(), ElementsAre("6 of 140 exchanges failed: single requests get no answer: noise, "
+                                 "a bad wire or plug at its end"));
+  Looked(device(), Symptom::damaged, 1);
+  Ended(Outcome::ok, 32);
+  EXPECT_THAT(Say(), IsEmpty()) << "there is another cause";
+}
+
+TEST_F(DiagnoseTest, DevicesThatAreAwayAtTheSameTime) {
+  for (int i = 0; i < 4; ++i) {
+    const Instant begin = looked_;
+    Ended(Outcome::no_reply, 4);
+    Ended(Outcome::ok, 12);
+    looked_ = begin;
+    Looked(neighbour_.status, Symptom::silence, 3);
+    Looked(neighbour_.status, Symptom::clean, 13);
+  }
+  EXPECT_THAT(Say()[0], ::testing::EndsWith(
+                            "it is away for about 4.0 s every 16 s, at the same time as " +
+                            neighbour_.device->name +
+                            ": look at the supply or the branch of the line that they share"));
 }
 
 TEST_F(DiagnoseTest, AnOutageIsNotHeldAgainstADeviceForEver) {
@@ -165,6 +198,19 @@ TEST_F(DiagnoseTest, PointsThatAreNotGood) {
                           "seldom",
                           "1 of 2 points have no good value (" + record_.device->points[1].name +
                               "): it sends no number for them (a decimal comma?); see trace"));
+  const struct {
+    std::string stands;
+    std::string says;
+  } rows[] = {
+      {"", "it sends nothing for them: does the profile fit the device?"},
+      {"0,52",
+       "'0,52' is no number: set a decimal point at the device, or type: string in its profile"},
+      {"READY", "'READY' is no number: does the profile fit the device? type: string takes it"},
+  };
+  for (const auto& row : rows) {
+    Looked(device(), Symptom::no_number, 1, {.cause = row.stands});
+    EXPECT_THAT(Say()[1], ::testing::EndsWith("): " + row.says));
+  }
   line_.port_since = kNow.wall - 1s;
   EXPECT_THAT(Say(), ElementsAre(::testing::HasSubstr("no good value")))
       << "its polls had no chance yet";
@@ -240,7 +286,7 @@ TEST_F(DiagnoseTest, PointsThatItIsSilentToAreNamed) {
 }
 
 TEST_F(DiagnoseTest, AClockThatIsNotSet) {
-  device().learned = "not told the time: this machine's clock is not known to be synchronised";
+  device().lacks_time = true;
   EXPECT_THAT(Say(), ElementsAre(::testing::StartsWith("its clock is not set, as this machine's")));
 }
 

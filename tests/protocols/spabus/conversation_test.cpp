@@ -135,6 +135,28 @@ TEST(SpaConversation, AFullInputBufferMeansFewerItemsToo) {
   EXPECT_EQ(talk->WhatIsLearned(), "") << "it may be another device now";
 }
 
+TEST(SpaConversation, SaysWhatStandsWhereANumberBelongs) {
+  const struct {
+    const char* reply;
+    std::optional<std::string> said;
+  } rows[] = {{"<1D:0.5/1:", std::nullopt}, {"<1D:0.5/0,7:", "0,7"}, {"<1D:/:", ""}};
+  for (const auto& row : rows) {
+    Talk talk(SpabusProtocol(), MakeDevice({MakePoint("I1"), MakePoint("I2")}));
+    Asked(talk, Poll(0));
+    EXPECT_EQ(Hear(talk, Poll(0), row.reply).no_number, row.said) << row.reply;
+  }
+}
+
+TEST(SpaConversation, LacksTheTimeWhileTheClockOfThisMachineIsNotKnown) {
+  config::Device device = MakeDevice(Inputs());
+  EXPECT_FALSE(Talk(SpabusProtocol(), device)->LacksTime()) << "it is not to be told";
+  device.options.Set("send_seconds", std::int64_t{Duration(1s).count()});
+  Talk talk(SpabusProtocol(), device);
+  EXPECT_TRUE(talk->LacksTime());
+  talk->OnHostClock(true);
+  EXPECT_FALSE(talk->LacksTime());
+}
+
 TEST(SpaConversation, AnErrorOfAnotherKindIsWorthOneMoreTry) {
   Talk talk(SpabusProtocol(), MakeDevice(Inputs()));
   Asked(talk, Poll(0));

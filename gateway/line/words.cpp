@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/line/words.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cstddef>
+#include <string_view>
+
+#include "gateway/base/text.h"
+#include "gateway/line/changed_bytes.h"
+
+namespace baudgate {
+namespace {
+
+/// Fewer printable characters are no words, and letters alone no word.
+constexpr std::size_t kShortestText = 6;
+constexpr std::size_t kShortestWord = 5;
+/// From here on a line of printable characters is one, whatever is in it.
+constexpr std::size_t kLine = 8;
+constexpr std::size_t kQuoted = 30;
+/// So many lines that begin alike, in one exchange: nobody has asked for them.
+constexpr std::ptrdiff_t kRepeated = 2;
+constexpr std::size_t kAlike = 2;
+
+bool IsLetter(std::uint8_t byte) {
+  return (byte >= 'a' && byte <= 'z') || (byte >= 'A' && byte <= 'Z');
+}
+
+/// What a modem says.
+bool IsModem(View heard) {
+  constexpr std::string_view kWords[] = {"OK",   "ERROR",   "NO CARRIER", "BUSY",
+                                         "RING", "CONNECT", "NO ANSWER",  "NO DIALTONE"};
+  const std::string_view text = Trim(AsText(heard));
+  return std::ranges::any_of(kWords, [&](std::string_view word) { return text.starts_with(word); });
+}
+
+/// In a binary protocol a few letters are words; where replies are text themselves, much of it.
+bool IsWords(const Hearing& hearing, View heard) {
+  const auto printable = std::ranges::count_if(heard, IsPrintable);
+  const auto letters = std::ranges::count_if(heard, IsLetter);
+  const auto size = static_cast<std::ptrdiff_t>(heard.size());
+  const bool binary = !std::ranges::all_of(hearing.request, IsPrintable);
+  if (binary && letters == size && heard.size() >= kShortestWord) return true;
+  if (heard.size() < kShortestText || 20 * printable < 19 * size) return false;
+  return binary ? letters >= 3 : 5 * letters >= 2 * size;
+}
+
+/// One line after another that begins alike.
+bool Repeats(View heard) {
+  const View first = heard.first(std::min(heard.size(), kAlike));
+  std::ptrdiff_t alike = 1;
+  for (std::size_t i = 1; i < heard.size(); ++i) {
+    if (heard[i - 1] != '\n' && (heard[i - 1] != '\r' || heard[i] == '\n')) continue;
+    const View line = heard.subspan(i);
+    const bool same = std::ranges::equal(line.first(std::min(line.size(), kAlike)), first);
+    alike += same ? 1 : 0;
+  }
+  return alike >= kRepeated;
+}
+
+/// What a serial server says that has another client.
+bool IsInUse(View heard) {
+  std::string text(AsText(heard));
+  std::ranges::transform(text, text.begin(), [](unsigned char c) { return std::tolower(c); });
+  constexpr std::string_view kWords[] = {"in use", "busy", "too many", "occupied", "limit"};
+  return std::ranges::any_of(
+      kWords, [&](std::string_view word) { return text.find(word) != std::string::npos; });
+}
+
+std::string RemedyFor(View heard) {
+  if (Repeats(heard)) {
+    return "it sends by itself, asked or not: switch its automatic (continuous) output off";
+  }
+  return IsInUse(heard) ? "end its other client, or raise its limit of connections" : "";
+}
+
+}  // namespace
+
+std::string Quote(View text) {
+  std::string quoted = Printable(text.first(std::min(text.size(), kQuoted)));
+  if (text.size() > kQuoted) quoted += "...";
+  return "'" + quoted + "'";
+}
+
+bool IsLine(const Hearing& hearing, View heard) {
+  const bool binary = !std::ranges::all_of(hearing.request, IsPrintable);
+  if (heard.size() < (binary ? kLine : 2 * kLine)) return false;
+  const bool ends = heard.back() == '\r' || heard.back() == '\n';
+  return ends && std::ranges::all_of(heard, IsPrintable);
+}
+
+bool BeginsLikeReply(const Hearing& hearing, View heard) {
+  const Expectation& expect = *hearing.expect;
+  return std::ranges::any_of(heard.first(std::min<std::size_t>(heard.size(), 3)), [&](auto byte) {
+    const bool address = !expect.address.empty() && byte == expect.address[0];
+    const bool lead = !hearing.request.empty() && byte == hearing.request.front();
+    return address || lead || std::ranges::any_of(expect.shapes, [byte](const Shape& shape) {
+             return shape.tag > 0 && (shape.tag & 0xFF) == byte;
+           });
+  });
+}
+
+std::optional<Finding> Words(const Hearing& hearing, View heard, bool lines) {
+  const bool likely = IsWords(hearing, heard) || (lines && IsLine(hearing, heard));
+  if (!IsModem(heard) && (!likely || BeginsLikeReply(hearing, heard))) return std::nullopt;
+  // What comes behind a password may repeat it.
+  const bool secret = !hearing.expect->secrets.empty();
+  return Finding{
+      .symptom = Symptom::text,
+      .bytes = heard.size(),
+      .cause = secret ? std::string("behind a password, and so not shown") : Quote(heard),
+      .remedy = RemedyFor(heard)};
+}
+
+}  // namespace baudgate

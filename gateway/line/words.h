@@ -1,0 +1,23 @@
+// Words for people in what came: a login, a menu, a log. Pure; used by gateway/line/examine.h.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "gateway/base/bytes.h"
+#include "gateway/base/finding.h"
+#include "gateway/line/examine.h"
+
+namespace baudgate {
+
+/// "'login: '", cut where it is long.
+std::string Quote(View text);
+/// A line of printable characters, whatever is in it.
+bool IsLine(const Hearing& hearing, View heard);
+/// Its first bytes are those of a reply, or nearly.
+bool BeginsLikeReply(const Hearing& hearing, View heard);
+/// Nothing: these are no words for people. `lines`: a whole line of anything printable is some.
+std::optional<Finding> Words(const Hearing& hearing, View heard, bool lines = false);
+
+}  // namespace baudgate

@@ -1,0 +1,110 @@
+// Outages are told from single losses by how failures stand together.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/status/absences.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+#include <string>
+#include <string_view>
+
+#include "gateway/base/shown.h"
+
+namespace baudgate::control {
+namespace {
+
+constexpr Instant kStart{1000s};
+
+/// 'o' is answered, 'x' fails, each a second behind the other.
+FailureRuns After(std::string_view exchanges) {
+  FailureRuns failures;
+  Instant now = kStart;
+  for (const char exchange : exchanges) failures.Add(exchange == 'o', now += 1s);
+  return failures;
+}
+
+std::string Times(int times, std::string_view part) {
+  std::string text;
+  for (int i = 0; i < times; ++i) text += part;
+  return text;
+}
+
+/// "3.0 s every 15 s"; empty: losses.
+std::string Shown(const FailureRuns& failures) {
+  const auto found = FindAbsences(failures);
+  if (!found) return {};
+  return FormatAge(found->length) + (found->period ? " every " + FormatAge(*found->period) : "");
+}
+
+TEST(Absences, AreToldFromLosses) {
+  const struct {
+    std::string exchanges;
+    std::string says;
+  } rows[] = {
+      {Times(30, "o"), ""},
+      {Times(30, "x"), ""},
+      {Times(30, "o") + "x", ""},
+      {Times(30, "o") + "xxo", ""},
+      {Times(30, "o") + "xxxxo", "4.0 s"},
+      {Times(30, "o") + "xxxx", ""},  // nobody knows whether it comes back
+      {Times(4, "oooooooooooooxxx") + "o", "3.0 s every 16 s"},
+      {Times(4, "oooooxxxxx") + "o", "5.0 s every 10 s"},
+      {"ooooooxxxxxooooooooxxxoooooooooooooooooooxxxxoooooo", "4.0 s"},
+      // As chance or a rule has it, whatever their number.
+      {Times(16, "oox"), ""},
+      {Times(16, "oxx"), ""},
+      {Times(16, "ox"), ""},
+      // One outage among losses.
+      {Times(30, "o") + "xxxxxxxx" + Times(6, "oooox") + "o", ""},
+  };
+  for (const auto& row : rows) EXPECT_EQ(Shown(After(row.exchanges)), row.says) << row.exchanges;
+}
+
+TEST(Absences, ChanceIsNone) {
+  std::mt19937 random(1);
+  int wrong = 0;
+  for (int i = 0; i < 2000; ++i) {
+    std::bernoulli_distribution fails(0.1 + 0.06 * (i % 10));
+    std::string exchanges;
+    for (int j = 0; j < 100; ++j) exchanges += fails(random) ? 'x' : 'o';
+    wrong += FindAbsences(After(exchanges)).has_value() ? 1 : 0;
+  }
+  EXPECT_LE(wrong, 4) << "of 2000";
+}
+
+TEST(Absences, OfTwoDevicesAtTheSameTime) {
+  const struct {
+    std::string one;
+    std::string other;
+    bool together;
+  } rows[] = {
+      {"ooooxxxooooxxxoooo", "oooooxxooooxxxxooo", true},
+      {"ooooxxxooooxxxoooo", "oooooxxooooooooooo", false},  // once may be chance
+      {"ooooxxxooooxxxoooo", "oxxoooooxxooooooxx", false},
+      {"oooxoooooxoooooxoo", "oooxoooooxoooooxoo", false},  // single losses
+  };
+  for (const auto& row : rows) {
+    EXPECT_EQ(AreAwayTogether(After(row.one), After(row.other)), row.together) << row.other;
+  }
+}
+
+TEST(Absences, SilenceIsUsualWhereItHasEndedBefore) {
+  const struct {
+    std::string exchanges;
+    bool usual;
+  } rows[] = {
+      {"oooo", false},
+      {"ooooxxx", false},
+      {"ooooxxxooooxxx", false},  // once is no habit
+      {"ooooxxxooooxxxooooxxxx", true},
+      {"ooooxxxooooxxxooooxxxxxxxxxxxx", false},
+      {"ooooxxxooooxxxoooo", false},  // it answers
+  };
+  for (const auto& row : rows) {
+    const Instant now = kStart + std::chrono::seconds(row.exchanges.size());
+    EXPECT_EQ(IsUsualSilence(After(row.exchanges), now), row.usual) << row.exchanges;
+  }
+}
+
+}  // namespace
+}  // namespace baudgate::control
