@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cctype>
 #include <initializer_list>
 #include <iterator>
 #include <set>
@@ -11,6 +12,7 @@
 
 #include "gateway/base/text.h"
 #include "gateway/line/assembler.h"
+#include "gateway/line/words.h"
 
 namespace baudgate {
 namespace {
@@ -123,6 +125,25 @@ bool IsWholeWithEverySecond(const Hearing& hearing, View heard, std::uint8_t byt
   return false;
 }
 
+/// The same where XON and XOFF are missing, one of each; side by side in a long reply.
+bool IsWholeWithBoth(const Hearing& hearing, View heard, bool side_by_side) {
+  const std::size_t farthest = side_by_side ? 0 : heard.size();
+  for (std::size_t at = 0; at <= heard.size(); ++at) {
+    for (std::size_t next = at; next <= std::max(at, farthest); ++next) {
+      for (const bool turned : {false, true}) {
+        Bytes longer(heard.begin(), heard.end());
+        const auto [first, second] = std::pair{turned ? 0x13 : 0x11, turned ? 0x11 : 0x13};
+        longer.insert(longer.begin() + static_cast<std::ptrdiff_t>(next),
+                      static_cast<std::uint8_t>(second));
+        longer.insert(longer.begin() + static_cast<std::ptrdiff_t>(at),
+                      static_cast<std::uint8_t>(first));
+        if (IsWhole(hearing, longer)) return true;
+      }
+    }
+  }
+  return false;
+}
+
 /// Bytes that a binary reply lacks. Two bytes that fit prove neither.
 std::optional<Finding> Swallowed(const Hearing& hearing, View heard) {
   if (std::ranges::all_of(hearing.request, IsPrintable)) return std::nullopt;
@@ -134,6 +155,11 @@ std::optional<Finding> Swallowed(const Hearing& hearing, View heard) {
                              : shape.max_length <= kLongest ? 1
                                                             : 0;
     if (missing == 0 || shape.max_length > kLongest) continue;
+    if (missing == 2 && IsWholeWithBoth(hearing, heard, shape.max_length > kShort)) {
+      return Finding{.symptom = Symptom::other_setting,
+                     .cause = "bytes 11 and 13 are missing inside its replies",
+                     .remedy = kNoFlowControl};
+    }
     for (const Taker& taker : kTakers) {
       const bool whole =
           missing <= most
@@ -207,6 +233,19 @@ std::optional<Finding> OtherParity(const Hearing& hearing, View heard) {
 }
 
 }  // namespace
+
+std::optional<Finding> DecimalComma(const Hearing& hearing, View heard) {
+  if (!std::ranges::all_of(hearing.request, IsPrintable)) return std::nullopt;
+  Bytes changed(heard.begin(), heard.end());
+  for (std::size_t i = 1; i + 1 < heard.size(); ++i) {
+    const bool comma = heard[i] == ',' && std::isdigit(heard[i - 1]) != 0;
+    if (comma && std::isdigit(heard[i + 1]) != 0) changed[i] = '.';
+  }
+  if (std::ranges::equal(changed, heard) || !IsWhole(hearing, changed)) return std::nullopt;
+  return Finding{.symptom = Symptom::other_setting,
+                 .cause = "a comma comes where a point is awaited (" + Quote(heard) + ")",
+                 .remedy = "set the device to a decimal point"};
+}
 
 std::optional<Finding> DoubledBytes(const Hearing& hearing, View heard) {
   constexpr std::size_t kFewestPairs = 4;

@@ -13,6 +13,8 @@
 namespace baudgate {
 
 std::optional<Finding> ChangedBytes(const Hearing& hearing, View heard);
+/// A text that is whole with decimal points in place of its commas.
+std::optional<Finding> DecimalComma(const Hearing& hearing, View heard);
 /// Each byte comes twice, whatever is in it.
 std::optional<Finding> DoubledBytes(const Hearing& hearing, View heard);
 

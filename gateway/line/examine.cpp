@@ -252,12 +252,35 @@ std::size_t LongestHeard(const Hearing& hearing) {
   return IsStanding(hearing) ? std::max(kEndless, most) : most;
 }
 
+/// Nothing but its check value is missing, of which the frame of a binary protocol has one.
+bool LacksCheck(const Hearing& hearing, View heard) {
+  const PduCarrier* const carrier = hearing.protocol->carrier;
+  if (carrier == nullptr || hearing.protocol->tcp || heard.size() <= kAFew) return false;
+  if (std::ranges::all_of(hearing.request, IsPrintable)) return false;
+  const Bytes whole = carrier->wrap(heard[0], heard.subspan(1));
+  // With the first byte of its check value it would be whole as well, and one byte too long.
+  const Cut cut = hearing.protocol->reply_rule(whole, *hearing.expect, true);
+  return cut.kind == Cut::Kind::frame && cut.size == whole.size();
+}
+
+/// Its check value is missing; or, where the reply ends in it, as many bytes inside.
+std::optional<Finding> TooShort(const Hearing& hearing, View heard) {
+  if (!LacksCheck(hearing, heard)) return std::nullopt;
+  if (auto changed = ChangedBytes(hearing, heard)) return changed;
+  return Finding{
+      .symptom = Symptom::tail_lost,
+      .cause = "its check value",
+      .remedy = "the device or a converter does not keep to its protocol: update its firmware"};
+}
+
 /// No reply is in it.
 Finding Unreadable(const Hearing& hearing, View heard) {
   if (auto service = hearing.connection ? OtherService(heard, hearing.protocol->tcp) : std::nullopt)
     return *service;
   if (auto doubled = DoubledBytes(hearing, heard)) return *doubled;
   if (LacksFirstByte(hearing, heard)) return {.symptom = Symptom::head_lost};
+  if (auto too_short = TooShort(hearing, heard)) return *too_short;
+  if (auto comma = DecimalComma(hearing, heard)) return *comma;
   if (auto recognised = Recognise(hearing, heard)) return *recognised;
   if (auto foreign = OtherFrame(hearing, heard)) return *foreign;
   if (BlameOf(hearing, heard) == Outcome::unexpected) return {.symptom = Symptom::other_reply};

@@ -127,7 +127,10 @@ void DeviceAccounts::OnLags(const Member& member, bool lags) {
 }
 
 void DeviceAccounts::OnSecondReply(const Member& member) {
-  Change(member, [](DeviceStatus& status) { ++status.doubled; });
+  Change(member, [this](DeviceStatus& status) {
+    ++status.doubled;
+    status.last_doubled = now_.instant;
+  });
   if (std::exchange(states_[member].told_second, true)) return;
   listener_.OnWarning(member.index,
                       "a second, different reply came behind the first: replies come twice, or one "

@@ -21,6 +21,8 @@ constexpr std::size_t kFront = 2;
 /// alike; and where replies are numbered.
 constexpr std::size_t kSame = 4;
 constexpr std::size_t kSameNumbered = 2;
+/// So often in a row it came to requests that it cannot answer: more than a lag brings.
+constexpr std::size_t kMisfits = 6;
 /// Fewer bytes may well be the same.
 constexpr std::size_t kShortest = 4;
 constexpr std::size_t kTransaction = 2;
@@ -217,6 +219,7 @@ bool Examiner::IsSameAgain(bool right) {
   if (!std::ranges::equal(came, asked.came)) {
     asked.came.assign(came.begin(), came.end());
     asked.others = 0;
+    asked.misfits = 0;
     asked.asked = request_.bytes;
     asked.right = false;
   } else if (request_.bytes != asked.asked) {
@@ -224,7 +227,10 @@ bool Examiner::IsSameAgain(bool right) {
     asked.asked = request_.bytes;
   }
   asked.right = asked.right || right;
-  return asked.right && asked.others >= (member_->protocol->tcp ? kSameNumbered : kSame);
+  if (!ProvesLife(outcome_)) ++asked.misfits;
+  if (!asked.right || asked.others == 0) return false;
+  return asked.misfits >= kMisfits ||
+         asked.others >= (member_->protocol->tcp ? kSameNumbered : kSame);
 }
 
 /// A request of this gateway has come back so late that it looks like another master's.
@@ -300,8 +306,10 @@ Finding Examiner::Attribute(Finding finding) {
   // Its own address in a reply to another master's request is no second reply.
   const bool early = arrivals_.back().after < reply / 2;
   if (!late && early && finding.symptom == Symptom::other_device &&
-      whose->member->device != nullptr)
-    return {.symptom = Symptom::one_behind};
+      whose->member->device != nullptr) {
+    finding.symptom = Symptom::one_behind;
+    return finding;
+  }
   if (!late && !(answered && whose->answered)) return finding;
   const Symptom again = whose->repeated ? Symptom::copies : Symptom::others_beside;
   const bool news = late && !std::exchange(whose->late, true);

@@ -75,10 +75,11 @@ class Examiner {
   struct LastTwo {
     Open last;
     Open before;
-    Bytes came;              // to the last one, without the number of its transaction
-    Bytes asked;             // by which request
-    std::size_t others = 0;  // further ones in a row to which the same came
-    bool right = false;      // it was the reply to one of them
+    Bytes came;               // to the last one, without the number of its transaction
+    Bytes asked;              // by which request
+    std::size_t others = 0;   // further ones in a row to which the same came
+    std::size_t misfits = 0;  // exchanges that it came to and is no reply to
+    bool right = false;       // it was the reply to one of them
   };
 
   /// A reply that was taken, and what it answered.

@@ -115,6 +115,10 @@ void ReplyJudge::OnEnd(const Job& job, const ExchangeEnd& end, Finding& finding)
     finding.remedy = job.answer.remedy;
   } else if (job.doubted) {
     finding.symptom = Symptom::doubted;
+  } else if (finding.symptom == Symptom::clean && !reason.empty() && !job.answer.remedy.empty()) {
+    finding.symptom = Symptom::no_number;
+    finding.cause = job.answer.reason;
+    finding.remedy = job.answer.remedy;
   } else if (finding.symptom == Symptom::clean && job.answer.no_number) {
     finding.symptom = Symptom::no_number;
     finding.cause = Printable(ToBytes(*job.answer.no_number));
@@ -123,7 +127,7 @@ void ReplyJudge::OnEnd(const Job& job, const ExchangeEnd& end, Finding& finding)
     if (reason.empty()) finding.symptom = Symptom::silence;
     finding.cause = reason;
     finding.remedy = job.answer.remedy;
-  } else if (finding.symptom == Symptom::one_behind) {
+  } else if (finding.symptom == Symptom::one_behind && finding.cause.empty()) {
     finding.cause = reason;
   }
 }

@@ -71,13 +71,13 @@ Sentences Absence(const LineStatus& line, const DeviceRecord& record,
   return said;
 }
 
-/// It is waited for longer than configured, and so answers in time.
+/// It is waited for longer than configured, and so answers in time. Once may be chance.
 Sentences Patience(const DeviceStatus& status) {
-  if (status.patience <= Duration()) return {};
+  if (status.patience <= Duration() || status.late < 2) return {};
   const Duration reply = status.timing.reply.value_or(Duration{});
   const Duration seen = status.findings.Count(Symptom::late) > 0
                             ? std::max(reply, status.findings.Last(Symptom::late).time)
-                            : reply + status.patience;
+                            : reply + std::min(status.patience, status.lateness);
   return {
       fmt::format("late: its replies come up to {} ms after the request, and timing.reply is {} "
                   "ms: set timing: "
@@ -151,7 +151,8 @@ Sentences DiagnoseDevice(const LineStatus& line, const DeviceRecord& device,
         "its replies answer the request before, so that each request is sent twice: "
         "restart the serial server or radio in between, and switch its cache off");
   }
-  if (status.doubled > 0 && status.findings.Count(Symptom::others_beside) == 0) {
+  const bool again = status.doubled > 1 && now.instant - status.last_doubled < 1h;
+  if (again && status.findings.Count(Symptom::others_beside) == 0) {
     found.push_back(fmt::format(
         "doubled: a second, different reply came behind one {}: look at the serial server, radio "
         "or repeater in between, which sends twice or one request late",

@@ -27,6 +27,8 @@ constexpr std::size_t kProof = 2;
 /// A server that ends so many connections in use does not do so by its settings alone.
 constexpr std::size_t kDrops = 3;
 constexpr Duration kRecently = 5min;
+/// What a server loses in so short a time is one restart.
+constexpr Duration kRestart = 10s;
 /// A connection is opened again so soon.
 constexpr Duration kMoment = 5s;
 /// So many errors of the driver for an exchange.
@@ -76,6 +78,11 @@ std::string Lost(const config::Line& line, const LineStatus& status, std::size_t
                                           : "loose plug, hub or power; the log has the times");
 }
 
+/// In the last hour. A server that restarts accepts and ends connections meanwhile.
+std::size_t LossesOf(const config::Line& line, const LineStatus& status, Now now) {
+  return status.losses.Since(now.instant - 1h, line.is_network() ? kRestart : Duration());
+}
+
 std::string Closed(const config::Line& line, const LineStatus& status,
                    std::span<const DeviceRecord> devices, Now now) {
   if (status.port == LineStatus::Port::released && status.lent_to_client) {
@@ -97,7 +104,7 @@ std::string Closed(const config::Line& line, const LineStatus& status,
     if (!judged.empty()) return "nobody answers: " + judged.front()->say(evidence);
   }
   const Duration closed = now.wall - status.port_since;
-  const std::size_t lost = status.losses.Since(now.instant - 1h);
+  const std::size_t lost = LossesOf(line, status, now);
   const bool again = status.port_since != WallTime{} && closed < kMoment;
   // A server that has never let a device answer is told by its own reason.
   const auto answered = [](const DeviceRecord& one) { return one.status.last_ok.has_value(); };
@@ -259,7 +266,7 @@ Sentences DiagnoseLine(const config::Line& line, const LineStatus& status,
             ? "noise (check bias resistors and termination), a second master, or late replies"
             : "the server answers twice, or does not keep to Modbus TCP; update its firmware"));
   }
-  const std::size_t lost = status.losses.Since(now.instant - 1h);
+  const std::size_t lost = LossesOf(line, status, now);
   if (lost >= (line.is_network() ? kDrops : 1)) found.push_back(Lost(line, status, lost, devices));
   if (std::string dropped = Dropped(status, now); lost < kDrops && !dropped.empty()) {
     found.push_back(std::move(dropped));

@@ -34,7 +34,9 @@ const char* RemedyFor(Reason reason) {
 }
 
 /// What stands where a number belongs.
-std::string NoNumber(const std::string& text) {
+std::string NoNumber(const Finding& finding) {
+  if (!finding.remedy.empty()) return ": " + WithRemedy(finding);
+  const std::string& text = finding.cause;
   if (text.empty()) return ": it sends nothing for them: does the profile fit the device?";
   const bool comma = text.find_first_not_of("+-0123456789,") == std::string::npos;
   return ": '" + Shortened(text) + "' is no number: " +
@@ -117,7 +119,7 @@ Sentences DiagnosePoints(const LineStatus& line, const DeviceRecord& record, Now
     }
     const Findings& findings = record.status.findings;
     if (unreadable + empty == reported && findings.Count(Symptom::no_number) > 0) {
-      why += NoNumber(findings.Last(Symptom::no_number).cause);
+      why += NoNumber(findings.Last(Symptom::no_number));
     } else if (unreadable == reported) {
       why += ": it says that they are not valid, or sends another form: look at its sensors";
     } else if (empty == reported) {

@@ -51,6 +51,9 @@ Evidence GatherAbsent(const LineStatus& status, std::span<const DeviceRecord> al
 /// A request that has failed so often in a row, beside others that are answered.
 inline constexpr std::uint32_t kNeverAnswered = 3;
 
+/// So often in vain, one poll after another, it is no chance.
+inline constexpr std::uint32_t kNeverByChance = 8;
+
 /// Its own, or those of its line.
 config::SerialSettings SerialOf(const DeviceRecord& record);
 

@@ -26,6 +26,8 @@ constexpr std::size_t kMany = 8;
 constexpr std::size_t kNoBuffer = 16;
 /// No device needs a longer silence in front of its request.
 constexpr Duration kLongestPause = 300ms;
+/// Nothing sleeps so soon.
+constexpr Duration kShortestSleep = 200ms;
 
 template <Symptom kSymptom>
 double Seen(const Evidence& evidence) {
@@ -38,8 +40,30 @@ double OtherMaster(const Evidence& evidence) {
   return std::max(0.5, evidence.Share({other_master, other_device, other_reply, damaged, noise}));
 }
 
+/// Where replies are one behind, a repeat is answered by the reply to its first try, and so is
+/// right.
+bool RepeatsFail(const Evidence& evidence) {
+  return evidence.device != nullptr && evidence.device->status.findings.LongestRun() > kFacts;
+}
+
+/// Of a neighbour that is well it is no reply to the request before, where repeats fail.
 double OtherDevice(const Evidence& evidence) {
-  return evidence.Count(other_device) < kFacts ? 0 : evidence.Share({other_device});
+  const bool neighbour = !evidence.healthy.empty() && RepeatsFail(evidence) &&
+                         !evidence.Last(one_behind).remedy.empty();
+  const std::size_t count =
+      evidence.Count(other_device) + (neighbour ? evidence.Count(one_behind) : 0);
+  if (count < kFacts) return 0;
+  return evidence.Share({other_device}) + (neighbour ? evidence.Share({one_behind}) : 0);
+}
+
+/// Of messages that come unasked most are right, so that the others are damaged.
+bool IsDamageOnly(const Evidence& evidence) {
+  return evidence.answered && evidence.first().status.unasked &&
+         2 * evidence.failed < evidence.looked;
+}
+
+double OtherSetting(const Evidence& evidence) {
+  return IsDamageOnly(evidence) ? 0 : evidence.Share({other_setting});
 }
 
 /// It may come when it likes, and the device is silent beside it. Where nothing was ever good, some
@@ -85,8 +109,9 @@ double NoTcp(const Evidence& evidence) {
 
 double Noise(const Evidence& evidence) {
   if (!evidence.answered) return 0;
-  return 0.9 * evidence.Share({noise, zeros, damaged, head_lost, tail_lost, end_lost, bytes_lost,
-                               bytes_added, bad_check, eighth_bit});
+  const double others = IsDamageOnly(evidence) ? evidence.Share({other_setting}) : 0;
+  return 0.9 * (others + evidence.Share({noise, zeros, damaged, head_lost, tail_lost, end_lost,
+                                         bytes_lost, bytes_added, bad_check, eighth_bit}));
 }
 
 /// All that failed had a byte which converters change, and nothing good had.
@@ -120,12 +145,9 @@ double BytesLost(const Evidence& evidence) {
   return evidence.Share({bytes_lost, bad_check, damaged, tail_lost, end_lost});
 }
 
-/// Where replies are one behind, a repeat is answered by the reply to its first try, and so is
-/// right.
 double OneBehind(const Evidence& evidence) {
   if (!evidence.answered || evidence.device == nullptr) return 0;
-  const bool repeats_fail = evidence.device->status.findings.LongestRun() > kFacts;
-  return repeats_fail ? 0 : Always<one_behind>(evidence);
+  return RepeatsFail(evidence) ? 0 : Always<one_behind>(evidence);
 }
 
 double SameAgain(const Evidence& evidence) {
@@ -164,10 +186,17 @@ double SevenBits(const Evidence& evidence) {
 
 double Silent(const Evidence& evidence) { return 0.9 * evidence.Share({silence}); }
 
+/// Its protocol has a limit for what is asked at once.
+bool CanAskForLess(const DeviceRecord& record) {
+  const std::string& protocol = record.device->protocol;
+  return protocol == "spabus" || protocol.starts_with("modbus");
+}
+
 /// Replies up to a length are right, and those beyond it never.
 bool OnlyLong(const Evidence& evidence, const Findings::Lengths& (Findings::*lengths)() const) {
   // One that has died has answered the short ones as well, once.
   if (evidence.device == nullptr || evidence.absent) return false;
+  if (!CanAskForLess(*evidence.device)) return false;
   const Findings& findings = evidence.device->status.findings;
   if (findings.Runs() < kFacts || findings.LongestGood() == 0) return false;
   const Findings::Lengths& bad = (findings.*lengths)();
@@ -195,6 +224,14 @@ double TooFast(const Evidence& evidence) {
   return evidence.Share({silence});
 }
 
+/// Silent to all requests that come behind a rest of the line, and to no others.
+double Asleep(const Evidence& evidence) {
+  if (evidence.device == nullptr || evidence.absent) return 0;
+  if (evidence.looked - evidence.failed < kMany || evidence.Count(silence) < kSilences) return 0;
+  const bool rests = evidence.device->status.findings.LongRest() >= kShortestSleep;
+  return rests ? evidence.Share({silence}) : 0;
+}
+
 double Odd(const Evidence& evidence) {
   const bool proven = evidence.Count(odd) > 0;
   if (evidence.Last(proven ? odd : one_behind).cause.empty()) return 0;
@@ -204,7 +241,7 @@ double Odd(const Evidence& evidence) {
 /// It, or a gateway in its place, has said why there is no value; or the server has gone.
 double InItsPlace(const Evidence& evidence) {
   if (evidence.Count(odd) > 0 && !evidence.Last(odd).remedy.empty()) {
-    return evidence.Share({odd});
+    return IsDamageAsMisfit(evidence) ? 0 : evidence.Share({odd});
   }
   return evidence.Last(silence).ended ? 0.95 * evidence.Share({silence}) : 0;
 }
@@ -227,7 +264,7 @@ const std::vector<Hypothesis>& Hypotheses() {
   // likely.
   static const std::vector<Hypothesis> kAll = {
       {"another protocol or service answers", OtherProtocol, AsFound<other_protocol>, true},
-      {"right, were another setting made", Seen<other_setting>, AsFound<other_setting>, true},
+      {"right, were another setting made", OtherSetting, AsFound<other_setting>, true},
       {"another master speaks on the line", OtherMaster, SayOtherMaster, true},
       {"slave N answers where slave N was asked", OtherDevice, SayOtherDevice, true},
       {"text comes in place of replies", Text, SayText},
@@ -255,6 +292,7 @@ const std::vector<Hypothesis>& Hypotheses() {
       {"replies come that belong to other requests", Seen<other_reply>, SayOtherReply},
       {"it does not answer requests for long replies", TooLong, SayTooLong},
       {"requests get no answer that come soon", TooFast, SayTooFast},
+      {"requests get no answer behind a rest", Asleep, SayAsleep},
       {"a gateway or server speaks in its place", InItsPlace, SaySaid},
       {"what comes is not Modbus TCP", NoTcp, SayNoTcp},
       {"bytes come, and not one good frame", WrongSettings, SaySettings},

@@ -43,7 +43,39 @@ std::string SayNotTransparent(const Finding& finding, const char* what) {
   return what + count + ": " + kSetRaw;
 }
 
+bool IsNearlyAll(std::size_t count, const Evidence& evidence) {
+  return 10 * count >= 9 * evidence.failed;
+}
+
+/// Each request that has failed is answered well at other times.
+bool IsNowAndThen(const Evidence& evidence) {
+  if (evidence.device == nullptr) return false;
+  if (2 * (evidence.looked - evidence.failed) < evidence.failed) return false;
+  return std::ranges::none_of(evidence.first().status.queries, [](const QueryCount& query) {
+    return query.in_vain >= kNeverByChance;
+  });
+}
+
+/// What the reason quotes, and else the reason.
+std::string QuotedIn(const Finding& finding) {
+  const std::string text = Brief(finding);
+  const std::size_t begin = text.find('\'');
+  const std::size_t end = text.rfind('\'');
+  return end > begin && end != std::string::npos ? text.substr(begin, end + 1 - begin) : text;
+}
+
+/// A check value has proven what came, and it answers a request for more or less.
+bool IsOtherLength(const Evidence& evidence, const Finding& finding) {
+  return finding.remedy.empty() && evidence.device->device->protocol.starts_with("modbus");
+}
+
 }  // namespace
+
+bool IsDamageAsMisfit(const Evidence& evidence) {
+  const DeviceRecord& record = evidence.first();
+  return record.device->protocol == "dcon" && CheckOf(record) != ", checksum on" &&
+         IsNowAndThen(evidence);
+}
 
 bool OnWire(const Evidence& evidence) { return SerialOf(evidence.first()).on_wire(); }
 
@@ -57,7 +89,7 @@ unsigned Suspects(const Evidence& evidence) {
 }
 
 std::string SayOtherDevice(const Evidence& evidence) {
-  return WithRemedy(evidence.Last(other_device)) +
+  return WithRemedy(evidence.Last(evidence.Count(other_device) > 0 ? other_device : one_behind)) +
          " (configured: " + evidence.first().device->address + ")";
 }
 
@@ -97,6 +129,12 @@ std::string SayEndLost(const Evidence&) {
 
 std::string SayTailLost(const Evidence& evidence) {
   const Finding& finding = evidence.Last(tail_lost);
+  if (!finding.cause.empty() && !finding.remedy.empty()) {
+    const bool never = !evidence.answered && IsNearlyAll(evidence.Count(tail_lost), evidence);
+    return never ? "its replies carry no check value: " + finding.remedy
+                 : "its replies break off before their check value: a driver lets go of the bus "
+                   "too early; use a converter with automatic direction";
+  }
   if (!finding.cause.empty()) {
     return "its replies break off before their line end (CR): a converter takes it out (set it to "
            "raw), or cuts them off";
@@ -168,6 +206,12 @@ std::string SayTooFast(const Evidence& evidence) {
       "requests get no answer that come soon ({} ms) behind a telegram: set timing: {{ quiet: {} "
       "}} at the device",
       Milliseconds(pause), Suggest(std::max<Duration>(kPause, 2 * pause)));
+}
+
+std::string SayAsleep(const Evidence& evidence) {
+  return "requests get no answer behind a rest of " +
+         FormatAge(evidence.device->status.findings.LongRest()) +
+         ", and their repeats do: it or its radio sleeps: shorten its poll, or switch sleep off";
 }
 
 std::string SayEighthBit(const Evidence& evidence) {
@@ -290,6 +334,14 @@ std::string SaySaid(const Evidence& evidence) {
 
 std::string SayOdd(const Evidence& evidence) {
   const Finding& finding = evidence.Last(evidence.Count(odd) > 0 ? odd : one_behind);
+  if (IsDamageAsMisfit(evidence)) {
+    return "some replies are damaged (" + QuotedIn(finding) +
+           "): noise, two devices with its address, or a converter loses bytes; a checksum helps";
+  }
+  if (IsNowAndThen(evidence) && IsOtherLength(evidence, finding)) {
+    return "some replies belong to other requests (" + Brief(finding) +
+           "): another client of the server, or another master";
+  }
   return "its replies do not fit (" + Brief(finding) + "): " + RemedyOf(finding);
 }
 

@@ -13,6 +13,9 @@ namespace baudgate::control {
 bool OnWire(const Evidence& evidence);
 /// The settings of the wire are those of a serial server.
 bool IsBehindServer(const Evidence& evidence);
+/// Its replies carry no check value, and are right at other times, so that what does not fit is
+/// damaged.
+bool IsDamageAsMisfit(const Evidence& evidence);
 /// Of kSpecialBytes those that a converter may change, one bit each.
 unsigned Suspects(const Evidence& evidence);
 
@@ -30,6 +33,7 @@ std::string SayBadCheck(const Evidence& evidence);
 std::string SayTooLong(const Evidence& evidence);
 std::string SayLongDamaged(const Evidence& evidence);
 std::string SayTooFast(const Evidence& evidence);
+std::string SayAsleep(const Evidence& evidence);
 std::string SaySameAgain(const Evidence& evidence);
 std::string SayEighthBit(const Evidence& evidence);
 std::string SaySevenBits(const Evidence& evidence);

@@ -13,8 +13,6 @@
 namespace baudgate::control {
 namespace {
 
-/// A query that was so often in vain, one poll after another, is never answered.
-constexpr std::uint32_t kNever = 8;
 /// XON and XOFF, where they are an address.
 constexpr const char* kFlowControl[] = {"17", "19"};
 
@@ -98,7 +96,7 @@ std::string SayAbsences(const Evidence& evidence, const Absences& absences) {
 /// A request that is never answered fails in a row as well, beside others that are answered.
 bool HasDeadQuery(const DeviceRecord& record) {
   const std::vector<QueryCount>& queries = record.status.queries;
-  const auto dead = [](const QueryCount& query) { return query.in_vain >= kNever; };
+  const auto dead = [](const QueryCount& query) { return query.in_vain >= kNeverByChance; };
   const auto answered = [](const QueryCount& query) { return query.in_vain == 0; };
   return std::ranges::any_of(queries, dead) && std::ranges::any_of(queries, answered);
 }

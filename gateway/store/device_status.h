@@ -112,8 +112,9 @@ struct DeviceStatus {
   Duration patience{};       ///< extra reply time because of late replies
   /// Exchanges in a row whose replies come one or more requests late, as probes show.
   std::uint32_t behind = 0;
-  std::uint32_t doubled = 0;   ///< exchanges after whose reply came another, different one
-  std::uint32_t rechecks = 0;  ///< second reads, before a reading counts
+  std::uint32_t doubled = 0;  ///< exchanges after whose reply came another, different one
+  Instant last_doubled{};
+  std::uint32_t rechecks = 0;                      ///< second reads, before a reading counts
   std::array<std::uint32_t, kWriteEnds> writes{};  ///< of points, indexed by WriteEnd
   std::uint32_t unread_writes = 0;                 ///< confirmed, but not read back
   /// It sends unasked: its messages count as exchanges, damaged ones as corrupt.

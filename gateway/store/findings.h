@@ -94,6 +94,19 @@ class Findings {
     return shortest_idle_ && *shortest_idle_ > longest ? longest : Duration();
   }
 
+  /// The reverse: the shortest silence before a request to which nothing came, where every one of
+  /// these requests that was answered had a shorter one before it.
+  Duration LongRest() const {
+    Duration shortest = kLongIdle;
+    Duration longest{};
+    for (std::size_t i = 0; i < size(); ++i) {
+      if (latest_[i] == Symptom::silence) shortest = std::min(shortest, idles_[i]);
+      const bool counts = IsAnswered(latest_[i]) && idles_[i] != kLongIdle;
+      if (counts) longest = std::max(longest, idles_[i]);
+    }
+    return shortest != kLongIdle && shortest > longest ? shortest : Duration();
+  }
+
   /// Lengths of replies that were asked for: the longest that came whole, the shortest that did
   /// not; and how often one did not that was longer than any that did. Nothing came, or damage.
   struct Lengths {

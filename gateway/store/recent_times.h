@@ -15,11 +15,18 @@ class RecentTimes {
   static constexpr std::size_t kKept = 64;
 
   void Add(Instant when) { times_[count_++ % kKept] = when; }
-  /// How often since then, at most kKept.
-  std::size_t Since(Instant when) const {
-    const auto end = times_.begin() + static_cast<std::ptrdiff_t>(std::min(count_, kKept));
-    return static_cast<std::size_t>(
-        std::count_if(times_.begin(), end, [when](Instant one) { return one >= when; }));
+  /// How often since then, at most kKept. What comes sooner than `apart` behind one that counts is
+  /// the same trouble.
+  std::size_t Since(Instant when, Duration apart = {}) const {
+    std::size_t found = 0;
+    Instant counted{};
+    for (std::size_t i = count_ - std::min(count_, kKept); i < count_; ++i) {
+      const Instant one = times_[i % kKept];
+      if (one < when || (found > 0 && one - counted < apart)) continue;
+      counted = one;
+      ++found;
+    }
+    return found;
   }
 
  private:

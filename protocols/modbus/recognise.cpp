@@ -15,6 +15,12 @@ namespace {
 /// No frame that begins later is looked for.
 constexpr std::size_t kFarthest = 300;
 
+/// Slave, function and code.
+constexpr std::size_t kException = 3;
+/// Bytes of a check value.
+constexpr std::size_t kRtuCheck = 2;
+constexpr std::size_t kAsciiCheck = 1;
+
 constexpr const char* kNoModbus = "the device does not keep to Modbus: update its firmware";
 
 struct Seen {
@@ -122,10 +128,22 @@ std::optional<Recognised> OddHeader(const Adu& asked, View heard) {
   return std::nullopt;
 }
 
+/// It refuses what was asked, and its check value is wrong or missing.
+std::optional<Recognised> SpoiledException(const Adu& asked, View heard, std::size_t check) {
+  const bool bare = heard.size() == kException;
+  if (!bare && heard.size() != kException + check) return std::nullopt;
+  const Verdict verdict = CheckReply(asked.pdu, heard.subspan(1, kException - 1));
+  if (heard[0] != asked.slave || verdict.outcome != Outcome::refused) return std::nullopt;
+  return Recognised{Recognised::What::other_setting,
+                    "it refuses (" + verdict.reason + "), " +
+                        (bare ? "without a check value" : "with a wrong check value"),
+                    "does the profile fit the device? Or update its firmware"};
+}
+
 }  // namespace
 
 /// Whole, but for its check value.
-std::optional<Recognised> OtherCheck(Framing framing, View heard) {
+std::optional<Recognised> OtherCheck(Framing framing, const Adu& asked, View heard) {
   const auto other = [](const char* cause) {
     return Recognised{Recognised::What::other_setting, cause,
                       "the device or a converter does not keep to Modbus: update its firmware"};
@@ -139,14 +157,13 @@ std::optional<Recognised> OtherCheck(Framing framing, View heard) {
     Bytes swapped(heard.begin(), heard.end());
     std::swap(swapped[swapped.size() - 1], swapped[swapped.size() - 2]);
     if (EndsInCrc16(swapped)) return other("its check value comes high byte first");
-    const auto length = ReplyLength(heard.subspan(1));
-    const bool bare = length.kind == PduLength::Kind::exact && length.size + 1 == heard.size();
-    if (bare) return other("its replies carry no check value");
+    return SpoiledException(asked, heard, kRtuCheck);
   }
   if (framing != Framing::ascii) return std::nullopt;
   const std::string_view text = Trim(AsText(heard));
   const auto bytes = text.starts_with(':') ? ParseHex(text.substr(1)) : std::nullopt;
-  if (!bytes || bytes->size() < 3) return std::nullopt;
+  if (!bytes || bytes->size() < kException) return std::nullopt;
+  if (auto spoiled = SpoiledException(asked, *bytes, kAsciiCheck)) return spoiled;
   const auto length = ReplyLength(View(*bytes).subspan(1));
   const bool bare = length.kind == PduLength::Kind::exact && length.size + 1 == bytes->size();
   if (bare) return other("its replies carry no check value");
@@ -161,7 +178,7 @@ std::optional<Recognised> Recognise(Framing framing, View request, View heard) {
   const auto seen = First(framing, heard);
   if (!seen) {
     if (auto other = OtherFraming(framing, heard)) return other;
-    return framing == Framing::tcp ? OddHeader(*asked, heard) : OtherCheck(framing, heard);
+    return framing == Framing::tcp ? OddHeader(*asked, heard) : OtherCheck(framing, *asked, heard);
   }
   if (seen->request) {
     return Recognised{

@@ -55,6 +55,17 @@ bool IsNoTag(const std::string& text, const Settings& settings) {
   return settings.form == Form::tag && text.find_first_not_of('0') == std::string::npos;
 }
 
+/// "12,35".
+bool HasDecimalComma(std::string_view text) {
+  const auto is_digit = [text](std::size_t at) {
+    return at < text.size() && text[at] >= '0' && text[at] <= '9';
+  };
+  for (std::size_t at = text.find(','); at != std::string_view::npos; at = text.find(',', at + 1)) {
+    if (at > 0 && is_digit(at - 1) && is_digit(at + 1)) return true;
+  }
+  return false;
+}
+
 /// Reason and remedy.
 std::pair<std::string, std::string> WhyNoNumber(std::string_view text) {
   constexpr std::string_view kNumber = "0123456789.";
@@ -71,6 +82,10 @@ std::pair<std::string, std::string> WhyNoNumber(std::string_view text) {
   if (sign_behind && numbers == 1) {
     return {"the sign stands behind the number in " + quoted,
             "set the indicator to a sign in front of it"};
+  }
+  if (numbers == 2 && HasDecimalComma(text)) {
+    return {"a comma comes where a point is awaited in " + quoted,
+            "set the indicator to a decimal point"};
   }
   if (numbers > 1) {
     return {std::to_string(numbers) + " numbers in " + quoted,

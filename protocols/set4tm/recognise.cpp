@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <string>
+#include <string_view>
 
 #include "protocols/set4tm/codec.h"
 #include "protocols/set4tm/settings.h"
+#include "protocols/set4tm/status.h"
 
 namespace baudgate::protocols::set4tm {
 namespace {
@@ -15,7 +17,21 @@ constexpr std::size_t kShortestKs = 3;
 /// Code and parameter.
 constexpr std::size_t kShortestRead = 2;
 
+/// The GSM communicator answers in its own name for a meter that is silent.
+constexpr std::uint8_t kCommunicator = 0xFD;
+
+bool IsOfCommunicator(const Parts& reply) {
+  return reply.address[0] == kCommunicator && reply.body.size() == 1 &&
+         CodeOf(reply.body[0]) == kMeterSilent;
+}
+
 std::string Meter(View address) { return "meter " + FormatAddress(address); }
+
+std::string RemedyFor(const Parts& reply) {
+  if (reply.address[0] != kExtendedPrefix) return "check the address that is set in the meter";
+  const std::string number = FormatAddress(reply.address).substr(std::string_view("sn:").size());
+  return "set serial_number: " + number + " at the device, if that is the right meter";
+}
 
 /// A whole request that is not ours. Shorter ones than a read look like replies.
 std::optional<Recognised> FindRequest(View request, View heard, Checksum checksum) {
@@ -46,10 +62,15 @@ std::optional<Recognised> Recognise(View request, View heard, const Settings& se
   if (auto other = FindRequest(request, heard, checksum)) return other;
   if (const auto reply = SplitFrame(heard, checksum)) {
     if (any || std::ranges::equal(reply->address, asked->address)) return std::nullopt;
+    if (IsOfCommunicator(*reply)) {
+      return Recognised{Recognised::What::other_reply,
+                        "the GSM communicator (253) says that the meter does not answer",
+                        "check power, wire and address of the meter behind it"};
+    }
     return Recognised{
         Recognised::What::other_device,
         Meter(reply->address) + " answers where " + Meter(asked->address) + " was asked",
-        "check the address that is set in the meter"};
+        RemedyFor(*reply)};
   }
   const bool ks = checksum == Checksum::crc;
   if (ks && heard.size() > 3) {

@@ -9,6 +9,7 @@
 namespace baudgate::protocols::telegram {
 namespace {
 
+constexpr const char* kUnknownCode = "set that at the device, or add it to its codes";
 constexpr const char* kNotReady =
     "is what it measures unstable (vibration, draught, load), or is it in a menu?";
 
@@ -24,6 +25,7 @@ Answer TelegramConversation::AnswerOf(std::size_t telegram, const Bound& sent, V
 void TelegramConversation::AddReadings(std::size_t telegram, const Bound& sent, const Reply& reply,
                                        Answer& answer) const {
   if (reply.outcome == Outcome::busy) answer.remedy = kNotReady;
+  if (reply.outcome == Outcome::ok && !reply.reason.empty()) answer.remedy = kUnknownCode;
   const bool refused = reply.outcome == Outcome::unsupported;
   if (reply.outcome != Outcome::ok && !refused) return;
   for (std::size_t i = 0; i < reads_.size(); ++i) {

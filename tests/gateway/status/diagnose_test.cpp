@@ -164,8 +164,12 @@ TEST_F(DiagnoseTest, WhatComesBesideGoodReplies) {
 
 TEST_F(DiagnoseTest, LateAnswersThatAreWaitedFor) {
   Ended(Outcome::ok, 20);
-  device().patience = 195'200us;
+  device().patience = 244ms;
+  device().lateness = 195'200us;
+  device().late = 1;
   device().timing.reply = 300ms;
+  EXPECT_THAT(Say(), IsEmpty()) << "once";
+  device().late = 2;
   EXPECT_THAT(Say(),
               ElementsAre("late: its replies come up to 496 ms after the request, and timing.reply "
                           "is 300 ms: set timing: { reply: 550ms } at the device"));
@@ -181,10 +185,15 @@ TEST_F(DiagnoseTest, RepliesThatAreAlwaysARequestLate) {
                          "its replies answer the request before, so that each request is sent")));
 }
 
-TEST_F(DiagnoseTest, SecondRepliesAreSaidHoweverSeldom) {
+TEST_F(DiagnoseTest, SecondRepliesAreSaidHoweverSeldomAndForAnHour) {
   device().doubled = 1;
+  device().last_doubled = kNow.instant - 50min;
+  EXPECT_THAT(Say(), IsEmpty()) << "once is a repeat that met its reply";
+  device().doubled = 2;
   EXPECT_THAT(Say(), ElementsAre(::testing::StartsWith(
-                         "doubled: a second, different reply came behind one once: ")));
+                         "doubled: a second, different reply came behind one 2 times: ")));
+  device().last_doubled = kNow.instant - 61min;
+  EXPECT_THAT(Say(), IsEmpty());
 }
 
 TEST_F(DiagnoseTest, PointsThatAreNotGood) {
@@ -201,14 +210,17 @@ TEST_F(DiagnoseTest, PointsThatAreNotGood) {
   const struct {
     std::string stands;
     std::string says;
+    std::string remedy{};
   } rows[] = {
       {"", "it sends nothing for them: does the profile fit the device?"},
       {"0,52",
        "'0,52' is no number: set a decimal point at the device, or type: string in its profile"},
       {"READY", "'READY' is no number: does the profile fit the device? type: string takes it"},
+      {"'unit' says 'kg', which the description does not know",
+       "'unit' says 'kg', which the description does not know: set that", "set that"},
   };
   for (const auto& row : rows) {
-    Looked(device(), Symptom::no_number, 1, {.cause = row.stands});
+    Looked(device(), Symptom::no_number, 1, {.cause = row.stands, .remedy = row.remedy});
     EXPECT_THAT(Say()[1], ::testing::EndsWith("): " + row.says));
   }
   line_.port_since = kNow.wall - 1s;

@@ -100,6 +100,29 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
       {{{tail_lost, 9, {.bytes = 16}}},
        "its replies break off (16 bytes came): the buffer of a serial server or converter is too "
        "small, or a wire is bad"},
+      {{{tail_lost, 9, {.cause = "its check value", .remedy = "update it"}}},
+       "its replies carry no check value: update it"},
+      {{{clean, 9}, {tail_lost, 9, {.cause = "its check value", .remedy = "update it"}}},
+       "its replies break off before their check value: a driver lets go of the bus too early; use "
+       "a converter with automatic direction",
+       true,
+       false,
+       false,
+       true},
+      {{{one_behind, 9, {.cause = "slave 3 answers", .remedy = "check it"}}},
+       "slave 3 answers: check it (configured: 2)",
+       false,
+       true},
+      {{{clean, 4, {.idle = 50ms}},
+        {silence, 2, {.idle = 900ms}},
+        {clean, 4, {.idle = 400ms}},
+        {silence, 2, {.idle = 950ms}}},
+       "requests get no answer behind a rest of 0.9 s, and their repeats do: it or its radio "
+       "sleeps: shorten its poll, or switch sleep off",
+       true,
+       false,
+       false,
+       true},
       {{{end_lost, 9}},
        "the last byte of its replies is missing: a driver lets go of the bus too early; use a "
        "converter with automatic direction"},
@@ -302,6 +325,42 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
       {{{clean, 32}}, ""},
   };
   for (const Row& row : rows) EXPECT_EQ(SayOf(row), row.says);
+}
+
+/// What it says now and then of requests that are answered well at other times.
+TEST_F(HypothesesTest, MisfitsNowAndThen) {
+  Finding wide = {.cause = "number '+02.51' is 6 characters wide, not 7", .remedy = "set width"};
+  Row row = {{{clean, 20}, {odd, 5, wide}}, "", true, false, false, true};
+  const std::string said = "number '+02.51' is 6 characters wide, not 7: ";
+  EXPECT_EQ(SayOf(row), said + "set width");
+  config::Device& meant = config_.lines[0].devices[1];
+  meant.protocol = "dcon";
+  EXPECT_EQ(SayOf(row),
+            "some replies are damaged ('+02.51'): noise, two devices with its address, or a "
+            "converter loses bytes; a checksum helps");
+  meant.options.Set("checksum", true);
+  EXPECT_EQ(SayOf(row), said + "set width");
+  meant.protocol = "modbus_rtu";
+  row.seen[1].finding = {.cause = "14 bytes came where 4 answer the request"};
+  EXPECT_EQ(SayOf(row),
+            "some replies belong to other requests (14 bytes came where 4 answer the request): "
+            "another client of the server, or another master");
+}
+
+TEST_F(HypothesesTest, OfMessagesThatMostlyAreRightTheOthersAreDamaged) {
+  const Finding other = {.cause = "its messages do not end with 0x0D", .remedy = "set end"};
+  const auto say = [&](std::uint32_t good) {
+    NeverAnswered();
+    device().unasked = true;
+    device().last_ok = kNow.instant;
+    Looked(device(), clean, good);
+    Looked(device(), other_setting, 10, other);
+    const DeviceRecord both[] = {neighbour_, record_};
+    const Evidence evidence = Gather(line_, record_, both, kNow);
+    return Judge(evidence).front()->say(evidence);
+  };
+  EXPECT_EQ(say(5), "its messages do not end with 0x0D: set end");
+  EXPECT_THAT(say(22), ::testing::StartsWith("they come damaged: noise or a bad wire"));
 }
 
 /// docs/status.md has a row for each, and none besides.

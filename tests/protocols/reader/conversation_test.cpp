@@ -169,6 +169,8 @@ TEST_F(ReaderConversationTest, ATextIsACodeAndANumber) {
   EXPECT_EQ(Shown(answer, 2), "OL");
   EXPECT_EQ(HearText("GS 12.3kg NT 10.1kg\r", 1h + 3s).reason,
             "2 numbers in 'GS 12.3kg NT 10.1kg'");
+  EXPECT_EQ(HearText("ST,GS,+  12,35kg\r", 1h + 3s).reason,
+            "a comma comes where a point is awaited in 'ST,GS,+  12,35kg'");
   EXPECT_EQ(HearText("12.35-kg\r", 1h + 4s).reason,
             "the sign stands behind the number in '12.35-kg'");
 }

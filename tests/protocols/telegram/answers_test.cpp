@@ -1,6 +1,7 @@
 // What passes for an answer, and what a twin says: telegrams with little that is fixed, bytes that
 // are a status, telegrams that look alike.
 // SPDX-License-Identifier: Apache-2.0
+#include "gateway/line/examine.h"
 #include "tests/protocols/telegram/support.h"
 
 namespace baudgate::protocols::telegram {
@@ -122,6 +123,35 @@ points:
   EXPECT_EQ(said("42 4D 00 07 00 00 96"), "level 7 good; ok true good");
   EXPECT_EQ(said("42 4D 00 07 01 00 97"), "level 7 uncertain; ok false good");
   EXPECT_EQ(said("42 4D 00 07 02 00 98"), "level bad; ok false good");
+  const Answer unknown =
+      AnswerTo(TelegramProtocol(), device, ToBytes("D"), *ParseHex("42 4D 00 07 02 00 98"));
+  EXPECT_EQ(unknown.reason, "'state' says '0x02', which the description does not know");
+  EXPECT_FALSE(unknown.remedy.empty()) << "status quotes it with that";
+}
+
+TEST(TelegramAnswers, ADecimalCommaIsSeen) {
+  const config::Device device = Described(R"(
+device: scale
+telegrams:
+  weight:
+    send: 'W\r'
+    receive: 'W{value:decimal}\r'
+    reads: yes
+    example: { send: 'W\r', receive: 'W12.50\r', value: 12.5 }
+points:
+  - { name: weight, read: weight.value, type: float64 }
+)");
+  const ParsedOptions options = ParseOptions(TelegramProtocol(), device.options);
+  const Bytes request = ToBytes("W\r");
+  const Expectation expect = TelegramProtocol().expect(request, options);
+  const Bytes heard = ToBytes("W12,50\r");
+  const Finding finding = Examine({.protocol = &TelegramProtocol(),
+                                   .options = &options,
+                                   .request = request,
+                                   .expect = &expect,
+                                   .outcome = Outcome::corrupt,
+                                   .heard = heard});
+  EXPECT_EQ(finding.cause, "a comma comes where a point is awaited ('W12,50\\r')");
 }
 
 TEST(TelegramAnswers, AFieldThatStandsTwiceSaysTheSame) {
