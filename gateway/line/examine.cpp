@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "gateway/base/checksum.h"
 #include "gateway/base/text.h"
 #include "gateway/line/assembler.h"
 #include "gateway/line/changed_bytes.h"
@@ -256,7 +257,7 @@ std::size_t LongestHeard(const Hearing& hearing) {
 bool LacksCheck(const Hearing& hearing, View heard) {
   const PduCarrier* const carrier = hearing.protocol->carrier;
   if (carrier == nullptr || hearing.protocol->tcp || heard.size() <= kAFew) return false;
-  if (std::ranges::all_of(hearing.request, IsPrintable)) return false;
+  if (std::ranges::all_of(hearing.request, IsPrintable) || EndsInCrc16(heard)) return false;
   const Bytes whole = carrier->wrap(heard[0], heard.subspan(1));
   // With the first byte of its check value it would be whole as well, and one byte too long.
   const Cut cut = hearing.protocol->reply_rule(whole, *hearing.expect, true);

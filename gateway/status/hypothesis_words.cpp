@@ -47,21 +47,25 @@ bool IsNearlyAll(std::size_t count, const Evidence& evidence) {
   return 10 * count >= 9 * evidence.failed;
 }
 
-/// Each request that has failed is answered well at other times.
+/// Each request is answered well at other times.
 bool IsNowAndThen(const Evidence& evidence) {
   if (evidence.device == nullptr) return false;
   if (2 * (evidence.looked - evidence.failed) < evidence.failed) return false;
-  return std::ranges::none_of(evidence.first().status.queries, [](const QueryCount& query) {
-    return query.in_vain >= kNeverByChance;
-  });
+  const DeviceRecord& record = *evidence.device;
+  const auto is_read = [&](const QueryCount& query) {
+    if (query.points == 0 || query.first_point >= record.points.size()) return true;
+    return query.in_vain < kNeverByChance && HasValue(record.points[query.first_point].value);
+  };
+  return !record.status.queries.empty() && std::ranges::all_of(record.status.queries, is_read);
 }
 
-/// What the reason quotes, and else the reason.
+/// " ('+02.51')": what the reason quotes.
 std::string QuotedIn(const Finding& finding) {
   const std::string text = Brief(finding);
   const std::size_t begin = text.find('\'');
   const std::size_t end = text.rfind('\'');
-  return end > begin && end != std::string::npos ? text.substr(begin, end + 1 - begin) : text;
+  if (begin == std::string::npos || end == begin) return {};
+  return " (" + text.substr(begin, end + 1 - begin) + ")";
 }
 
 /// A check value has proven what came, and it answers a request for more or less.
@@ -335,8 +339,8 @@ std::string SaySaid(const Evidence& evidence) {
 std::string SayOdd(const Evidence& evidence) {
   const Finding& finding = evidence.Last(evidence.Count(odd) > 0 ? odd : one_behind);
   if (IsDamageAsMisfit(evidence)) {
-    return "some replies are damaged (" + QuotedIn(finding) +
-           "): noise, two devices with its address, or a converter loses bytes; a checksum helps";
+    return "some replies are damaged" + QuotedIn(finding) +
+           ": noise, two devices with its address, or a converter loses bytes; a checksum helps";
   }
   if (IsNowAndThen(evidence) && IsOtherLength(evidence, finding)) {
     return "some replies belong to other requests (" + Brief(finding) +

@@ -27,6 +27,7 @@ struct Row {
   bool healthy = false;   ///< a neighbour answers
   bool tcp = false;       ///< Modbus TCP
   bool here = false;      ///< it answers at present
+  std::vector<QueryCount> queries{};
 };
 
 class HypothesesTest : public DiagnoseTest {
@@ -44,6 +45,7 @@ class HypothesesTest : public DiagnoseTest {
     if (row.answered) device().last_ok = kNow.instant - 1min;
     for (const Seen& seen : row.seen) Looked(device(), seen.symptom, seen.count, seen.finding);
     device().exchanges = 30;
+    device().queries = row.queries;
     neighbour_.status.findings = {};
     if (row.healthy) Looked(neighbour_.status, clean, 32);
     const DeviceRecord both[] = {neighbour_, record_};
@@ -335,6 +337,9 @@ TEST_F(HypothesesTest, MisfitsNowAndThen) {
   EXPECT_EQ(SayOf(row), said + "set width");
   config::Device& meant = config_.lines[0].devices[1];
   meant.protocol = "dcon";
+  EXPECT_EQ(SayOf(row), said + "set width") << "no value was ever read";
+  row.queries = {{.points = 1}};
+  record_.points[0].value = 2.5;
   EXPECT_EQ(SayOf(row),
             "some replies are damaged ('+02.51'): noise, two devices with its address, or a "
             "converter loses bytes; a checksum helps");

@@ -135,23 +135,23 @@ device: scale
 telegrams:
   weight:
     send: 'W\r'
-    receive: 'W{value:decimal}\r'
+    receive: '{value:+.scientific}\r'
     reads: yes
-    example: { send: 'W\r', receive: 'W12.50\r', value: 12.5 }
+    example: { send: 'W\r', receive: '+1.25E+01\r', value: 12.5 }
 points:
   - { name: weight, read: weight.value, type: float64 }
 )");
   const ParsedOptions options = ParseOptions(TelegramProtocol(), device.options);
   const Bytes request = ToBytes("W\r");
   const Expectation expect = TelegramProtocol().expect(request, options);
-  const Bytes heard = ToBytes("W12,50\r");
+  const Bytes heard = ToBytes("+1,25E+01\r");
   const Finding finding = Examine({.protocol = &TelegramProtocol(),
                                    .options = &options,
                                    .request = request,
                                    .expect = &expect,
                                    .outcome = Outcome::corrupt,
                                    .heard = heard});
-  EXPECT_EQ(finding.cause, "a comma comes where a point is awaited ('W12,50\\r')");
+  EXPECT_EQ(finding.cause, "a comma comes where a point is awaited ('+1,25E+01\\r')");
 }
 
 TEST(TelegramAnswers, AFieldThatStandsTwiceSaysTheSame) {
