@@ -101,6 +101,10 @@ struct Recognised {
   std::string remedy{};  ///< "set protocol: modbus_rtu at the line"
 };
 
+/// Which messages of this protocol are among `heard`, bytes on a line of texts of another protocol,
+/// as their check values prove: "messages of Modbus RTU come (slave 4)". Nothing: there are none.
+using ForeignRule = std::optional<std::string> (*)(View heard);
+
 /// Telegrams that a person sends by hand (`baudgate ask`). Pure functions.
 struct TelegramRule {
   /// The characters that a telegram in text begins with, each of one protocol's only. Empty: its
@@ -197,6 +201,8 @@ struct Protocol {
   /// Null: it is never known. Pure.
   std::optional<Recognised> (*recognise)(View request, View heard,
                                          const ParsedOptions& options) = nullptr;
+  /// For lines of other protocols. Null: nothing proves that a message is one of this protocol.
+  ForeignRule foreign = nullptr;
 
   /// Whether a device with these options sends unasked (Conversation::Listens). It has its line to
   /// itself. Used by the configuration, before options are parsed. Null: no device does.

@@ -51,6 +51,14 @@ const Protocol* Catalog::MeantProtocol(const std::string& name, const std::strin
   return FindProtocol(std::string(Nearest(name, ProtocolNames())));
 }
 
+std::vector<ForeignRule> Catalog::ForeignRules() const {
+  std::vector<ForeignRule> rules;
+  for (const auto& [name, protocol] : protocols) {
+    if (protocol->foreign != nullptr) rules.push_back(protocol->foreign);
+  }
+  return rules;
+}
+
 const Protocol* Catalog::FramesOf(modbus::Framing framing) const {
   if (framing == modbus::Framing::tcp) return nullptr;
   const auto found = std::ranges::find_if(protocols, [framing](const auto& one) {

@@ -45,6 +45,8 @@ struct Catalog {
   /// The protocol that has the frames of this framing. Null when it is not installed, and for
   /// Modbus TCP, which needs none.
   const Protocol* FramesOf(modbus::Framing framing) const;
+  /// How their messages are known on lines of other protocols.
+  std::vector<ForeignRule> ForeignRules() const;
   /// The folders that hold profiles of the protocol: its own, then that of Protocol::profiles_of.
   std::vector<std::string> ProfileOwners(const std::string& protocol) const;
   /// In the protocol's own folder first. Nothing when no directory has it.

@@ -60,7 +60,8 @@ Status PointRequests::Write(const config::Config& config, const Json& request, c
   if (!ask) return Error{ask.error()};
   const config::Point& point = store_.device(ask->device).points[ask->parts.front().point];
   const auto confirm = request.find("confirm");
-  ask->without_selection = confirm != request.end() && confirm->is_boolean() && confirm->get<bool>();
+  ask->without_selection =
+      confirm != request.end() && confirm->is_boolean() && confirm->get<bool>();
   ask->deadline = now + kWaitForDevice;
   ask->done = [answered](const WriteResult& result) { answered(ToJson(result)); };
   if (const auto denial = gate_.Submit(writer, std::move(*ask), now)) {

@@ -145,7 +145,8 @@ void Daemon::Impl::TellUnsettled(const std::set<audit::Target>& devices) {
 }
 
 void Daemon::Impl::MakeLines() {
-  LineParts::Links links{{}, records.memory(), records.events()};
+  LineParts::Links links{
+      .memory = records.memory(), .events = records.events(), .foreign = catalog.ForeignRules()};
   if (WritePath* const writes = records.write_path()) {
     links.loans = {&writes->log(), config.audit == config::Audit::require};
   }

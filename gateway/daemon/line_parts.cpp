@@ -33,7 +33,7 @@ LineParts::LineParts(const config::Line& line, std::uint32_t first_device,
       port(line, store, transport, retries, recorder, reporter, poller, telegrams, loan,
            Listens(line, find)),
       loan({line, store, transport, reporter, links.loans, ReplyTime(line, find)}, port) {
-  poller.Attach(recorder);
+  poller.Attach(recorder, std::move(links.foreign));
 }
 
 void LineParts::Start(Now now) {

@@ -6,6 +6,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "config/model/line.h"
 #include "gateway/daemon/line_port.h"
@@ -27,6 +28,7 @@ class LineParts {
     DeviceMemory* memory = nullptr;  ///< null: what conversations learn ends with the program
     EventSink* events = nullptr;     ///< null: devices are asked for events no more than once
     LoanRecords loans{};
+    std::vector<ForeignRule> foreign{};  ///< of all protocols
   };
 
   /// All references outlive it. See LinePort.

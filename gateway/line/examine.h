@@ -38,10 +38,11 @@ struct Hearing {
   const Expectation* expect = nullptr;
   Outcome outcome = Outcome::none;  ///< none: it was not judged yet
   View heard{};
-  std::span<const Arrival> arrivals{};  ///< of `heard`; the first stands at 0
-  Duration reply{};                     ///< the longest until the first byte
-  Duration gap{};                       ///< the longest pause inside
-  bool connection = false;              ///< it came over TCP
+  std::span<const Arrival> arrivals{};     ///< of `heard`; the first stands at 0
+  Duration reply{};                        ///< the longest until the first byte
+  Duration gap{};                          ///< the longest pause inside
+  bool connection = false;                 ///< it came over TCP
+  std::span<const ForeignRule> foreign{};  ///< of all protocols
 };
 
 Finding Examine(const Hearing& hearing);

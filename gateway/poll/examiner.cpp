@@ -253,7 +253,8 @@ Hearing Examiner::Heard() const {
           .arrivals = arrivals_,
           .reply = std::max(times_.reply, request_.reply),
           .gap = times_.gap,
-          .connection = roster_.is_network()};
+          .connection = roster_.is_network(),
+          .foreign = roster_.foreign()};
 }
 
 Finding Examiner::Look() {

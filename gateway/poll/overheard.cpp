@@ -14,8 +14,8 @@ constexpr std::size_t kMostHeard = 256;
 
 }  // namespace
 
-Overheard::Overheard(const Device& device, bool network)
-    : device_(device), network_(network), expect_(device.conversation->Listens()->expect) {}
+Overheard::Overheard(const Device& device, const Roster& roster)
+    : device_(device), roster_(roster), expect_(device.conversation->Listens()->expect) {}
 
 std::optional<Finding> Overheard::Hear(View bytes, Instant now) {
   std::optional<Finding> before;
@@ -44,7 +44,8 @@ Finding Overheard::Look() const {
                         .arrivals = {},
                         .reply = {},
                         .gap = {},
-                        .connection = network_};
+                        .connection = roster_.is_network(),
+                        .foreign = roster_.foreign()};
   Bytes cleared = heard_;
   for (std::uint8_t& byte : cleared) byte &= 0x7F;
   if (cleared != heard_ && IsWhole(hearing, cleared)) return {.symptom = Symptom::eighth_bit};

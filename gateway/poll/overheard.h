@@ -18,8 +18,8 @@ namespace baudgate {
 
 class Overheard {
  public:
-  /// `device` outlives it; `network`: it speaks over a connection.
-  Overheard(const Device& device, bool network);
+  /// Both outlive it.
+  Overheard(const Device& device, const Roster& roster);
 
   /// Empty: what came before was read, or looks as reported already.
   std::optional<Finding> Hear(View bytes, Instant now);
@@ -31,7 +31,7 @@ class Overheard {
   Finding Look() const;
 
   const Device& device_;
-  const bool network_;
+  const Roster& roster_;
   const Expectation expect_;
   Bytes heard_;  // since the last silence
   Instant last_{};

@@ -9,6 +9,8 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "config/model/line.h"
 #include "gateway/line/echo_watch.h"
@@ -43,8 +45,9 @@ class Poller : private LineClient {
   Poller(const config::Line& line, std::uint32_t first_device, const FindProtocol& find,
          PointStore& store, RequestPort& port, PollerListener& listener);
 
-  /// Before anything else; `tap` outlives the poller.
-  void Attach(Tap& tap) {
+  /// Before anything else; `tap` outlives the poller. `foreign`: of all protocols.
+  void Attach(Tap& tap, std::vector<ForeignRule> foreign = {}) {
+    roster_.SetForeign(std::move(foreign));
     ledger_.line.Attach(tap);
     ledger_.states.Attach(tap);
   }

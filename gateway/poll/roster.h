@@ -9,6 +9,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "config/model/line.h"
@@ -80,6 +81,10 @@ class Roster {
   /// `index`: in the point store.
   Device& DeviceAt(std::uint32_t index) const { return *devices_[index - devices_.front()->index]; }
 
+  /// How messages of other protocols are known on this line.
+  void SetForeign(std::vector<ForeignRule> foreign) { foreign_ = std::move(foreign); }
+  const std::vector<ForeignRule>& foreign() const { return foreign_; }
+
   /// The line is behind a serial server.
   bool is_network() const { return line_.is_network(); }
   /// The line's protocol, when it carries Modbus; null: no routes lead here.
@@ -95,6 +100,7 @@ class Roster {
   const config::Line& line_;
   const std::uint32_t first_device_;
   const Protocol* carrier_ = nullptr;
+  std::vector<ForeignRule> foreign_;
   std::vector<std::unique_ptr<Bus>> buses_;
   std::vector<std::unique_ptr<Device>> devices_;
   std::vector<std::unique_ptr<Slave>> slaves_;

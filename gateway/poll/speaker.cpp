@@ -14,7 +14,7 @@ Speaker::Speaker(const Roster& roster) {
   for (const auto& device : roster.devices()) {
     if (device_ == nullptr && device->conversation->Listens() != nullptr) device_ = device.get();
   }
-  if (device_ != nullptr) overheard_.emplace(*device_, roster.is_network());
+  if (device_ != nullptr) overheard_.emplace(*device_, roster);
 }
 
 std::optional<Finding> Speaker::Hear(View bytes, Instant now) {

@@ -93,7 +93,8 @@ OpenFile::Look OpenFile::LookAt(Database& database) {
     database.Abandon();
     RemoveOwn(kLog, log_);
     RemoveOwn(kIndex, index_);
-    return {Found::gone, "it was removed, and all that was in it"};
+    return {Found::gone, id.inode == 0 ? "it was removed, and all that was in it"
+                                       : "another file is in its place"};
   }
   if (std::string trouble = HeadTrouble(database); !trouble.empty()) {
     database.Abandon();

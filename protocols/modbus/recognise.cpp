@@ -20,6 +20,10 @@ constexpr std::size_t kException = 3;
 /// Bytes of a check value.
 constexpr std::size_t kRtuCheck = 2;
 constexpr std::size_t kAsciiCheck = 1;
+/// Of a request that reads, or that writes one value: function, place, count.
+constexpr std::size_t kShortRequest = 5;
+constexpr std::uint8_t kLastRead = 4;
+constexpr std::uint8_t kLastOfOneValue = 6;
 
 constexpr const char* kNoModbus = "the device does not keep to Modbus: update its firmware";
 
@@ -48,6 +52,16 @@ std::optional<Seen> FirstRtu(View heard) {
                 asks && !answers};
   }
   return std::nullopt;
+}
+
+/// A request that reads or writes one value, or the reply to a read, stands at the front.
+bool IsPlainRtu(View held) {
+  if (held.size() < kShortRequest + kRtuOverhead || held[0] == 0 || held[0] > kLastSlave)
+    return false;
+  const std::uint8_t function = held[1];
+  if (function == 0 || function > kLastOfOneValue) return false;
+  if (EndsInCrc16(held.first(kShortRequest + kRtuOverhead))) return true;
+  return function <= kLastRead && IsWhole(held, ReplyLength(held.subspan(1)));
 }
 
 std::optional<Seen> FirstAscii(View heard) {
@@ -200,6 +214,14 @@ std::optional<Recognised> Recognise(Framing framing, View request, View heard) {
                     "its replies have function " + HexByte(static_cast<std::uint8_t>(function)) +
                         " where " + HexByte(asked->pdu[0]) + " was asked",
                     kNoModbus};
+}
+
+std::optional<std::string> ForeignRtu(View heard) {
+  for (std::size_t at = 0; at < heard.size(); ++at) {
+    if (!IsPlainRtu(heard.subspan(at))) continue;
+    return "messages of Modbus RTU come (" + Slave(heard[at]) + ")";
+  }
+  return std::nullopt;
 }
 
 }  // namespace baudgate::protocols::modbus

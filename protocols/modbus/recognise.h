@@ -4,6 +4,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 
 #include "gateway/base/bytes.h"
 #include "protocols/modbus/codec.h"
@@ -13,5 +14,8 @@ namespace baudgate::protocols::modbus {
 
 /// `request`: one of this framing.
 std::optional<Recognised> Recognise(Framing framing, View request, View heard);
+
+/// See ForeignRule: requests that read or write one value, and replies to reads.
+std::optional<std::string> ForeignRtu(View heard);
 
 }  // namespace baudgate::protocols::modbus

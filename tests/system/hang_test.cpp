@@ -137,7 +137,7 @@ TEST_F(Hang, ALineHangsAlone) {
     EXPECT_TRUE(bay["stuck_since"].is_null()) << bay;
     const auto before = bay["exchanges"].get<int>();
     EXPECT_TRUE(Eventually([&] { return LineStatus("bay")["exchanges"].get<int>() > before + 5; }));
-    EXPECT_EQ(client_.WriteRegisters(1, 2, {0, 0}), kBusy) << "refused at once";
+    EXPECT_EQ(client_.WriteRegisters(1, 2, {0, 0}), kNotAnswering) << "refused at once";
     EXPECT_EQ(client_.WriteRegisters(2, 2, {0, 0}), kNoException);
     EXPECT_TRUE(SignsOfLife());
     EXPECT_TRUE(SignsOfLife());
@@ -172,7 +172,7 @@ TEST_F(Hang, TheGatewayStopsWithoutALineThatHangs) {
   daemon_->Signal(SIGTERM);
   EXPECT_TRUE(held.EndsWithItsProcess());
   EXPECT_EQ(daemon_->WaitForEnd(), 0) << daemon_->Errors();
-  EXPECT_THAT(daemon_->Errors(), HasSubstr("line io: does not end: a call of its driver"));
+  EXPECT_THAT(daemon_->Errors(), HasSubstr("line io: cannot be stopped: a call of its driver"));
   EXPECT_TRUE(Eventually([&] { return last_quality("io-1") == 8; }));
   EXPECT_TRUE(Eventually([&] { return last_quality("bay-1") == 8; }));
 }

@@ -77,6 +77,20 @@ TEST(Poller, AnExchangeThatIsCutOffIsCountedAndHasItsEnd) {
   }
 }
 
+TEST(Poller, MessagesOfAnotherProtocolAreFound) {
+  VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
+  EndTap tap;
+  line.poller().Attach(tap, {[](View heard) -> std::optional<std::string> {
+                         if (AsText(heard).find("@@@@") == std::string_view::npos) return {};
+                         return "messages of another protocol come";
+                       }});
+  line.Open();
+  line.RunFor(2500ms);
+  line.Inject(ToBytes("@@@@"));
+  line.RunFor(1s);
+  EXPECT_EQ(line.StatusOf(0).findings.Count(Symptom::master_beside), 1U);
+}
+
 TEST(Poller, WhatOfARequestHasNotLeftIsDroppedWhenNobodyAnswers) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
   line.Open();

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <tuple>
+#include <utility>
 
 namespace baudgate {
 namespace {}  // namespace
@@ -42,9 +44,11 @@ std::string EventKeeper::Said(std::uint32_t device) const {
 bool EventKeeper::Keep(const ReportedEvents& reported, const config::Device& device) {
   if (waiting_.insert(reported.device).second) {
     asked_again += reported.batch.again ? 1 : 0;
-    book_->Add({reported.device, reported.batch.said, reported.batch.again,
-                events::RecordsOf(reported.batch, "line", device, reported.received.wall,
-                                  reported.oldest)});
+    events::Batch batch{
+        reported.device, reported.batch.said, reported.batch.again,
+        events::RecordsOf(reported.batch, "line", device, reported.received.wall, reported.oldest)};
+    std::tie(batch.line, batch.device) = names_[reported.device];
+    book_->Add(std::move(batch));
   }
   return Write() && waiting_.count(reported.device) == 0;
 }

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "gateway/base/text.h"
+#include "tests/config/shipped.h"
 #include "tests/protocols/runs/rig.h"
 
 namespace baudgate {
@@ -34,6 +35,7 @@ Finding Look(const Row& row) {
   const ParsedOptions options = ParseOptions(*setup.protocol, device.options);
   const Bytes request = FromHex(row.request);
   const Expectation expect = setup.protocol->expect(request, options);
+  const std::vector<ForeignRule> foreign = testing::Shipped().ForeignRules();
   Bytes heard;
   std::vector<Arrival> arrivals;
   for (const Came& came : row.came) {
@@ -49,7 +51,8 @@ Finding Look(const Row& row) {
                   .arrivals = arrivals,
                   .reply = 100ms,
                   .gap = 50ms,
-                  .connection = setup.protocol->tcp});
+                  .connection = setup.protocol->tcp,
+                  .foreign = foreign});
 }
 
 const std::string kRtu = "010300000001840A";

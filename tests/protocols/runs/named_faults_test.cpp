@@ -237,8 +237,8 @@ const FaultRow kFaults[] = {
          return (stage.rig->elapsed() + 5s) % 10s < 4s ? Bytes() : reply;
        };
      },
-     "[0-9]+ outages? in the last|is away for about [345]|single requests", "gap|second master|full",
-     true},
+     "[0-9]+ outages? in the last|is away for about [345]|single requests",
+     "gap|second master|full", true},
     {"babble", [](Stage stage) { stage.twin.manner.babble = 5s; },
      "without an end|bit rate|cannot be read", "gap:|power", true, IsSerial},
     {"exception 02", Refuse<2>,

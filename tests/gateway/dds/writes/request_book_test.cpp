@@ -90,7 +90,7 @@ TEST_F(RequestBookTest, WhatIsForgottenIsRefusedAndNeverRepeated) {
   Do(3);  // out of order, and pushes the lowest out
   EXPECT_EQ(Begin(RequestOf(10)), What::refused);
   EXPECT_EQ(last_.answer.end, WriteEnd::denied);
-  EXPECT_THAT(last_.answer.reason, HasSubstr("the last 32 are remembered"));
+  EXPECT_THAT(last_.answer.reason, HasSubstr("only the last 32 requests are remembered"));
   EXPECT_EQ(Begin(RequestOf(5)), What::refused) << "below what is forgotten";
   EXPECT_EQ(Begin(RequestOf(3)), What::answered);
   EXPECT_EQ(Begin(RequestOf(11)), What::answered);

@@ -106,7 +106,7 @@ TEST_F(WriteServiceTest, WhatTheRulesForbidIsDeniedAndRecorded) {
   EXPECT_THAT(Take(Ask(2, "setting", 41)).reason, HasSubstr("41 is above"));
   const ReplySample trip = Take(Ask(3, "trip", 1));
   EXPECT_EQ(trip.outcome, "denied");
-  EXPECT_THAT(trip.reason, HasSubstr("selected before it is written; on DDS 'confirm'"));
+  EXPECT_THAT(trip.reason, HasSubstr("selected before it is written; over DDS set 'confirm'"));
   EXPECT_THAT(Take(Ask(4, "setting", std::numeric_limits<double>::quiet_NaN())).reason,
               HasSubstr("not a number"));
   EXPECT_THAT(sink_.commands, IsEmpty());
