@@ -47,16 +47,17 @@ bool IsNearlyAll(std::size_t count, const Evidence& evidence) {
   return 10 * count >= 9 * evidence.failed;
 }
 
-/// Each request is answered well at other times.
+/// Each request is answered well at other times: most points have had a value.
 bool IsNowAndThen(const Evidence& evidence) {
   if (evidence.device == nullptr) return false;
   if (2 * (evidence.looked - evidence.failed) < evidence.failed) return false;
   const DeviceRecord& record = *evidence.device;
-  const auto is_read = [&](const QueryCount& query) {
-    if (query.points == 0 || query.first_point >= record.points.size()) return true;
-    return query.in_vain < kNeverByChance && HasValue(record.points[query.first_point].value);
-  };
-  return !record.status.queries.empty() && std::ranges::all_of(record.status.queries, is_read);
+  const auto had = std::ranges::count_if(
+      record.points, [](const PointRecord& point) { return HasValue(point.value); });
+  const bool most = 2 * had >= std::ssize(record.points) && had > 0;
+  return most && std::ranges::none_of(record.status.queries, [](const QueryCount& query) {
+           return query.in_vain >= kNeverByChance;
+         });
 }
 
 /// " ('+02.51')": what the reason quotes.
