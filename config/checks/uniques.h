@@ -13,7 +13,8 @@
 
 namespace baudgate::config {
 
-/// What must be unique in the whole gateway: a second one is an error that names the first.
+/// Names and numbers that must be unique in the gateway. A second use is an error that names the
+/// first.
 class Uniques {
  public:
   explicit Uniques(Problems& problems) : problems_(problems) {}

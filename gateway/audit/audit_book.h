@@ -48,7 +48,7 @@ class AuditBook {
   void Change(Ticket ticket, const WriteRecord& record, bool last);
 
   bool due() const { return due_ > 0; }
-  /// What is to be written, in the order of the tickets.
+  /// The records to write, in the order of their tickets.
   std::vector<Draft> Due() const;
   /// These are on the disk; each has its seq now.
   void Kept(const std::vector<Draft>& drafts);

@@ -1,4 +1,4 @@
-// What gateway/status and gateway/control may ask of the audit. From any thread.
+// The audit as gateway/status and gateway/control see it. From any thread.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

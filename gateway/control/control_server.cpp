@@ -30,16 +30,22 @@ std::uint64_t InodeOf(const std::string& path) {
   return ::lstat(path.c_str(), &found) == 0 ? found.st_ino : 0;
 }
 
-/// Makes room for a socket at `path`: removes what a dead process has left there, nothing else.
-Status ClearStale(asio::io_context& io, const std::string& path) {
-  struct stat found {};
-  if (::lstat(path.c_str(), &found) != 0) return {};
-  if (!S_ISSOCK(found.st_mode)) return Error{path + ": there is a file that is not a socket"};
+/// Refused: no process listens there.
+asio::error_code Probe(asio::io_context& io, const std::string& path) {
   stream_protocol::socket probe(io);
   asio::error_code failed;
   probe.open(stream_protocol(), failed);
   if (!failed) probe.non_blocking(true, failed);
   if (!failed) probe.connect(stream_protocol::endpoint(path), failed);
+  return failed;
+}
+
+/// Makes room for a socket at `path`: removes what a dead process has left there, nothing else.
+Status ClearStale(asio::io_context& io, const std::string& path) {
+  struct stat found {};
+  if (::lstat(path.c_str(), &found) != 0) return {};
+  if (!S_ISSOCK(found.st_mode)) return Error{path + ": there is a file that is not a socket"};
+  const asio::error_code failed = Probe(io, path);
   if (failed == asio::error::connection_refused) {
     ::unlink(path.c_str());
     return {};
@@ -109,6 +115,8 @@ Status ControlServer::Bind(const std::string& path) {
   HoldReserve();
   path_ = path;
   inode_ = InodeOf(path);
+  // Another file may have taken the name in between: the next look finds that.
+  if (Probe(io, path) == asio::error::connection_refused) inode_ = 0;
   Accept();
   return {};
 }
@@ -117,7 +125,8 @@ void ControlServer::Watch() {
   look_.expires_after(limits_.look);
   look_.async_wait([this](const asio::error_code& stopped) {
     if (stopped || stopped_) return;
-    if (!acceptor_.is_open() || InodeOf(path_) != inode_) Rebind();
+    const bool is_ours = acceptor_.is_open() && inode_ != 0 && InodeOf(path_) == inode_;
+    if (!is_ours) Rebind();
     Watch();
   });
 }

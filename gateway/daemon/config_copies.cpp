@@ -50,10 +50,9 @@ std::optional<std::string> ConfigCopies::Trouble(const Result<bool>& written) {
   const auto before = std::move(trouble_);
   trouble_ = written ? std::optional<std::string>() : written.error();
   if (trouble_ && trouble_ != before) {
-    log::Warn("the confirmed configuration is not kept: {}; it is tried again and again",
-              *trouble_);
+    log::Warn("the confirmed configuration is not kept: {}; the gateway keeps trying", *trouble_);
   } else if (written && *written) {
-    log::Warn("the copies in {} were not what they have to be, and are written again", folder());
+    log::Warn("the copies in {} were missing or changed, and were written again", folder());
   }
   return trouble_;
 }

@@ -3,7 +3,7 @@
 //
 //   bytes within 500 ms of the opening      heard: it may be the greeting of a server in use
 //   it has held for 500 ms behind that      proven
-//   nothing came, and it has held for 30 s  proven: nobody answers, which is not its fault
+//   nothing came, and it has held for 30 s  proven: it works, although no device answers
 //   it ended before                         useless: the next one is news only once it is proven
 //
 // SPDX-License-Identifier: Apache-2.0
@@ -75,7 +75,7 @@ class ConnectionProof {
 
  private:
   static constexpr Duration kGreeting = 500ms;
-  /// Of the present connection, or between two of the last one.
+  /// Of the present connection. Between two connections: of the last one.
   enum class State : std::uint8_t { fresh, heard, proven, useless };
 
   const bool network_;

@@ -32,7 +32,7 @@ class DdsOutput {
 
   /// A reload: the store has other devices, those of `config`.
   void OnReload(const config::Config& config);
-  /// What of `next` cannot be published before a restart; empty: all can.
+  /// Why `next` needs a restart before all of it can be published; empty: it needs none.
   std::optional<std::string> WhyNot(const config::Config& next) const;
 
   /// No write goes to the sink after this; those under way are answered. Idempotent.

@@ -25,7 +25,7 @@ bool LineDispatcher::Submit(WriteCommand command) {
 
 void LineDispatcher::OnDenied(const DeniedWrite& denied) { Count(denied.device, denied.end); }
 
-/// What the poller never gets.
+/// Counts a write that does not reach the poller, which counts all others.
 void LineDispatcher::Count(std::uint32_t device, WriteEnd end) {
   store_.UpdateStatus(
       device, [end](DeviceStatus& status) { ++status.writes[static_cast<std::size_t>(end)]; });

@@ -136,10 +136,9 @@ class Reloader final : public control::ReloadService {
   asio::steady_timer timer_{loop_.io()};
   asio::steady_timer file_timer_{loop_.io()};
   reload::Probation probation_;
-  std::shared_ptr<const Applied> applied_;  // see SetApplied
-  std::shared_ptr<const Applied>
-      confirmed_;                   // differs from `applied_` while a configuration is on trial
-  std::optional<Refused> refused_;  // the text of the file, if it was taken back
+  std::shared_ptr<const Applied> applied_;    // see SetApplied
+  std::shared_ptr<const Applied> confirmed_;  // another than `applied_` during a trial
+  std::optional<Refused> refused_;            // the text of the file, if it was taken back
   bool started_ = false;
   mutable Mutex mutex_;
   control::ReloadState state_ BAUDGATE_GUARDED_BY(mutex_);

@@ -1,4 +1,4 @@
-// What gateway/status and gateway/control may ask of the events. From any thread.
+// The events as gateway/status and gateway/control see them. From any thread.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

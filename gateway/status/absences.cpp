@@ -9,16 +9,16 @@
 namespace baudgate::control {
 namespace {
 
-/// So seldom chance puts failures so close together.
+/// If single losses are this unlikely to stand so close together, they are outages.
 constexpr double kChance = 0.001;
-/// Failures of an outage, on the average: the request and its repeat.
+/// An outage has at least this many failures on average: the request and its repeat.
 constexpr double kFewest = 2;
-/// So often is no chance.
+/// This many coincidences are no chance.
 constexpr std::size_t kOften = 2;
-/// So many beginnings show a period, which is that regular.
+/// A period needs this many beginnings, and its longest is at most this many times its shortest.
 constexpr std::size_t kBeginnings = 3;
 constexpr double kRegular = 1.4;
-/// A silence that is so many times as long as any before is another one.
+/// A silence of more than this many times the longest before is a new trouble.
 constexpr double kUsual = 2;
 
 /// The logarithm of the number of ways to choose `some` of `all`.
@@ -28,7 +28,8 @@ double LogWays(double all, double some) {
   return ways;
 }
 
-/// How likely failures that know nothing of each other stand in so few runs, or fewer.
+/// The probability that independent failures stand in this many runs or fewer (runs test of Wald
+/// and Wolfowitz).
 double Chance(const FailureTally& tally) {
   const double all = LogWays(tally.failed + tally.answered, tally.failed);
   double chance = 0;
@@ -39,8 +40,8 @@ double Chance(const FailureTally& tally) {
   return chance;
 }
 
-/// Between what it was at least, from the first failure to the last, and at most, from answer to
-/// answer.
+/// The mean of its shortest possible length (first failure to last) and its longest (answer to
+/// answer).
 Duration LengthOf(const FailureRuns::Run& run) {
   const Duration least = run.last - run.first;
   const Duration most = *run.after - run.before.value_or(run.first);

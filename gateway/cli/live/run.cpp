@@ -108,8 +108,8 @@ Choice Choose(const std::string& file, const config::Catalog& catalog, std::ostr
   reload.kept.emplace(folder / reload::KeptConfigs::kFolder);
   if (!reload.kept->IsUnconfirmed(*text)) {
     if (reload.kept->trial() == reload::KeptConfigs::Trial::running) {
-      err << "baudgate: a configuration was on trial when the gateway ended, and nobody has "
-             "confirmed it; "
+      err << "baudgate: a configuration was on trial when the gateway ended and was never "
+             "confirmed; "
           << file << " has been edited since, and runs as confirmed\n";
     }
     return choice;

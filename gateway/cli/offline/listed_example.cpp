@@ -32,7 +32,7 @@ std::optional<Decimal> TimeNumber(const std::string& text, const std::string& fo
                        : CountOf<std::chrono::seconds>(*time);
 }
 
-/// What the registers can hold; empty: a float.
+/// The range of an integer in these registers; empty: they hold a float.
 std::optional<config::IntegerRange> RangeOfForm(const std::string& form) {
   if (form == "bcd16") return config::IntegerRange{0, 9'999};
   if (form == "bcd32") return config::IntegerRange{0, 99'999'999};
