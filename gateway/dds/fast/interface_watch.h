@@ -1,9 +1,12 @@
 // Notices that an interface was deleted and made again or has come up, or that an address has come:
 // the library has joined its multicast groups on the old ones, and sends nothing on the new ones.
+// When an address is gone, the library reaches no new subscriber on the others either (measured).
 // Pure: addresses come in, see gateway/dds/fast/own_addresses.h.
 //
 //   at the start 10.0.0.5 at 2     later 10.0.0.5 at 2    nothing
-//                                  later gone, or down    nothing yet: others may still be reached
+//                                  later down             nothing: others are still reached
+//                                  later gone, others up  the participant must be made again
+//                                  later gone, alone      nothing: there is nobody to reach
 //                                  later 10.0.0.5 at 7    the participant must be made again
 //   at the start 10.0.0.5 down     later 10.0.0.5 at 2    the same
 // SPDX-License-Identifier: Apache-2.0
@@ -28,6 +31,8 @@ class InterfaceWatch {
 
  private:
   bool Uses(const std::string& address) const;
+  /// An address that was up and that the machine no longer has, while it has another one.
+  std::optional<std::string> Gone(const OwnAddresses& now) const;
 
   const std::vector<std::string> interfaces_;
   const OwnAddresses own_;

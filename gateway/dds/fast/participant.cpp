@@ -2,6 +2,8 @@
 #include "gateway/dds/fast/participant.h"
 
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -10,6 +12,7 @@
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <fastdds/dds/domain/DomainParticipantListener.hpp>
 #include <fastdds/dds/log/Log.hpp>
+#include <iterator>
 #include <memory>
 #include <mutex>
 
@@ -72,14 +75,20 @@ Status Check(const ParticipantOptions& options) {
   if (options.domain < 0 || options.domain > kLastDomain) {
     return Error{"dds: domain " + std::to_string(options.domain) + " is not 0..232"};
   }
-  if (MeansAll(options.interfaces)) return {};
-  const OwnAddresses own = FindOwnAddresses();
-  for (const std::string& address : options.interfaces) {
-    if (IsOwn(own, address)) continue;
-    return Error{"dds: interface " + address +
-                 " is not an IPv4 address of this machine; list those with: ip -4 addr"};
-  }
   return {};
+}
+
+/// Those that this machine has now: with another one in its list the library reaches nobody.
+Result<std::vector<std::string>> Present(const std::vector<std::string>& interfaces) {
+  const OwnAddresses own = FindOwnAddresses();
+  std::vector<std::string> present;
+  std::ranges::copy_if(interfaces, std::back_inserter(present),
+                       [&own](const std::string& address) { return IsOwn(own, address); });
+  if (!present.empty()) return present;
+  return Error{
+      fmt::format("dds: this machine has no IPv4 address of interfaces [{}]; list its own with: ip "
+                  "-4 addr",
+                  fmt::join(interfaces, ", "))};
 }
 
 std::shared_ptr<DatagramGate> GateOf(const fast::DomainParticipant& participant) {
@@ -112,7 +121,11 @@ Status Settle(const ParticipantOptions& options, fast::DomainParticipantQos& qos
   auto udp = std::make_shared<rtps::UDPv4TransportDescriptor>();
   // Smaller buffers lose the image of some thousand points to a joining subscriber.
   udp->sendBufferSize = udp->receiveBufferSize = kSocketBuffer;
-  if (!MeansAll(options.interfaces)) udp->interfaceWhiteList = options.interfaces;
+  if (!MeansAll(options.interfaces)) {
+    const auto present = Present(options.interfaces);
+    if (!present) return Error{present.error()};
+    udp->interfaceWhiteList = *present;
+  }
   if (!options.peers.empty()) udp->maxInitialPeersRange = kParticipantsOfPeer;
   transport.user_transports.push_back(
       std::make_shared<CheckedTransportDescriptor>(udp, GateFor(options, *security)));

@@ -15,7 +15,17 @@ TEST(InterfaceWatch, TellsWhatTheLibraryCannotFollow) {
   };
   const Row rows[] = {
       {{"10.0.0.5"}, begin, ""},
-      {{"10.0.0.5"}, {{"127.0.0.1", 1}}, ""},  // gone: others may still be reached
+      {{"10.0.0.5"}, {{"127.0.0.1", 1}}, ""},  // gone, and there is no other
+      {{"127.0.0.1", "10.0.0.5"},
+       {{"127.0.0.1", 1}},
+       "this machine no longer has the address 10.0.0.5"},
+      {{"127.0.0.1", "10.0.0.5"}, {{"127.0.0.1", 1}, {"10.0.0.5", {}}}, ""},  // down
+      {{"127.0.0.7", "10.0.0.5"},
+       {{"127.0.0.1", 1}},
+       "this machine no longer has the address 10.0.0.5"},
+      {{"127.0.0.1", "10.2.0.5"}, begin, ""},  // it was not there before
+      {{"10.1.0.5", "10.0.0.5"}, {{"127.0.0.1", 1}}, ""},
+      {{}, {{"127.0.0.1", 1}}, ""},
       {{"10.0.0.5"}, {{"10.0.0.5", 7}}, "the interface of 10.0.0.5 was made anew"},
       {{"10.0.0.5"}, {{"10.0.0.5", 2}, {"10.1.0.5", 9}}, ""},  // that of another address
       {{"10.0.0.5"}, {{"10.0.0.5", 2}, {"10.2.0.5", 9}}, ""},

@@ -112,6 +112,18 @@ TEST_F(Interfaces, GatewayAndSubscriberOfOneMachineNeedOneInCommon) {
   }
 }
 
+TEST_F(Interfaces, AMissingOneLeavesTheOthers) {
+  const auto publisher = PublishOn({kLoopback, "192.0.2.9"}, 2.5);
+  EXPECT_TRUE(Stranger({kLoopback}).Hears());
+  const auto none = dds::CreateParticipant(
+      {.domain = dds::testing::TestDomain(), .interfaces = {"192.0.2.9", "192.0.2.10"}}, nullptr,
+      dds::Role::subscribes);
+  ASSERT_FALSE(none.ok());
+  EXPECT_EQ(none.error(),
+            "dds: this machine has no IPv4 address of interfaces [192.0.2.9, "
+            "192.0.2.10]; list its own with: ip -4 addr");
+}
+
 TEST_F(Interfaces, OthersThatUseAllOrTheSame) {
   const Addresses both = {kLoopback, kInterface};
   const struct {

@@ -147,7 +147,7 @@ TEST_F(LinkServerTest, AFloodOfRequestsIsBoundedAndCounted) {
 }
 
 TEST_F(LinkServerTest, SaysWhyItCanNotOpenAndMayBeAskedAgain) {
-  refusal_ = "dds: interface 192.0.2.1 is not an IPv4 address of this machine";
+  refusal_ = "dds: this machine has no IPv4 address of interfaces [192.0.2.1]";
   ASSERT_TRUE(Take(EncodeOpen({})));
   const auto answer = server_.Answer(kStart);
   ASSERT_TRUE(answer);
