@@ -72,4 +72,20 @@ Status Listen(asio::ip::tcp::acceptor& acceptor, const asio::ip::tcp::endpoint& 
   return Error{failed.message()};
 }
 
+Status HasAddressOf(const asio::ip::tcp::acceptor& acceptor) {
+  asio::error_code failed;
+  asio::ip::tcp::endpoint at = acceptor.local_endpoint(failed);
+  if (failed) return {};
+  const std::string address = at.address().to_string();
+  at.port(0);
+  const int probe = ::socket(at.protocol().family(), SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  const bool is_gone = probe >= 0 &&
+                       ::bind(probe, at.data(), static_cast<socklen_t>(at.size())) != 0 &&
+                       errno == EADDRNOTAVAIL;
+  if (probe >= 0) ::close(probe);
+  if (!is_gone) return {};
+  return Error{"this machine does not have the address " + address +
+               " now (ip addr lists what it has); clients come in again when it is back"};
+}
+
 }  // namespace baudgate

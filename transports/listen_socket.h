@@ -40,4 +40,8 @@ class ListenSocket {
 Status Listen(asio::ip::tcp::acceptor& acceptor, const asio::ip::tcp::endpoint& at,
               std::string_view key);
 
+/// The address can leave the machine while a socket listens there: no client reaches it until the
+/// address is back, and the system reports nothing. The error says so.
+Status HasAddressOf(const asio::ip::tcp::acceptor& acceptor);
+
 }  // namespace baudgate

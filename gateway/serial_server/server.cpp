@@ -47,6 +47,7 @@ Server::Server(asio::io_context& io, config::PortServer config, Use use, std::st
       line_(std::move(line)),
       owner_(owner),
       acceptor_(io),
+      look_(io),
       retry_(io),
       timer_(io) {}
 
@@ -54,18 +55,29 @@ Server::Server(asio::io_context& io, config::PortServer config, Use use, std::st
 
 void Server::Start() {
   running_ = std::make_shared<char>();
-  const Status listens = Listen();
+  Look();
+}
+
+void Server::Look() {
+  const bool was_open = acceptor_.is_open();
+  const Status listens = was_open ? HasAddressOf(acceptor_) : Listen();
   const std::string trouble = listens ? std::string() : listens.error();
-  if (trouble != std::exchange(told_, trouble) && !trouble.empty()) {
+  if (trouble != told_) {
     const bool is_told = use_ == Use::by_hand;  // to whoever has typed it, and withdraws it
-    log::Warn({.line = line_}, "no client can come in at {}: {}{}", config_.Place(), trouble,
-              is_told ? "" : "; trying again until it works");
+    if (!trouble.empty()) {
+      log::Warn({.line = line_}, "no client can come in at {}: {}{}", config_.Place(), trouble,
+                is_told || was_open ? "" : "; trying again until it works");
+    } else {
+      log::Info({.line = line_}, "clients of its port can come in at {} ({})", config_.Place(),
+                Name(config_.mode));
+    }
   }
-  owner_.OnListening(config_.Place(), trouble, ReadClocks());
-  if (!listens) return Later(kTryEvery, &Server::Start);
-  log::Info({.line = line_}, "clients of its port can come in at {} ({})", config_.Place(),
-            Name(config_.mode));
-  Accept();
+  // A reload forgets the trouble.
+  if (std::exchange(told_, trouble) != trouble || !trouble.empty()) {
+    owner_.OnListening(config_.Place(), trouble, ReadClocks());
+  }
+  if (!was_open && listens) Accept();
+  Later(look_, kTryEvery, &Server::Look);
 }
 
 Status Server::Listen() {
@@ -78,17 +90,19 @@ Status Server::Listen() {
 
 void Server::Stop() {
   running_.reset();
+  told_.reset();
   asio::error_code ignored;
   acceptor_.close(ignored);
+  look_.cancel();
   retry_.cancel();
   timer_.cancel();
   holder_ = nullptr;
   clients_.clear();
 }
 
-void Server::Later(Duration wait, void (Server::*then)()) {
-  retry_.expires_after(wait);
-  retry_.async_wait([this, then, running = std::weak_ptr(running_)](const asio::error_code&) {
+void Server::Later(asio::steady_timer& timer, Duration wait, void (Server::*then)()) {
+  timer.expires_after(wait);
+  timer.async_wait([this, then, running = std::weak_ptr(running_)](const asio::error_code&) {
     if (!running.expired()) (this->*then)();
   });
 }
@@ -100,7 +114,7 @@ void Server::Accept() {
     if (failed && failed != asio::error::connection_aborted) {
       log::WarnFolded(line_ + " accept", "line {}: no client can be accepted at {}: {}", line_,
                       config_.Place(), failed.message());
-      return Later(kAcceptPause, &Server::Accept);
+      return Later(retry_, kAcceptPause, &Server::Accept);
     }
     if (!failed) Welcome(std::move(socket));
     Accept();

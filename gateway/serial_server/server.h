@@ -46,7 +46,8 @@ class Server final : public PortUser {
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;
 
-  /// Listens, or tries it once a second until Stop.
+  /// Listens, or tries it once a second until Stop. Reports as well when the address has left the
+  /// machine, and when it is back.
   void Start();
   /// Disconnects all. The owner has nothing to give back.
   void Stop();
@@ -69,7 +70,8 @@ class Server final : public PortUser {
 
   Status Listen();
   void Accept();
-  void Later(Duration wait, void (Server::*then)());
+  void Look();
+  void Later(asio::steady_timer& timer, Duration wait, void (Server::*then)());
   void Welcome(asio::ip::tcp::socket socket);
   std::optional<std::string> WhyNot(const asio::ip::tcp::endpoint& peer);
   bool MakeRoom();
@@ -90,12 +92,13 @@ class Server final : public PortUser {
   const std::string line_;
   PortOwner& owner_;
   asio::ip::tcp::acceptor acceptor_;
-  asio::steady_timer retry_;
+  asio::steady_timer look_;
+  asio::steady_timer retry_;  // of accepting
   asio::steady_timer timer_;
   Instant armed_ = Instant::max();
   Clients clients_;
-  Client* holder_ = nullptr;  // wants the port, or has it
-  std::string told_;          // trouble of listening
+  Client* holder_ = nullptr;         // wants the port, or has it
+  std::optional<std::string> told_;  // trouble of listening; none was told yet
   std::shared_ptr<char> running_;
 };
 

@@ -74,6 +74,11 @@ Json RouteJson(const modbus::RouteStatus& route, WallTime now) {
   return json;
 }
 
+std::string SentenceOf(const modbus::ClosedListener& listener) {
+  if (listener.is_open) return "no client reaches it: " + listener.why;
+  return "is not open: " + listener.why + "; tried again each second";
+}
+
 }  // namespace
 
 Json TrafficJson(const modbus::TrafficStatus& traffic, const std::string& line, WallTime now) {
@@ -84,9 +89,7 @@ Json TrafficJson(const modbus::TrafficStatus& traffic, const std::string& line, 
   Json routes = Json::array();
   if (line.empty()) {
     for (const modbus::ClosedListener& listener : traffic.closed) {
-      closed.push_back(
-          {{"listener", listener.place},
-           {"advice", {"is not open: " + listener.why + "; tried again each second"}}});
+      closed.push_back({{"listener", listener.place}, {"advice", {SentenceOf(listener)}}});
     }
     for (const modbus::OtherSpeaker& other : traffic.others) {
       others.push_back({{"listener", other.listener},

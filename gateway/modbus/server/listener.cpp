@@ -10,7 +10,6 @@
 #include "gateway/base/log.h"
 #include "gateway/modbus/server/admission.h"
 #include "gateway/modbus/server/client_log.h"
-#include "transports/listen_socket.h"
 
 namespace baudgate::modbus {
 namespace {

@@ -17,6 +17,7 @@
 #include "gateway/modbus/server/client_session.h"
 #include "gateway/modbus/server/passed_sockets.h"
 #include "gateway/modbus/service/server_shared.h"
+#include "transports/listen_socket.h"
 
 namespace baudgate::modbus {
 
@@ -33,6 +34,8 @@ class Listener final : public std::enable_shared_from_this<Listener>, public Cli
   /// A reload: other settings of the same place. The port stays open; clients are disconnected.
   void Renew(const config::Listener& listener);
   void Stop();
+  /// The error: why no client can come in now.
+  Status HasAddress() const { return HasAddressOf(acceptor_); }
   /// "Modbus TCP on 0.0.0.0:502".
   std::string Summary() const;
   /// The port that is really listened on; differs from the configured one only when that is 0.

@@ -37,7 +37,7 @@ Status ModbusServer::Listen(asio::io_context& io) {
     }
     places_.push_back({.listener = listener, .port = *std::move(port)});
   }
-  BeginTcp();
+  Look();
   BeginSerial();
   return {};
 }
@@ -79,30 +79,38 @@ void ModbusServer::BeginSerial() {
   }
 }
 
-void ModbusServer::OpenMissing() {
-  bool all = true;
+Status ModbusServer::LookAt(Place& place) const {
+  if (place.port.tcp) return place.port.tcp->HasAddress();
+  if (place.port) return {};
+  auto port = OpenPort(place.listener);
+  if (!port) return Error{port.error()};
+  place.port = *std::move(port);
+  return {};
+}
+
+void ModbusServer::Look() {
   std::vector<ClosedListener> closed;
   for (Place& place : places_) {
-    if (place.port) continue;
-    auto port = OpenPort(place.listener);
-    if (port) {
-      place.port = *std::move(port);
-      log::Info("modbus: listener {}: is open now", place.listener.Place());
+    const Status looked = LookAt(place);
+    const std::string before =
+        std::exchange(place.why_not, looked ? std::string() : looked.error());
+    if (looked) {
+      if (!before.empty()) log::Info("modbus: listener {}: is open now", place.listener.Place());
       continue;
     }
-    all = false;
-    if (std::exchange(place.why_not, port.error()) != port.error())
-      log::Warn("modbus: listener {}: {}; tried each second", place.listener.Place(),
-                place.why_not);
-    closed.push_back({place.listener.Place(), place.why_not});
+    const ClosedListener one{place.listener.Place(), place.why_not, static_cast<bool>(place.port)};
+    if (place.why_not != before) {
+      log::Warn("modbus: listener {}: {}{}", one.place, one.why,
+                one.is_open ? "" : "; tried each second");
+    }
+    closed.push_back(one);
   }
   shared_->book()->ShowClosed(std::move(closed));
   BeginTcp();
-  if (all) return;
   retry_->expires_after(kTryEvery);
   retry_->async_wait([this](const asio::error_code& stopped) {
     if (stopped) return;
-    OpenMissing();
+    Look();
     BeginSerial();
   });
 }
@@ -133,7 +141,7 @@ ModbusServer::Ended ModbusServer::Apply(const config::Config& config,
     if (!origin.same && place.port) place.port.tcp->Renew(listener);
   }
   Ended ended = End(std::move(before));
-  OpenMissing();
+  Look();
   return ended;
 }
 

@@ -83,10 +83,12 @@ class ModbusServer final : public TrafficSource {
   struct Place {
     config::Listener listener;
     ListenerPort port{};
-    std::string why_not{};  ///< there is no port
+    std::string why_not{};  ///< no client can come in; empty: they can
     bool is_begun = false;
   };
-  void OpenMissing();
+  /// Opens what is not open, and finds addresses that have left the machine; each second.
+  void Look();
+  Status LookAt(Place& place) const;
   void BeginTcp();
   void BeginSerial();
   static Ended End(std::vector<Place> places);

@@ -72,10 +72,11 @@ struct RouteStatus : RouteCounters {
   std::map<std::uint8_t, RouteCounters> by_unit;  ///< unit ids as clients ask for them
 };
 
-/// A listener whose port could not be opened after a reload, and is tried again.
+/// A listener at which no client can come in; it is looked at again each second.
 struct ClosedListener {
-  std::string place;  ///< config::Listener::Place()
-  std::string why;    ///< "address already in use; …"
+  std::string place;     ///< config::Listener::Place()
+  std::string why;       ///< "address already in use; …"
+  bool is_open = false;  ///< its address has left the machine
 };
 
 /// A client that spoke another framing than its listener.

@@ -1,6 +1,9 @@
 // Reads and exceptions through a real socket, framing, pipelining, and how ports are opened.
 // SPDX-License-Identifier: Apache-2.0
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <unistd.h>
 
 #include "gateway/modbus/server/modbus_server.h"
 #include "tests/gateway/modbus/server/server_fixture.h"
@@ -140,6 +143,34 @@ TEST_F(ServerTest, AnUnknownAddressIsAClearError) {
   const Status status = server.Listen(io_);
   ASSERT_FALSE(status.ok());
   EXPECT_EQ(status.error(), "192.0.2.1:0: this machine has no such address; check modbus.listen");
+}
+
+/// In a process of its own: what stands at descriptor 3 is lost.
+TEST_F(ServerTest, AnAddressThatHasLeftTheMachineIsNamed) {
+  const auto trouble = [this] {
+    asio::io_context io;
+    asio::ip::tcp::acceptor gone(io, asio::ip::tcp::v4());
+    // Binds to an address that the machine does not have, as if it had left.
+    gone.set_option(asio::detail::socket_option::boolean<IPPROTO_IP, IP_FREEBIND>(true));
+    gone.bind({asio::ip::make_address("192.0.2.9"), 0});
+    gone.listen();
+    listener().host = "192.0.2.9";
+    listener().port = gone.local_endpoint().port();
+    ::dup2(::fcntl(gone.native_handle(), F_DUPFD, 100), 3);
+    ::setenv("LISTEN_PID", std::to_string(::getpid()).c_str(), 1);
+    ::setenv("LISTEN_FDS", "1", 1);
+    store_.emplace(config_);
+    ModbusServer server(config_, *store_, sink_, {});
+    if (!server.Listen(io)) return std::string("it does not listen");
+    const auto closed = server.Traffic().closed;
+    return closed.size() == 1 && closed[0].is_open ? closed[0].why : "it is not named";
+  };
+  EXPECT_EXIT(
+      {
+        std::fputs(trouble().c_str(), stderr);
+        std::_Exit(0);
+      },
+      ::testing::ExitedWithCode(0), "this machine does not have the address 192.0.2.9 now");
 }
 
 TEST_F(ServerTest, StopClosesClientsAndPorts) {
