@@ -56,7 +56,10 @@ const RawProfile* FindProfile(MapReader& map, const Protocol* protocol, Device& 
   }
   std::error_code error;
   if (!std::filesystem::is_regular_file(*path, error)) {
-    context.problems.Error(node->mark(), "profile: there is no file " + path->string());
+    const bool exists = std::filesystem::exists(*path, error);
+    context.problems.Error(node->mark(), exists
+                                             ? "profile: " + path->string() + " is no regular file"
+                                             : "profile: there is no file " + path->string());
     return nullptr;
   }
   const auto real = std::filesystem::weakly_canonical(*path, error);

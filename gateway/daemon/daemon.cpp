@@ -131,16 +131,12 @@ Status Daemon::Impl::OpenRecords() {
   return {};
 }
 
-/// Before a reload: devices have the numbers of the start.
 void Daemon::Impl::TellUnsettled(const std::set<audit::Target>& devices) {
-  std::uint32_t index = 0;
-  for (const config::Line& line : config.lines) {
-    for (const config::Device& device : line.devices) {
-      const std::uint32_t its = index++;
-      if (!devices.contains({line.name, device.name})) continue;
-      lines.OfDevice(its).Post(
-          [its](LineParts& parts, Now) { parts.poller.OnUnsettledWrite(its); });
-    }
+  for (std::uint32_t device = 0; device < store.device_count(); ++device) {
+    if (store.gone(device)) continue;
+    if (!devices.contains({store.line(device).name, store.device(device).name})) continue;
+    lines.OfDevice(device).Post(
+        [device](LineParts& parts, Now) { parts.poller.OnUnsettledWrite(device); });
   }
 }
 

@@ -9,7 +9,7 @@ bool LineDispatcher::Submit(WriteCommand command) {
   const std::uint32_t device = command.device;
   const bool writes = !command.writes.empty();
   bool taken = false;
-  const char* not_there = "its line is not configured any more";
+  const char* not_there = "its line does not run: a reload adds or has removed it";
   const bool there = lines_.OfDevice(device).With([&](LineRunner& runner) {
     not_there = runner.stuck_since() ? "the driver of its line does not answer" : nullptr;
     if (not_there == nullptr) taken = runner.Submit(std::move(command));

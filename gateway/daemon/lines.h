@@ -55,9 +55,14 @@ class Lines {
   void StopLoops();
 
   std::size_t size() const { return places_.size(); }
-  LineSlot& at(std::uint32_t line) const { return places_[line].slot; }
+  /// Empty as well while a reload has put the line into the store and not yet here.
+  LineSlot& at(std::uint32_t line) const {
+    return line < places_.size() ? places_[line].slot : none_;
+  }
   const config::Line& config(std::uint32_t line) const { return *places_[line].config; }
-  LineSlot& OfDevice(std::uint32_t device) const { return at(line_of_[device]); }
+  LineSlot& OfDevice(std::uint32_t device) const {
+    return device < line_of_.size() ? at(line_of_[device]) : none_;
+  }
   /// Never blocks, and runs as long as any line.
   asio::io_context& io() { return shared_.front()->io(); }
   std::size_t present() const;
@@ -90,6 +95,7 @@ class Lines {
   std::size_t turn_ = 0;  // of the shared loops
   SteadyVector<Place> places_;
   SteadyVector<std::uint32_t> line_of_;               // by device
+  mutable LineSlot none_;                             // always empty
   std::vector<std::unique_ptr<LineRunner>> hanging_;  // their loops stay, too
   Mutex watch_mutex_;
   LoopWatch watch_ BAUDGATE_GUARDED_BY(watch_mutex_);

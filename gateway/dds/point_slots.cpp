@@ -32,13 +32,12 @@ std::unordered_map<std::string, std::uint32_t> SlotsByName(const PointStore& sto
   return by_name;
 }
 
-std::vector<double> DeadbandsBySlot(const PointStore& store) {
+std::vector<double> DeadbandsBySlot(const PointStore& store, const PointSlots& slots) {
   std::vector<double> deadbands;
-  for (std::uint32_t device = 0; device < store.device_count(); ++device) {
-    if (store.gone(device)) continue;
-    for (const config::Point& point : store.device(device).points) {
-      deadbands.push_back(point.deadband.ToDouble());
-    }
+  deadbands.reserve(slots.size());
+  for (std::uint32_t slot = 0; slot < slots.size(); ++slot) {
+    const PointRef ref = slots.RefOf(slot);
+    deadbands.push_back(store.device(ref.device).points[ref.point].deadband.ToDouble());
   }
   return deadbands;
 }

@@ -32,6 +32,6 @@ std::string NameOf(const PointStore& store, PointRef ref);
 /// By that name.
 std::unordered_map<std::string, std::uint32_t> SlotsByName(const PointStore& store,
                                                            const PointSlots& slots);
-std::vector<double> DeadbandsBySlot(const PointStore& store);
+std::vector<double> DeadbandsBySlot(const PointStore& store, const PointSlots& slots);
 
 }  // namespace baudgate::dds

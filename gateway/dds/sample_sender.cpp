@@ -51,10 +51,11 @@ SampleSender::SampleSender(const config::Config& config, const PointStore& store
   AssignBounded(gateway_sample_.version, kVersion, kMaxVersion);
 }
 
+/// Of the numbered points alone: a reload may be adding devices to the store at this moment.
 PublishPlan SampleSender::NewPlan(Instant now) const {
   return {{.heartbeat = config_.dds.heartbeat},
-          DeadbandsBySlot(store_),
-          store_.device_count(),
+          DeadbandsBySlot(store_, slots_),
+          slots_.devices(),
           ImageTime(slots_.size(), now)};
 }
 

@@ -26,6 +26,12 @@ sqlite3_file* FileOf(sqlite3* handle, Database::Part part) {
   return file != nullptr && file->pMethods != nullptr ? file : nullptr;
 }
 
+/// All statements are our own: the file does not have the tables that it had when it was opened.
+bool NamesMissingTable(const std::string& error) {
+  return error.starts_with("no such table: ") || error.starts_with("no such column: ") ||
+         error.find(" has no column named ") != std::string::npos;
+}
+
 }  // namespace
 
 void Database::Closer::operator()(sqlite3* handle) const { sqlite3_close_v2(handle); }
@@ -75,7 +81,9 @@ bool Database::Fail(int code) {
   } else if (base == SQLITE_IOERR) {
     error_ += "; look at the disk (dmesg)";
   }
-  damaged_ = base == SQLITE_CORRUPT || base == SQLITE_NOTADB;
+  const bool other_tables = base == SQLITE_ERROR && NamesMissingTable(error_);
+  if (other_tables) error_ += ": another program has changed its tables";
+  damaged_ = base == SQLITE_CORRUPT || base == SQLITE_NOTADB || other_tables;
   if (damaged_ && handle_) Abandon();
   return false;
 }

@@ -32,7 +32,8 @@ class Database {
   bool is_open() const { return handle_ != nullptr; }
   /// Why the last call failed, in words for users.
   const std::string& error() const { return error_; }
-  /// The last call failed because the file is no database, or a damaged one. Closing it touches
+  /// The last call failed because the file is no database, a damaged one, or no longer has the
+  /// tables that it had: another program has changed them. Closing it touches
   /// neither file nor log.
   bool damaged() const { return damaged_; }
 

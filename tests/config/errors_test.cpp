@@ -122,6 +122,7 @@ TEST(DeviceErrors, OneSentenceEach) {
        "37: error: profile: 'relai' is not installed for fake; did you mean 'relay'? installed: "
        "broken, relay (searched tests/config/nowhere/fake, tests/config/profiles/fake)"},
       {"profile: ./none.yaml", "37: error: profile: there is no file ./none.yaml"},
+      {"profile: /dev/null", "37: error: profile: /dev/null is no regular file"},
       {"checksum: 2", "38: error: checksum: '2' is neither true nor false"},
       {"width: 99", "35: error: width: '99' is out of range; allowed: 1…20"},
       {"ratio: much", "35: error: ratio: 'much' is not a decimal number"},

@@ -9,6 +9,8 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <fstream>
+#include <iterator>
 #include <utility>
 #include <vector>
 
@@ -142,6 +144,27 @@ ControlClient::Got ControlClient::ReadLine(std::string& line, std::optional<Inst
   }
 }
 
+int ControlClient::process() const {
+  ucred listener{};
+  socklen_t size = sizeof listener;
+  return ::getsockopt(descriptor_, SOL_SOCKET, SO_PEERCRED, &listener, &size) == 0 ? listener.pid
+                                                                                   : 0;
+}
+
+std::string CureOfSilence(int process) {
+  std::ifstream file("/proc/" + std::to_string(process) + "/stat");
+  const std::string stat{std::istreambuf_iterator<char>(file), {}};
+  const auto name_end = stat.rfind(')');  // "123 (name) T …", proc(5)
+  const char state =
+      name_end == std::string::npos || name_end + 2 >= stat.size() ? '?' : stat[name_end + 2];
+  const std::string which = process > 0 ? "process " + std::to_string(process) : "it";
+  if (state == 'T') {
+    return which + " is stopped; let it go on with: kill -CONT " + std::to_string(process);
+  }
+  return which +
+         " may be frozen or have no processor time; look at: systemctl status baudgate, top";
+}
+
 std::optional<ControlClient> ConnectOrTell(const std::string& socket, std::ostream& err) {
   auto client = ControlClient::Connect(socket);
   if (client) return std::move(*client);
@@ -155,8 +178,10 @@ int ReadAnswer(ControlClient& client, const ControlClient::Json& request,
   std::string line;
   const auto got = client.ReadLine(line, ReadClocks().instant + kAnswerTime);
   if (got != ControlClient::Got::line) {
+    const bool is_silent = got == ControlClient::Got::timeout;
     err << "baudgate: the gateway at " << client.path() << " did not answer"
-        << (got == ControlClient::Got::timeout ? " in time" : "; it has closed the connection")
+        << (is_silent ? " in time; " + CureOfSilence(client.process())
+                      : "; it has closed the connection")
         << '\n';
     return kNoDaemon;
   }

@@ -25,6 +25,8 @@ class ControlClient {
   ~ControlClient();
 
   const std::string& path() const { return path_; }
+  /// The process that listens, as the system says; 0: it does not say.
+  int process() const;
 
   /// A gateway that has closed the connection already has said why: its answer is still to be read.
   void Send(const Json& request);
@@ -42,6 +44,9 @@ class ControlClient {
   std::string buffer_;
   std::size_t searched_ = 0;  // of buffer_, without a line end
 };
+
+/// What to do about a process that has the socket open and does not answer.
+std::string CureOfSilence(int process);
 
 /// Exit code: no gateway answers.
 inline constexpr int kNoDaemon = 4;

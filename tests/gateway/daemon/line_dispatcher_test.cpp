@@ -25,16 +25,17 @@ class LineDispatcherTest : public ::testing::Test {
   }
 
   /// False: busy.
-  bool Write() {
+  bool Write(std::uint32_t device = 0) {
     WriteCommand command;
+    command.device = device;
     command.client = "user:anna";
     command.writes = {{0, 1.0}};
     command.done = [this](const WriteResult& result) { result_ = result; };
     return dispatcher_->Submit(std::move(command));
   }
-  std::uint64_t Counted(WriteEnd end) const {
+  std::uint64_t Counted(WriteEnd end, std::uint32_t device = 0) const {
     std::uint64_t count = 0;
-    store_->Read(0, [&](const DeviceRecord& record) {
+    store_->Read(device, [&](const DeviceRecord& record) {
       count = record.status.writes[static_cast<std::size_t>(end)];
     });
     return count;
@@ -63,6 +64,19 @@ TEST_F(LineDispatcherTest, NorIsOneThatAReloadHasEnded) {
   ASSERT_TRUE(result_);
   EXPECT_EQ(result_->end, WriteEnd::not_sent);
   EXPECT_EQ(Counted(WriteEnd::not_sent), 1U);
+}
+
+/// A reload puts a line into the store before it runs; DDS learns of it there.
+TEST_F(LineDispatcherTest, NorIsOneThatAReloadIsAdding) {
+  config::Line added = config_.lines[0];
+  added.name = "added";
+  store_->Append(added);
+  EXPECT_TRUE(Write(1));
+  ASSERT_TRUE(result_);
+  EXPECT_EQ(result_->end, WriteEnd::not_sent);
+  dispatcher_->SetInUse(1, true);
+  dispatcher_->Release(1, 1s);
+  EXPECT_EQ(Counted(WriteEnd::not_sent, 1), 1U);
 }
 
 TEST_F(LineDispatcherTest, AFullQueueIsBusyAndCounted) {

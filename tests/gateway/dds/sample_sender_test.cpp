@@ -372,5 +372,23 @@ TEST(SampleSender, TellsTheEndOfWhatIsGoneAndGoesOnWithTheRest) {
   EXPECT_THAT(run.writer.points, SizeIs(2)) << "what is gone has no second end";
 }
 
+/// The reload has put devices into the store, and has not told the sender yet.
+TEST(SampleSender, ANewSessionDuringAReloadSendsWhatIsNumbered) {
+  Sending run(MakeConfig(2, 3));
+  run.RunFor(1ms);
+  run.writer.points.clear();
+  config::Line line = run.config.lines[0];
+  line.devices.resize(1);
+  line.devices[0].name = "added";
+  run.store.Append(line);
+  run.sender.StartAnew(run.now.instant);
+  run.Set(2, 2, 1.5);
+  run.RunFor(1ms);
+  EXPECT_THAT(run.writer.points, SizeIs(6));
+  run.sender.OnReload(run.now.instant);
+  run.RunFor(1s);
+  EXPECT_EQ(run.writer.points.back().device, "added");
+}
+
 }  // namespace
 }  // namespace baudgate::dds

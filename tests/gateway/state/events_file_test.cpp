@@ -106,6 +106,28 @@ TEST_F(EventsFileTest, ADamagedFileIsPutAsideOnceByTwoConnections) {
       << "the new file is not put aside as well";
 }
 
+TEST_F(EventsFileTest, TablesThatAnotherProgramHasChangedAreDamage) {
+  const std::pair<const char*, const char*> rows[] = {
+      {"DROP TABLE event_sources", "no such table: event_sources"},
+      {"ALTER TABLE event_sources RENAME COLUMN device TO other",
+       "table event_sources has no column named device"},
+  };
+  for (const auto& [change, why] : rows) {
+    EventsConnection connection(file());
+    ASSERT_TRUE(connection.Open().ok);
+    Database stranger(file().string(), Database::Mode::write);
+    ASSERT_TRUE(stranger.Execute(change)) << stranger.error();
+    EXPECT_FALSE(connection.database().Execute(
+        "INSERT INTO event_sources (line, device, said) VALUES ('l', 'd', 's')"));
+    EXPECT_EQ(connection.Failed().message,
+              file().string() + ": " + why + ": another program has changed its tables");
+    const auto again = connection.Open();
+    EXPECT_TRUE(again.ok) << again.error;
+    EXPECT_NE(again.put_aside.find(why), std::string::npos) << again.put_aside;
+    EXPECT_EQ(First(connection.database(), "SELECT count(*) FROM event_sources"), "0");
+  }
+}
+
 /// What some file systems leave behind a power cut.
 TEST_F(EventsFileTest, AnEmptyFileIsALoss) {
   std::ofstream(file()).close();

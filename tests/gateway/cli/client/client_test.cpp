@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <sstream>
 
@@ -52,6 +54,25 @@ TEST_F(ClientTest, StatusShowsTablesOrJson) {
   EXPECT_EQ(Status("bay-1", true), 0);
   EXPECT_EQ(Json::parse(out_.str())["lines"].size(), 1U);
   EXPECT_THAT(err_.str(), IsEmpty());
+}
+
+TEST(CureOfSilence, NamesAProcessThatIsStopped) {
+  const pid_t child = ::fork();
+  if (child == 0) {
+    ::raise(SIGSTOP);
+    ::_exit(0);
+  }
+  ::waitpid(child, nullptr, WUNTRACED);
+  const std::string id = std::to_string(child);
+  EXPECT_EQ(CureOfSilence(child),
+            "process " + id + " is stopped; let it go on with: kill -CONT " + id);
+  ::kill(child, SIGKILL);
+  ::waitpid(child, nullptr, 0);
+  EXPECT_EQ(
+      CureOfSilence(child),
+      "process " + id +
+          " may be frozen or have no processor time; look at: systemctl status baudgate, top");
+  EXPECT_THAT(CureOfSilence(0), StartsWith("it may be frozen"));
 }
 
 TEST_F(ClientTest, AWatchedStatusLeavesTheTerminalAsItWas) {
