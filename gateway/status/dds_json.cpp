@@ -33,7 +33,10 @@ std::string Diagnose(const dds::LinkState& state, Instant now) {
   const std::string times =
       state.times_lost > 1 ? " (lost " + Plural(state.times_lost, "time") + ")" : "";
   if (state.phase == Phase::silent) {
-    return "the process does not read since " + FormatAge(now - state.heard) + times;
+    const std::string since = FormatAge(now - state.heard) + times;
+    if (state.opened) return "the process has not read for " + since;
+    return "the process has been opening DDS for " + since +
+           "; the library asks the name service for its user: does 'getent passwd' answer at once?";
   }
   if (state.phase != Phase::waiting) return {};
   if (state.reason.empty()) return "the process has not connected yet";

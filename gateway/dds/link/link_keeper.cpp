@@ -33,7 +33,7 @@ Instant LinkKeeper::NextLook() const {
 }
 
 void LinkKeeper::Started(Instant now) {
-  first_ = opened_ = false;
+  first_ = state_.opened = false;
   started_ = now;
   state_.phase = LinkState::Phase::starting;
   state_.heard = now;
@@ -41,14 +41,14 @@ void LinkKeeper::Started(Instant now) {
 }
 
 void LinkKeeper::Opened(Instant now) {
-  opened_ = true;
+  state_.opened = true;
   state_.phase = LinkState::Phase::up;
   state_.heard = now;
 }
 
 void LinkKeeper::Counted(const LinkCounts& counts, Instant now) {
   state_.heard = now;
-  state_.phase = opened_ ? LinkState::Phase::up : LinkState::Phase::starting;
+  state_.phase = state_.opened ? LinkState::Phase::up : LinkState::Phase::starting;
   state_.subscribers = counts.subscribers;
   state_.written = before_.written + counts.written;
   state_.refused = before_.refused + counts.refused;
@@ -67,11 +67,11 @@ void LinkKeeper::Counted(const LinkCounts& counts, Instant now) {
 
 void LinkKeeper::Ended(std::string reason, Instant now) {
   first_ = false;
-  if (opened_) ++state_.times_lost;
-  if (opened_ && now - started_ >= kLongLife) rung_ = 0;
+  if (state_.opened) ++state_.times_lost;
+  if (state_.opened && now - started_ >= kLongLife) rung_ = 0;
   if (starts_) state_.next_start = now + kLadder[rung_];
   rung_ = std::min(rung_ + 1, kLadder.size() - 1);
-  opened_ = false;
+  state_.opened = false;
   state_.phase = LinkState::Phase::waiting;
   state_.reason = std::move(reason);
   state_.subscribers = 0;

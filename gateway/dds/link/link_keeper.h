@@ -46,13 +46,12 @@ class LinkKeeper {
   /// while it is young, those that the process before it had reached.
   const std::vector<config::HostPort>& reached() const { return reached_; }
   /// How long its silence may last now.
-  Duration patience() const { return opened_ ? kGivenUp : kOpening; }
+  Duration patience() const { return state_.opened ? kGivenUp : kOpening; }
 
  private:
   const bool starts_;
   LinkState state_;
   bool first_ = true;
-  bool opened_ = false;
   Instant started_{};
   std::size_t rung_ = 0;  ///< of the ladder: the next wait
   LinkCounts before_;     ///< by processes that have ended

@@ -20,6 +20,7 @@ struct LinkState {
     waiting,  ///< there is none
   };
   Phase phase = Phase::waiting;
+  bool opened = false;                  ///< its library is open
   Instant heard{};                      ///< the last sign of life
   std::string reason;                   ///< why there is none: "it was ended by signal 6"
   std::optional<Instant> next_start{};  ///< of `waiting`; empty: it comes when somebody starts it

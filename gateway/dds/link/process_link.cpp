@@ -90,7 +90,9 @@ void ProcessLink::Act(Instant now) {
       Start(now);
       break;
     case LinkKeeper::Wish::give_up:
-      End("did not read for " + FormatDuration(keeper_.patience()), now);
+      End((keeper_.state().opened ? "did not read for " : "did not open DDS within ") +
+              FormatDuration(keeper_.patience()),
+          now);
       break;
     case LinkKeeper::Wish::nothing:
       if (listener_ && !socket_) Welcome(now);

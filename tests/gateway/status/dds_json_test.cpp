@@ -125,7 +125,9 @@ TEST(DdsJson, ASentenceWhenItIsNot) {
   LinkState silent = Up();
   silent.phase = LinkState::Phase::silent;
   silent.heard = kNow.instant - 5s;
-  EXPECT_THAT(Shown(silent), HasSubstr("\nDDS: the process does not read since 5.0 s\n"));
+  EXPECT_THAT(Shown(silent), HasSubstr("\nDDS: the process has been opening DDS for 5.0 s; "));
+  silent.opened = true;
+  EXPECT_THAT(Shown(silent), HasSubstr("\nDDS: the process has not read for 5.0 s\n"));
   LinkState awaited;
   EXPECT_THAT(Shown(awaited), HasSubstr("\nDDS: the process has not connected yet\n"));
 }
