@@ -32,9 +32,22 @@ std::string GroupOf(gid_t id) {
   return entry.gr_name;
 }
 
-bool IsOtherThing(const std::string& port) {
+/// What stands in the place of the port, and what to do; empty: a device, or nothing.
+std::string OtherThing(const std::string& port) {
   struct stat info {};
-  return stat(port.c_str(), &info) == 0 && !S_ISCHR(info.st_mode);
+  if (stat(port.c_str(), &info) != 0) return {};
+  if (S_ISDIR(info.st_mode)) return port + " is a folder, not a serial port: correct port";
+  if (S_ISREG(info.st_mode)) {
+    return port +
+           " is an ordinary file, not a serial port: remove it (written while the adapter was "
+           "away?), or correct port";
+  }
+  return S_ISCHR(info.st_mode) ? std::string() : port + " is not a serial port: correct port";
+}
+
+std::string NoSerialPort(const std::string& port) {
+  const std::string other = OtherThing(port);
+  return other.empty() ? port + " is not a serial port: correct port" : other;
 }
 
 std::string HowToAllow(const std::string& port) {
@@ -112,13 +125,13 @@ std::string OpenErrorText(const std::string& port, int error) {
       return "no such port " + port + "; is the adapter plugged in?";
     case EACCES:
     case EPERM:
-      if (IsOtherThing(port)) return port + " is a file or folder, not a serial port";
+      if (auto other = OtherThing(port); !other.empty()) return other;
       return "no permission for " + port + "; " + HowToAllow(port);
     case EBUSY:
       return Conflict(port, std::nullopt);
     case EISDIR:
     case ENOTDIR:
-      return port + " is not a serial port";
+      return NoSerialPort(port);
     case EIO:
       return port + " exists but does not work (input/output error); is there hardware behind it?";
     default:
@@ -132,7 +145,7 @@ Result<int> OpenExclusive(const std::string& port) {
   if (isatty(fd) == 0) {
     const int error = errno;  // EIO: a port of the board without hardware behind it
     close(fd);
-    return Error{error == EIO ? OpenErrorText(port, EIO) : port + " is not a serial port"};
+    return Error{error == EIO ? OpenErrorText(port, EIO) : NoSerialPort(port)};
   }
   if (const Status locked = Lock(fd, port); !locked) {
     close(fd);

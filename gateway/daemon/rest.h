@@ -2,9 +2,12 @@
 // rest. Such an end is no outage: the next request opens the connection again.
 //
 //   answered, ended while nothing is asked        rests; opened by the next request
-//   answered, ended with a request under way      the same, and the next 1,000 requests get a
-//                                                 connection each: the next would be lost, too.
-//                                                 Then one connection is tried again
+//   answered once, ended with a request under     the same, and the next 4 requests get a
+//   connection way                                           each: the next would be lost, too.
+//   Then one
+//                                                 connection is tried again; next time it is 16
+//                                                 requests, then 64, up to 1,024
+//   answered again and again, likewise            rests: a drop, or an end behind a rest
 //   ended before any answer, with a request       the same, four times at most: some servers close
 //   under way, where the line has several         for a device that they do not know, and the
 //   devices                                       others are asked next
@@ -13,6 +16,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <utility>
 
@@ -36,14 +40,20 @@ class Rest {
   /// outage.
   bool OnEnded(std::uint64_t answers, bool several) {
     if (rests_) return false;
-    const bool answered = answers > answers_before_;
+    const std::uint64_t its = answers - answers_before_;
+    const bool answered = its > 0;
     const bool in_vain = several && asks_ && in_vain_ < kMostInVain;
     if (!answered && !in_vain) {
       in_vain_ = 0;
       return false;
     }
     in_vain_ = answered ? 0 : in_vain_ + 1;
-    if (answered && asks_) alone_ = kAlone;
+    if (its == 1 && asks_) {
+      alone_ = next_alone_;
+      next_alone_ = std::min(4 * next_alone_, kMostAlone);
+    } else if (its > 1) {
+      next_alone_ = kFewestAlone;
+    }
     return rests_ = true;
   }
   /// Whether the server has ended a connection that was in use, `since` the last byte on it: not
@@ -90,13 +100,15 @@ class Rest {
 
  private:
   static constexpr int kMostInVain = 4;
-  static constexpr int kAlone = 1000;
+  static constexpr int kFewestAlone = 4;
+  static constexpr int kMostAlone = 1024;
   static constexpr Duration kBehindAnswer = 100ms;
   static constexpr Duration kShortestRest = 1s;
 
   std::uint64_t answers_before_ = 0;
   bool rests_ = false;
-  int alone_ = 0;         // requests that still get a connection each
+  int alone_ = 0;  // requests that still get a connection each
+  int next_alone_ = kFewestAlone;
   bool is_used_ = false;  // a request went out over this connection
   bool asks_ = false;     // and nothing has come since
   int unanswered_ = 0;    // requests over this connection since then

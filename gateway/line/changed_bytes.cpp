@@ -211,7 +211,8 @@ std::optional<Finding> Inverted(const Hearing& hearing, View heard) {
 }
 
 /// The driver gives FF for a character with wrong parity, and some 00, which no text has. Between
-/// them only such characters came whose number of ones is even, or only odd ones.
+/// them only such characters came whose number of ones is even, or only odd ones. A line that
+/// nobody drives gives 00 and FF as well, and nothing else.
 std::optional<Finding> OtherParity(const Hearing& hearing, View heard) {
   constexpr std::ptrdiff_t kFewest = 6;
   constexpr std::ptrdiff_t kMarks = 2;
@@ -220,10 +221,11 @@ std::optional<Finding> OtherParity(const Hearing& hearing, View heard) {
   const bool words = text && std::ranges::all_of(heard, [](auto byte) {
                        return IsPrintable(byte) || byte % 0xFF == 0;
                      });
-  const auto zeros = words ? std::ranges::count(heard, 0x00) : 0;
-  const auto marks = std::ranges::count(heard, 0xFF) + zeros;
   const auto odd = std::ranges::count_if(heard, is_odd);
-  const auto rest = static_cast<std::ptrdiff_t>(heard.size()) - marks;
+  const auto rest = std::ranges::count_if(heard, [](auto byte) { return byte % 0xFF != 0; });
+  // Among odd ones a 00 did not come so either.
+  const auto zeros = words || odd > 0 ? std::ranges::count(heard, 0x00) : 0;
+  const auto marks = std::ranges::count(heard, 0xFF) + zeros;
   if (hearing.connection || marks < kMarks || rest < kFewest) return std::nullopt;
   if (odd != 0 && odd != rest) return std::nullopt;
   return Finding{.symptom = Symptom::other_setting,

@@ -313,7 +313,7 @@ std::uint8_t SpecialsIn(const Hearing& hearing, View heard) {
     if (std::ranges::find(heard, kSpecialBytes[i]) != heard.end()) bits |= 1U << i;
   }
   for (const std::uint8_t byte : heard) {
-    if (byte == 0xFF) continue;
+    if (byte == 0x00 || byte == 0xFF) continue;  // of an idle or broken line as well
     bits |= std::popcount(byte) % 2 == 0 ? kEvenByte : kOddByte;
   }
   return static_cast<std::uint8_t>(bits);

@@ -10,6 +10,7 @@ void UnaskedReceiver::Begin(const Standing& what, Instant now) {
   assembler_.Begin(what.rule, what.expect);
   aligned_ = what.marked;
   damaged_ = false;
+  torn_until_ = {};
   last_byte_ = now;
 }
 
@@ -26,7 +27,7 @@ UnaskedInput UnaskedReceiver::OnBytes(View bytes, Instant now) {
   UnaskedInput heard = OnTimer(now);  // the timer may be late
   if (bytes.empty()) return heard;
   if (now - last_byte_ >= what_->idle) {
-    aligned_ = true;
+    Align(now);
     damaged_ = false;
   }
   if (!receiving()) began_ = now;
@@ -53,10 +54,14 @@ void UnaskedReceiver::Take(UnaskedInput& heard, bool idle, Instant now) {
       damaged_ = false;
       heard.messages.push_back({std::move(*message), now - last_byte_});
     } else {
-      Damage(heard, "the port was opened in the middle of it");
+      Damage(heard, torn_until_ == Instant() ? "the port was opened in the middle of it"
+                                             : "it may be the rest of one that broke off");
     }
   }
 }
+
+/// Behind a silence.
+void UnaskedReceiver::Align(Instant now) { aligned_ = now >= torn_until_; }
 
 /// The parts of one damaged message count as one.
 void UnaskedReceiver::Damage(UnaskedInput& heard, std::string_view why) {
@@ -67,8 +72,10 @@ void UnaskedReceiver::Damage(UnaskedInput& heard, std::string_view why) {
 
 void UnaskedReceiver::End(UnaskedInput& heard, Instant now) {
   if (last_byte_ + what_->idle <= TooLong()) {
+    const bool could_go_on = !what_->marked && what_->whole > Duration::zero();
     Take(heard, true, now);
-    aligned_ = true;
+    if (heard.damaged > 0 && could_go_on) torn_until_ = TooLong();
+    Align(now);
     return;
   }
   Damage(heard, "longer under way than any message");

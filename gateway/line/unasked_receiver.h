@@ -6,6 +6,8 @@
 //   whole by its rule     a message, at once
 //   silent for `idle`     the rule is asked once more: a message, or damaged
 //   longer than `whole`   damaged, and so is what follows up to a silence or a marked beginning
+//   behind a message      damaged as well, where no beginning is marked and `whole` is not over: it
+//   that broke off        may be the rest of that one
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -47,6 +49,7 @@ class UnaskedReceiver {
 
  private:
   void Take(UnaskedInput& heard, bool idle, Instant now);
+  void Align(Instant now);
   void End(UnaskedInput& heard, Instant now);
   void Damage(UnaskedInput& heard, std::string_view why);
   Instant TooLong() const;
@@ -56,6 +59,7 @@ class UnaskedReceiver {
   /// The next byte begins a message, or messages are recognised by their beginning.
   bool aligned_ = true;
   bool damaged_ = false;  // what came last
+  Instant torn_until_{};  // what begins before this may be the rest of a message that broke off
   Instant began_{};       // the message that is held
   Instant last_byte_{};   // or when the port opened
 };

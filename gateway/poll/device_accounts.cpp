@@ -75,7 +75,9 @@ void DeviceAccounts::Count(const Member& member, bool answered, DeviceStatus& st
   if (state.heard == Instant{}) state.heard = now_.instant;
   const Duration since = now_.instant - std::exchange(state.heard, now_.instant);
   ++(answered ? tally.answered : tally.failed);
-  status.failures.Add(answered, now_.instant);
+  if (answered || status.last_outcome == Outcome::no_reply) {
+    status.failures.Add(answered, now_.instant);
+  }
   (answered ? tally.up : tally.down) += since;
   (answered ? tally.served : tally.wasted) += took;
   tally.wasted += drained;
@@ -163,8 +165,12 @@ void DeviceAccounts::OnPoll(const Device& device, std::size_t query, bool answer
   });
 }
 
+/// What it did not answer is asked otherwise now.
 void DeviceAccounts::OnPlan(const Device& device) {
-  Change(device, [](DeviceStatus& status) { status.queries.clear(); });
+  Change(device, [](DeviceStatus& status) {
+    status.queries.clear();
+    status.failures = {};
+  });
 }
 
 void DeviceAccounts::OnWrite(const Member& member, WriteEnd end, bool read_back) {

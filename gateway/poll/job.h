@@ -110,6 +110,7 @@ struct Job {
   Duration round_trip{};           ///< of it
   bool doubted = false;            ///< its reply was not taken: it may answer an earlier request
   std::string said{};              ///< the refusal in that reply, in words
+  Outcome says = Outcome::none;    ///< the same
   bool took_patience =
       false;        ///< the reply came after the reply time, while the line waited in patience
   Duration wire{};  ///< line time of its answered exchanges

@@ -51,6 +51,7 @@ Outcome ReplyJudge::Judge(Job& job, View frame, bool may_be_echo, Instant now) {
     if (outcome != Outcome::ok && !routed) {
       Answer said = device->conversation->Interpret(job.request.bytes, frame);
       job.said = std::move(said.reason);
+      job.says = outcome;
       answer.remedy = std::move(said.remedy);
     }
     return answer.outcome = Outcome::unexpected;
@@ -111,6 +112,7 @@ void ReplyJudge::OnEnd(const Job& job, const ExchangeEnd& end, Finding& finding)
   finding.ended = end.ended;
   if (refuses || (job.doubted && !job.said.empty())) {
     finding.symptom = Symptom::refusal;
+    if (!refuses) finding.outcome = job.says;
     finding.cause = refuses ? reason : job.said;
     finding.remedy = job.answer.remedy;
   } else if (job.doubted) {

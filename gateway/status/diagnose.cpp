@@ -12,6 +12,7 @@
 #include "gateway/status/diagnose_unasked.h"
 #include "gateway/status/evidence.h"
 #include "gateway/status/line_time.h"
+#include "gateway/status/reason.h"
 #include "gateway/status/words.h"
 
 namespace baudgate::control {
@@ -147,9 +148,15 @@ Sentences DiagnoseDevice(const LineStatus& line, const DeviceRecord& device,
   if (status.unasked) add(Silence(device, now));
   if (found.empty()) add(Patience(status));
   if (found.empty() && status.behind >= kManyBehind) {
+    bool serves = false;
+    for (std::size_t i = 0; i < device.points.size(); ++i) {
+      serves = serves || IsGood(QualityAt(device, i, now.instant));
+    }
     found.push_back(
-        "its replies answer the request before, so that each request is sent twice: "
-        "restart the serial server or radio in between, and switch its cache off");
+        serves ? "its replies answer the request before, so that each request is sent twice: "
+                 "restart the serial server or radio in between, and switch its cache off"
+               : "its replies do not fit (" + Shortened(status.last_reason) +
+                     "): does the profile fit the device and its options?");
   }
   const bool again = status.doubled > 1 && now.instant - status.last_doubled < 1h;
   if (again && status.findings.Count(Symptom::others_beside) == 0) {

@@ -53,6 +53,8 @@ double OtherDevice(const Evidence& evidence) {
   const std::size_t count =
       evidence.Count(other_device) + (neighbour ? evidence.Count(one_behind) : 0);
   if (count < kFacts) return 0;
+  // A lost character makes another number of an address.
+  if (IsDamageAsMisfit(evidence) && 10 * count < 9 * evidence.failed) return 0;
   return evidence.Share({other_device}) + (neighbour ? evidence.Share({one_behind}) : 0);
 }
 
@@ -226,15 +228,20 @@ double TooFast(const Evidence& evidence) {
 
 /// Silent to all requests that come behind a rest of the line, and to no others.
 double Asleep(const Evidence& evidence) {
-  if (evidence.device == nullptr || evidence.absent) return 0;
+  // The line rests as well while neighbours are silent.
+  if (evidence.device == nullptr || evidence.absent || !evidence.away.empty()) return 0;
   if (evidence.looked - evidence.failed < kMany || evidence.Count(silence) < kSilences) return 0;
-  const bool rests = evidence.device->status.findings.LongRest() >= kShortestSleep;
-  return rests ? evidence.Share({silence}) : 0;
+  const Findings& findings = evidence.device->status.findings;
+  if (findings.LongestRun() > kFacts) return 0;  // a repeat wakes it
+  return findings.LongRest() >= kShortestSleep ? evidence.Share({silence}) : 0;
 }
 
 double Odd(const Evidence& evidence) {
   const bool proven = evidence.Count(odd) > 0;
   if (evidence.Last(proven ? odd : one_behind).cause.empty()) return 0;
+  if (proven && IsDamageAsMisfit(evidence)) {
+    return evidence.Share({odd, one_behind, other_device, damaged, bytes_lost});
+  }
   return (proven ? 1 : 0.5) * evidence.Share({odd, one_behind});
 }
 

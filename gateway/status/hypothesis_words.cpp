@@ -78,8 +78,11 @@ bool IsOtherLength(const Evidence& evidence, const Finding& finding) {
 
 bool IsDamageAsMisfit(const Evidence& evidence) {
   const DeviceRecord& record = evidence.first();
-  return record.device->protocol == "dcon" && CheckOf(record) != ", checksum on" &&
-         IsNowAndThen(evidence);
+  if (record.device->protocol != "dcon" || CheckOf(record) == ", checksum on") return false;
+  // No reply of a module has such a character.
+  const std::string quoted = QuotedIn(evidence.Last(odd));
+  const bool strange = quoted.find_first_of("()*/,:;<=\\", 3) < quoted.size() - 2;
+  return IsNowAndThen(evidence) || (evidence.answered && quoted.size() > 5 && strange);
 }
 
 bool OnWire(const Evidence& evidence) { return SerialOf(evidence.first()).on_wire(); }
@@ -311,8 +314,12 @@ std::string SayZeros(const Evidence& evidence) {
         "({}), or look for A and B swapped",
         evidence.Last(zeros).bytes, serial.ToString());
   }
+  if (serial.parity != config::Parity::none) {
+    return "nothing but 00 or FF comes: check the parity and the bit rate (" + serial.ToString() +
+           "), then A and B, the bias resistors and who drives the line";
+  }
   return "nothing but 00 or FF comes: check A and B, the bias resistors and who drives the line, "
-         "then the bit rate (" +
+         "then bit rate and parity (" +
          serial.ToString() + ")";
 }
 

@@ -40,7 +40,8 @@ std::string Unproven(const Evidence& evidence) {
     return "as from " + evidence.fell +
            " since the same moment: look at what they share, a branch of the line or its power";
   }
-  if (evidence.answered && OnWire(evidence)) return "check its power and its wire";
+  if (evidence.answered && OnWire(evidence))
+    return "check its power and its wire, or whether its settings were changed";
   if (!OnWire(evidence)) {
     const bool other = !evidence.answered && evidence.healthy.empty();
     return "check its power, its unit (" + address + ") and what is behind " + evidence.line->port +

@@ -1,5 +1,6 @@
-// The latest runs of failed exchanges of a device between answered ones, and when they were: single
-// losses are cured by a retry, an outage strikes whatever is asked while it lasts. Bounded memory.
+// The latest runs of unanswered exchanges of a device between answered ones, and when they were:
+// single losses are cured by a retry, an outage strikes whatever is asked while it lasts. An answer
+// that is damaged or does not fit is neither. Bounded memory.
 //
 //   o x x x o o o o x x . .     runs: 3 failed behind 1 answered, 2 failed behind 4 (not over yet)
 //

@@ -67,10 +67,15 @@ bool HasDecimalComma(std::string_view text) {
 }
 
 /// Reason and remedy.
-std::pair<std::string, std::string> WhyNoNumber(std::string_view text) {
+std::pair<std::string, std::string> WhyNoNumber(std::string_view text, std::string_view unit) {
   constexpr std::string_view kNumber = "0123456789.";
   constexpr std::string_view kDigit = "0123456789";
   const std::string quoted = "'" + std::string(text.substr(0, kMostQuoted)) + "'";
+  const auto its = UnitBehind(text);
+  if (its && IsMass(unit) && *its != unit) {
+    return {"the unit in " + quoted + " is not " + std::string(unit),
+            "set the indicator to " + std::string(unit) + ", or correct the unit of the point"};
+  }
   int numbers = 0;
   bool sign_behind = false;
   for (std::size_t at = text.find_first_of(kDigit); at != std::string_view::npos;
@@ -90,6 +95,10 @@ std::pair<std::string, std::string> WhyNoNumber(std::string_view text) {
   if (numbers > 1) {
     return {std::to_string(numbers) + " numbers in " + quoted,
             "write the characters of the one that is wanted at the point: read: number FROM-TO"};
+  }
+  if (numbers == 1 && IsMass(unit) && !its) {
+    return {"no unit stands behind the number in " + quoted,
+            "if it is the weight, write its characters at the point: read: number FROM-TO"};
   }
   return {"no number in " + quoted,
           "look at the indicator (overload?), and whether read: number fits what it sends"};
@@ -165,9 +174,10 @@ Answer ReaderConversation::OnUnasked(View message, Now received) {
     if (item.kind == Item::Kind::message)
       answer.readings.push_back({.point = point, .value = *text});
     if (item.kind != Item::Kind::number) continue;
-    const Decoded number = NumberIn(item, *text);
+    const std::string& unit = device_.points[point].unit;
+    const Decoded number = NumberIn(item, *text, unit);
     if (!IsGood(number.quality)) {
-      std::tie(answer.reason, answer.remedy) = WhyNoNumber(*text);
+      std::tie(answer.reason, answer.remedy) = WhyNoNumber(*text, unit);
     }
     if (!IsGood(number.quality) && !had_number_[point]) continue;
     had_number_[point] = true;

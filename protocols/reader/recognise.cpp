@@ -87,7 +87,7 @@ std::optional<Recognised> OtherText(View heard, const Settings& settings) {
   }
   if (settings.end && std::ranges::all_of(heard, IsShown)) {
     return Other("its messages have no end character" + said,
-                 "set end: \"\" at the device, so that silence ends them");
+                 "raise idle, if they come in pieces; or set end: \"\", so that silence ends them");
   }
   if (settings.end && !has(*settings.end)) {
     return Other("its messages do not end with " + Code(*settings.end) + said,

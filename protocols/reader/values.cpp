@@ -17,6 +17,12 @@ Value Word(std::string_view tag, unsigned shift) {
 
 bool IsLetter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
 
+char Lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
+
+bool IsSameWord(std::string_view one, std::string_view other) {
+  return std::ranges::equal(one, other, {}, Lower, Lower);
+}
+
 bool IsPartOfNumber(char c) { return (c >= '0' && c <= '9') || c == '.'; }
 bool IsSign(char c) { return c == '-' || c == '+'; }
 
@@ -73,8 +79,24 @@ Decoded ValueOf(const Item& item, const Tag& tag) {
   }
 }
 
-Decoded NumberIn(const Item& item, std::string_view text) {
+std::optional<std::string_view> UnitBehind(std::string_view text) {
+  const std::size_t digit = text.find_first_of(kDigits);
+  if (digit == std::string_view::npos) return std::nullopt;
+  text.remove_prefix(std::min(text.find_first_not_of("0123456789.", digit), text.size()));
+  text = Trim(text);
+  const auto end = std::ranges::find_if_not(text, IsLetter);
+  const std::string_view word = text.substr(0, static_cast<std::size_t>(end - text.begin()));
+  return IsMass(word) ? std::optional(word) : std::nullopt;
+}
+
+bool IsMass(std::string_view unit) {
+  constexpr std::string_view kMass[] = {"mg", "g", "kg", "t", "ct", "oz", "lb", "lbs"};
+  return std::ranges::any_of(kMass, [&](std::string_view one) { return IsSameWord(one, unit); });
+}
+
+Decoded NumberIn(const Item& item, std::string_view text, std::string_view unit) {
   const Decoded none{{}, {Quality::bad_sensor_failure}};
+  const std::string_view all = text;
   std::string_view lead;
   std::string_view rest;
   if (item.first > 0) {
@@ -95,6 +117,12 @@ Decoded NumberIn(const Item& item, std::string_view text) {
   const auto number = ParseDecimal((dots == 1 ? "0" : "") +
                                    std::string(text.substr(before.size(), end - before.size())));
   if (!number) return none;
+  if (IsMass(unit)) {
+    // "Err 03" and "TICKET 0042" are no weights.
+    const bool words = item.first == 0 && std::ranges::any_of(text, IsLetter);
+    const auto its = UnitBehind(all.substr(item.first > 0 ? item.first - 1 : 0));
+    if (its ? !IsSameWord(*its, unit) : words) return none;
+  }
   const bool at_begin = before.empty();
   const char sign = TakeSign(before);
   if (!IsUnderstood(before) || !IsUnderstood(behind)) return none;

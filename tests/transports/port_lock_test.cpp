@@ -36,7 +36,8 @@ TEST(OpenErrorText, SaysWhatToDo) {
 TEST(OpenExclusive, MissingAndForeignFiles) {
   EXPECT_TRUE(Contains(OpenExclusive("/dev/no-such-port").error(), "no such port"));
   EXPECT_TRUE(Contains(OpenExclusive("/dev/null").error(), "is not a serial port"));
-  EXPECT_TRUE(Contains(OpenExclusive("/dev").error(), "is not a serial port"));
+  EXPECT_EQ(OpenExclusive("/dev").error(), "/dev is a folder, not a serial port: correct port");
+  EXPECT_TRUE(Contains(OpenExclusive("/proc/self/status").error(), "is an ordinary file"));
 }
 
 TEST(OpenExclusive, SecondOpenOfThisProcessIsNamed) {

@@ -36,6 +36,7 @@ TEST(Poller, ADeviceThatIsBusyForEverStaysOnlineAndIsNotHammered) {
   EXPECT_EQ(line.StatusOf(0).state, DeviceState::online);
   EXPECT_EQ(line.StatusOf(0).Count(Outcome::busy), line.StatusOf(0).exchanges - 4) << "the probes";
   EXPECT_LE(line.sent.size(), 60s / 50ms) << "the pause that it asked for is kept";
+  EXPECT_EQ(line.StatusOf(0).findings.Last(Symptom::refusal).outcome, Outcome::busy);
   EXPECT_EQ(line.QualityOf(0, 0), Quality::bad_waiting);
 }
 

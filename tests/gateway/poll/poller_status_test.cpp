@@ -98,6 +98,7 @@ TEST(BabbleTest, BehindADamagedReplyIsNotLate) {
   line.RunFor(20s);
   EXPECT_GT(line.StatusOf(0).Count(Outcome::corrupt), 0U);
   EXPECT_EQ(line.StatusOf(0).late, 0U);
+  EXPECT_TRUE(line.StatusOf(0).failures.runs().empty()) << "nor an outage";
 }
 
 TEST(InUse, ADeviceTakenOutIsNotAskedAndItsPointsAreOutOfService) {

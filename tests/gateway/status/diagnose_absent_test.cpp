@@ -15,7 +15,7 @@ TEST_F(DiagnoseTest, AnAbsentDeviceSaysSinceWhenWhyAndWhenItsReturnIsNoticed) {
   device().last_ok = kNow.instant - 12min;
   Ended(Outcome::no_reply, 34);
   EXPECT_THAT(Say(), ElementsAre("offline for 12 min: not a byte comes any more: check its power "
-                                 "and its wire",
+                                 "and its wire, or whether its settings were changed",
                                  "feeder-1 answers on the same line",
                                  "its return is noticed within 9.0 s"));
   NeverAnswered();

@@ -89,6 +89,19 @@ TEST_F(DiagnoseTest, DevicesThatAreAwayAtTheSameTime) {
                             ": look at the supply or the branch of the line that they share"));
 }
 
+/// While neighbours are silent as well, every request comes behind a rest.
+TEST_F(DiagnoseTest, DevicesThatAreAwayAtTheSameTimeDoNotSleep) {
+  for (int i = 0; i < 4; ++i) {
+    const Instant begin = looked_;
+    for (DeviceStatus* status : {&device(), &neighbour_.status}) {
+      looked_ = begin;
+      Looked(*status, Symptom::silence, 3, {.idle = 600ms});
+      Looked(*status, Symptom::clean, 13, {.idle = 50ms});
+    }
+  }
+  EXPECT_THAT(Say()[0], ::testing::HasSubstr(", at the same time as "));
+}
+
 TEST_F(DiagnoseTest, AnOutageIsNotHeldAgainstADeviceForEver) {
   Ended(Outcome::no_reply, 2000);
   Ended(Outcome::ok, 28);

@@ -154,7 +154,8 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        true,
        true},
       {{{clean, 1, {.idle = kLongIdle}}, {silence, 20, {.idle = 900ms}}},
-       "not a byte comes any more: check its power and its wire",
+       "not a byte comes any more: check its power and its wire, or whether its settings were "
+       "changed",
        true,
        true},
       {{{clean, 9, {.specials = 2}}, {damaged, 5, {.bytes = 8, .specials = 3}}},
@@ -223,8 +224,8 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        "check "
        "the port"},
       {{{zeros, 9}},
-       "nothing but 00 or FF comes: check A and B, the bias resistors and who drives the line, "
-       "then the bit rate (9600 7E1)"},
+       "nothing but 00 or FF comes: check the parity and the bit rate (9600 7E1), then A and B, "
+       "the bias resistors and who drives the line"},
       {{{endless, 9}},
        "bytes come without an end: something on the line sends by itself, or a transmitter is "
        "stuck; unplug devices one by one"},
@@ -264,9 +265,8 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        true},
       {{{silence, 6}, {zeros, 5}},
        "not a byte came: check its power and wire, then its address (2), bit rate, parity and "
-       "protocol (9600 7E1, spabus) | nothing but 00 or FF "
-       "comes: check A and B, the bias resistors and who drives "
-       "the line, then the bit rate (9600 7E1)",
+       "protocol (9600 7E1, spabus) | nothing but 00 or FF comes: check the parity and the bit "
+       "rate (9600 7E1), then A and B, the bias resistors and who drives the line",
        false,
        true},
       {{{two_replies, 6}, {damaged, 3}},
@@ -343,6 +343,10 @@ TEST_F(HypothesesTest, MisfitsNowAndThen) {
   EXPECT_EQ(SayOf(row),
             "some replies are damaged ('+02.51'): noise, two devices with its address, or a "
             "converter loses bytes; a checksum helps");
+  row.seen.push_back({other_device, 3, {.cause = "module 17 answers where 01 was asked"}});
+  EXPECT_THAT(SayOf(row), ::testing::StartsWith("some replies are damaged ('+02.51'): "))
+      << "an address that lacks a character";
+  row.seen.pop_back();
   meant.options.Set("checksum", true);
   EXPECT_EQ(SayOf(row), said + "set width");
   meant.protocol = "modbus_rtu";

@@ -108,9 +108,10 @@ TEST(ReaderTwins, AnswerWhereTheyAreAsked) {
 }
 
 TEST(ReaderNumbers, OneAndNoOther) {
-  const auto shown = [](const std::string& text, const std::string& read = "number") {
+  const auto shown = [](const std::string& text, const std::string& read = "number",
+                        const char* unit = "") {
     const auto item = reader::ParseItem(ReaderPoint(read, Type::float32));
-    const Decoded decoded = reader::NumberIn(*item, text);
+    const Decoded decoded = reader::NumberIn(*item, text, unit);
     return IsGood(decoded.quality) ? ToText(decoded.value) : "bad";
   };
   EXPECT_EQ(shown("12.35"), "12.35");
@@ -142,10 +143,27 @@ TEST(ReaderNumbers, OneAndNoOther) {
   EXPECT_EQ(shown("12.35 l/h"), "12.35");
 }
 
+TEST(ReaderNumbers, AWeightHasItsUnit) {
+  const auto weight = [](const std::string& text, const std::string& read = "number") {
+    const auto item = reader::ParseItem(ReaderPoint(read, Type::float32));
+    const Decoded decoded = reader::NumberIn(*item, text, "kg");
+    return IsGood(decoded.quality) ? ToText(decoded.value) : "bad";
+  };
+  for (const char* text : {"12.35", "+12.35", "ST,GS,+  12.35kg", "wn12.35kg", "12.35 KG"}) {
+    EXPECT_EQ(weight(text), "12.35") << text;
+  }
+  for (const char* text : {"Err 03", "INDICATOR XK3190 READY", "TICKET 0042", "SN:00217A",
+                           "W=12.35", "ST,GS,+  27.22lb", "12.35 g", "12.35t", "12.35 l/h"}) {
+    EXPECT_EQ(weight(text), "bad") << text;
+  }
+  EXPECT_EQ(weight("W=12.35;", "number 3-7"), "12.35");
+  EXPECT_EQ(weight("ST,GS,+  27.22lb", "number 7-14"), "bad") << "its unit stands behind";
+}
+
 TEST(ReaderNumbers, AreNotCutInTheMiddle) {
   const auto shown = [](const std::string& text, const std::string& read) {
     const auto item = reader::ParseItem(ReaderPoint(read, Type::float32));
-    const Decoded decoded = reader::NumberIn(*item, text);
+    const Decoded decoded = reader::NumberIn(*item, text, "");
     return IsGood(decoded.quality) ? ToText(decoded.value) : "bad";
   };
   const std::string text = "A 160.3 kg";

@@ -188,6 +188,15 @@ TEST(Examine, SaysWhatCame) {
        Outcome::partial,
        other_setting,
        "only characters of one parity come, and 00 in place of the others"},
+      // Each character with an even number of ones came as 00.
+      {"ModbusRtu19200",
+       "0B030000000AC567",
+       {{20ms, "0B00003B003BCD3B003B003B003BE93B003BF73BFE6213"}},
+       Outcome::unexpected,
+       other_setting,
+       "only characters of one parity come, and 00 in place of the others"},
+      // Nobody drives the line.
+      {"ModbusRtu19200", "0B030000000AC567", {{20ms, "0000FFFF0000FFFF000000FF00"}}, {}, zeros, ""},
       {"Dcon9600",
        ToHex(ToBytes("#0184\r")),
        {{20ms, "040300000002C45E"}},
