@@ -5,27 +5,27 @@
 #include <utility>
 
 namespace baudgate {
-void UnaskedReceiver::Begin(const Standing& what, Instant now) {
-  what_ = &what;
-  assembler_.Begin(what.rule, what.expect);
-  aligned_ = what.marked;
+
+void UnaskedReceiver::Begin(Instant now) {
+  assembler_.Begin(what_.rule, what_.expect);
+  aligned_ = what_.marked;
   damaged_ = false;
   last_byte_ = now;
 }
 
 std::optional<Instant> UnaskedReceiver::Deadline() const {
   if (!receiving()) return std::nullopt;
-  return std::min(last_byte_ + what_->idle, TooLong());
+  return std::min(last_byte_ + what_.idle, TooLong());
 }
 
 Instant UnaskedReceiver::TooLong() const {
-  return what_->whole > Duration::zero() ? began_ + what_->whole : Instant::max();
+  return what_.whole > Duration::zero() ? began_ + what_.whole : Instant::max();
 }
 
 UnaskedInput UnaskedReceiver::OnBytes(View bytes, Instant now) {
   UnaskedInput heard = OnTimer(now);  // the timer may be late
   if (bytes.empty()) return heard;
-  if (now - last_byte_ >= what_->idle) {
+  if (now - last_byte_ >= what_.idle) {
     aligned_ = true;
     damaged_ = false;
   }
@@ -66,14 +66,14 @@ void UnaskedReceiver::Damage(UnaskedInput& heard, std::string_view why) {
 }
 
 void UnaskedReceiver::End(UnaskedInput& heard, Instant now) {
-  if (last_byte_ + what_->idle <= TooLong()) {
+  if (last_byte_ + what_.idle <= TooLong()) {
     Take(heard, true, now);
     aligned_ = true;
     return;
   }
   Damage(heard, "longer under way than any message");
-  assembler_.Begin(what_->rule, what_->expect);
-  aligned_ = what_->marked;
+  assembler_.Begin(what_.rule, what_.expect);
+  aligned_ = what_.marked;
 }
 
 }  // namespace baudgate
