@@ -4,20 +4,22 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/times.h"
+
 namespace baudgate {
 namespace {
 
 const Bytes kRequest = {1, 2, 3};
 
 TEST(Rest, AConnectionForEachRequestIsGivenUpAgain) {
-  Rest rest;
+  Rest rest(false);
   rest.OnOpened(0);
-  EXPECT_FALSE(rest.Holds(kRequest));
-  rest.OnBytes();
-  EXPECT_FALSE(rest.Holds(kRequest));
+  EXPECT_FALSE(rest.Holds(kRequest, kStart));
+  rest.OnBytes(kStart);
+  EXPECT_FALSE(rest.Holds(kRequest, kStart));
   EXPECT_TRUE(rest.OnEnded(1, false)) << "in place of the second answer";
   int alone = 0;
-  while (rest.Holds(kRequest)) {
+  while (rest.Holds(kRequest, kStart)) {
     ++alone;
     EXPECT_TRUE(rest.OnOpened(1));
     EXPECT_EQ(rest.TakeHeld(), kRequest);
@@ -28,16 +30,24 @@ TEST(Rest, AConnectionForEachRequestIsGivenUpAgain) {
 
 TEST(Rest, FourConnectionsInVainAreNoOutageWhereOthersAreAskedNext) {
   for (const bool several : {false, true}) {
-    Rest rest;
+    Rest rest(false);
     int rested = 0;
     for (;;) {
       rest.OnOpened(0);
-      rest.Holds(kRequest);
+      rest.Holds(kRequest, kStart);
       if (!rest.OnEnded(0, several)) break;
       ++rested;
     }
     EXPECT_EQ(rested, several ? 4 : 0);
   }
+}
+
+TEST(Rest, TheEndOfAConnectionThatIsAlwaysWantedIsAnOutage) {
+  Rest rest(true);
+  rest.OnOpened(0);
+  rest.OnBytes(kStart);
+  EXPECT_FALSE(rest.OnEnded(1, true));
+  EXPECT_FALSE(rest.rests());
 }
 
 TEST(Rest, AnEndInUseIsADrop) {
@@ -54,11 +64,11 @@ TEST(Rest, AnEndInUseIsADrop) {
       {8, true, 2ms, true},    {0, true, 300ms, false},  // it never answers
   };
   for (const auto& row : rows) {
-    Rest rest;
+    Rest rest(false);
     rest.OnOpened(100);
-    rest.Holds(kRequest);
-    if (!row.asks) rest.OnBytes();
-    EXPECT_EQ(rest.IsDrop(100 + row.answers, row.since), row.drops) << row.answers;
+    rest.Holds(kRequest, kStart);
+    if (!row.asks) rest.OnBytes(kStart);
+    EXPECT_EQ(rest.IsDrop(100 + row.answers, kStart + row.since), row.drops) << row.answers;
   }
 }
 
