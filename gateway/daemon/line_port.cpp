@@ -4,16 +4,11 @@
 #include <utility>
 
 #include "gateway/base/log.h"
-#include "gateway/base/outcome.h"
 #include "gateway/daemon/not_opened_yet.h"
-#include "transports/serial_settings.h"
 
 namespace baudgate {
 namespace {
 
-/// A write under way is ended in order before the port is given up, so that no password stays open;
-/// but not for longer.
-constexpr Duration kWaitForWrite = 1s;
 /// A server that takes so many requests passes them on.
 constexpr int kPassedOn = 2;
 
@@ -44,9 +39,8 @@ LinePort::LinePort(const config::Line& line, PointStore& store, Transport& trans
       loan_(loan),
       display_(store, line, recorder, reporter),
       settings_(line, transport, display_, listens),
-      listens_(listens),
-      applied_(line.serial),
-      proof_(line.is_network()) {}
+      proof_(line.is_network()),
+      rest_(listens) {}
 
 void LinePort::Start(Now now) {
   now_ = now;
@@ -79,24 +73,13 @@ void LinePort::ClosePort() {
   transport_.Close();
 }
 
-/// Replies of devices, so far.
-std::uint64_t LinePort::Answers() const {
-  std::uint64_t answers = 0;
-  const auto& outcomes = poller_.ledger().line.counters().outcomes;
-  for (std::size_t i = 0; i < outcomes.size(); ++i) {
-    if (ProvesLife(static_cast<Outcome>(i))) answers += outcomes[i];
-  }
-  return answers;
-}
-
 void LinePort::OnOpened(Now now) {
   now_ = now;
-  if (rest_.OnOpened(Answers())) {
+  if (rest_.OnOpened(poller_.ledger().line.Answers())) {
     if (const Bytes request = rest_.TakeHeld(); !request.empty()) transport_.Send(request);
     return;
   }
   open_ = true;
-  applied_ = line_.serial;
   out_of_service_ = false;
   retries_.OnOpened();
   if (proof_.OnOpened(now.instant)) display_.OnOpened(transport_.Describe(), now);
@@ -133,16 +116,14 @@ void LinePort::OnStuck(const std::string& reason, Now now) {
 }
 
 void LinePort::OnEnded(const std::string& reason, bool reset, Now now) {
+  now_ = now;
+  const std::uint64_t answers = poller_.ledger().line.Answers();
   const bool several = line_.devices.size() > 1;
-  if (rest_.IsDrop(Answers(), now.instant - used_)) {
-    display_.CountDrop(reason, now);
-  }
-  if (listens_ || !rest_.OnEnded(Answers(), several)) {
-    now_ = now;
+  if (rest_.IsDrop(answers, now.instant)) display_.CountDrop(reason, now);
+  if (!rest_.OnEnded(answers, several)) {
     display_.CountLoss(now);
     return Lost(reason, reset ? Loss::reset : Loss::port);
   }
-  now_ = now;
   if (!rest_.in_vain() && proof_.Prove()) Prove();
   poller_.OnEnded(now);
 }
@@ -189,14 +170,8 @@ void LinePort::TakeBack(Now now) {
 }
 
 void LinePort::AfterTheWrite(std::function<void()> then) {
-  after_write_ = std::move(then);
   poller_.WindUp();
-  patience_until_ = now_.instant + kWaitForWrite;
-}
-
-void LinePort::GoOn() {
-  patience_until_.reset();
-  std::exchange(after_write_, {})();
+  grace_.Begin(std::move(then), now_.instant);
 }
 
 void LinePort::Lend(Duration time) {
@@ -243,7 +218,7 @@ void LinePort::OnReturned(Now now) {
   now_ = now;
   out_of_service_ = false;
   open_ = true;
-  applied_ = line_.serial;
+  settings_.OnReturned();
   proof_.GoOn(now.instant);
   display_.Show(LineStatus::Port::open, transport_.Describe(), now);
   poller_.OnOpened(now, transport_.KeepsBitRate());
@@ -259,22 +234,15 @@ void LinePort::OnPortFailed(const std::string& reason, Now now) {
 
 void LinePort::OnBytes(View bytes, Now now) {
   now_ = now;
-  used_ = now.instant;
-  rest_.OnBytes();
+  rest_.OnBytes(now.instant);
   if (proof_.OnBytes(now.instant)) Prove();
   if (loan_.OnBytes(bytes, now)) return;
   if (!telegrams_.OnBytes(bytes, now)) poller_.OnBytes(bytes, now);
 }
 
 void LinePort::Send(View bytes, const config::SerialSettings& serial, Now now) {
-  used_ = now.instant;
-  settings_.OnSend(now);
-  if (!SameSettings(serial, applied_)) {
-    const Status status = transport_.Apply(serial);
-    if (!status) log::Warn({.line = line_.name}, "{}", status.error());
-    applied_ = serial;
-  }
-  if (!line_.is_network() || !rest_.Holds(bytes)) {
+  settings_.OnSend(serial, now);
+  if (!line_.is_network() || !rest_.Holds(bytes, now.instant)) {
     transport_.Send(bytes);
   } else {
     transport_.Close();
@@ -290,10 +258,10 @@ void LinePort::DropUnsent() {
 void LinePort::OnTimer(Now now) {
   now_ = now;
   const auto is_due = [&](const std::optional<Instant>& at) { return at && *at <= now.instant; };
-  if (is_due(patience_until_) && poller_.IsWriting()) {
+  if (grace_.IsOver(now.instant) && poller_.IsWriting()) {
     log::Warn({.line = line_.name},
               "a write was aborted; the device may still be unlocked by its password");
-    GoOn();
+    grace_.End();
   }
   if (is_due(lent_until_)) EndLoan();
   if (is_due(proof_.check_at())) CheckConnection();
@@ -302,12 +270,12 @@ void LinePort::OnTimer(Now now) {
 
 void LinePort::Settle(Now now) {
   now_ = now;
-  if (after_write_ && !poller_.IsWriting()) GoOn();
+  if (grace_.waits() && !poller_.IsWriting()) grace_.End();
 }
 
 std::optional<Instant> LinePort::Deadline() const {
   std::optional<Instant> soonest;
-  for (const auto& at : {proof_.check_at(), settings_.Deadline(), lent_until_, patience_until_}) {
+  for (const auto& at : {proof_.check_at(), settings_.Deadline(), lent_until_, grace_.until()}) {
     if (at && (!soonest || *at < *soonest)) soonest = at;
   }
   return soonest;

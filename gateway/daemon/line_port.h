@@ -17,6 +17,7 @@
 #include "gateway/daemon/rest.h"
 #include "gateway/daemon/settings_watch.h"
 #include "gateway/daemon/telegram_queue.h"
+#include "gateway/daemon/write_grace.h"
 #include "gateway/poll/poller.h"
 #include "gateway/trace/line_recorder.h"
 #include "transports/port_keeper.h"
@@ -76,7 +77,6 @@ class LinePort final : public RequestPort, public PortLoan::Line {
 
  private:
   // The connection.
-  std::uint64_t Answers() const;
   void Prove();
   void CheckConnection();
   /// How the port was lost, where more depends on it than a text.
@@ -90,7 +90,6 @@ class LinePort final : public RequestPort, public PortLoan::Line {
   void ClosePort();
   // The loan, and the stop.
   void AfterTheWrite(std::function<void()> then);
-  void GoOn();
   void Lend(Duration time);
   void EndLoan();
 
@@ -102,20 +101,16 @@ class LinePort final : public RequestPort, public PortLoan::Line {
   PortLoan& loan_;
   PortDisplay display_;
   SettingsWatch settings_;
-  const bool listens_;
-  Now now_{};                       // of the input that is being handled
-  config::SerialSettings applied_;  // what the open port is set to
+  Now now_{};  // of the input that is being handled
 
   ConnectionProof proof_;
   Rest rest_;
-  Instant used_{};  // the last byte in or out
   std::atomic<bool> open_ = false;
 
-  std::optional<Instant> lent_until_;      // to another program
-  bool out_of_service_ = false;            // the points, since the port was lent
-  std::function<void()> after_write_;      // what waits for the end of the write under way
-  std::optional<Instant> patience_until_;  // with that write
-  std::optional<std::string> stopping_;    // why
+  std::optional<Instant> lent_until_;  // to another program
+  bool out_of_service_ = false;        // the points, since the port was lent
+  WriteGrace grace_;
+  std::optional<std::string> stopping_;  // why
 };
 
 }  // namespace baudgate

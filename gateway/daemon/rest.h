@@ -12,6 +12,7 @@
 //   under way, where the line has several         for a device that they do not know, and the
 //   devices                                       others are asked next
 //   ended before any answer otherwise             an outage
+//   ended although it is wanted all the time      an outage
 //
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -27,6 +28,9 @@ namespace baudgate {
 
 class Rest {
  public:
+  /// `wanted`: all the time, because a device speaks unasked.
+  explicit Rest(bool wanted) : wanted_(wanted) {}
+
   /// A connection was opened, after this many answers on the line. True: it continues one that
   /// rested.
   bool OnOpened(std::uint64_t answers) {
@@ -39,7 +43,7 @@ class Rest {
   /// The server has ended it; `several`: more than one device is polled over it. False: that is an
   /// outage.
   bool OnEnded(std::uint64_t answers, bool several) {
-    if (rests_) return false;
+    if (rests_ || wanted_) return false;
     const std::uint64_t its = answers - answers_before_;
     const bool answered = its > 0;
     const bool in_vain = several && asks_ && in_vain_ < kMostInVain;
@@ -56,18 +60,21 @@ class Rest {
     }
     return rests_ = true;
   }
-  /// Whether the server has ended a connection that was in use, `since` the last byte on it: not
-  /// after each answer, and not after a rest.
-  bool IsDrop(std::uint64_t answers, Duration since) const {
+  /// Whether the server has ended a connection that was in use: not after each answer, and not
+  /// after a rest.
+  bool IsDrop(std::uint64_t answers, Instant now) const {
+    const Duration since = now - used_;
     const std::uint64_t its = answers - answers_before_;
     return asks_ ? its > 1 : its > 0 && since >= kBehindAnswer && since < kShortestRest;
   }
-  void OnBytes() {
+  void OnBytes(Instant now) {
+    used_ = now;
     asks_ = false;
     unanswered_ = 0;
   }
   /// A request is to be sent. True: it waits for a connection to be opened.
-  bool Holds(View request) {
+  bool Holds(View request, Instant now) {
+    used_ = now;
     const bool holds = rests_ || (alone_ > 0 && is_used_);
     if (alone_ > 0) --alone_;
     if (holds) {
@@ -105,7 +112,9 @@ class Rest {
   static constexpr Duration kBehindAnswer = 100ms;
   static constexpr Duration kShortestRest = 1s;
 
+  const bool wanted_;
   std::uint64_t answers_before_ = 0;
+  Instant used_{};  // the last byte in or out
   bool rests_ = false;
   int alone_ = 0;  // requests that still get a connection each
   int next_alone_ = kFewestAlone;

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "gateway/base/log.h"
+#include "transports/serial_settings.h"
 
 namespace baudgate {
 namespace {
@@ -14,12 +15,17 @@ constexpr Duration kLookEvery = 1s;
 }  // namespace
 
 void SettingsWatch::OnOpened(Now now) {
+  applied_ = line_.serial;
   times_restored_ = 0;
   Look(now);
 }
 
-void SettingsWatch::OnSend(Now now) {
+void SettingsWatch::OnSend(const config::SerialSettings& serial, Now now) {
   if (now.instant - looked_ >= kLookEvery) Look(now);
+  if (SameSettings(serial, applied_)) return;
+  const Status status = port_.Apply(serial);
+  if (!status) log::Warn({.line = line_.name}, "{}", status.error());
+  applied_ = serial;
 }
 
 void SettingsWatch::OnTimer(Now now) {

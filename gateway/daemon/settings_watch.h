@@ -1,5 +1,6 @@
-// Looks at an open port once a second while the line works: at the driver's counters of errors, and
-// whether another program has changed the settings. ModemManager, brltty, a getty and stty do that,
+// The settings of an open port: those that a request needs are set before it goes out. And once a
+// second, while the line works, the driver's counters of errors are read, and whether another
+// program has changed the settings. ModemManager, brltty, a getty and stty do that,
 // and each exchange fails from then on, so the settings are set again.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -19,12 +20,18 @@ class SettingsWatch {
   /// All outlive it. `listens`: a device of the line sends unasked, so the port is looked at even
   /// if nothing is sent.
   SettingsWatch(const config::Line& line, Transport& port, PortDisplay& display, bool listens)
-      : line_(line), port_(port), display_(display), listens_(listens && !line.is_network()) {}
+      : line_(line),
+        port_(port),
+        display_(display),
+        listens_(listens && !line.is_network()),
+        applied_(line.serial) {}
 
   void OnOpened(Now now);
+  /// The port was lent, and has the settings of the line again.
+  void OnReturned() { applied_ = line_.serial; }
   void OnClosed() { due_.reset(); }
-  /// A request is about to be sent.
-  void OnSend(Now now);
+  /// A request is about to be sent, with these settings.
+  void OnSend(const config::SerialSettings& serial, Now now);
   void OnTimer(Now now);
   std::optional<Instant> Deadline() const { return due_; }
 
@@ -37,6 +44,7 @@ class SettingsWatch {
   Transport& port_;
   PortDisplay& display_;
   const bool listens_;
+  config::SerialSettings applied_;  // what the open port is set to
   Instant looked_{};
   std::optional<Instant> due_;
   std::uint64_t times_restored_ = 0;  // since the port was opened

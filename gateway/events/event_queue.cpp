@@ -157,7 +157,7 @@ std::vector<Alarm> EventQueue::AlarmsNow() const {
 bool EventQueue::Begin() {
   const MutexLock lock(mutex_);
   if (NextRoundAt() > options_.clocks().instant) return false;
-  look_at_.reset();
+  timer_.Begin();
   watch_.Begin();
   return true;
 }
@@ -167,11 +167,8 @@ Instant EventQueue::NextRound() const {
   return NextRoundAt();
 }
 
-/// A disk that fails is left in peace until the next tick.
 Instant EventQueue::NextRoundAt() const {
-  if (disk_.is_failing()) return rests_until_;
-  if (!IsIdle()) return {};
-  return std::min(book_.LeftOutAt().value_or(kWhenWoken), look_at_.value_or(kWhenWoken));
+  return timer_.At(disk_.is_failing(), IsIdle(), book_.LeftOutAt());
 }
 
 std::vector<Batch> EventQueue::Watch() {
@@ -182,7 +179,7 @@ std::vector<Batch> EventQueue::Watch() {
     const MutexLock lock(mutex_);
     const bool late = watch_.Tick(!IsIdle());
     if (watch_.look_due()) {
-      look_at_ = Instant();
+      timer_.Look({});
       wake_();
     }
     if (!late || disk_.is_opening() || disk_.is_failing()) return {};
@@ -200,8 +197,7 @@ std::vector<Batch> EventQueue::Watch() {
 void EventQueue::Look(bool now) {
   {
     const MutexLock lock(mutex_);
-    const Instant at = now ? Instant() : options_.clocks().instant + kTick;
-    look_at_ = look_at_ ? std::min(*look_at_, at) : at;
+    timer_.Look(now ? Instant() : options_.clocks().instant + kTick);
   }
   wake_();
 }
@@ -278,7 +274,7 @@ std::vector<Source> EventQueue::Done(Round& round, const Status& status, std::in
     }
     if (oldest > 0) oldest_ = oldest;  // known as well while the disk is full
     if (!status && round.acks.empty()) round.acks = acks_.Take();
-    if (!status) rests_until_ = options_.clocks().instant + kTick;
+    if (!status) timer_.Rest(options_.clocks().instant + kTick);
     SetDisk(status ? Disk::fine : Disk::failing, status ? std::string() : status.error());
   }
   done_.notify_all();

@@ -19,6 +19,7 @@
 #include "gateway/events/event_source.h"
 #include "gateway/events/log_options.h"
 #include "gateway/events/own_run.h"
+#include "gateway/events/round_timer.h"
 #include "gateway/events/source_numbers.h"
 #include "gateway/events/watched.h"
 #include "gateway/state/disk_condition.h"
@@ -128,8 +129,7 @@ class EventQueue {
   OwnRun run_ BAUDGATE_GUARDED_BY(mutex_);
   DiskCondition disk_ BAUDGATE_GUARDED_BY(mutex_);
   mutable FileWatch watch_ BAUDGATE_GUARDED_BY(mutex_);
-  std::optional<Instant> look_at_ BAUDGATE_GUARDED_BY(mutex_);
-  Instant rests_until_ BAUDGATE_GUARDED_BY(mutex_){};    // a disk that fails
+  RoundTimer timer_ BAUDGATE_GUARDED_BY(mutex_);
   std::int64_t oldest_ BAUDGATE_GUARDED_BY(mutex_) = 0;  // that the file has
   std::function<void()> tell_opened_ BAUDGATE_GUARDED_BY(mutex_);
 };

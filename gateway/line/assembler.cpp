@@ -18,6 +18,7 @@ void Assembler::Begin(FrameRule rule, Expectation expect) {
   counters_.discarded += held();
   held_.clear();
   head_ = 0;
+  fed_ = 0;
   rule_ = rule;
   expect_ = std::move(expect);
   blame_ = Outcome::none;
@@ -26,6 +27,7 @@ void Assembler::Begin(FrameRule rule, Expectation expect) {
 
 void Assembler::Feed(View bytes) {
   counters_.in += bytes.size();
+  fed_ += bytes.size();
   Append(held_, bytes);
 }
 

@@ -37,6 +37,8 @@ class Assembler {
   std::optional<Bytes> Next(bool idle, Bytes* discarded = nullptr);
 
   std::size_t held() const { return held_.size() - head_; }
+  /// Bytes that were fed since Begin.
+  std::size_t fed() const { return fed_; }
 
   /// The worst that was discarded since Begin, and its reason: corrupt over unexpected over partial
   /// over none.
@@ -59,6 +61,7 @@ class Assembler {
   Expectation expect_;
   Bytes held_;
   std::size_t head_ = 0;
+  std::size_t fed_ = 0;
   Outcome blame_ = Outcome::none;
   std::string_view why_;
   AssemblerCounters counters_;

@@ -1,5 +1,5 @@
 // Which bytes from a bus are the echo of our own request, and whether the echo is as configured.
-// Called by gateway/poll/poller.cpp before the bytes go to gateway/line/line.h.
+// Called by gateway/poll/reception.h before the bytes go to gateway/line/line.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -34,6 +34,8 @@ class EchoWatch {
   /// The exchange of `request` is over; its reason is set if the echo explains it. True: with
   /// `verify` the echo was missing.
   bool OnExchangeEnd(const Request& request, ExchangeEnd& end);
+  /// `off`: the request sent last has come back.
+  bool echoed() const { return echoed_; }
   /// `verify`: the bus used to echo, and none of the latest requests came back: a fibre ring is
   /// open somewhere, and its devices are not to blame for their silence.
   bool is_cut() const { return has_echoed_ && unechoed_ >= kUnechoedOfACut; }

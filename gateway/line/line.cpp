@@ -47,45 +47,55 @@
 namespace baudgate {
 namespace {
 
-/// Bytes kept while the request is still being sent: an early reply with noise around it. A pty
-/// delivers faster than any wire, so this needs a bound of its own.
-constexpr std::size_t kKeptWhileSending = 1024;
-
 /// Bytes that come this long after their deadline have waited while this program did not run, for
 /// an unknown time: the deadline counts first.
 constexpr Duration kHeldUp = 100ms;
 
+/// From its first character to its end.
+bool IsUnderWay(Line::State state) {
+  return state == Line::State::sending || state == Line::State::settle ||
+         state == Line::State::await_first || state == Line::State::receiving;
+}
+
+/// A reply may come.
+bool IsAwaited(Line::State state) { return IsUnderWay(state) && state != Line::State::settle; }
+
+/// The silence that the line keeps behind an exchange that ended like this.
+Duration SilenceAfter(Outcome outcome, const Exchange& exchange) {
+  if (!NeedsDrain(outcome)) return exchange.aftermath;
+  const Duration drain = exchange.times.drain;
+  // A reply that names its device is not taken for another device's.
+  const bool named = !exchange.request.expect.address.empty();
+  return outcome == Outcome::no_reply || named ? drain : std::max(drain, exchange.aftermath);
+}
+
 }  // namespace
 
 void Line::OnOpened(Instant now, bool keeps_bit_rate) {
-  keeps_bit_rate_ = keeps_bit_rate;
+  transmission_.OnOpened(keeps_bit_rate);
   state_ = State::idle;
   last_activity_ = now;
   ended_ = now;
-  if (standing_ != nullptr) unasked_.Begin(*standing_, now);
+  if (unasked_) unasked_->Begin(now);
 }
 
 LineNews Line::OnClosed() {
   const State was = std::exchange(state_, State::closed);
-  const bool sent =
-      was != State::closed && was != State::idle && was != State::quiet && was != State::drain;
-  if (sent) news_.end = {Outcome::line_down, "the port was lost", {}, 0};
-  if (standing_ != nullptr) unasked_.Begin(*standing_, last_activity_);
+  if (IsUnderWay(was)) news_.end = {Outcome::line_down, "the port was lost", {}, 0};
+  if (unasked_) unasked_->Begin(last_activity_);
   return Told();
 }
 
 std::optional<Instant> Line::Deadline() const {
   if (state_ == State::closed) return std::nullopt;
-  const auto heard = unasked_.Deadline();
+  const auto heard = unasked_ ? unasked_->Deadline() : std::nullopt;
   if (!OwnTimer()) return heard;
   return heard ? std::min(deadline_, *heard) : deadline_;
 }
 
 LineNews Line::Start(Exchange exchange, Instant now) {
   exchange_ = std::move(exchange);
-  early_.clear();
   assembler_.Begin(exchange_.reply_rule, exchange_.request.expect);
-  in_before_ = counters().in;
   state_ = State::quiet;
   deadline_ = last_activity_ + exchange_.times.quiet;
   limit_ = now + exchange_.times.ceiling;
@@ -99,19 +109,19 @@ void Line::Cancel() {
 
 LineNews Line::OnBytes(View bytes, Instant now) {
   if (bytes.empty()) return Told();
-  if (standing_ == nullptr || state_ == State::closed) {
+  if (!unasked_ || state_ == State::closed) {
     TakeBytes(bytes, now);
   } else {
     last_activity_ = now;
     if (state_ == State::quiet) deadline_ = std::min(now + exchange_.times.quiet, limit_);
     if (state_ == State::receiving) deadline_ = std::min(now + exchange_.times.gap, limit_);
-    Hear(unasked_.OnBytes(bytes, now), now);
+    Hear(unasked_->OnBytes(bytes, now), now);
   }
   return Told();
 }
 
 LineNews Line::OnTimer(Instant now) {
-  if (standing_ != nullptr && state_ != State::closed) Hear(unasked_.OnTimer(now), now);
+  if (unasked_ && state_ != State::closed) Hear(unasked_->OnTimer(now), now);
   TakeTimer(now);
   return Told();
 }
@@ -119,8 +129,9 @@ LineNews Line::OnTimer(Instant now) {
 /// What belongs to no message may be the reply. A pty or a network hands the request over at once,
 /// so that the answer may be there before the time that its characters would take is over.
 void Line::Hear(UnaskedInput heard, Instant now) {
-  if (state_ == State::sending && now >= sent_until_) EndSending(now);  // the timer is late
-  const bool early = state_ == State::sending && !keeps_bit_rate_;
+  // The timer is late.
+  if (state_ == State::sending && now >= transmission_.until()) EndSending(now);
+  const bool early = state_ == State::sending && !transmission_.keeps_bit_rate();
   const bool awaited = exchange_.request.expect.reply == Expectation::Reply::standing &&
                        (early || state_ == State::await_first || state_ == State::receiving);
   if (awaited && !heard.messages.empty()) {
@@ -151,12 +162,10 @@ void Line::TakeBytes(View bytes, Instant now) {
       TellStray(bytes.size(), now - ended_);
       break;
     case State::sending:
-      if (now >= sent_until_) {  // the timer is late
+      if (now >= transmission_.until()) {  // the timer is late
         EndSending(now);
         TakeBytes(bytes, now);
-      } else if (keeps_bit_rate_) {
-        if (early_.size() < kKeptWhileSending) Append(early_, bytes);
-      } else if (assembler_.held() < kKeptWhileSending) {
+      } else if (!transmission_.Keeps(bytes) && assembler_.held() < Transmission::kMostKept) {
         assembler_.Feed(bytes);
         TakeAhead(now);
       }
@@ -174,16 +183,14 @@ void Line::TakeBytes(View bytes, Instant now) {
 }
 
 LineNews Line::OnCollision(Instant now) {
-  if (state_ != State::sending && state_ != State::await_first && state_ != State::receiving) {
-    return {};
-  }
+  if (!IsAwaited(state_)) return {};
   Finish(Outcome::corrupt, "the echo differs from what was sent: a collision", now);
-  deadline_ = std::max(deadline_, sent_until_ + exchange_.times.drain);
+  deadline_ = std::max(deadline_, transmission_.until() + exchange_.times.drain);
   return Told();
 }
 
 LineNews Line::OnEnded(Instant now) {
-  if (state_ == State::sending || state_ == State::await_first || state_ == State::receiving) {
+  if (IsAwaited(state_)) {
     Finish(Outcome::no_reply, "the server closed the connection in place of an answer", now);
     news_.end->ended = true;
   }
@@ -225,12 +232,11 @@ void Line::TakeTimer(Instant now) {
 
 void Line::BeginSending(Instant now) {
   state_ = State::sending;
-  taken_.clear();
-  sent_from_ = now;
+  second_.Begin();
   const auto characters = static_cast<std::int64_t>(exchange_.request.bytes.size());
-  sent_until_ = now + characters * exchange_.times.character;
-  deadline_ = sent_until_;
-  last_activity_ = sent_until_;
+  transmission_.Begin(now, characters * exchange_.times.character);
+  deadline_ = transmission_.until();
+  last_activity_ = transmission_.until();
   news_.send = true;
 }
 
@@ -241,9 +247,9 @@ void Line::EndSending(Instant now) {
     return;
   }
   state_ = State::await_first;
-  deadline_ = sent_until_ + exchange_.times.reply;
-  limit_ = sent_until_ + exchange_.times.ceiling;
-  if (counters().in > in_before_) Receive({}, now);
+  deadline_ = transmission_.until() + exchange_.times.reply;
+  limit_ = transmission_.until() + exchange_.times.ceiling;
+  if (assembler_.fed() > 0) Receive({}, now);
 }
 
 void Line::Receive(View bytes, Instant now) {
@@ -258,61 +264,42 @@ void Line::TakeFrame(bool idle, Instant now) {
   const auto frame = assembler_.Next(idle);
   if (!frame) return;
   const std::size_t behind = assembler_.held();
-  if (!IsAlone(*frame)) {
+  if (!second_.IsAlone(*frame, assembler_)) {
     Finish(Outcome::unexpected, "two different replies came at once", now);
     news_.second_reply = true;
   } else {
     // The line still counts as receiving: what the client decides now may not start anything.
     const Outcome outcome = client_.Judge(*frame, now);
-    if (!NeedsDrain(outcome)) taken_ = *frame;
+    if (!NeedsDrain(outcome)) second_.Take(*frame);
     Finish(outcome, {}, now);
   }
   if (behind == 0) return;
   TellStray(behind, Duration::zero());
-  const bool harmless = exchange_.request.distinct && behind_.held() == 0;  // copies of it, whole
+  const bool harmless = exchange_.request.distinct && second_.only_copies();
   if (state_ == State::idle && !harmless) Drain(exchange_.times.drain, now);
 }
 
-/// Which of two replies is the awaited one is not known, unless they are the same.
-bool Line::IsAlone(const Bytes& frame) {
-  taken_.clear();
-  behind_ = assembler_;
-  while (const auto second = behind_.Next(false)) {
-    if (*second != frame) return false;
-  }
-  return true;
-}
-
 void Line::TellStray(std::size_t count, Duration since_end) {
-  const bool under_way = state_ == State::settle || state_ == State::sending ||
-                         state_ == State::await_first || state_ == State::receiving;
-  StrayBytes& stray = under_way ? news_.stray_before : news_.stray;
+  StrayBytes& stray = IsUnderWay(state_) ? news_.stray_before : news_.stray;
   stray.count += count;
   stray.since_end = since_end;
 }
 
 void Line::TakeStray(View bytes, Instant now) {
   TellStray(bytes.size(), now - ended_);
-  if (taken_.empty()) return;
-  behind_.Feed(bytes);
-  while (const auto second = behind_.Next(false)) {
-    if (*second == taken_) continue;  // a copy does no harm
-    taken_.clear();
-    news_.second_reply = true;
-    return;
-  }
+  if (second_.OnBytes(bytes)) news_.second_reply = true;
 }
 
 /// Nothing else has come: a port that forwards as fast as it can has brought the reply early.
 bool Line::TakeEarly(Instant now) {
   // A reply that mirrors its request could be the echo; bytes that waited came at an unknown time.
   const bool held_up = now >= deadline_ + kHeldUp;
-  if (early_.empty() || held_up || exchange_.request.expect.mirrors) return false;
-  assembler_.Feed(std::exchange(early_, {}));
+  if (!transmission_.has_early() || held_up || exchange_.request.expect.mirrors) return false;
+  assembler_.Feed(transmission_.TakeEarly());
   state_ = State::receiving;
   TakeFrame(true, now);
   if (state_ == State::receiving) return false;
-  keeps_bit_rate_ = false;
+  transmission_.OnEarlyReply();
   return true;
 }
 
@@ -323,13 +310,14 @@ void Line::TakeAhead(Instant now) {
   if (expect.reply != Expectation::Reply::one || expect.mirrors) return;
   TakeFrame(false, now);
   if (state_ != State::drain) return;
-  const Duration silence = ended_badly_ ? exchange_.times.drain : exchange_.aftermath;
-  deadline_ = std::max(deadline_, sent_until_ + silence);
+  const bool bad = NeedsDrain(news_.end->outcome);
+  const Duration silence = bad ? exchange_.times.drain : exchange_.aftermath;
+  deadline_ = std::max(deadline_, transmission_.until() + silence);
 }
 
 void Line::DropEarly() {
-  if (early_.empty()) return;
-  TellStray(std::exchange(early_, {}).size(), sent_from_ - ended_);
+  if (!transmission_.has_early()) return;
+  TellStray(transmission_.TakeEarly().size(), transmission_.from() - ended_);
 }
 
 void Line::OnGap(Instant now) {
@@ -342,9 +330,10 @@ void Line::OnGap(Instant now) {
   // Noise and other devices' replies do not keep the awaited one from coming.
   const Outcome blame = assembler_.blame();
   const bool harmless = blame == Outcome::none || (blame == Outcome::unexpected && !exchange_.lags);
-  if (harmless && now < sent_until_ + exchange_.times.reply) {
+  const Instant due = transmission_.until() + exchange_.times.reply;
+  if (harmless && now < due) {
     state_ = State::await_first;
-    deadline_ = sent_until_ + exchange_.times.reply;
+    deadline_ = due;
   } else {
     FinishSilent(now);
   }
@@ -361,23 +350,15 @@ void Line::Finish(Outcome outcome, std::string reason, Instant now) {
   const bool answered =
       state_ != State::settle && (!NeedsDrain(outcome) || outcome == Outcome::unexpected);
   ended_ = now;
-  ended_badly_ = NeedsDrain(outcome);
-  if (outcome == Outcome::no_reply) {
-    Drain(exchange_.times.drain, now);
-  } else if (NeedsDrain(outcome)) {
-    // A reply that names its device is not taken for another device's.
-    const bool named = !exchange_.request.expect.address.empty();
-    Drain(named ? exchange_.times.drain : std::max(exchange_.times.drain, exchange_.aftermath),
-          now);
-  } else if (exchange_.aftermath > Duration::zero()) {
-    Drain(exchange_.aftermath, now);
+  const Duration silence = SilenceAfter(outcome, exchange_);
+  if (NeedsDrain(outcome) || silence > Duration::zero()) {
+    Drain(silence, now);
   } else {
     state_ = State::idle;
   }
-  const auto received = static_cast<std::size_t>(counters().in - in_before_);
-  news_.end = {outcome, std::move(reason), {}, received};
+  news_.end = {outcome, std::move(reason), {}, assembler_.fed()};
   if (!answered) return;
-  news_.end->round_trip = last_activity_ - sent_from_;
+  news_.end->round_trip = last_activity_ - transmission_.from();
   news_.end->since_reply = now - last_activity_;
 }
 

@@ -14,6 +14,8 @@
 #include "gateway/base/outcome.h"
 #include "gateway/base/time.h"
 #include "gateway/line/assembler.h"
+#include "gateway/line/second_reply.h"
+#include "gateway/line/transmission.h"
 #include "gateway/line/unasked_receiver.h"
 #include "protocols/conversation.h"
 
@@ -98,7 +100,7 @@ class Line {
 
   /// A device of the line sends such messages unasked, at any time. Before OnOpened; `what`
   /// outlives the line.
-  void Listen(const Standing& what) { standing_ = &what; }
+  void Listen(const Standing& what) { unasked_.emplace(what); }
 
   /// `keeps_bit_rate`: characters take their time on this port, so no reply can come before the
   /// last character of its request is out, and earlier bytes are the rest of something else. False
@@ -122,7 +124,7 @@ class Line {
   /// end.
   void Cancel();
 
-  bool idle() const { return state_ == State::idle && !unasked_.receiving(); }
+  bool idle() const { return state_ == State::idle && !(unasked_ && unasked_->receiving()); }
   State state() const { return state_ == State::idle && !idle() ? State::receiving : state_; }
   /// When OnTimer is due; empty while the line waits for bytes or work only.
   std::optional<Instant> Deadline() const;
@@ -139,7 +141,6 @@ class Line {
   void EndSending(Instant now);
   void Receive(View bytes, Instant now);
   void TakeFrame(bool idle, Instant now);
-  bool IsAlone(const Bytes& frame);
   void TellStray(std::size_t count, Duration since_end);
   void TakeStray(View bytes, Instant now);
   void OnGap(Instant now);
@@ -152,24 +153,16 @@ class Line {
 
   LineClient& client_;
   State state_ = State::closed;
-  bool keeps_bit_rate_ = false;
-  Instant deadline_{};       // of the current state
-  Instant limit_{};          // babble bound of Quiet and Drain
-  Instant last_activity_{};  // last byte in or out
-  Instant sent_from_{};
-  Instant sent_until_{};         // computed end of transmission
-  Instant ended_{};              // of the last exchange
-  Bytes early_;                  // came during the transmission on a port that keeps its bit rate
-  std::uint64_t in_before_ = 0;  // counters().in when the exchange began
-  bool ended_badly_ = false;     // the last exchange, so that its drain is due
-  const Standing* standing_ = nullptr;  // null: no device sends unasked
-  UnaskedReceiver unasked_;
+  Instant deadline_{};                      // of the current state
+  Instant limit_{};                         // babble bound of Quiet and Drain
+  Instant last_activity_{};                 // last byte in or out
+  Instant ended_{};                         // the last exchange
+  std::optional<UnaskedReceiver> unasked_;  // empty: no device sends unasked
   Exchange exchange_;
-  Assembler assembler_;
-  // The last reply; empty: none, or a second one can no longer come or was reported already.
-  Bytes taken_;
-  Assembler behind_;  // bytes after it; looks for a second reply
-  LineNews news_;     // of the input that is being handled
+  Transmission transmission_;  // of its request
+  Assembler assembler_;        // of its reply
+  SecondReply second_;
+  LineNews news_;  // of the input that is being handled
 };
 
 }  // namespace baudgate

@@ -5,10 +5,10 @@
 #include <utility>
 
 namespace baudgate {
-void UnaskedReceiver::Begin(const Standing& what, Instant now) {
-  what_ = &what;
-  assembler_.Begin(what.rule, what.expect);
-  aligned_ = what.marked;
+
+void UnaskedReceiver::Begin(Instant now) {
+  assembler_.Begin(what_.rule, what_.expect);
+  aligned_ = what_.marked;
   damaged_ = false;
   torn_until_ = {};
   last_byte_ = now;
@@ -16,17 +16,17 @@ void UnaskedReceiver::Begin(const Standing& what, Instant now) {
 
 std::optional<Instant> UnaskedReceiver::Deadline() const {
   if (!receiving()) return std::nullopt;
-  return std::min(last_byte_ + what_->idle, TooLong());
+  return std::min(last_byte_ + what_.idle, TooLong());
 }
 
 Instant UnaskedReceiver::TooLong() const {
-  return what_->whole > Duration::zero() ? began_ + what_->whole : Instant::max();
+  return what_.whole > Duration::zero() ? began_ + what_.whole : Instant::max();
 }
 
 UnaskedInput UnaskedReceiver::OnBytes(View bytes, Instant now) {
   UnaskedInput heard = OnTimer(now);  // the timer may be late
   if (bytes.empty()) return heard;
-  if (now - last_byte_ >= what_->idle) {
+  if (now - last_byte_ >= what_.idle) {
     Align(now);
     damaged_ = false;
   }
@@ -71,16 +71,16 @@ void UnaskedReceiver::Damage(UnaskedInput& heard, std::string_view why) {
 }
 
 void UnaskedReceiver::End(UnaskedInput& heard, Instant now) {
-  if (last_byte_ + what_->idle <= TooLong()) {
-    const bool could_go_on = !what_->marked && what_->whole > Duration::zero();
+  if (last_byte_ + what_.idle <= TooLong()) {
+    const bool could_go_on = !what_.marked && what_.whole > Duration::zero();
     Take(heard, true, now);
     if (heard.damaged > 0 && could_go_on) torn_until_ = TooLong();
     Align(now);
     return;
   }
   Damage(heard, "longer under way than any message");
-  assembler_.Begin(what_->rule, what_->expect);
-  aligned_ = what_->marked;
+  assembler_.Begin(what_.rule, what_.expect);
+  aligned_ = what_.marked;
 }
 
 }  // namespace baudgate

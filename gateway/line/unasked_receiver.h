@@ -37,8 +37,11 @@ struct UnaskedInput {
 
 class UnaskedReceiver {
  public:
-  /// The port has opened. `what` outlives the receiver.
-  void Begin(const Standing& what, Instant now);
+  /// `what` outlives it.
+  explicit UnaskedReceiver(const Standing& what) : what_(what) {}
+
+  /// Before all else: the port has opened.
+  void Begin(Instant now);
   UnaskedInput OnBytes(View bytes, Instant now);
   /// When Deadline() has come. Early calls do nothing.
   UnaskedInput OnTimer(Instant now);
@@ -54,7 +57,7 @@ class UnaskedReceiver {
   void Damage(UnaskedInput& heard, std::string_view why);
   Instant TooLong() const;
 
-  const Standing* what_ = nullptr;
+  const Standing& what_;
   Assembler assembler_;
   /// The next byte begins a message, or messages are recognised by their beginning.
   bool aligned_ = true;

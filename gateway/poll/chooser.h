@@ -10,6 +10,7 @@
 #include "config/model/line.h"
 #include "gateway/poll/agenda.h"
 #include "gateway/poll/background.h"
+#include "gateway/poll/idle_time.h"
 #include "gateway/poll/job.h"
 #include "gateway/poll/late_answers.h"
 #include "gateway/poll/parked_jobs.h"
@@ -27,11 +28,6 @@ class Chooser {
   /// What it chooses from.
   Agenda& agenda() { return agenda_; }
 
-  /// A moment, and since when the line has been idle: the same if an exchange has just ended.
-  struct Idle {
-    Instant now{};
-    Instant since{};
-  };
   /// Null: nothing may be sent now. A routed job has its request already; others must be asked.
   std::unique_ptr<Job> Next(const Idle& idle);
   /// When Next may have something even if nothing else happens.

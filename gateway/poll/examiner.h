@@ -1,7 +1,7 @@
 // Keeps what comes from a line between one request and the next, and says what it looked like
 // (gateway/line/examine.h). For the status, and for one rule: a device whose late reply it finds is
 // blamed for its silence for ten minutes (heard_points.h). Which replies count is decided in
-// whose_reply.h. Driven by gateway/poll/poller_line.cpp. Bounded memory.
+// whose_reply.h. Driven by gateway/poll/reception.h. Bounded memory.
 //
 //   Begin          a request goes out; More() has told what came after the one before
 //   Hear(bytes)    at any time

@@ -82,4 +82,12 @@ void LineAccount::Show(Duration notice_bound) const {
   });
 }
 
+std::uint64_t LineAccount::Answers() const {
+  std::uint64_t answers = 0;
+  for (std::size_t i = 0; i < counters_.outcomes.size(); ++i) {
+    if (ProvesLife(static_cast<Outcome>(i))) answers += counters_.outcomes[i];
+  }
+  return answers;
+}
+
 }  // namespace baudgate

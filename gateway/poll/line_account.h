@@ -55,6 +55,8 @@ class LineAccount {
   void Show(Duration notice_bound) const;
 
   const LineCounters& counters() const { return counters_; }
+  /// Replies of devices, so far.
+  std::uint64_t Answers() const;
   /// Nothing that was asked since `when` was answered: a serial server may hang although its TCP
   /// connection lives.
   bool SilentSince(Instant when) const {

@@ -11,17 +11,15 @@ Poller::Poller(const config::Line& line, std::uint32_t first_device, const FindP
     : port_(port),
       listener_(listener),
       line_(*this),
-      echo_(line.echo),
       roster_(line, first_device, find),
       owed_(roster_),
-      examiner_(roster_),
+      reception_(line.echo, roster_, owed_.whose),
       ledger_(roster_, agenda_.schedule, store, store.LineIndex(line), listener),
       chooser_(line, roster_, agenda_, owed_.late),
       upkeep_(roster_, store, owed_, chooser_, ledger_),
       clients_(store, roster_, chooser_, ledger_.devices),
       intake_(store, listener),
       unasked_(roster_, ledger_, upkeep_, intake_),
-      judge_(owed_.whose),
       run_(owed_, chooser_, ledger_, upkeep_, intake_) {
   const Speaker& speaker = unasked_.speaker();
   if (speaker.device() == nullptr) return;
@@ -32,14 +30,13 @@ Poller::Poller(const config::Line& line, std::uint32_t first_device, const FindP
 // ---------------------------------------------------------------- inputs
 
 void Poller::Advance(Now now) {
-  const Duration passed = now.instant - now_.instant;
-  was_idle_ = line_.idle();
-  now_ = now;
+  const bool idle = line_.idle();
+  const Duration passed = time_.OnInput(now, idle);
   const Job* const job = run_.job();
   const bool asks = job != nullptr && !job->sending;
   const Member* const member = asks ? job->member : owed_.late.last();
-  ledger_.OnTime(now, !was_idle_, member, !asks);
-  chooser_.OnTime(passed, was_idle_ ? nullptr : member);
+  ledger_.OnTime(now, !idle, member, !asks);
+  chooser_.OnTime(passed, idle ? nullptr : member);
   run_.SetTime(now);
 }
 
@@ -54,15 +51,12 @@ void Poller::Recall(std::uint32_t index, std::string memory, Now now) {
 void Poller::OnOpened(Now now, bool keeps_bit_rate) {
   if (is_open()) OnClosed(now);
   Advance(now);
-  winding_up_ = false;
-  paused_ = false;
-  idle_since_ = now.instant;
+  hold_.OnOpened();
+  time_.Restart();
   ledger_.OnOpened();
-  judge_.OnOpened();
+  reception_.OnOpened();
   line_.OnOpened(now.instant, keeps_bit_rate);
   chooser_.probes().OnOpened();
-  echo_.OnOpened();
-  examiner_.OnOpened();
   upkeep_.OnOpened(now.instant);
   if (const Device* const device = unasked_.speaker().device()) {
     ledger_.states.OnState(*device, "the port is open");
@@ -72,7 +66,7 @@ void Poller::OnOpened(Now now, bool keeps_bit_rate) {
 
 void Poller::OnClosed(Now now, Override why) {
   Advance(now);
-  paused_ = false;
+  hold_.OnClosed();
   ledger_.line.OnClosed();
   ledger_.states.OnClosed(why);
   const std::string reason = ledger_.states.WhyClosed();
@@ -80,7 +74,7 @@ void Poller::OnClosed(Now now, Override why) {
   if (news.end) news.end->reason = reason;
   Hear(std::move(news));
   Conclude();
-  echo_.OnClosed();
+  reception_.OnClosed();
   run_.OnClosed(reason);
   for (const auto& device : roster_.devices()) {
     chooser_.parked().Drop(*device);
@@ -102,11 +96,8 @@ void Poller::SetInUse(std::uint32_t index, bool in_use, Now now) {
 void Poller::OnBytes(View bytes, Now now) {
   Advance(now);
   const Job* const job = run_.job();
-  const EchoWatch::Heard heard = echo_.OnReceived(bytes, job != nullptr ? &job->request : nullptr);
-  if (heard.echo) {
-    ledger_.line.OnEcho();
-    judge_.OnEcho();
-  }
+  const EchoWatch::Heard heard = reception_.OnBytes(bytes, job, now.instant);
+  if (heard.echo) ledger_.line.OnEcho();
   if (heard.warning != nullptr) listener_.OnWarning(job->member->index, heard.warning);
   if (heard.collision) {
     ledger_.line.OnCollision();
@@ -115,7 +106,6 @@ void Poller::OnBytes(View bytes, Now now) {
   }
   if (!heard.bytes.empty()) {
     ledger_.line.OnReceived(heard.bytes);
-    examiner_.Hear(heard.bytes, now.instant);
     unasked_.OnBytes(heard.bytes, now.instant);
     Hear(line_.OnBytes(heard.bytes, now.instant));
   }
@@ -208,19 +198,19 @@ std::optional<Instant> Poller::Deadline() const {
     sooner(LatestStart(job->goal()));
     return soonest;
   }
-  if (!winding_up_ && !paused_) sooner(chooser_.NextAt(idle()));
+  if (!hold_.holds()) sooner(chooser_.NextAt(time_.idle()));
   return soonest;
 }
 
 bool Poller::Pause() {
-  paused_ = true;
+  hold_.Pause();
   return is_open() && line_.idle() && run_.job() == nullptr;
 }
 
 void Poller::GoOn(Now now) {
-  if (!std::exchange(paused_, false) || !is_open()) return;
+  if (!hold_.GoOn() || !is_open()) return;
   Advance(now);
-  idle_since_ = now.instant;
+  time_.Restart();
   Settle();
 }
 
@@ -238,19 +228,23 @@ bool Poller::IsWriting() const {
 
 void Poller::Settle() {
   Conclude();
-  if (!was_idle_ && line_.idle()) idle_since_ = now_.instant;
+  time_.OnHandled(line_.idle());
+  const Instant now = time_.now().instant;
   Probes& probes = chooser_.probes();
   if (const auto began = probes.began(); began && line_.idle()) {
-    probes.OnIdle(chooser_.Waited(*began, now_.instant), now_.instant);
+    probes.OnIdle(chooser_.Waited(*began, now), now);
   }
   if (line_.state() == Line::State::quiet && run_.Withdraw()) line_.Cancel();
-  clients_.AnswerCommands(now_.instant);
-  clients_.AnswerRouted(idle(), run_.job() == nullptr);
-  clients_.AnswerConfirmed(IsReadingBack());  // before the next write is to be read back
+  clients_.AnswerCommands(now);
+  clients_.AnswerRouted(time_.idle(), run_.job() == nullptr);
+  const auto answer_confirmed = [&] {
+    clients_.AnswerConfirmed(is_open() && run_.IsReadingBack());
+  };
+  answer_confirmed();  // before the next write is to be read back
   Pump();
-  clients_.AnswerConfirmed(IsReadingBack());
+  answer_confirmed();
   const Speaker& speaker = unasked_.speaker();
-  if (speaker.drained()) listener_.OnDrained(speaker.device()->index, now_.instant);
+  if (speaker.drained()) listener_.OnDrained(speaker.device()->index, now);
 }
 
 }  // namespace baudgate

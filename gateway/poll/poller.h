@@ -13,17 +13,17 @@
 #include <vector>
 
 #include "config/model/line.h"
-#include "gateway/line/echo_watch.h"
 #include "gateway/line/line.h"
 #include "gateway/poll/agenda.h"
 #include "gateway/poll/chooser.h"
-#include "gateway/poll/examiner.h"
+#include "gateway/poll/hold.h"
+#include "gateway/poll/idle_time.h"
 #include "gateway/poll/intake.h"
 #include "gateway/poll/job_run.h"
 #include "gateway/poll/ledger.h"
 #include "gateway/poll/owed_replies.h"
 #include "gateway/poll/poller_listener.h"
-#include "gateway/poll/reply_judge.h"
+#include "gateway/poll/reception.h"
 #include "gateway/poll/roster.h"
 #include "gateway/poll/telegram_exchange.h"
 #include "gateway/poll/unasked_side.h"
@@ -84,7 +84,7 @@ class Poller : private LineClient {
   void Abandon(std::uint64_t client, Now now);
 
   /// Nothing is begun any more until the port opens again: the write under way may end.
-  void WindUp() { winding_up_ = true; }
+  void WindUp() { hold_.WindUp(); }
   bool IsWriting() const;
 
   /// Nothing is begun any more until GoOn: the line is wanted for something else. True: what was
@@ -101,7 +101,6 @@ class Poller : private LineClient {
   // poller.cpp: inputs
   void Advance(Now now);
   void Settle();
-  bool IsReadingBack() const { return is_open() && run_.IsReadingBack(); }
 
   // poller_line.cpp: between the line and the job under way
   void Pump();
@@ -111,29 +110,23 @@ class Poller : private LineClient {
   void OnStray(const StrayBytes& stray);
   void Conclude();
   bool is_open() const { return line_.state() != Line::State::closed; }
-  Chooser::Idle idle() const { return {now_.instant, idle_since_}; }
 
   RequestPort& port_;
   PollerListener& listener_;
   Line line_;
-  EchoWatch echo_;
   Roster roster_;
   Agenda agenda_;
   OwedReplies owed_;
-  Examiner examiner_;
+  Reception reception_;
   Ledger ledger_;
   Chooser chooser_;
   Upkeep upkeep_;
   WaitingClients clients_;
   Intake intake_;
   UnaskedSide unasked_;
-  ReplyJudge judge_;
   JobRun run_;
-  bool winding_up_ = false;
-  bool paused_ = false;
-  bool was_idle_ = false;  // the line, before the input that is being handled
-  Instant idle_since_{};   // when it last became so
-  Now now_{};              // of the input that is being handled
+  Hold hold_;
+  IdleTime time_;
 };
 
 }  // namespace baudgate

@@ -12,16 +12,15 @@ namespace baudgate {
 void Poller::Pump() {
   while (line_.idle()) {
     if (run_.job() == nullptr) {
-      if (winding_up_ || paused_) return;
-      std::unique_ptr<Job> job = chooser_.Next(idle());
+      if (hold_.holds()) return;
+      std::unique_ptr<Job> job = chooser_.Next(time_.idle());
       if (!job) return;
       run_.Begin(std::move(job));
       continue;
     }
     switch (run_.TakeTurn()) {
       case JobRun::Turn::send:
-        judge_.OnStart();
-        Hear(line_.Start(run_.Start(idle_since_), now_.instant));
+        Hear(line_.Start(run_.Start(time_.idle().since), time_.now().instant));
         break;
       case JobRun::Turn::next:
         break;
@@ -32,29 +31,24 @@ void Poller::Pump() {
 }
 
 void Poller::Send() {
-  if (const auto more = examiner_.More()) ledger_.devices.OnMore(*examiner_.member(), *more);
-  while (const auto earlier = examiner_.TakeEarlier()) {
-    ledger_.devices.OnMore(*earlier->member, earlier->finding, earlier->back);
+  const Now now = time_.now();
+  for (const Examiner::Earlier& changed : reception_.TakeChanged()) {
+    ledger_.devices.OnMore(*changed.member, changed.finding, changed.back);
     // It is not waited for any longer: its neighbours would pay for that.
-    if (earlier->lateness > Duration::zero()) {
-      upkeep_.OnLate(*earlier->member, earlier->lateness, now_.instant);
+    if (changed.lateness > Duration::zero()) {
+      upkeep_.OnLate(*changed.member, changed.lateness, now.instant);
     }
   }
   const Request& request = run_.Send();
-  examiner_.Begin(*run_.job()->member, request, run_.job()->member->times, now_.instant);
-  echo_.OnSent(request.bytes);
-  port_.Send(request.bytes, run_.job()->member->serial, now_);
+  reception_.OnSend(*run_.job(), now.instant);
+  port_.Send(request.bytes, run_.job()->member->serial, now);
 }
 
-Outcome Poller::Judge(View frame, Instant now) {
-  examiner_.Take(frame);
-  Job& job = *run_.job();
-  return judge_.Judge(job, frame, echo_.MayBeEcho(job.request, frame), now);
-}
+Outcome Poller::Judge(View frame, Instant now) { return reception_.Judge(*run_.job(), frame, now); }
 
 /// What an input has led to, in its order; what follows from an exchange's end is for Settle.
 void Poller::Hear(LineNews news) {
-  unasked_.OnInput(news.unasked, now_);
+  unasked_.OnInput(news.unasked, time_.now());
   if (news.send) Send();
   if (news.stray_before.count > 0) OnStray(news.stray_before);
   if (news.end && run_.job() != nullptr) run_.OnEnd(std::move(*news.end));
@@ -62,13 +56,14 @@ void Poller::Hear(LineNews news) {
   if (!news.second_reply || owed_.late.last() == nullptr) return;
   ledger_.devices.OnSecondReply(*owed_.late.last());
   owed_.whose.OnSecondReply(*owed_.late.last());
-  upkeep_.DoubtLatest(now_.instant);
+  upkeep_.DoubtLatest(time_.now().instant);
 }
 
 void Poller::OnStray(const StrayBytes& stray) {
-  const LateAnswers::Stray told = owed_.late.OnStray(stray, now_.instant);
+  const Instant now = time_.now().instant;
+  const LateAnswers::Stray told = owed_.late.OnStray(stray, now);
   if (told.counts) ledger_.line.OnStray(stray.count);
-  if (told.late != nullptr) upkeep_.OnLate(*told.late, told.lateness, now_.instant);
+  if (told.late != nullptr) upkeep_.OnLate(*told.late, told.lateness, now);
   if (told.warned != nullptr) listener_.OnWarning(told.warned->index, told.warning);
 }
 
@@ -76,14 +71,13 @@ void Poller::Conclude() {
   std::optional<ExchangeEnd> end = run_.TakeEnd();
   if (!end) return;
   const Job& job = *run_.job();
-  if (echo_.OnExchangeEnd(job.request, *end)) ledger_.line.OnCollision();
-  ledger_.line.OnRing(*job.member, echo_.is_cut());
+  const Reception::Seen seen = reception_.OnEnd(job, *end);
+  if (seen.no_echo) ledger_.line.OnCollision();
+  ledger_.line.OnRing(*job.member, seen.cut);
+  if (seen.negotiates) ledger_.line.OnNegotiation();
   const bool good = ProvesLife(end->outcome) || end->outcome == Outcome::line_down;
   if (!good) port_.DropUnsent();
-  Finding finding = examiner_.End(end->outcome);
-  if (examiner_.TakeNegotiation()) ledger_.line.OnNegotiation();
-  judge_.OnEnd(job, *end, finding);
-  run_.Conclude(std::move(*end), finding);
+  run_.Conclude(std::move(*end), seen.finding);
 }
 
 }  // namespace baudgate

@@ -103,9 +103,9 @@ Outcome ReplyJudge::JudgeRouted(Job& job, View frame) {
   return its_own && !may_be_bus ? Outcome::ok : outcome;
 }
 
-void ReplyJudge::OnEnd(const Job& job, const ExchangeEnd& end, Finding& finding) {
+void ReplyJudge::OnEnd(const Job& job, const ExchangeEnd& end, bool echoed, Finding& finding) {
   const bool answered = ProvesLife(end.outcome);
-  if (answered && !job.request.expect.mirrors) echo_free_ = !echoed_;
+  if (answered && !job.request.expect.mirrors) echo_free_ = !echoed;
   const std::string& reason = job.answer.reason.empty() ? end.reason : job.answer.reason;
   const bool refuses = answered && end.outcome != Outcome::ok;
   finding.outcome = end.outcome;

@@ -1,6 +1,6 @@
 // What a frame means that came as the reply to a job's request: to which request it belongs
 // (whose_reply.h), and what its conversation reads in it. Stores the result in the job. Called by
-// gateway/poll/poller_line.cpp.
+// gateway/poll/reception.h.
 //
 //   a frame comes                        outcome
 //   it may be the echo of the request    unexpected
@@ -25,22 +25,17 @@ class ReplyJudge {
   explicit ReplyJudge(WhoseReply& whose_reply) : whose_reply_(whose_reply) {}
 
   void OnOpened() { echo_free_ = false; }
-  /// An exchange begins.
-  void OnStart() { echoed_ = false; }
-  /// The echo of the request under way has come back.
-  void OnEcho() { echoed_ = true; }
   /// `may_be_echo`: see EchoWatch.
   Outcome Judge(Job& job, View frame, bool may_be_echo, Instant now);
-  /// The exchange has ended. Adds to `finding` what the bytes do not show: the words of the device,
-  /// and that its reply was not taken.
-  void OnEnd(const Job& job, const ExchangeEnd& end, Finding& finding);
+  /// The exchange has ended; `echoed`: its request has come back. Adds to `finding` what the bytes
+  /// do not show: the words of the device, and that its reply was not taken.
+  void OnEnd(const Job& job, const ExchangeEnd& end, bool echoed, Finding& finding);
 
  private:
   Outcome JudgeRouted(Job& job, View frame);
   Outcome Refuse(Job& job, View frame, Outcome outcome);
 
   WhoseReply& whose_reply_;
-  bool echoed_ = false;     // the present request
   bool echo_free_ = false;  // the latest one whose reply cannot equal it has not come back
 };
 

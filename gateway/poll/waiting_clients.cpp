@@ -81,7 +81,7 @@ void WaitingClients::Answer(WriteQueue::Confirmed& one) {
 
 /// A slave that is offline is asked as often as its probes allow. Until it answers, writes wait for
 /// their deadlines, and reads are told at once.
-void WaitingClients::AnswerRouted(const Chooser::Idle& idle, bool line_is_free) {
+void WaitingClients::AnswerRouted(const Idle& idle, bool line_is_free) {
   RouteQueue& queue = agenda_.routes.queue();
   if (queue.empty()) return;
   for (RoutedRequest& request : queue.TakeExpired(idle.now)) {

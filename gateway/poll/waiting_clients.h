@@ -47,7 +47,7 @@ class WaitingClients {
   void AnswerConfirmed(bool reading_back);
   /// Routed requests whose deadline has passed, or whose slave is offline. `line_is_free`: no job
   /// is under way.
-  void AnswerRouted(const Chooser::Idle& idle, bool line_is_free);
+  void AnswerRouted(const Idle& idle, bool line_is_free);
   /// All: the port is closed.
   void AnswerAll(const std::string& reason);
 

@@ -121,8 +121,8 @@ class Session {
   /// One byte: even the twin's words, odd any bytes.
   void Listen(const Standing& standing) {
     if (!ear_) {
-      ear_.emplace();
-      ear_->Begin(standing, now_);
+      ear_.emplace(standing);
+      ear_->Begin(now_);
     }
     const std::uint8_t head = input_.U8();
     Bytes bytes;

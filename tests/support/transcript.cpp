@@ -135,8 +135,8 @@ class Player {
     const Standing* const standing = conversation.Listens();
     if (standing == nullptr) return Fail(step, "the device says nothing unasked");
     if (!ear_) {
-      ear_.emplace();
-      ear_->Begin(*standing, now_);
+      ear_.emplace(*standing);
+      ear_->Begin(now_);
     }
     std::vector<std::string> values;
     Outcome outcome = Outcome::ok;

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/times.h"
+
 namespace baudgate {
 namespace {
 
@@ -11,17 +13,17 @@ const Bytes kRequest = {1, 2, 3};
 
 /// The server ends each connection behind its first answer: a second request would be lost.
 TEST(Rest, AConnectionForEachRequestIsGivenUpAgain) {
-  Rest rest;
+  Rest rest(false);
   std::uint64_t answers = 0;
   rest.OnOpened(answers);
-  EXPECT_FALSE(rest.Holds(kRequest));
+  EXPECT_FALSE(rest.Holds(kRequest, kStart));
   for (const int wanted : {4, 16, 64, 256, 1024, 1024}) {
-    rest.OnBytes();
-    EXPECT_FALSE(rest.Holds(kRequest));
+    rest.OnBytes(kStart);
+    EXPECT_FALSE(rest.Holds(kRequest, kStart));
     EXPECT_TRUE(rest.OnEnded(++answers, false)) << "in place of the second answer";
     int alone = 0;
-    while (rest.Holds(kRequest)) {
-      if (alone++ > 0) rest.OnBytes();
+    while (rest.Holds(kRequest, kStart)) {
+      if (alone++ > 0) rest.OnBytes(kStart);
       EXPECT_TRUE(rest.OnOpened(answers));
       EXPECT_EQ(rest.TakeHeld(), kRequest);
       ASSERT_LE(alone, 1024);
@@ -32,29 +34,37 @@ TEST(Rest, AConnectionForEachRequestIsGivenUpAgain) {
 
 /// One end in place of an answer says nothing about the next.
 TEST(Rest, AConnectionThatHasServedIsSharedAgain) {
-  Rest rest;
+  Rest rest(false);
   rest.OnOpened(0);
-  EXPECT_FALSE(rest.Holds(kRequest));
+  EXPECT_FALSE(rest.Holds(kRequest, kStart));
   EXPECT_TRUE(rest.OnEnded(100, false));
-  EXPECT_TRUE(rest.Holds(kRequest)) << "it waits for the next connection";
+  EXPECT_TRUE(rest.Holds(kRequest, kStart)) << "it waits for the next connection";
   EXPECT_TRUE(rest.OnOpened(100));
   EXPECT_EQ(rest.TakeHeld(), kRequest);
-  rest.OnBytes();
-  EXPECT_FALSE(rest.Holds(kRequest));
+  rest.OnBytes(kStart);
+  EXPECT_FALSE(rest.Holds(kRequest, kStart));
 }
 
 TEST(Rest, FourConnectionsInVainAreNoOutageWhereOthersAreAskedNext) {
   for (const bool several : {false, true}) {
-    Rest rest;
+    Rest rest(false);
     int rested = 0;
     for (;;) {
       rest.OnOpened(0);
-      rest.Holds(kRequest);
+      rest.Holds(kRequest, kStart);
       if (!rest.OnEnded(0, several)) break;
       ++rested;
     }
     EXPECT_EQ(rested, several ? 4 : 0);
   }
+}
+
+TEST(Rest, TheEndOfAConnectionThatIsAlwaysWantedIsAnOutage) {
+  Rest rest(true);
+  rest.OnOpened(0);
+  rest.OnBytes(kStart);
+  EXPECT_FALSE(rest.OnEnded(1, true));
+  EXPECT_FALSE(rest.rests());
 }
 
 TEST(Rest, AnEndInUseIsADrop) {
@@ -71,11 +81,11 @@ TEST(Rest, AnEndInUseIsADrop) {
       {8, true, 2ms, true},    {0, true, 300ms, false},  // it never answers
   };
   for (const auto& row : rows) {
-    Rest rest;
+    Rest rest(false);
     rest.OnOpened(100);
-    rest.Holds(kRequest);
-    if (!row.asks) rest.OnBytes();
-    EXPECT_EQ(rest.IsDrop(100 + row.answers, row.since), row.drops) << row.answers;
+    rest.Holds(kRequest, kStart);
+    if (!row.asks) rest.OnBytes(kStart);
+    EXPECT_EQ(rest.IsDrop(100 + row.answers, kStart + row.since), row.drops) << row.answers;
   }
 }
 

@@ -1,4 +1,4 @@
-// What comes behind a reply, or together with it: copies, another reply, noise.
+// What the line does about a second reply; which bytes are one: second_reply_test.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/gateway/line/line_fixture.h"
 
@@ -52,36 +52,6 @@ TEST_F(LineTest, AnotherReplyBehindTheOneThatWasTakenIsTold) {
   EXPECT_EQ(second_, 1);
   line_.OnBytes(other, At(1034ms));
   EXPECT_EQ(second_, 1) << "told once";
-}
-
-TEST_F(LineTest, CopiesOfAReplyDoNoHarm) {
-  Reach(State::await_first);
-  Bytes both = reply_;
-  Append(both, View(reply_));
-  line_.OnBytes(both, At(1015ms));
-  line_.OnBytes(reply_, At(1060ms));
-  ASSERT_EQ(ends_.size(), 1U);
-  EXPECT_EQ(ends_[0].outcome, Outcome::ok);
-  EXPECT_EQ(second_, 0);
-}
-
-TEST_F(LineTest, AnotherReplyIsFoundBehindAnyNumberOfCopies) {
-  Reach(State::await_first);
-  line_.OnBytes(reply_, At(1015ms));
-  Bytes flood;
-  for (int i = 0; i < 100; ++i) Append(flood, reply_);
-  line_.OnBytes(flood, At(1030ms));
-  EXPECT_EQ(second_, 0);
-  line_.OnBytes(ToyReply("A1=6"), At(1031ms));
-  EXPECT_EQ(second_, 1) << "nothing is held back";
-}
-
-TEST_F(LineTest, NoiseBehindAReplyIsNoOther) {
-  Reach(State::await_first);
-  line_.OnBytes(reply_, At(1015ms));
-  line_.OnBytes(ToBytes("\x00!A1=\xFF"), At(1030ms));
-  line_.OnBytes(Bytes(4096, 'U'), At(1040ms));
-  EXPECT_EQ(second_, 0);
 }
 
 }  // namespace

@@ -72,8 +72,8 @@ class EarTest : public ::testing::TestWithParam<Case> {
   /// Timers run when they are due, then the bytes come.
   void Play(const std::vector<Piece>& pieces, FrameRule rule) {
     const Standing standing = StandingOf(rule);
-    UnaskedReceiver ear;
-    ear.Begin(standing, kOpened);
+    UnaskedReceiver ear(standing);
+    ear.Begin(kOpened);
     const auto run_to = [&](Instant until) {
       while (ear.Deadline() && *ear.Deadline() <= until) {
         const Instant at = *ear.Deadline();
@@ -178,8 +178,8 @@ TEST_F(EarCutTest, AnyTwoCutsGiveTheSame) {
 /// The bytes come before the timer that was due.
 TEST_F(EarCutTest, ALateTimerJoinsNothing) {
   const Standing standing = StandingOf(Silent);
-  UnaskedReceiver ear;
-  ear.Begin(standing, kOpened);
+  UnaskedReceiver ear(standing);
+  ear.Begin(kOpened);
   Note(ear.OnBytes(ToBytes("12"), kOpened + 1s), kOpened + 1s);
   Note(ear.OnBytes(ToBytes("34"), kOpened + 1200ms), kOpened + 1200ms);
   Note(ear.OnTimer(kOpened + 1250ms), kOpened + 1250ms);
@@ -188,8 +188,8 @@ TEST_F(EarCutTest, ALateTimerJoinsNothing) {
 
 TEST_F(EarCutTest, MemoryIsBounded) {
   const Standing standing = StandingOf(Ended);
-  UnaskedReceiver ear;
-  ear.Begin(standing, kOpened);
+  UnaskedReceiver ear(standing);
+  ear.Begin(kOpened);
   for (int i = 0; i < 1000; ++i) {
     const UnaskedInput heard = ear.OnBytes(ToBytes("noise without an end"), kOpened + 1s);
     EXPECT_LE(heard.rest.size(), 40U);

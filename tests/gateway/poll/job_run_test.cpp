@@ -66,7 +66,6 @@ class Rig : private PollerListener {
     Pass(10ms);
     while (run_.job() != nullptr) {
       if (run_.TakeTurn() == JobRun::Turn::next) continue;
-      judge_.OnStart();
       run_.Start(now_.instant);
       run_.Send();
       Pass(10ms);

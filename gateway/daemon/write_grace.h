@@ -1,0 +1,39 @@
+// What waits for the end of the write under way before the port of a line is given up, so that no
+// password stays open in a device; but not for longer than a second. A part of
+// gateway/daemon/line_port.h.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <utility>
+
+#include "gateway/base/time.h"
+
+namespace baudgate {
+
+class WriteGrace {
+ public:
+  static constexpr Duration kMost = 1s;
+
+  /// `then` follows. What has waited up to now does not happen any more.
+  void Begin(std::function<void()> then, Instant now) {
+    then_ = std::move(then);
+    until_ = now + kMost;
+  }
+  bool waits() const { return until_.has_value(); }
+  /// It waits, and its time is over.
+  bool IsOver(Instant now) const { return until_ && *until_ <= now; }
+  /// Only if it waits: what waits happens now.
+  void End() {
+    until_.reset();
+    std::exchange(then_, nullptr)();
+  }
+  const std::optional<Instant>& until() const { return until_; }
+
+ private:
+  std::function<void()> then_;
+  std::optional<Instant> until_;
+};
+
+}  // namespace baudgate

@@ -1,0 +1,64 @@
+// What comes back from the bus for the request under way: its echo is taken out
+// (gateway/line/echo_watch.h), what the rest looks like is kept for the status (examiner.h), and a
+// whole frame is judged (reply_judge.h). Driven by gateway/poll/poller.cpp:
+//
+//   on the line                          call
+//   a request is to be sent              TakeChanged, then OnSend
+//   bytes come, at any time              OnBytes; what is not echo goes to the line
+//   a whole frame has come               Judge
+//   the exchange has ended               OnEnd
+//
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "config/model/line.h"
+#include "gateway/base/bytes.h"
+#include "gateway/base/finding.h"
+#include "gateway/base/outcome.h"
+#include "gateway/base/time.h"
+#include "gateway/line/echo_watch.h"
+#include "gateway/line/line.h"
+#include "gateway/poll/examiner.h"
+#include "gateway/poll/job.h"
+#include "gateway/poll/reply_judge.h"
+#include "gateway/poll/roster.h"
+#include "gateway/poll/whose_reply.h"
+
+namespace baudgate {
+
+class Reception {
+ public:
+  /// Both references outlive it.
+  Reception(config::Echo echo, const Roster& roster, WhoseReply& whose)
+      : echo_(echo), examiner_(roster), judge_(whose) {}
+
+  void OnOpened();
+  void OnClosed() { echo_.OnClosed(); }
+  /// Earlier exchanges that look different now, because more has come since they were looked at.
+  std::vector<Examiner::Earlier> TakeChanged();
+  /// Before the request of this job goes to the port.
+  void OnSend(const Job& job, Instant now);
+  /// `job`: under way; null: none.
+  EchoWatch::Heard OnBytes(View bytes, const Job* job, Instant now);
+  /// A whole frame came for the request of this job.
+  Outcome Judge(Job& job, View frame, Instant now);
+
+  /// How an exchange looked.
+  struct Seen {
+    Finding finding{};
+    bool no_echo = false;     ///< `echo: verify`: it was missing
+    bool cut = false;         ///< see EchoWatch::is_cut
+    bool negotiates = false;  ///< see Examiner::TakeNegotiation
+  };
+  /// The reason of `end` is set if the echo explains it.
+  Seen OnEnd(const Job& job, ExchangeEnd& end);
+
+ private:
+  EchoWatch echo_;
+  Examiner examiner_;
+  ReplyJudge judge_;
+};
+
+}  // namespace baudgate

@@ -1,0 +1,83 @@
+// What comes back for a request, on its way through the echo, the examination and the judgement.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/poll/reception.h"
+
+#include <gtest/gtest.h>
+
+#include <string_view>
+#include <vector>
+
+#include "gateway/poll/owed_replies.h"
+#include "tests/gateway/poll/part_fixture.h"
+#include "tests/support/times.h"
+
+namespace baudgate {
+namespace {
+
+class ReceptionTest : public ::testing::Test, protected ToyMembers {
+ protected:
+  Job Ask(std::string_view bytes, bool mirrors = false) {
+    Job job(a, Job::Poll{}, Task{}, kStart);
+    job.request = AskFor(bytes);
+    job.request.expect.mirrors = mirrors;
+    return job;
+  }
+  Reception::Seen End(Reception& reception, const Job& job, Outcome outcome) {
+    ExchangeEnd end;
+    end.outcome = outcome;
+    Reception::Seen seen = reception.OnEnd(job, end);
+    reason_ = end.reason;
+    return seen;
+  }
+
+  OwedReplies owed_{roster};
+  std::string reason_;
+};
+
+TEST_F(ReceptionTest, AReplyThatEqualsItsRequestIsRefusedOnceTheBusWasSeenToEcho) {
+  for (const bool echoes : {false, true}) {
+    Reception reception(config::Echo::off, roster, owed_.whose);
+    Job read = Ask("?A1\r");
+    reception.OnSend(read, kStart);
+    if (echoes) reception.OnBytes(read.request.bytes, &read, kStart);
+    End(reception, read, Outcome::no_reply);
+    Job write = Ask("!A1=7\r", true);
+    reception.OnSend(write, kStart + 1s);
+    const Bytes frame = write.request.bytes;
+    EXPECT_EQ(reception.OnBytes(frame, &write, kStart + 1s).bytes, frame) << "it may be the reply";
+    reception.Judge(write, frame, kStart + 1s);
+    EXPECT_EQ(write.answer.reason.find("echoes requests") != std::string::npos, echoes);
+  }
+}
+
+TEST_F(ReceptionTest, TheEndSaysThatTheEchoIsMissing) {
+  Reception reception(config::Echo::verify, roster, owed_.whose);
+  Job job = Ask("?A1\r");
+  reception.OnSend(job, kStart);
+  EXPECT_TRUE(reception.OnBytes(job.request.bytes, &job, kStart).bytes.empty());
+  EXPECT_FALSE(End(reception, job, Outcome::no_reply).no_echo);
+  for (const bool cut : {false, false, true}) {
+    reception.OnSend(job, kStart + 1s);
+    const Reception::Seen seen = End(reception, job, Outcome::no_reply);
+    EXPECT_TRUE(seen.no_echo);
+    EXPECT_EQ(seen.cut, cut);
+    EXPECT_NE(reason_.find("echo"), std::string::npos);
+  }
+}
+
+TEST_F(ReceptionTest, WhatComesBehindTheEndIsToldBeforeTheNextRequest) {
+  Reception reception(config::Echo::off, roster, owed_.whose);
+  Job job = Ask("?A1\r");
+  reception.OnSend(job, kStart);
+  EXPECT_EQ(End(reception, job, Outcome::no_reply).finding.symptom, Symptom::silence);
+  EXPECT_TRUE(reception.TakeChanged().empty());
+  reception.OnBytes(ToyReply("A1=5"), nullptr, kStart + 500ms);
+  const std::vector<Examiner::Earlier> changed = reception.TakeChanged();
+  ASSERT_EQ(changed.size(), 1U);
+  EXPECT_EQ(changed[0].member, &a);
+  EXPECT_EQ(changed[0].finding.symptom, Symptom::late);
+  EXPECT_TRUE(reception.TakeChanged().empty()) << "told once";
+}
+
+}  // namespace
+}  // namespace baudgate
