@@ -130,6 +130,7 @@ void Poller::OnEnded(Now now) {
 
 void Poller::OnTimer(Now now) {
   Advance(now);
+  Withdraw();  // the program may have been stopped since the line began to wait for its quiet
   Hear(line_.OnTimer(now.instant));
   if (is_open()) unasked_.OnTimer(now);
   Settle();
@@ -236,6 +237,11 @@ bool Poller::IsWriting() const {
   return job->As<Job::Write>() != nullptr || (routed != nullptr && !routed->is_read);
 }
 
+/// The request that waits for a quiet line may have become too late.
+void Poller::Withdraw() {
+  if (line_.state() == Line::State::quiet && run_.Withdraw()) line_.Cancel();
+}
+
 void Poller::Settle() {
   Conclude();
   if (!was_idle_ && line_.idle()) idle_since_ = now_.instant;
@@ -243,7 +249,7 @@ void Poller::Settle() {
   if (const auto began = probes.began(); began && line_.idle()) {
     probes.OnIdle(chooser_.Waited(*began, now_.instant), now_.instant);
   }
-  if (line_.state() == Line::State::quiet && run_.Withdraw()) line_.Cancel();
+  Withdraw();
   clients_.AnswerCommands(now_.instant);
   clients_.AnswerRouted(idle(), run_.job() == nullptr);
   clients_.AnswerConfirmed(IsReadingBack());  // before the next write is to be read back

@@ -101,6 +101,7 @@ class Poller : private LineClient {
   // poller.cpp: inputs
   void Advance(Now now);
   void Settle();
+  void Withdraw();
   bool IsReadingBack() const { return is_open() && run_.IsReadingBack(); }
 
   // poller_line.cpp: between the line and the job under way
