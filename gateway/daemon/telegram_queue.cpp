@@ -30,7 +30,18 @@ void TelegramQueue::Submit(WriteCommand command, const std::optional<std::string
   Settle(now);
 }
 
+/// The telegram that waits for a quiet line is not sent any more: bytes of others have kept the
+/// line from being quiet, or the program was stopped.
+void TelegramQueue::Withdraw(Now now) {
+  if (!exchange_ || command_->state == WriteState::sent) return;
+  if (command_->deadline > now.instant) return;
+  exchange_.reset();
+  WriteCommand late = std::move(*std::exchange(command_, std::nullopt));
+  Answer(late, WriteEnd::not_sent, kTooLate, Outcome::busy);
+}
+
 void TelegramQueue::Settle(Now now) {
+  Withdraw(now);
   while (!waiting_.empty() && waiting_.front().deadline <= now.instant) {
     WriteCommand late = std::move(waiting_.front());
     waiting_.pop_front();
@@ -67,6 +78,7 @@ bool TelegramQueue::OnBytes(View bytes, Now now) {
 }
 
 void TelegramQueue::OnTimer(Now now) {
+  Withdraw(now);
   if (exchange_) Hand(exchange_->OnTimer(now.instant), now);
   Settle(now);
 }
@@ -94,10 +106,9 @@ void TelegramQueue::OnClosed(const std::string& reason) {
 
 std::optional<Instant> TelegramQueue::Deadline() const {
   std::optional<Instant> soonest = exchange_ ? exchange_->Deadline() : std::nullopt;
-  if (!waiting_.empty()) {
-    const Instant first = waiting_.front().deadline;
-    soonest = soonest ? std::min(*soonest, first) : first;
-  }
+  const auto sooner = [&](Instant at) { soonest = soonest ? std::min(*soonest, at) : at; };
+  if (command_ && command_->state != WriteState::sent) sooner(command_->deadline);
+  if (!waiting_.empty()) sooner(waiting_.front().deadline);
   return soonest;
 }
 

@@ -38,6 +38,7 @@ class TelegramQueue {
   bool is_busy() const { return exchange_.has_value(); }
 
  private:
+  void Withdraw(Now now);
   void Hand(bool send, Now now);
   void End(Now now);
   static void Answer(WriteCommand& command, WriteEnd end, const std::string& reason,

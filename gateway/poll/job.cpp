@@ -2,6 +2,7 @@
 #include "gateway/poll/job.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace baudgate {
 
@@ -34,15 +35,25 @@ std::optional<Instant> LatestStart(const Job& job) {
   return std::ranges::max(routed->batch, {}, &RoutedRequest::deadline).deadline;
 }
 
-const char* WhyNotSend(const Job& job, Instant now) {
-  if (job.request.closes) return nullptr;
-  if (job.As<Job::Routed>() == nullptr && !job.member->in_use) return "the device is disabled";
+std::optional<Withheld> WhyNotSend(const Job& job, Instant now) {
+  constexpr auto kNotSent = WriteEnd::not_sent;
+  if (job.request.closes) return std::nullopt;
+  if (job.As<Job::Routed>() == nullptr && !job.member->in_use) {
+    return Withheld{kNotSent, "the device is disabled"};
+  }
   const auto* write = job.As<Job::Write>();
   const bool untouched = write != nullptr && write->first == 0 && !job.begun();
-  if (untouched && write->command.abandoned && *write->command.abandoned)
-    return "its client has left";
+  if (untouched && write->command.abandoned && *write->command.abandoned) {
+    return Withheld{kNotSent, "its client has left"};
+  }
   const auto latest = LatestStart(job);
-  return latest && *latest <= now ? "its deadline passed while it waited for the line" : nullptr;
+  if (latest && *latest <= now) {
+    return Withheld{kNotSent, "its deadline passed while it waited for the line"};
+  }
+  if (write == nullptr || !write->command.why_not) return std::nullopt;
+  auto forbidden = write->command.why_not(now);
+  if (!forbidden) return std::nullopt;
+  return Withheld{WriteEnd::denied, std::move(*forbidden)};
 }
 
 }  // namespace baudgate

@@ -21,6 +21,12 @@
 
 namespace baudgate {
 
+/// Why a request is not sent, and how a write ends by that.
+struct Withheld {
+  WriteEnd end = WriteEnd::not_sent;
+  std::string why;
+};
+
 struct Job {
   struct Poll {
     config::Group group = config::Group::fast;
@@ -36,6 +42,7 @@ struct Job {
     std::size_t next = 0;           ///< and of the first point that was not begun
     std::optional<Outcome> told{};  ///< the latest answer to a request that does not only close
     bool may_have_acted = false;    ///< see Answer
+    std::optional<Withheld> withheld{};  ///< a request was not sent; what is open is closed now
 
     /// Whether a request was sent that may have written the points under way.
     bool sent() const { return command.state == WriteState::sent; }
@@ -127,7 +134,7 @@ bool IsUrgent(const Job& job);
 LineUse UseOf(const Job& job);
 /// The latest moment at which its request may be sent, if there is one.
 std::optional<Instant> LatestStart(const Job& job);
-/// Why its request must not be sent; null: it may be.
-const char* WhyNotSend(const Job& job, Instant now);
+/// Asked right before its request is put on the wire. Empty: it may be.
+std::optional<Withheld> WhyNotSend(const Job& job, Instant now);
 
 }  // namespace baudgate

@@ -39,13 +39,19 @@ void EndOfBackground(const Job& job, const JobEnd& end, EndEffects& effects) {
   effects.background = EndEffects::Background{took, job.proved};
 }
 
+/// Of a write whose request was not sent, or not once more.
+WriteEnd EndWithheld(const Job::Write& write) {
+  return write.sent() ? EndUnheard(true) : write.withheld->end;
+}
+
 EndEffects::Write EndOfWrite(const Job& job, const Job::Write& write, const JobEnd& end,
                              Instant now) {
   using Next = EndEffects::Write::Next;
   // If the closing request is not answered, the write keeps the outcome that it had.
   const bool closing = job.request.closes && !ProvesLife(end.outcome);
   const Outcome outcome = closing ? write.told.value_or(end.outcome) : end.outcome;
-  const WriteEnd how = WriteEndOf(outcome, write.sent(), write.may_have_acted);
+  const WriteEnd how =
+      write.withheld ? EndWithheld(write) : WriteEndOf(outcome, write.sent(), write.may_have_acted);
   const bool ok = how == WriteEnd::ok;
   const auto all = std::span(write.command.writes);
 
@@ -61,7 +67,11 @@ EndEffects::Write EndOfWrite(const Job& job, const Job::Write& write, const JobE
     effects.result.unfit = outcome == Outcome::unsupported && !job.out && write.first == 0;
   };
   const bool closed = end.outcome == Outcome::line_down;
-  if (!ok) {
+  if (write.withheld) {
+    const char* const open = closing ? "; what was opened for it may still be open" : "";
+    answer(how, write.withheld->why + open);
+    if (!write.sent()) effects.result.tried = write.first;
+  } else if (!ok) {
     answer(how, end.reason);
   } else if (write.next == all.size()) {
     effects.next = closed ? Next::answer : Next::confirm;

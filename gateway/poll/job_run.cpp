@@ -12,7 +12,8 @@
 //                         request could pass for its own
 //   waiting               line idle, nothing owed any more    under way (quiet, sending, receiving)
 //   waiting, quiet        its deadline came, its client left, broken off: what it has begun is closed,
-//                         or its device was disabled          else ended: no_reply
+//                         its device was disabled, or an      then ended: not_sent or denied; unknown
+//                         interlock holds no more             if it may have written
 //   quiet, a routed read  a short write came                  back in its queue
 //   under way             a good reply, a step remains        waiting, for the next request
 //   under way             a good reply, nothing remains       ended: its outcome
@@ -97,9 +98,6 @@ void JobRun::Ask(int attempts) {
 void JobRun::NextWrite() {
   Job::Write& write = *job_->As<Job::Write>();
   const Device& device = *job_->member->device;
-  if (write.command.why_not) {
-    if (const auto why = write.command.why_not(now_.instant)) return Deny(*why);
-  }
   std::vector<PointValue> rest;
   for (std::size_t i = write.next; i < write.command.writes.size(); ++i) {
     rest.push_back({write.command.writes[i].point, write.command.writes[i].raw});
@@ -113,19 +111,18 @@ void JobRun::NextWrite() {
   task.point = rest.front().point;
   task.value = rest.front().value;
   task.also.assign(rest.begin() + 1, rest.end());
-  for (const PointValue& one : rest) {
-    agenda_.write_queue.OnBegun(device.index, static_cast<std::uint32_t>(one.point));
-    agenda_.write_queue.AddReadBacks(device.place, device.conversation->Queries(), one.point);
-  }
   Ask();
 }
 
-/// Points of the command that were not begun are not written.
-void JobRun::Deny(const std::string& why) {
-  const std::unique_ptr<Job> job = std::move(job_);
-  Job::Write& write = *job->As<Job::Write>();
-  ledger_.devices.OnWrite(*job->member, WriteEnd::denied, false);
-  write.command.End({WriteEnd::denied, why, false, write.next});
+/// A request that may write the points under way goes out.
+void JobRun::NoteWriting(const Device& device) {
+  Job::Write& write = *job_->As<Job::Write>();
+  write.command.MoveTo(WriteState::sent);
+  for (std::size_t i = write.first; i < write.next; ++i) {
+    const std::uint32_t point = write.command.writes[i].point;
+    agenda_.write_queue.OnBegun(device.index, point);
+    agenda_.write_queue.AddReadBacks(device.place, device.conversation->Queries(), point);
+  }
 }
 
 void JobRun::PutProbeFirst() {
@@ -137,12 +134,12 @@ void JobRun::PutProbeFirst() {
 }
 
 JobRun::Turn JobRun::TakeTurn() {
-  if (job_->postponed && WhyNotSend(*job_->postponed, now_.instant) != nullptr) {
+  if (job_->postponed && WhyNotSend(*job_->postponed, now_.instant)) {
     std::unique_ptr<Job> postponed = std::move(job_->postponed);
     job_ = std::move(postponed);
   }
-  if (const char* why = WhyNotSend(*job_, now_.instant)) {
-    BreakOff(why);
+  if (const auto withheld = WhyNotSend(*job_, now_.instant)) {
+    BreakOff(*withheld);
     return Turn::next;
   }
   owed_.whose.Recognise(*job_->member, job_->request.expect.address);
@@ -205,9 +202,8 @@ const Request& JobRun::Send() {
     job_->member->device->conversation->Stamp(request, {now_.instant + takes, now_.wall + takes},
                                               character);
   }
-  auto* const write = job_->As<Job::Write>();
-  if (write != nullptr && !request.prepares && !request.closes) {
-    write->command.MoveTo(WriteState::sent);
+  if (job_->As<Job::Write>() != nullptr && !request.prepares && !request.closes) {
+    NoteWriting(*job_->member->device);
   }
   chooser_.turns().OnSent(IsUrgent(job_->goal()));
   owed_.whose.OnSent(job_->asked(), now_.instant);
@@ -218,11 +214,11 @@ const Request& JobRun::Send() {
 }
 
 /// A read whose line is not quiet yet lets a short write pass, and a request that has become too
-/// late is not sent.
+/// late, or is forbidden by now, is not sent.
 bool JobRun::Withdraw() {
   if (!job_ || job_->end) return false;
-  if (const char* why = WhyNotSend(*job_, now_.instant)) {
-    BreakOff(why);
+  if (const auto withheld = WhyNotSend(*job_, now_.instant)) {
+    BreakOff(*withheld);
     return true;
   }
   auto* routed = job_->As<Job::Routed>();
@@ -239,16 +235,17 @@ bool JobRun::Withdraw() {
 }
 
 /// The waiting request is not sent. What the job has begun is closed properly.
-void JobRun::BreakOff(const std::string& why) {
+void JobRun::BreakOff(const Withheld& withheld) {
   Job& job = *job_;
   job.mute = true;
+  if (auto* const write = job.As<Job::Write>()) write->withheld = withheld;
   const bool asks = job.As<Job::Routed>() == nullptr;
   if (asks && job.begun()) {
     Conversation& conversation = *job.member->device->conversation;
     const Then then = conversation.OnFailure(job.task, job.request, Outcome::busy, now_.instant);
     if (then == Then::ask_again) return Ask();
   }
-  Finish(Outcome::no_reply, why);
+  Finish(Outcome::no_reply, withheld.why);
 }
 
 }  // namespace baudgate

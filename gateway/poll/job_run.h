@@ -77,10 +77,10 @@ class JobRun {
   // job_run.cpp: to the request
   void Ask(int attempts = 0);
   void NextWrite();
-  void Deny(const std::string& why);
   void PutProbeFirst();
   bool SetAside(Instant until);
-  void BreakOff(const std::string& why);
+  void BreakOff(const Withheld& withheld);
+  void NoteWriting(const Device& device);
 
   // job_answer.cpp: what an exchange leads to
   bool GoesOnBehindBroadcast();

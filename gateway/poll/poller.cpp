@@ -120,6 +120,7 @@ void Poller::OnEnded(Now now) {
 
 void Poller::OnTimer(Now now) {
   Advance(now);
+  Withdraw();  // the program may have been stopped since the line began to wait for its quiet
   Hear(line_.OnTimer(now.instant));
   if (is_open()) unasked_.OnTimer(now);
   Settle();
@@ -226,6 +227,11 @@ bool Poller::IsWriting() const {
   return job->As<Job::Write>() != nullptr || (routed != nullptr && !routed->is_read);
 }
 
+/// The request that waits for a quiet line may have become too late.
+void Poller::Withdraw() {
+  if (line_.state() == Line::State::quiet && run_.Withdraw()) line_.Cancel();
+}
+
 void Poller::Settle() {
   Conclude();
   time_.OnHandled(line_.idle());
@@ -234,7 +240,7 @@ void Poller::Settle() {
   if (const auto began = probes.began(); began && line_.idle()) {
     probes.OnIdle(chooser_.Waited(*began, now), now);
   }
-  if (line_.state() == Line::State::quiet && run_.Withdraw()) line_.Cancel();
+  Withdraw();
   clients_.AnswerCommands(now);
   clients_.AnswerRouted(time_.idle(), run_.job() == nullptr);
   const auto answer_confirmed = [&] {

@@ -101,6 +101,7 @@ class Poller : private LineClient {
   // poller.cpp: inputs
   void Advance(Now now);
   void Settle();
+  void Withdraw();
 
   // poller_line.cpp: between the line and the job under way
   void Pump();

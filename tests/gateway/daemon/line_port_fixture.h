@@ -149,6 +149,11 @@ class LinePortTest : public testing::Test {
     }
     GoTo(std::max(now_.instant, until));
   }
+  /// The program is stopped for so long.
+  void Stop(Duration time) {
+    GoTo(now_.instant + time);
+    Handle([&] { line_->OnTimer(now_); });
+  }
   LineStatus status() { return store_->ReadLine(0); }
   void Write() {
     WriteCommand command;

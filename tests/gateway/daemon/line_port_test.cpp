@@ -136,6 +136,17 @@ TEST_F(LocalPort, ATelegramWhoseTimeIsOverIsNotSent) {
   EXPECT_THAT(ends_, ElementsAre(WriteEnd::not_sent));
 }
 
+TEST_F(LocalPort, ATelegramIsNotSentBehindItsTimeWhenTheProgramGoesOn) {
+  Open();
+  Pass(1500ms);  // between two polls
+  const int before = port_.sends;
+  Ask("WA1=7\r", 50ms);
+  EXPECT_EQ(port_.sends, before) << "it waits for a quiet line";
+  Stop(100ms);
+  EXPECT_THAT(ends_, ElementsAre(WriteEnd::not_sent));
+  EXPECT_EQ(port_.sends, before);
+}
+
 TEST_F(LocalPort, OneThatDoesNotOpenIsDown) {
   Handle([&] { line_->port.OnOpenFailed("busy", now_); });
   EXPECT_THAT(retries_.downs, ElementsAre("busy"));

@@ -3,7 +3,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/poll/job_run.h"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include "gateway/base/text.h"
 #include "gateway/poll/reply_judge.h"
@@ -12,6 +12,8 @@
 
 namespace baudgate {
 namespace {
+
+using ::testing::StartsWith;
 
 /// Device A reads one point as the test says and then "2"; B reads "1". All was answered a moment
 /// ago: A has proven who it is, and nothing is owed.
@@ -39,12 +41,16 @@ class Rig : private PollerListener {
     Begin(std::move(write), {});
   }
 
-  /// "silence", "damage", "sent" (of a broadcast), "late" (an hour passes), "disabled", "lost" (the
-  /// port), or a reply: "!A1=5".
+  /// "silence", "damage", "sent" (of a broadcast), "late" (an hour passes), "a while" (its proof
+  /// has become old), "disabled", "forbidden" (by an interlock), "lost" (the port), or a reply:
+  /// "!A1=5".
   void Hear(const std::string& what) {
     if (what == "late") return Pass(1h);
+    if (what == "a while") return Pass(2min);
     if (what == "disabled") {
       a().in_use = false;
+    } else if (what == "forbidden") {
+      why_not = "an interlock";
     } else if (what == "sent") {
       End(Go() ? Outcome::ok : Outcome::none);
     } else if (what == "silence") {
@@ -55,9 +61,10 @@ class Rig : private PollerListener {
       if (!Go()) return;
       End(Outcome::line_down);
     } else if (Go()) {
-      End(Judge(what.substr(1)));
+      Answer(what.substr(1));
     }
   }
+  void Answer(const std::string& reply) { End(Judge(reply)); }
   Outcome Judge(const std::string& reply, bool may_be_echo = false) {
     return judge_.Judge(*run_.job(), ToyReply(reply), may_be_echo, now_.instant);
   }
@@ -195,7 +202,19 @@ TEST(JobRunTest, WhatAWriteComesTo) {
       {{"then it is closed", "S1", {"!A9", "!A1"}, "CA0"}},
       {{"also behind a failure", "S1", {"!A9", "silence"}, "CA0"}},
       {{"too late for the write, not for closing", "S1", {"!A9", "late", "!A0"}, "ended"},
-       WriteEnd::refused},
+       WriteEnd::not_sent},
+      {{"forbidden before anything was asked", "1", {"forbidden", "silence"}, "ended"},
+       WriteEnd::denied},
+      {{"while a probe went first", "1", {"a while", "!A0", "forbidden", "silence"}, "ended"},
+       WriteEnd::denied},
+      {{"behind a session, which is closed", "S1", {"!A9", "forbidden", "!A0"}, "ended"},
+       WriteEnd::denied},
+      {{"that does not close",
+        "S1",
+        {"!A9", "forbidden", "silence", "silence", "silence"},
+        "ended"},
+       WriteEnd::denied},
+      {{"forbidden too late", "S1", {"!A9", "!A1", "forbidden"}, "CA0"}},
       {{"a closing that is silent takes nothing back",
         "S1",
         {"!A9", "!A1", "silence", "silence", "silence"},
@@ -210,7 +229,38 @@ TEST(JobRunTest, WhatAWriteComesTo) {
     for (const std::string& what : row.heard) rig.Hear(what);
     EXPECT_EQ(rig.Next(), row.next);
     EXPECT_EQ(row.end, rig.results.empty() ? std::nullopt : std::optional(rig.results[0].end));
+    if (row.end == WriteEnd::denied) {
+      EXPECT_THAT(rig.results[0].reason, StartsWith("an interlock"));
+    }
   }
+}
+
+TEST(JobRunTest, WhatIsForbiddenMeanwhileIsWithdrawnFromALineThatIsNotQuietYet) {
+  Rig rig("1");
+  rig.Write({0});
+  rig.Turn();
+  rig.run().Start(rig.now());
+  EXPECT_FALSE(rig.run().Withdraw());
+  rig.why_not = "an interlock";
+  EXPECT_TRUE(rig.run().Withdraw());
+  ASSERT_EQ(rig.results.size(), 1U);
+  EXPECT_EQ(rig.results[0].end, WriteEnd::denied);
+  EXPECT_TRUE(rig.writes().read_backs().empty()) << "nothing was written";
+}
+
+/// It may have been carried out, so it was not denied.
+TEST(JobRunTest, WhatIsForbiddenMeanwhileIsNotRepeated) {
+  Rig rig("1");
+  rig.Write({0});
+  rig.run().job()->request.expect.repeatable = true;
+  rig.Hear("silence");
+  ASSERT_EQ(rig.Next(), "WA1=7");
+  rig.why_not = "an interlock";
+  rig.Turn();
+  EXPECT_EQ(rig.Next(), "ended");
+  ASSERT_EQ(rig.results.size(), 1U);
+  EXPECT_EQ(rig.results[0].end, WriteEnd::unknown);
+  EXPECT_EQ(rig.results[0].reason, "an interlock");
 }
 
 TEST(JobRunTest, AReplyThatCountsIsStored) {
@@ -307,12 +357,16 @@ TEST(JobRunTest, WhatRemainsOfACommandIsNotKeptForThePortToOpen) {
 TEST(JobRunTest, WhatIsNotPermittedAnyMoreIsNotBegun) {
   Rig rig("1");
   rig.Write({0, 1});
+  ASSERT_TRUE(rig.Go());
   rig.why_not = "an interlock";
-  rig.Hear("!A1");
+  rig.Answer("A1");
+  rig.Turn();
   EXPECT_EQ(rig.Next(), "ended");
   ASSERT_EQ(rig.results.size(), 1U);
   EXPECT_EQ(rig.results[0].end, WriteEnd::denied);
   EXPECT_EQ(rig.results[0].reason, "an interlock");
+  EXPECT_EQ(rig.results[0].written, 1U);
+  EXPECT_EQ(ResultOf(rig.results[0], 1).end, WriteEnd::denied);
 }
 
 TEST(JobRunTest, AReadBackThatFailsOnceHoldsNobodyUp) {

@@ -175,6 +175,18 @@ TEST_F(PollerCommand, WaitingCommandIsAnsweredAtItsDeadlineAndNeverSent) {
   EXPECT_EQ(line_.ends.size(), 1U);
 }
 
+/// The command waits for a quiet line when the program is stopped.
+TEST_F(PollerCommand, IsNotSentBehindItsDeadlineWhenTheProgramGoesOn) {
+  Open();
+  ASSERT_TRUE(line_.RunUntil([&] { return line_.asking(); }, 1s));
+  ASSERT_TRUE(line_.RunUntil([&] { return !line_.asking(); }, 1s));
+  line_.Write(0, 0, 1.0, 100ms);
+  line_.Stop(1s, true);
+  EXPECT_EQ(line_.ends, Ends{WriteEnd::not_sent});
+  line_.RunFor(3s);
+  EXPECT_EQ(line_.CountSent("W"), 0U);
+}
+
 TEST_F(PollerCommand, NotSentIntoTheTimeInWhichALateAnswerCouldConfirmIt) {
   Open();
   line_.twin(0).manner.dead = true;

@@ -149,6 +149,18 @@ TEST(PollerRouted, WhatWaitsBeyondItsDeadlineIsNeverSent) {
   EXPECT_EQ(line.sent.size(), 1U);
 }
 
+TEST(PollerRouted, NothingIsSentBehindItsDeadlineWhenTheProgramGoesOn) {
+  RoutedLine line;
+  line.Ask("first", kRead);
+  ASSERT_TRUE(line.RunUntil([&] { return line.replies.size() == 1; }, 1s));
+  line.Ask("start", kStartDrive, 20, 2, Priority::normal, 50ms);  // waits for a quiet line
+  line.Stop(1s, true);
+  EXPECT_EQ(line.Of("start").outcome, Outcome::no_reply);
+  EXPECT_FALSE(line.Of("start").sent);
+  line.RunFor(1s);
+  EXPECT_EQ(line.sent.size(), 1U);
+}
+
 TEST(PollerRouted, WhoHasLeftIsForgotten) {
   RoutedLine line;
   line.Ask("under way", kBlock, 20, 1);

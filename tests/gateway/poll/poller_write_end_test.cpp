@@ -126,9 +126,8 @@ TEST_F(PollerWriteEnd, AStreamOfWritesToOnePointDiffersFromNothing) {
 
 TEST_F(PollerWriteEnd, WhatIsForbiddenInTheLastMomentIsNotSent) {
   WriteCommand command = Command({{0, 1.0}, {1, 2.0}});
-  int asked = 0;
-  command.why_not = [&asked](Instant) {
-    return ++asked == 2 ? std::optional<std::string>("interlock") : std::nullopt;
+  command.why_not = [this](Instant) {
+    return line_.CountSent("WA1") > 0 ? std::optional<std::string>("interlock") : std::nullopt;
   };
   line_.Submit(std::move(command));
   line_.RunFor(500ms);
