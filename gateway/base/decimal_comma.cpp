@@ -3,15 +3,17 @@
 
 namespace baudgate {
 
-std::string WithDecimalPoint(std::string_view text) {
-  const auto is_digit = [text](std::size_t at) {
-    return at < text.size() && text[at] >= '0' && text[at] <= '9';
+bool IsDecimalComma(std::string_view text, std::size_t at) {
+  const auto is_digit = [text](std::size_t place) {
+    return place < text.size() && text[place] >= '0' && text[place] <= '9';
   };
+  return at > 0 && at < text.size() && text[at] == ',' && is_digit(at - 1) && is_digit(at + 1);
+}
+
+std::string WithDecimalPoint(std::string_view text) {
   const std::size_t comma = text.find(',');
-  if (comma == std::string_view::npos || comma == 0 || !is_digit(comma - 1)) return {};
-  if (!is_digit(comma + 1) || text.find_first_of(",.", comma + 1) != std::string_view::npos) {
-    return {};
-  }
+  if (!IsDecimalComma(text, comma)) return {};
+  if (text.find_first_of(",.", comma + 1) != std::string_view::npos) return {};
   std::string meant(text);
   meant[comma] = '.';
   return meant;

@@ -134,7 +134,7 @@ void AddProfiles(CLI::App& app, Action& action) {
   });
 }
 
-/// Two ways to one answer: through the running gateway, or at a port that nobody has.
+/// Two ways to one answer: through the running gateway, or at a port that is free.
 void AddRead(CLI::App& app, Action& action) {
   auto* command = app.add_subcommand(
       "read", "Ask a device now for its points: one of the running gateway, or one at a free port");

@@ -146,7 +146,7 @@ void Recorder::Look(Now now, std::size_t room, Batch& out) {
     BeginRun(RunBegin::dropped, ToMillis(now.wall), out);
 }
 
-/// All that is known is kept again: nobody has to look beyond the run.
+/// All that is known is kept again, so a reader need not look beyond the run.
 void Recorder::BeginRun(RunBegin why, Millis now, Batch& out) {
   out.SetRun(run_);
   run_ = {run_.number + 1, now, now, why};
@@ -170,8 +170,8 @@ void Recorder::ForgetSpans(Millis time, Batch& out) {
   Roll([&](Rollup& rollup) { rollup.Forget(time, ended_); }, out);
 }
 
-/// What nobody looked at is a gap. Points start again with what the store says of them now: their
-/// values may be too old.
+/// A time in which no point was looked at is a gap. Points start again with what the store says of
+/// them now: their values may be too old.
 void Recorder::EndStandstill(Millis old_time, Now now, Batch& out) {
   ForgetSpans(old_time, out);
   if (recording_) run_.until = std::max(run_.until, old_time);

@@ -79,7 +79,7 @@ class TrendReader {
     rows.Bind(1, point_);
     rows.Bind(2, since);
     rows.Bind(3, query_.until);
-    // A page is so many spans; those who ask for years by minutes ask again.
+    // A page has so many spans. A client that asks for years by minutes asks again for the rest.
     std::size_t spans = 0;
     Millis span = std::numeric_limits<Millis>::min();
     Statement::Step step = rows.Next();

@@ -142,7 +142,7 @@ void ValueStore::Check(const std::set<std::string>& files) {
   if (!damaged_trends_.empty()) trends_.reset();
 }
 
-/// What waits is of another run than what is lost: between them nobody knows.
+/// What waits belongs to another run than what is lost: of the time between them nothing is known.
 void ValueStore::CutRun() {
   lost_ = true;
   if (pending_.runs.empty()) return;

@@ -10,6 +10,7 @@
 #include <string>
 #include <utility>
 
+#include "gateway/base/decimal_comma.h"
 #include "gateway/base/text.h"
 #include "gateway/line/assembler.h"
 #include "gateway/line/words.h"
@@ -239,9 +240,8 @@ std::optional<Finding> OtherParity(const Hearing& hearing, View heard) {
 std::optional<Finding> DecimalComma(const Hearing& hearing, View heard) {
   if (!std::ranges::all_of(hearing.request, IsPrintable)) return std::nullopt;
   Bytes changed(heard.begin(), heard.end());
-  for (std::size_t i = 1; i + 1 < heard.size(); ++i) {
-    const bool comma = heard[i] == ',' && std::isdigit(heard[i - 1]) != 0;
-    if (comma && std::isdigit(heard[i + 1]) != 0) changed[i] = '.';
+  for (std::size_t i = 0; i < heard.size(); ++i) {
+    if (IsDecimalComma(AsText(heard), i)) changed[i] = '.';
   }
   if (std::ranges::equal(changed, heard) || !IsWhole(hearing, changed)) return std::nullopt;
   return Finding{.symptom = Symptom::other_setting,

@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <map>
 
+#include "gateway/base/decimal_comma.h"
 #include "gateway/base/shown.h"
+#include "gateway/base/text.h"
 #include "gateway/status/diagnose_unasked.h"
 #include "gateway/status/reason.h"
 #include "gateway/status/words.h"
@@ -38,7 +40,7 @@ std::string NoNumber(const Finding& finding) {
   if (!finding.remedy.empty()) return ": " + WithRemedy(finding);
   const std::string& text = finding.cause;
   if (text.empty()) return ": it sends nothing for them: does the profile fit the device?";
-  const bool comma = text.find_first_not_of("+-0123456789,") == std::string::npos;
+  const bool comma = ParseDecimal(WithDecimalPoint(text)).has_value();
   return ": '" + Shortened(text) + "' is no number: " +
          (comma ? "set a decimal point at the device, or type: string in its profile"
                 : "does the profile fit the device? type: string takes it");

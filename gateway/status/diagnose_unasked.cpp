@@ -23,7 +23,7 @@ constexpr Duration kLongestAge = 24h;
 
 std::optional<Duration> MustSpeakWithin(const DeviceRecord& record) {
   Duration shortest = record.device->max_age.value_or(Duration::max());
-  if (!record.device->max_age && record.device->protocol != "reader") {
+  if (!record.device->max_age && !record.device->never_old) {
     for (const config::Point& point : record.device->points) {
       const auto group = static_cast<std::size_t>(point.group);
       shortest = std::min(shortest, record.age_limits[group].max_age);

@@ -1,5 +1,5 @@
-// Which connections of the web server may stay. A place is for whoever asks something: who only
-// holds a connection open gives way to the next one. Pure; time is an argument.
+// Which connections of the web server may stay. A place is for a client that asks something:
+// one that only holds a connection open gives way to the next. Pure; time is an argument.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,7 +1,8 @@
 // HTTP on one port: libmicrohttpd with one thread and epoll. What is asked goes to a handler, which
-// may answer later and from any thread; the connection waits without cost meanwhile. No client that
-// reads slowly or not at all holds up anybody else: the kernel keeps little for each connection,
-// and who takes nothing for five seconds is dropped. No lock is held while something is sent.
+// may answer later and from any thread; the connection waits without cost meanwhile. A client
+// that reads slowly or not at all does not hold up others: the kernel keeps little for each
+// connection, and a client that takes nothing for five seconds is dropped. No lock is held while
+// something is sent.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

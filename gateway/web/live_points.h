@@ -60,7 +60,7 @@ class LivePoints {
 
   PointStore& store_;
   const events::EventSource* events_;
-  std::shared_ptr<ChangeFeed> feed_;  // null: nobody looks
+  std::shared_ptr<ChangeFeed> feed_;  // null: no client looks
   Changes changes_;
   std::map<Device, Channel> channels_;
   AlarmCounts alarms_;

@@ -246,7 +246,7 @@ Response WebServer::Session(const Request& request) {
   const bool events = events_ != nullptr && !events_->state().in_memory;
   const MutexLock lock(mutex_);
   json["gateway"] = gateway_;
-  json["version"] = in ? version_ : "";  // nobody else needs to know
+  json["version"] = in ? version_ : "";  // others need not know it
   json["history"] = history_;
   json["events"] = events;
   return TextResponse(200, kJson, json.dump());

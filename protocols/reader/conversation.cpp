@@ -5,6 +5,7 @@
 #include <tuple>
 #include <utility>
 
+#include "gateway/base/decimal_comma.h"
 #include "gateway/base/text.h"
 #include "protocols/reader/codec.h"
 #include "protocols/reader/expect.h"
@@ -57,11 +58,8 @@ bool IsNoTag(const std::string& text, const Settings& settings) {
 
 /// "12,35".
 bool HasDecimalComma(std::string_view text) {
-  const auto is_digit = [text](std::size_t at) {
-    return at < text.size() && text[at] >= '0' && text[at] <= '9';
-  };
   for (std::size_t at = text.find(','); at != std::string_view::npos; at = text.find(',', at + 1)) {
-    if (at > 0 && is_digit(at - 1) && is_digit(at + 1)) return true;
+    if (IsDecimalComma(text, at)) return true;
   }
   return false;
 }

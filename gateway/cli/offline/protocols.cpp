@@ -50,7 +50,7 @@ std::string_view ScopeName(const OptionSpec& option) {
   return option.scope == OptionSpec::Scope::line ? "line" : "device";
 }
 
-/// Times that are computed from a bit rate have nanoseconds that nobody wants to read.
+/// Times that are computed from a bit rate have nanoseconds, which are of no use to a reader.
 Duration Rounded(Duration time) {
   return Duration(std::chrono::round<std::chrono::milliseconds>(10 * time)) / 10;
 }

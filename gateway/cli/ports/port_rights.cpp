@@ -27,7 +27,7 @@ std::vector<gid_t> GroupsOf(const std::string& name, gid_t first) {
   return groups;
 }
 
-/// The groups of this process: who was just put into another has to log in again.
+/// The groups of this process. A user who has just joined another group has to log in again.
 std::vector<gid_t> OwnGroups() {
   std::vector<gid_t> groups(kMostGroups);
   const int count = ::getgroups(kMostGroups, groups.data());

@@ -25,7 +25,7 @@ class ScanView final : public scan::Watcher {
   /// The table, and what else is worth knowing.
   void Conclude(const scan::Report& report);
 
-  /// Others speak on the line, and nobody has allowed to talk.
+  /// Others speak on the line, and the user has not allowed the scan to send.
   bool was_refused() const { return refused_; }
 
  private:

@@ -43,8 +43,8 @@ class CheckedTransport : public eprosima::fastdds::rtps::ChainingTransport {
                const eprosima::fastrtps::rtps::Locator_t& remote) override;
 
   /// The address at which `announced` is reached. Fast DDS 2.9 itself ignores an address of this
-  /// machine that it does not use, and takes loopback for all others, although nobody may listen
-  /// there. False: it cannot be reached.
+  /// machine that it does not use, and takes loopback for all others, although there may be no
+  /// listener there. False: it cannot be reached.
   bool transform_remote_locator(const eprosima::fastrtps::rtps::Locator_t& announced,
                                 eprosima::fastrtps::rtps::Locator_t& reached) const override;
 

@@ -1,7 +1,7 @@
-// Looks at each datagram before the DDS library does: Fast DDS 2.9 has faults that one datagram of
-// anybody who reaches the port can use. Bytes come from gateway/dds/fast/checked_transport.h.
-// Pure: no socket, no clock, no Fast DDS; memory is fixed. Source: DDSI-RTPS 2.3,
-// chapters 8.3, 9.4.
+// Looks at each datagram before the DDS library does: Fast DDS 2.9 has faults that a sender
+// can use with one datagram, if it reaches the port. Bytes come from
+// gateway/dds/fast/checked_transport.h. Pure: no socket, no clock, no Fast DDS; memory is fixed.
+// Source: DDSI-RTPS 2.3, chapters 8.3, 9.4.
 //
 //   52 54 50 53 | 02 03 | 01 0F | GUID prefix (12) | submessages: id, flags, length (2), …
 //

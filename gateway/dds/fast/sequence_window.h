@@ -26,7 +26,7 @@ class SequenceWindow {
  public:
   explicit SequenceWindow(const WindowLimits& limits);
 
-  /// The writer tells of numbers up to `to`, at least 0, and of `skipped` ones that nobody gets.
+  /// The writer tells of numbers up to `to`, at least 0, and of `skipped` ones that no reader gets.
   /// False: counting to there would take too long.
   bool Advance(const Guid& writer, std::int64_t to, std::int64_t skipped, Instant now);
 

@@ -14,7 +14,7 @@ TakingThread::TakingThread(std::function<Duration()> round)
   worker_.Start();
 }
 
-/// Who wakes it while it rests is served after the rest.
+/// A wake-up during its rest is served after the rest.
 void TakingThread::Wake() {
   if (!work_.exchange(true)) worker_.Wake();
 }

@@ -37,8 +37,8 @@ struct Announcement {
   View said() const { return View(datagram).subspan(said_at); }
 };
 
-/// Only an address that it names and was sent from counts: nobody can have others
-/// sent to a third party, as long as the sender's address is the true one. The error says in words
+/// An address counts only if the announcement names it and was sent from it. So a sender
+/// that cannot forge its address cannot direct others to a third party. The error says in words
 /// what is wrong.
 Result<Announcement> ReadAnnouncement(View datagram, UdpAddress sender);
 

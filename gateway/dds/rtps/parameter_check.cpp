@@ -86,7 +86,7 @@ bool DescribesType(std::uint16_t id) {
   return id == kTypeId || id == kTypeObject || id == kTypeInformation;
 }
 
-/// A size that does not depend on its content; 0: it does, or nobody reads it.
+/// A size that does not depend on its content; 0: it does, or the parameter is not read.
 std::size_t LeastSize(std::uint16_t id) {
   if (IsLocator(id)) return 24;
   switch (id) {

@@ -45,7 +45,7 @@ class Listening {
 };
 
 /// For `open`. The mailbox is closed meanwhile: a thread of the old subscriber may wait there for
-/// room, which nobody makes.
+/// room, and nothing is taken out.
 template <typename Subscriber, typename Item, typename Make>
 Status MakeAnew(std::unique_ptr<Subscriber>& subscriber, Mailbox<Item>& mailbox, const Make& make) {
   mailbox.Close();

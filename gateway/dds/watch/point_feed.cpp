@@ -7,7 +7,7 @@ namespace baudgate {
 
 Status PointFeed::Open() {
   Close();
-  mailbox_.TakeAll();  // of somebody who may have left meanwhile
+  mailbox_.TakeAll();  // of publishers that may have left meanwhile
   return MakeAnew(subscriber_, mailbox_, [this] {
     return dds::DdsSubscriber::Create({.participant = participant_}, Callbacks());
   });

@@ -1,5 +1,5 @@
-// Who publishes which gateway, and whether that can be true: one key from two live publishers, and
-// readings that count backwards, are what a false publisher cannot hide. Samples and ends come
+// The publishers of each gateway, and whether they can be real. Two signs give a false publisher
+// away: one key comes from two live publishers, or readings count backwards. Samples and ends come
 // from the subscriber, remarks go to the viewer.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once

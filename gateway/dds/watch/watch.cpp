@@ -132,7 +132,7 @@ class Watch {
     if (is_shown && !options_.once && !Live()) Print(event);
   }
 
-  /// The live table has the alarms at its foot; who publishes is only news beside plain lines.
+  /// The live table has the alarms at its foot. News of publishers is told beside plain lines only.
   void Tell(const Remark& remark) {
     const bool streams_text = !options_.once && !options_.json;
     if (remark.weight == Remark::Weight::note && !streams_text) return;
@@ -196,7 +196,8 @@ class Watch {
     return text;
   }
 
-  /// With `once`: wait longer in silence than after hearing others, who show that the way is good.
+  /// With `once`: wait longer in silence than after a sample of another gateway, which shows that
+  /// the way is good.
   Instant GiveUpAt() const {
     const Instant latest = started_ + options_.first_sample_timeout;
     return filtered_ > 0 ? std::min(latest, first_filtered_ + kOthersOnly) : latest;

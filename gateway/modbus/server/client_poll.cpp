@@ -73,7 +73,7 @@ void ClientPoll::Wait() {
 }
 
 void ClientPoll::Serve() {
-  // With one client there is no question who it is.
+  // If there is one client only, the event is its own.
   if (only_ != nullptr) return only_->OnEvents(EPOLLIN, ReadClocks());
   // Alone, a client has nothing more to say before it has read its answer.
   const std::size_t worth = count_ > 1 ? 1 : 2;

@@ -117,8 +117,8 @@ void ClientSession::Turn(const Now& now) {
 }
 
 /// Frames that lie together need not have been sent together: a network that stood still glues what
-/// was given up to what was asked in its place. So the last one is answered. Who sends to all waits
-/// for no answer, and has not given up by going on.
+/// was given up to what was asked in its place. So the last one is answered. A client that sends to
+/// all slaves waits for no answer: it gives nothing up when it goes on.
 bool ClientSession::Supersede(View frame) {
   service_->Abandon();
   out_.clear();

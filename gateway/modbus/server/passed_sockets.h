@@ -13,7 +13,7 @@ class PassedSockets {
  public:
   /// Takes what the environment tells of, and clears it: children get none of it.
   PassedSockets();
-  /// Closes those that nobody has taken, and names them in the log.
+  /// Closes those that no listener has taken, and names them in the log.
   ~PassedSockets();
   PassedSockets(const PassedSockets&) = delete;
   PassedSockets& operator=(const PassedSockets&) = delete;

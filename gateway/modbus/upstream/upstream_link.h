@@ -87,7 +87,7 @@ class Upstream::Link final : public std::enable_shared_from_this<Link>,
   RequestsOnWire on_wire_;
   UnitPauses pauses_;
   Reconnect reconnect_;
-  bool resting_ = false;  // nobody asks, and the connection goes with its last request
+  bool resting_ = false;  // no request is left, and the connection is closed after the last
   std::shared_ptr<UpstreamConnection> connection_;  // null: there is none, nor an attempt
   Instant connect_by_;
 };

@@ -228,6 +228,7 @@ TEST_F(DiagnoseTest, PointsThatAreNotGood) {
       {"", "it sends nothing for them: does the profile fit the device?"},
       {"0,52",
        "'0,52' is no number: set a decimal point at the device, or type: string in its profile"},
+      {"-----", "'-----' is no number: does the profile fit the device? type: string takes it"},
       {"READY", "'READY' is no number: does the profile fit the device? type: string takes it"},
       {"'unit' says 'kg', which the description does not know",
        "'unit' says 'kg', which the description does not know: set that", "set that"},
