@@ -36,6 +36,7 @@ void LateAnswers::OnEnd(const Asked& asked, Outcome outcome, Instant now) {
   State& state = states_[*asked.member];
   state.late_from.reset();
   state.end = End::silent;
+  state.absent = asked.lone_probe;
   state.trailing_bytes = 0;
   state.retried = {};
   if (!asked.retry) state.due.reset();
@@ -64,6 +65,10 @@ LateAnswers::Stray LateAnswers::OnStray(const StrayBytes& stray, Instant now) {
   State& state = states_[member];
   told.counts = state.end != End::corrupt && state.end != End::cut_short;
   if (state.end == End::corrupt) return told;
+  // The reply of another device is due, and this one has answered, or is absent. The examiner says
+  // whose it is.
+  const bool owes_none = state.end == End::answered || state.absent;
+  if (owes_none && OthersMayAnswer(member, now)) return told;
   // The repetition is answered as well: what came before was the late answer to its first try.
   patience_.OnLate(member, std::exchange(state.retried, {}));
   if (state.late_from && state.due && *state.late_from <= now) {
@@ -94,6 +99,12 @@ LateAnswers::Stray LateAnswers::OnStray(const StrayBytes& stray, Instant now) {
   return told;
 }
 
+bool LateAnswers::OthersMayAnswer(const Member& member, Instant after) const {
+  return std::ranges::any_of(roster_.everyone(), [&](const Member* other) {
+    return !other->IsSame(member) && states_[*other].late_until > after;
+  });
+}
+
 /// Whether the awaited reply may still come. After an unexpected frame it may: that frame was
 /// perhaps another device's late reply. After a damaged reply a device is checked by its probe, so
 /// nothing is owed. A routed slave may still answer, unless the damaged bytes were as long as its
@@ -102,10 +113,8 @@ bool LateAnswers::MayStillAnswer(const Asked& asked, const ExchangeEnd& end) con
   if (end.outcome == Outcome::no_reply || end.outcome == Outcome::unexpected) return true;
   const bool damaged = end.outcome == Outcome::corrupt || end.outcome == Outcome::partial;
   if (!damaged || asked.member->device != nullptr) return false;
-  const bool others_due = std::ranges::any_of(roster_.everyone(), [&](const Member* other) {
-    return other != asked.member && states_[*other].late_until > asked.sent;
-  });
-  return others_due || std::ranges::none_of(asked.request->expect.shapes, [&](const Shape& shape) {
+  return OthersMayAnswer(*asked.member, asked.sent) ||
+         std::ranges::none_of(asked.request->expect.shapes, [&](const Shape& shape) {
            return end.received >= shape.min_length && end.received <= shape.max_length;
          });
 }

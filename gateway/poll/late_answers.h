@@ -99,10 +99,12 @@ class LateAnswers {
     Duration trail{};
     std::size_t trailing_bytes = 0;  // after its last exchange, if that was a good one
     End end = End::silent;           // of its last exchange
+    bool absent = false;             // that was a probe of it while it was offline
     bool told_late = false;          // the user has been warned
   };
 
   bool MayStillAnswer(const Asked& asked, const ExchangeEnd& end) const;
+  bool OthersMayAnswer(const Member& member, Instant after) const;
   void SetLate(const Member& member, Instant until);
 
   const Roster& roster_;

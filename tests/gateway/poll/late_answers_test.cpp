@@ -196,6 +196,28 @@ TEST_F(LateAnswersTest, NoiseBehindTheRepetitionOfADamagedReplyIsNoLateReply) {
   EXPECT_EQ(late_.PatienceFor(a), 0ms);
 }
 
+/// The reply of a is due when that of b has come.
+TEST_F(LateAnswersTest, ALateReplyBehindTheAnswerOfAnotherDeviceIsNoCopyOfThat) {
+  Exchange(a, 0ms, 200ms, Outcome::no_reply);
+  Exchange(b, 250ms, 270ms, Outcome::ok);
+  EXPECT_TRUE(late_.OnStray({9, 150ms}, kStart + 420ms).counts);
+  EXPECT_EQ(late_.Aftermath(Next(b, true), kStart + 500ms), 0ms);
+}
+
+TEST_F(LateAnswersTest, ALateReplyBehindTheProbeOfAnAbsentDeviceIsNotThatOnes) {
+  Exchange(a, 0ms, 200ms, Outcome::no_reply);
+  asked_ = {.member = &b,
+            .request = &request_,
+            .sent = kStart + 250ms,
+            .probe = true,
+            .lone_probe = true};
+  late_.OnEnd(asked_, Outcome::no_reply, kStart + 450ms);
+  late_.Conclude(asked_, {Outcome::no_reply, {}, {}, 0}, true, kStart + 450ms);
+  const LateAnswers::Stray told = late_.OnStray({9, 30ms}, kStart + 480ms);
+  EXPECT_EQ(told.late, nullptr);
+  EXPECT_EQ(told.warned, nullptr);
+}
+
 TEST_F(LateAnswersTest, WhatFollowsAGoodAnswerLengthensTheSilenceBehindGoodAnswers) {
   Exchange(a, 0ms, 20ms, Outcome::ok);
   const LateAnswers::Stray told = late_.OnStray({4, 30ms}, kStart + 50ms);
