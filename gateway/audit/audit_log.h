@@ -2,11 +2,10 @@
 // them to the file, and all that come while the disk is busy share the next commit. While the disk
 // fails they wait in memory, as many as audit_book.h holds, and it is tried again every second.
 //
-//   WriteLog        the interface for writers of records        AuditSource   for readers of its
-//   state AuditLog        this: the thread and the lock               AuditedWrites the sink before
-//   the lines AuditBook       records that are not in the file yet        Repeats       folds equal
-//   denials AuditFile       opens the file, WriteTable writes its rows  Witness       records a
-//   routed write
+//   WriteLog   the interface for writers of records   AuditSource    for readers of its state
+//   AuditLog   this: the thread and the lock          AuditedWrites  the sink before the lines
+//   AuditBook  records that are not in the file yet   Repeats        folds equal denials
+//   AuditFile  opens the file, WriteTable its rows    Witness        records a routed write
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

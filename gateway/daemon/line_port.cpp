@@ -76,6 +76,7 @@ void LinePort::ClosePort() {
 void LinePort::OnOpened(Now now) {
   now_ = now;
   if (rest_.OnOpened(poller_.ledger().line.Answers())) {
+    DropLate();
     if (const Bytes request = rest_.TakeHeld(); !request.empty()) transport_.Send(request);
     return;
   }
@@ -85,6 +86,17 @@ void LinePort::OnOpened(Now now) {
   if (proof_.OnOpened(now.instant)) display_.OnOpened(transport_.Describe(), now);
   settings_.OnOpened(now);
   poller_.OnOpened(now, transport_.KeepsBitRate());
+}
+
+/// The request that waits for this connection is not sent if its exchange has ended meanwhile (the
+/// program may have been stopped), or if it may not be sent any more.
+void LinePort::DropLate() {
+  const auto is_due = [this](const std::optional<Instant>& at) {
+    return at && *at <= now_.instant;
+  };
+  while (is_due(telegrams_.Deadline())) telegrams_.OnTimer(now_);  // one step each
+  while (is_due(poller_.Deadline())) poller_.OnTimer(now_);
+  if (!telegrams_.MayGoOut(now_) || !poller_.MayGoOut(now_)) rest_.GiveUpHeld();
 }
 
 void LinePort::Prove() {

@@ -77,6 +77,7 @@ class LinePort final : public RequestPort, public PortLoan::Line {
 
  private:
   // The connection.
+  void DropLate();
   void Prove();
   void CheckConnection();
   /// How the port was lost, where more depends on it than a text.

@@ -7,8 +7,6 @@
 namespace baudgate {
 namespace {
 
-constexpr const char* kTooLate = "its deadline passed while it waited for the line";
-
 WriteEnd EndOf(const WriteCommand& command, Outcome outcome) {
   if (outcome == Outcome::ok) return WriteEnd::ok;
   return EndUnheard(command.state == WriteState::sent);
@@ -30,22 +28,31 @@ void TelegramQueue::Submit(WriteCommand command, const std::optional<std::string
   Settle(now);
 }
 
-/// The telegram that waits for a quiet line is not sent any more: bytes of others have kept the
-/// line from being quiet, or the program was stopped.
+/// Why a telegram that waits is not sent any more: bytes of others have kept the line from being
+/// quiet, the program was stopped, or its client has left.
+const char* TelegramQueue::WhyNotSend(const WriteCommand& command, Now now) {
+  if (command.abandoned && *command.abandoned) return "its client has left";
+  return command.deadline <= now.instant ? "its deadline passed while it waited for the line"
+                                         : nullptr;
+}
+
 void TelegramQueue::Withdraw(Now now) {
   if (!exchange_ || command_->state == WriteState::sent) return;
-  if (command_->deadline > now.instant) return;
+  const char* const why = WhyNotSend(*command_, now);
+  if (why == nullptr) return;
   exchange_.reset();
-  WriteCommand late = std::move(*std::exchange(command_, std::nullopt));
-  Answer(late, WriteEnd::not_sent, kTooLate, Outcome::busy);
+  WriteCommand withdrawn = std::move(*std::exchange(command_, std::nullopt));
+  Answer(withdrawn, WriteEnd::not_sent, why, Outcome::busy);
 }
 
 void TelegramQueue::Settle(Now now) {
   Withdraw(now);
-  while (!waiting_.empty() && waiting_.front().deadline <= now.instant) {
-    WriteCommand late = std::move(waiting_.front());
+  while (!waiting_.empty()) {
+    const char* const why = WhyNotSend(waiting_.front(), now);
+    if (why == nullptr) break;
+    WriteCommand withdrawn = std::move(waiting_.front());
     waiting_.pop_front();
-    Answer(late, WriteEnd::not_sent, kTooLate, Outcome::busy);
+    Answer(withdrawn, WriteEnd::not_sent, why, Outcome::busy);
   }
   if (exchange_) return;
   if (waiting_.empty()) {
@@ -67,6 +74,7 @@ void TelegramQueue::Hand(bool send, Now now) {
     tap_.OnSent(command_->device, exchange_->request(), now);
     port_.Send(exchange_->request().bytes, serial_, now);
   }
+  if (exchange_->has_ended() && !ProvesLife(exchange_->end().outcome)) port_.DropUnsent();
   if (exchange_->is_over()) End(now);
 }
 

@@ -30,6 +30,8 @@ class TelegramQueue {
   /// False: no telegram is on the line, and the bytes are the poller's.
   bool OnBytes(View bytes, Now now);
   void OnTimer(Now now);
+  /// See Poller.
+  bool MayGoOut(Now now) const { return !command_ || command_->deadline > now.instant; }
   /// The port is gone, or is given away.
   void OnClosed(const std::string& reason);
   /// After every input of the line.
@@ -38,6 +40,7 @@ class TelegramQueue {
   bool is_busy() const { return exchange_.has_value(); }
 
  private:
+  static const char* WhyNotSend(const WriteCommand& command, Now now);
   void Withdraw(Now now);
   void Hand(bool send, Now now);
   void End(Now now);

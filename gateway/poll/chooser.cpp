@@ -261,8 +261,8 @@ bool Chooser::RoutedWaits(Instant now) const {
       [&](const RoutedRequest& request) { return MayAsk(request, now); });
 }
 
-/// Not while a late reply could pass for its own, and no write
-/// before an earlier one to a point of the same device.
+/// Not while a late reply could pass for its own; and no write before an earlier one to a point of
+/// the same device.
 bool Chooser::MayAsk(const RoutedRequest& request, Instant now) const {
   const Member* member = roster_.FindSlave(request.slave);
   if (member != nullptr && (!late_.IsClear(*member, now) || member->health.offline())) return false;

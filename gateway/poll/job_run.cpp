@@ -5,8 +5,9 @@
 //   the job               what happens                        next
 //   chosen                it asks, or its request is ready    waiting
 //   chosen                the conversation will not ask       ended: unsupported
-//   waiting, a poll,      a late reply of its device is due   parked, where replies name their sender:
-//   events or background                                      SetAside
+//   waiting, a poll, a    a late reply of its device is due   parked, where replies name their sender:
+//   read-back, events or                                      SetAside
+//   background
 //   waiting, another kind the same, or replies name nobody    the line waits: Turn::wait
 //   waiting               line idle, a reply to an earlier    postponed behind a probe of its device
 //                         request could pass for its own

@@ -16,15 +16,22 @@ constexpr std::size_t kNoise = 3;
 constexpr int kDecay = 64;
 constexpr Duration kForgotten = 1ms;
 
-void Decay(Duration& lateness) {
-  lateness -= lateness / kDecay;
-  if (lateness < kForgotten) lateness = {};
+void Decay(Duration& time) {
+  time -= time / kDecay;
+  if (time < kForgotten) time = {};
 }
 
 /// When the last character of the request is out.
 Instant SentAt(const Asked& asked) {
   const auto characters = static_cast<std::int64_t>(asked.request->bytes.size());
   return asked.sent + characters * asked.member->times.character;
+}
+
+/// Bytes.
+std::size_t ShortestReply(const Asked& asked) {
+  const std::vector<Shape>& shapes = asked.request->expect.shapes;
+  if (shapes.empty()) return kNoise + 1;
+  return std::ranges::min(shapes, {}, &Shape::min_length).min_length;
 }
 
 }  // namespace
@@ -36,7 +43,9 @@ void LateAnswers::OnEnd(const Asked& asked, Outcome outcome, Instant now) {
   State& state = states_[*asked.member];
   state.late_from.reset();
   state.end = End::silent;
-  state.trailing_bytes = 0;
+  state.absent = asked.lone_probe;
+  state.after = 0;
+  state.least = ShortestReply(asked);
   state.retried = {};
   if (!asked.retry) state.due.reset();
   const Instant due = SentAt(asked) + asked.reply_time();
@@ -52,7 +61,7 @@ void LateAnswers::OnEnd(const Asked& asked, Outcome outcome, Instant now) {
     state.retried = now - *state.due;
     state.late_from = state.due = due;
   }
-  if (!state.unanswered) state.end = End::answered;
+  if (!state.unanswered_since) state.end = End::answered;
 }
 
 LateAnswers::Stray LateAnswers::OnStray(const StrayBytes& stray, Instant now) {
@@ -64,9 +73,15 @@ LateAnswers::Stray LateAnswers::OnStray(const StrayBytes& stray, Instant now) {
   State& state = states_[member];
   told.counts = state.end != End::corrupt && state.end != End::cut_short;
   if (state.end == End::corrupt) return told;
+  // The reply of another device is due, and this one has answered, or is absent. The examiner says
+  // whose it is.
+  const bool owes_none = state.end == End::answered || state.absent;
+  if (owes_none && OthersMayAnswer(member, now)) return told;
+  state.after += stray.count;
+  const bool may_be_reply = state.after >= state.least;
   // The repetition is answered as well: what came before was the late answer to its first try.
-  patience_.OnLate(member, std::exchange(state.retried, {}));
-  if (state.late_from && state.due && *state.late_from <= now) {
+  if (may_be_reply) patience_.OnLate(member, std::exchange(state.retried, {}));
+  if (may_be_reply && state.late_from && state.due && *state.late_from <= now) {
     told.late = &member;
     state.late_from.reset();
     told.lateness = now - *state.due;
@@ -74,15 +89,14 @@ LateAnswers::Stray LateAnswers::OnStray(const StrayBytes& stray, Instant now) {
   }
   const Duration needed = std::min(stray.since_end + times.gap, times.ceiling);
   if (state.end == End::answered) {
-    state.trailing_bytes += stray.count;
-    if (state.trailing_bytes <= kNoise) return told;
+    if (state.after <= kNoise) return told;
     // A second copy of the answer: not longer than an answer can be.
     const Duration longest = times.drain + kLongestTrail * times.character;
     if (stray.since_end <= longest) state.trail = std::max(state.trail, std::min(needed, longest));
     return told;
   }
-  if (needed <= times.drain + state.lateness) return told;
-  state.lateness = needed - times.drain;
+  if (needed <= times.drain + state.more_drain) return told;
+  state.more_drain = needed - times.drain;
   if (std::exchange(state.told_late, true)) return told;
   told.warned = &member;
   const auto after = FormatDuration(std::chrono::round<std::chrono::milliseconds>(stray.since_end));
@@ -94,6 +108,12 @@ LateAnswers::Stray LateAnswers::OnStray(const StrayBytes& stray, Instant now) {
   return told;
 }
 
+bool LateAnswers::OthersMayAnswer(const Member& member, Instant after) const {
+  return std::ranges::any_of(roster_.everyone(), [&](const Member* other) {
+    return !other->IsSame(member) && states_[*other].late_until > after;
+  });
+}
+
 /// Whether the awaited reply may still come. After an unexpected frame it may: that frame was
 /// perhaps another device's late reply. After a damaged reply a device is checked by its probe, so
 /// nothing is owed. A routed slave may still answer, unless the damaged bytes were as long as its
@@ -102,10 +122,8 @@ bool LateAnswers::MayStillAnswer(const Asked& asked, const ExchangeEnd& end) con
   if (end.outcome == Outcome::no_reply || end.outcome == Outcome::unexpected) return true;
   const bool damaged = end.outcome == Outcome::corrupt || end.outcome == Outcome::partial;
   if (!damaged || asked.member->device != nullptr) return false;
-  const bool others_due = std::ranges::any_of(roster_.everyone(), [&](const Member* other) {
-    return other != asked.member && states_[*other].late_until > asked.sent;
-  });
-  return others_due || std::ranges::none_of(asked.request->expect.shapes, [&](const Shape& shape) {
+  return OthersMayAnswer(*asked.member, asked.sent) ||
+         std::ranges::none_of(asked.request->expect.shapes, [&](const Shape& shape) {
            return end.received >= shape.min_length && end.received <= shape.max_length;
          });
 }
@@ -118,7 +136,7 @@ void LateAnswers::Conclude(const Asked& asked, const ExchangeEnd& end, bool in_s
     // A reply under a wrong address is still this device's reply: the request is closed. It stays
     // open only after silence, or where replies carry no address.
     const bool open = end.outcome == Outcome::no_reply || !asked.named();
-    if (open && !state.unanswered) state.unanswered = asked.sent;
+    if (open && !state.unanswered_since) state.unanswered_since = asked.sent;
     // Probes of a device that is offline would cost the others this time again and again.
     if (asked.lone_probe && asked.named()) return;
     // A connection that was closed ends the exchange long before its reply time.
@@ -131,11 +149,11 @@ void LateAnswers::Conclude(const Asked& asked, const ExchangeEnd& end, bool in_s
       ProvesLife(end.outcome) && asked.request->expect.reply != Expectation::Reply::none;
   if (!answered) return;
   // Where replies carry no address, a reply that is owed could pass for another device's.
-  const bool owed = state.unanswered && !in_step && !asked.named();
+  const bool owed = state.unanswered_since && !in_step && !asked.named();
   SetLate(member, owed ? SentAt(asked) + times.ceiling : Instant{});
   if (!asked.retry) patience_.OnAnswered(member, Lateness(asked, end));
-  state.unanswered.reset();
-  Decay(state.lateness);
+  state.unanswered_since.reset();
+  Decay(state.more_drain);
   Decay(state.trail);
 }
 
@@ -159,7 +177,7 @@ Instant LateAnswers::ClearAt(const Asked& asked) const {
   return clear;
 }
 
-Duration LateAnswers::ExtraDrain(const Member& member) const { return states_[member].lateness; }
+Duration LateAnswers::ExtraDrain(const Member& member) const { return states_[member].more_drain; }
 
 /// If requests R1...Rn stayed unanswered and a reply to another try comes now, it may be R1's. The
 /// replies to R2...Rn may still follow, the last within (now - R1 sent) plus the lateness of the
@@ -168,15 +186,16 @@ Duration LateAnswers::Aftermath(const Asked& asked, Instant now) const {
   const State& state = states_[*asked.member];
   // Replies carry their number: a copy passes for nothing else.
   if (asked.request->distinct && !asked.probe) return {};
-  if (!asked.retry || !state.unanswered) return state.trail;
+  if (!asked.retry || !state.unanswered_since) return state.trail;
   const LineTimes& times = asked.member->times;
-  const Duration since = now - *state.unanswered + times.gap + state.lateness;
+  const Duration since = now - *state.unanswered_since + times.gap + state.more_drain;
   return std::min(std::max(since, state.trail), times.ceiling);
 }
 
 Duration LateAnswers::WorstCase(const Member& member) const {
   const LineTimes& times = member.times;
-  return times.quiet + 32 * times.character + times.reply + times.drain + states_[member].lateness;
+  return times.quiet + 32 * times.character + times.reply + times.drain +
+         states_[member].more_drain;
 }
 
 void LateAnswers::SetLate(const Member& member, Instant until) {

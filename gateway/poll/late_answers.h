@@ -52,7 +52,7 @@ class LateAnswers {
   static Duration Lateness(const Asked& asked, const ExchangeEnd& end);
   /// It is offline: silent, not late. If it is late after all, its bytes will show it again.
   void OnOffline(const Member& member) {
-    states_[member].lateness = {};
+    states_[member].more_drain = {};
     patience_.OnOffline(member);
   }
 
@@ -85,24 +85,27 @@ class LateAnswers {
     cut_short,  // the same, of a reply that was cut short
   };
   struct State {
-    Instant late_until{};               // until then a reply to a failed request may come
-    std::optional<Instant> unanswered;  // start of the first exchange since its last reply
-    std::optional<Instant> late_from;   // bytes from here on are the late reply to its last request
+    Instant late_until{};                     // until then a reply to a failed request may come
+    std::optional<Instant> unanswered_since;  // start of the first exchange since its last reply
+    std::optional<Instant> late_from;  // bytes from here on are the late reply to its last request
     // When the reply to the first try of its last request was due, if that met silence. After a
     // damaged reply nothing is due.
     std::optional<Instant> due;
-    Duration retried{};   // if its last reply came to a repetition: the time from `due` until then
-    Duration lateness{};  // how much longer than its drain time its bytes kept coming after a
-                          // failed exchange
-    // How long after good replies more bytes came. Not part of `lateness`, which lengthens the
+    Duration retried{};  // if its last reply came to a repetition: the time from `due` until then
+    Duration more_drain{};  // how much longer than its drain time its bytes kept coming after a
+                            // failed exchange
+    // How long after good replies more bytes came. Not part of `more_drain`, which lengthens the
     // silence after failures only. Needed by MisbehavingTwin.DoubledRepliesSpoilNoOther/Set4tm9600.
     Duration trail{};
-    std::size_t trailing_bytes = 0;  // after its last exchange, if that was a good one
-    End end = End::silent;           // of its last exchange
-    bool told_late = false;          // the user has been warned
+    std::size_t after = 0;   // bytes since its last exchange
+    std::size_t least = 0;   // bytes of the shortest reply to that
+    End end = End::silent;   // of its last exchange
+    bool absent = false;     // that was a probe of it while it was offline
+    bool told_late = false;  // the user has been warned
   };
 
   bool MayStillAnswer(const Asked& asked, const ExchangeEnd& end) const;
+  bool OthersMayAnswer(const Member& member, Instant after) const;
   void SetLate(const Member& member, Instant until);
 
   const Roster& roster_;

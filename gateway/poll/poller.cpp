@@ -208,6 +208,11 @@ bool Poller::Pause() {
   return is_open() && line_.idle() && run_.job() == nullptr;
 }
 
+bool Poller::MayGoOut(Now now) const {
+  const Job* const job = run_.job();
+  return job == nullptr || !WhyNotSend(*job, now.instant);
+}
+
 void Poller::GoOn(Now now) {
   if (!hold_.GoOn() || !is_open()) return;
   Advance(now);

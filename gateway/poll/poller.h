@@ -90,6 +90,8 @@ class Poller : private LineClient {
   /// Nothing is begun any more until GoOn: the line is wanted for something else. True: what was
   /// under way has ended, and the line is silent.
   bool Pause();
+  /// The request that it has sent may still go out: it has waited for a connection until now.
+  bool MayGoOut(Now now) const;
   /// Without a Pause: nothing.
   void GoOn(Now now);
   /// As whom a telegram by hand to this device goes out.

@@ -32,9 +32,10 @@ class TelegramExchange final : private LineClient {
   std::optional<Instant> Deadline() const { return line_.Deadline(); }
 
   const Request& request() const { return request_; }
+  bool has_ended() const { return end_.has_value(); }
   /// It has ended, and the line is silent again.
   bool is_over() const { return end_ && line_.idle(); }
-  /// Once it is over.
+  /// Once it has ended.
   const ExchangeEnd& end() const { return *end_; }
   /// All that came back, without its echo if that is removed.
   const Bytes& reply() const { return reply_; }

@@ -49,13 +49,13 @@ struct WriteCommand {
   std::vector<std::uint32_t> reads{};
   /// In place of both: a telegram by hand.
   std::shared_ptr<Telegram> telegram{};
-  Instant deadline;            ///< nothing is sent later; answered no_reply when it passes
+  Instant deadline;            ///< nothing is sent later; what waits then ends as not_sent
   std::uint64_t sequence = 0;  ///< the line's own: its place among all writes to the line
   WriteState state = WriteState::asked;
-  /// Called right before each point is begun: why it must not be written now; empty: it may be.
+  /// Called right before each request is sent: why it must not be written now; empty: it may be.
   /// Null: there is no such condition.
   std::function<std::optional<std::string>(Instant now)> why_not;
-  /// True: its client waits for it no more, so it is not begun.
+  /// True: its client waits for it no more. What is not sent yet is not sent.
   std::shared_ptr<const std::atomic<bool>> abandoned;
   using Ended = std::function<void(const WriteResult&)>;
   /// Parts that must be told the result: the audit, the room in the line's queue.

@@ -180,7 +180,7 @@ Then WriteSession::OnFailure(Outcome outcome) {
   result_ = {};
   result_.outcome = outcome;
   if (outcome == Outcome::busy) {
-    result_.reason = "the time of the write was over before it was sent";
+    result_.reason = "it was not sent";
   } else {
     result_.reason = step_ == Step::open ? "no answer to the password; nothing was written"
                                          : "no answer to the write; it may have been carried out";

@@ -49,7 +49,7 @@ class PointService {
   /// A client that waits for its write.
   struct Asker {
     Writer writer{};
-    Instant deadline{};                                  ///< the write has ended by then
+    Instant deadline{};                                  ///< nothing of it is sent later
     std::shared_ptr<const std::atomic<bool>> abandoned;  ///< once true, the write is not begun
   };
   /// By the register: queues a write to points, selects a point, acknowledges alarms, or sets which

@@ -46,9 +46,9 @@ class RequestService : public std::enable_shared_from_this<RequestService> {
 
   /// Requests of one client that may wait for lines and servers; more are answered "busy".
   static constexpr std::size_t kMaxPending = 32;
-  /// The line that has taken a request answers it at its deadline: a routed one if it was not sent,
-  /// a write to a device in any case. A request that is still open this much later is answered
-  /// here.
+  /// At its deadline the line answers what it has not sent, and a write that is confirmed. What is
+  /// on the wire then is answered here this much later; the record of a write gets the end that
+  /// comes.
   static constexpr Duration kGrace = 20ms;
 
   /// Listener, `shared` and wire outlive the service until Close.

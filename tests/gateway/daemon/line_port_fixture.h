@@ -150,15 +150,12 @@ class LinePortTest : public testing::Test {
     GoTo(std::max(now_.instant, until));
   }
   /// The program is stopped for so long.
-  void Stop(Duration time) {
-    GoTo(now_.instant + time);
-    Handle([&] { line_->OnTimer(now_); });
-  }
+  void Stop(Duration time) { GoTo(now_.instant + time); }
   LineStatus status() { return store_->ReadLine(0); }
-  void Write() {
+  void Write(Duration patience = 1h) {
     WriteCommand command;
     command.writes = {{0, Value(5.0)}};
-    command.deadline = now_.instant + 1h;
+    command.deadline = now_.instant + patience;
     command.done = [this](const WriteResult& result) { ends_.push_back(result.end); };
     Handle([&] { line_->Submit(std::move(command), now_); });
   }

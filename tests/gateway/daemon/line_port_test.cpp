@@ -143,6 +143,7 @@ TEST_F(LocalPort, ATelegramIsNotSentBehindItsTimeWhenTheProgramGoesOn) {
   Ask("WA1=7\r", 50ms);
   EXPECT_EQ(port_.sends, before) << "it waits for a quiet line";
   Stop(100ms);
+  Handle([&] { line_->OnTimer(now_); });
   EXPECT_THAT(ends_, ElementsAre(WriteEnd::not_sent));
   EXPECT_EQ(port_.sends, before);
 }
@@ -169,6 +170,43 @@ TEST_F(LinePortTest, AConnectionThatEndsInGoodOrderRests) {
   EXPECT_EQ(port_.opens, opens + 1);
   EXPECT_EQ(status().outcomes[static_cast<std::size_t>(Outcome::no_reply)], 0U);
   EXPECT_THAT(retries_.downs, IsEmpty());
+}
+
+/// It is opened when the exchange would be over, or the time of the request is.
+TEST_F(LinePortTest, WhatWaitsForAConnectionIsNotSentLate) {
+  struct Row {
+    const char* what;
+    bool by_hand;
+    Duration patience;
+    Duration stopped;
+  };
+  const Row kRows[] = {
+      {"a write, the exchange is over", false, 1h, 1min},
+      {"a write, its deadline is", false, 100ms, 150ms},
+      {"a telegram, the exchange is over", true, 1h, 1min},
+      {"a telegram, its deadline is", true, 100ms, 150ms},
+  };
+  for (const Row& row : kRows) {
+    SCOPED_TRACE(row.what);
+    ends_.clear();
+    Open();
+    Pass(1500ms);  // between two polls
+    End();
+    const int before = port_.sends;
+    if (row.by_hand) {
+      Ask("WA1=5\r", row.patience);
+      Stop(10ms);
+      Handle([&] { line_->OnTimer(now_); });  // the line is quiet
+    } else {
+      Write(row.patience);
+    }
+    Stop(row.stopped);
+    Open();
+    EXPECT_EQ(port_.sends, before);
+    Pass(2s);
+    EXPECT_THAT(ends_, ElementsAre(WriteEnd::unknown));
+    Lose("unplugged");
+  }
 }
 
 TEST_F(LinePortTest, AServerThatClosesBehindEachAnswerIsNoOutage) {

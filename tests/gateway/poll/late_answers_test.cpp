@@ -85,7 +85,7 @@ TEST_F(LateAnswersTest, AReplyWithinTheTimeOfItsRequestIsInTime) {
   }
   EXPECT_EQ(late_.PatienceFor(a), 0ms);
   Exchange(a, 0ms, 3s, Outcome::no_reply);
-  EXPECT_LT(late_.OnStray({1, 100ms}, kStart + 3100ms).lateness, 200ms);
+  EXPECT_LT(late_.OnStray({9, 100ms}, kStart + 3100ms).lateness, 200ms);
 }
 
 /// R1 at 0 ms and R2 at 300 ms stayed unanswered; the reply at 650 ms may be R1's, so that R2's may
@@ -194,6 +194,43 @@ TEST_F(LateAnswersTest, NoiseBehindTheRepetitionOfADamagedReplyIsNoLateReply) {
     EXPECT_EQ(late_.OnStray({1, 5ms}, kStart + began + 125ms).late, nullptr);
   }
   EXPECT_EQ(late_.PatienceFor(a), 0ms);
+}
+
+/// The request was lost, its repetition was answered in time, and then the bus was released.
+TEST_F(LateAnswersTest, NoiseBehindTheRepetitionOfALostRequestIsNoLateReply) {
+  request_.expect.shapes = {{.min_length = 9}, {.min_length = 5}};
+  const auto repeat = [this](Duration began, std::size_t bytes) {
+    Exchange(a, began, began + 200ms, Outcome::no_reply);
+    EXPECT_EQ(late_.OnStray({1, 5ms}, kStart + began + 205ms).late, nullptr);
+    Exchange(a, began + 300ms, began + 320ms, Outcome::ok, true);
+    late_.OnStray({bytes, 5ms}, kStart + began + 325ms);
+  };
+  for (const Duration began : {100s, 200s, 300s}) repeat(began, 4);
+  EXPECT_EQ(late_.PatienceFor(a), 0ms);
+  for (const Duration began : {400s, 500s}) repeat(began, 5);
+  EXPECT_GT(late_.PatienceFor(a), 0ms) << "five bytes may be a refusal";
+}
+
+/// The reply of a is due when that of b has come.
+TEST_F(LateAnswersTest, ALateReplyBehindTheAnswerOfAnotherDeviceIsNoCopyOfThat) {
+  Exchange(a, 0ms, 200ms, Outcome::no_reply);
+  Exchange(b, 250ms, 270ms, Outcome::ok);
+  EXPECT_TRUE(late_.OnStray({9, 150ms}, kStart + 420ms).counts);
+  EXPECT_EQ(late_.Aftermath(Next(b, true), kStart + 500ms), 0ms);
+}
+
+TEST_F(LateAnswersTest, ALateReplyBehindTheProbeOfAnAbsentDeviceIsNotThatOnes) {
+  Exchange(a, 0ms, 200ms, Outcome::no_reply);
+  asked_ = {.member = &b,
+            .request = &request_,
+            .sent = kStart + 250ms,
+            .probe = true,
+            .lone_probe = true};
+  late_.OnEnd(asked_, Outcome::no_reply, kStart + 450ms);
+  late_.Conclude(asked_, {Outcome::no_reply, {}, {}, 0}, true, kStart + 450ms);
+  const LateAnswers::Stray told = late_.OnStray({9, 30ms}, kStart + 480ms);
+  EXPECT_EQ(told.late, nullptr);
+  EXPECT_EQ(told.warned, nullptr);
 }
 
 TEST_F(LateAnswersTest, WhatFollowsAGoodAnswerLengthensTheSilenceBehindGoodAnswers) {
