@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <string_view>
 
 #include "gateway/base/shown.h"
@@ -205,6 +206,13 @@ bool IsExplained(std::span<const DeviceRecord> devices) {
     for (std::size_t i = 1; i < kSymptoms; ++i) {
       const auto symptom = static_cast<Symptom>(i);
       const std::size_t notable = IsAnswered(symptom) ? kNotableNoise : kProof;
+/// An adapter gives back each request. Another master may ask the same now and then.
+bool Echoes(const LineStatus& status) {
+  constexpr std::uint64_t kLooked = 32;
+  const auto echoed = static_cast<std::uint64_t>(std::popcount(status.echoed));
+  return echoed > 0 && 2 * echoed >= std::min(kLooked, status.exchanges);
+}
+
       if (symptom != Symptom::silence && one.status.findings.Count(symptom) >= notable) return true;
     }
     return false;
@@ -238,7 +246,7 @@ Sentences DiagnoseLine(const config::Line& line, const LineStatus& status,
   // A device that answers no more than the echo says it itself.
   const bool answered = std::ranges::any_of(
       devices, [](const DeviceRecord& one) { return Answers(one.status.state); });
-  if (status.echoes > 0 && answered) {
+  if (Echoes(status) && answered) {
     found.push_back(fmt::format("the request itself came back {}: set 'echo: strip' at the line",
                                 Times(status.echoes)));
   }
