@@ -181,12 +181,17 @@ std::string Refusals(const DeviceRecord& record, const Evidence& evidence) {
     return point.reported.reason == Reason::not_fitted;
   };
   const bool none = !record.points.empty() && std::ranges::all_of(record.points, is_refused);
-  const bool always = none || (count == evidence.looked && count >= kAlways);
+  // Other requests than polls may be answered all the same.
+  const auto& queries = record.status.queries;
+  const bool all = !queries.empty() && std::ranges::all_of(queries, [](const QueryCount& query) {
+    return query.points == 0 || query.refused >= kNeverAnswered;
+  });
+  const bool always = none || all || (count == evidence.looked && count >= kAlways);
   std::string remedy = RemedyOf(last);
   if (always && last.outcome == Outcome::busy && last.remedy.empty()) {
     remedy = "end its programming, local or test mode, or restart it";
-  } else if (always && last.outcome == Outcome::unsupported && HasWorked(record)) {
-    remedy = "it has answered before: another device or firmware, or a test mode? Restart it";
+  } else if (always && remedy.starts_with(kProfileFits) && HasWorked(record)) {
+    remedy = kHasWorked;
   }
   if (record.status.unasked) {
     return fmt::format("{} ({} of its last {} messages): {}", reason, count, evidence.looked,
