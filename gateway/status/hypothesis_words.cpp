@@ -18,6 +18,10 @@ using enum Symptom;
 
 /// No device that needs a pause needs a shorter one.
 constexpr Duration kPause = 100ms;
+/// A device that needs more loses every other request, or it is a radio.
+constexpr Duration kUsualPause = 200ms;
+/// More is hardly meant.
+constexpr Duration kLongestQuiet = 3s;
 /// A suggested time is so much longer than what was seen.
 constexpr double kMargin = 1.25;
 /// So many bytes are a reply, each character of which has a wrong parity.
@@ -28,8 +32,8 @@ constexpr const char* kSetRaw =
     "set the converter or serial server to raw (no XON/XOFF, no Telnet)";
 
 /// A time for the configuration, in round numbers: "150ms".
-std::string Suggest(Duration seen) {
-  const double ms = kMargin * std::chrono::duration<double, std::milli>(seen).count();
+std::string Suggest(Duration seen, double margin = kMargin) {
+  const double ms = margin * std::chrono::duration<double, std::milli>(seen).count();
   const double step = ms < 100 ? 10 : ms < 1000 ? 50 : 500;
   const auto round = static_cast<std::int64_t>(step * std::ceil(ms / step + 0.01));
   return fmt::format("{}ms", round);
@@ -206,11 +210,20 @@ std::string SayLongDamaged(const Evidence& evidence) {
 }
 
 std::string SayTooFast(const Evidence& evidence) {
-  const Duration pause = evidence.device->status.findings.ShortPause();
-  return fmt::format(
-      "requests get no answer that come soon ({} ms) behind a telegram: set timing: {{ quiet: {} "
-      "}} at the device",
-      Milliseconds(pause), Suggest(std::max<Duration>(kPause, 2 * pause)));
+  const Findings& findings = evidence.device->status.findings;
+  const Duration pause = findings.ShortPause();
+  const auto known = findings.ShortestAnswered();
+  const std::string cause = fmt::format(
+      "requests get no answer that come soon ({} ms) behind a telegram: ", Milliseconds(pause));
+  if (!known || *known > kLongestQuiet) {
+    return cause + "try timing: { quiet: " + Suggest(std::max<Duration>(kPause, 2 * pause)) +
+           " } at the device, then more";
+  }
+  // It has answered behind this pause, and behind no shorter one.
+  const std::string quiet =
+      "timing: { quiet: " + Suggest(std::max<Duration>(kPause, *known), 1) + " } at the device";
+  return cause +
+         (pause < kUsualPause ? "set " + quiet : "it loses every other one, or needs " + quiet);
 }
 
 std::string SayAsleep(const Evidence& evidence) {

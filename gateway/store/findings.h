@@ -94,6 +94,12 @@ class Findings {
     return shortest_idle_ && *shortest_idle_ > longest ? longest : Duration();
   }
 
+  /// The shortest silence before a request that was ever answered; empty: none was, or what was
+  /// before it is not known.
+  std::optional<Duration> ShortestAnswered() const {
+    return shortest_idle_ == kLongIdle ? std::nullopt : shortest_idle_;
+  }
+
   /// The reverse: the shortest silence before a request to which nothing came, where every one of
   /// these requests that was answered had a shorter one before it.
   Duration LongRest() const {

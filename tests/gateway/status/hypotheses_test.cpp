@@ -150,7 +150,17 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        "B, then the protocol (spabus)"},
       {{{clean, 1, {.idle = kLongIdle}}, {silence, 20, {.idle = 90ms}}},
        "requests get no answer that come soon (90 ms) behind a telegram: set timing: { quiet: "
-       "250ms } at the device",
+       "650ms } at the device",
+       true,
+       false,
+       false,
+       true},
+      {{{clean, 4, {.idle = 600ms}},
+        {silence, 2, {.idle = 20ms}},
+        {clean, 4, {.idle = 600ms}},
+        {silence, 2, {.idle = 301ms}}},
+       "requests get no answer that come soon (301 ms) behind a telegram: it loses every other "
+       "one, or needs timing: { quiet: 650ms } at the device",
        true,
        true},
       {{{clean, 1, {.idle = kLongIdle}}, {silence, 20, {.idle = 900ms}}},
@@ -186,8 +196,8 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
         {silence, 2, {.idle = 20ms}},
         {clean, 4, {.idle = 600ms}},
         {silence, 2, {.idle = 90ms}}},
-       "requests get no answer that come soon (90 ms) behind a telegram: set timing: { quiet: "
-       "250ms } at the device",
+       "requests get no answer that come soon (90 ms) behind a telegram: try timing: { quiet: "
+       "250ms } at the device, then more",
        true,
        false,
        false,
