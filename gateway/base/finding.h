@@ -75,7 +75,8 @@ struct Finding {
   /// and kHighBit, kEvenByte, kOddByte.
   std::uint8_t specials = 0;
   /// "Modbus RTU frames come", "slave 7 answers"; text: as it came; refusal and odd: the reason;
-  /// noise_before, noise_behind, few_beside: "10 02 ... 10 03", what stands around the reply.
+  /// noise_before, noise_behind, few_beside: "10 02 ... 10 03", what stands around the reply;
+  /// eighth_bit: "mark", where it is always 1.
   std::string cause{};
   std::string remedy{};  ///< "set protocol: modbus_rtu at the line"; empty: nothing special
   Outcome outcome = Outcome::none;  ///< of the exchange

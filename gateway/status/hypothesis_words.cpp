@@ -235,15 +235,20 @@ std::string SayAsleep(const Evidence& evidence) {
 std::string SayEighthBit(const Evidence& evidence) {
   const config::SerialSettings serial = SerialOf(evidence.first());
   const std::string cause =
-      "right once the eighth bit is taken away: it sends 7 data bits with parity; ";
-  if (IsBehindServer(evidence)) return cause + "set 7E1 or 7O1 at the port of the serial server";
+      mark ? "the eighth bit of its characters is always 1: 7 data bits with mark parity, or two "
+             "stop bits; "
+           : "right once the eighth bit is taken away: it sends 7 data bits with parity; ";
+  const std::string set = mark ? "7M1 or 7N2" : "7E1 or 7O1";
+  if (IsBehindServer(evidence)) return cause + "set " + set + " at the port of the serial server";
   if (serial.data_bits > 7)
-    return cause + "set serial: to 7E1 or 7O1 (now " + serial.ToString() + ")";
-  return cause + "the adapter does not do " + serial.ToString() + ": use another, or 7O1";
+    return cause + "set serial: to " + set + " (now " + serial.ToString() + ")";
+  return cause + "the adapter does not do " + serial.ToString() + ": use another, or " +
+         (mark ? "7N2" : "7O1");
 }
 
 std::string SaySevenBits(const Evidence& evidence) {
   const std::string cause = "no character of its replies has its eighth bit: ";
+  const bool mark = !evidence.Last(eighth_bit).cause.empty();
   if (IsBehindServer(evidence)) {
     return cause + "the port of the serial server has 7 data bits; set 8 there";
   }
