@@ -78,6 +78,16 @@ bool IsOtherLength(const Evidence& evidence, const Finding& finding) {
   return finding.remedy.empty() && evidence.device->device->protocol.starts_with("modbus");
 }
 
+/// As many as its longest whole reply has.
+std::size_t RegistersGiven(const Evidence& evidence) {
+  const std::string& protocol = evidence.device->device->protocol;
+  const bool ascii = protocol == "modbus_ascii";
+  const std::size_t digits = ascii ? 4 : 2;  // characters of a register
+  const std::size_t around = ascii ? 11 : protocol == "modbus_tcp" ? 9 : 5;
+  const std::size_t good = evidence.device->status.findings.LongestGood();
+  return std::max<std::size_t>(1, (good - std::min(good, around)) / digits);
+}
+
 }  // namespace
 
 bool IsDamageAsMisfit(const Evidence& evidence) {
@@ -364,6 +374,11 @@ std::string SayOdd(const Evidence& evidence) {
   if (IsNowAndThen(evidence) && IsOtherLength(evidence, finding)) {
     return "some replies belong to other requests (" + Brief(finding) +
            "): another client of the server, or another master";
+  }
+  if (IsOtherLength(evidence, finding) && finding.bytes < finding.expected) {
+    return fmt::format(
+        "it gives fewer registers than are asked for ({}): set block: {} at the device",
+        Brief(finding), RegistersGiven(evidence));
   }
   return "its replies do not fit (" + Brief(finding) + "): " + RemedyOf(finding);
 }

@@ -58,6 +58,28 @@ class HypothesesTest : public DiagnoseTest {
   }
 };
 
+TEST_F(HypothesesTest, FewerRegistersThanAreAskedFor) {
+  const Finding few = {
+      .bytes = 25, .expected = 85, .cause = "22 bytes came where 82 answer the request"};
+  const struct {
+    std::string protocol;
+    std::size_t good;
+    std::string block;
+  } rows[] = {{"modbus_rtu", 21, "8"},
+              {"modbus_tcp", 25, "8"},
+              {"modbus_ascii", 43, "8"},
+              {"modbus_rtu", 0, "1"}};
+  for (const auto& row : rows) {
+    config_.lines[0].devices[1].protocol = row.protocol;
+    std::vector<Seen> seen = {{odd, 9, few}};
+    if (row.good > 0) seen.push_back({clean, 2, {.bytes = row.good, .expected = row.good}});
+    EXPECT_EQ(SayOf({.seen = seen, .says = {}, .here = true}),
+              "it gives fewer registers than are asked for (22 bytes came where 82 answer the "
+              "request): set block: " +
+                  row.block + " at the device");
+  }
+}
+
 TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
   const Row rows[] = {
       {{{silence, 20}},
