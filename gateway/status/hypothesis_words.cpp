@@ -244,6 +244,7 @@ std::string SayAsleep(const Evidence& evidence) {
 
 std::string SayEighthBit(const Evidence& evidence) {
   const config::SerialSettings serial = SerialOf(evidence.first());
+  const bool mark = !evidence.Last(eighth_bit).cause.empty();
   const std::string cause =
       mark ? "the eighth bit of its characters is always 1: 7 data bits with mark parity, or two "
              "stop bits; "
@@ -258,7 +259,6 @@ std::string SayEighthBit(const Evidence& evidence) {
 
 std::string SaySevenBits(const Evidence& evidence) {
   const std::string cause = "no character of its replies has its eighth bit: ";
-  const bool mark = !evidence.Last(eighth_bit).cause.empty();
   if (IsBehindServer(evidence)) {
     return cause + "the port of the serial server has 7 data bits; set 8 there";
   }
@@ -275,7 +275,7 @@ std::string SayOtherParity(const Evidence& evidence) {
 std::string SayText(const Evidence& evidence) {
   const std::string& remedy = evidence.Last(text).remedy;
   return "text comes in place of replies (" + Brief(evidence.Last(text)) + "): " +
-         (remedy.empty() ? "a modem, console or menu; take it off, or check the port" : remedy);
+         (remedy.empty() ? "a modem, console or menu: disconnect it, or check the port" : remedy);
 }
 
 std::string SayEcho(const Evidence& evidence) {

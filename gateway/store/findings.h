@@ -143,7 +143,7 @@ class Findings {
   }
   void KeepAround(const Finding& finding) {
     if (finding.symptom != Symptom::few_beside && finding.symptom != Symptom::noise_before &&
-        finding.symptom != Symptom::noise_behind) {
+        finding.symptom != Symptom::noise_behind && finding.symptom != Symptom::text_beside) {
       return;
     }
     same_around_ = finding.cause == around_ ? same_around_ + 1 : 1;

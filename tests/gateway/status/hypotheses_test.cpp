@@ -171,18 +171,8 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        "bytes come, and not one good frame: check bit rate, parity and data bits (9600 7E1), A and "
        "B, then the protocol (spabus)"},
       {{{clean, 1, {.idle = kLongIdle}}, {silence, 20, {.idle = 90ms}}},
-       "requests get no answer that come soon (90 ms) behind a telegram: set timing: { quiet: "
-       "650ms } at the device",
-       true,
-       false,
-       false,
-       true},
-      {{{clean, 4, {.idle = 600ms}},
-        {silence, 2, {.idle = 20ms}},
-        {clean, 4, {.idle = 600ms}},
-        {silence, 2, {.idle = 301ms}}},
-       "requests get no answer that come soon (301 ms) behind a telegram: it loses every other "
-       "one, or needs timing: { quiet: 650ms } at the device",
+       "requests get no answer that come soon (90 ms) behind a telegram: try timing: { quiet: "
+       "250ms } at the device, then more",
        true,
        true},
       {{{clean, 1, {.idle = kLongIdle}}, {silence, 20, {.idle = 900ms}}},
@@ -218,8 +208,18 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
         {silence, 2, {.idle = 20ms}},
         {clean, 4, {.idle = 600ms}},
         {silence, 2, {.idle = 90ms}}},
-       "requests get no answer that come soon (90 ms) behind a telegram: try timing: { quiet: "
-       "250ms } at the device, then more",
+       "requests get no answer that come soon (90 ms) behind a telegram: set timing: { quiet: "
+       "650ms } at the device",
+       true,
+       false,
+       false,
+       true},
+      {{{clean, 4, {.idle = 600ms}},
+        {silence, 2, {.idle = 20ms}},
+        {clean, 4, {.idle = 600ms}},
+        {silence, 2, {.idle = 301ms}}},
+       "requests get no answer that come soon (301 ms) behind a telegram: it loses every other "
+       "one, or needs timing: { quiet: 650ms } at the device",
        true,
        false,
        false,
@@ -251,9 +251,28 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        "does "
        "not do 9600 7E1: use another, or 7O1"},
       {{{text, 9, {.cause = "'login: '"}}},
-       "text comes in place of replies ('login: '): a modem, console or menu; take it off, or "
-       "check "
-       "the port"},
+       "text comes in place of replies ('login: '): a modem, console or menu: disconnect it, or "
+       "check the port"},
+      {{{clean, 9},
+        {other_form, 9, {.cause = "its reply to weight is not as described", .remedy = "x"}}},
+       "its reply to weight is not as described: x",
+       true,
+       false,
+       false,
+       true},
+      {{{clean, 9}, {damaged, 6}, {other_form, 3, {.cause = "its reply is other", .remedy = "x"}}},
+       "its replies come damaged: noise, bad termination or ground, or two devices with its "
+       "address",
+       true,
+       false,
+       false,
+       true},
+      {{{eighth_bit, 9, {.cause = "mark"}}},
+       "the eighth bit of its characters is always 1: 7 data bits with mark parity, or two stop "
+       "bits; set 7M1 or 7N2 at the port of the serial server",
+       false,
+       false,
+       true},
       {{{zeros, 9}},
        "nothing but 00 or FF comes: check A and B, the bias resistors and who drives the line, "
        "then the bit rate (9600 7E1)"},
