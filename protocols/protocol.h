@@ -95,6 +95,7 @@ struct Recognised {
     other_reply,     ///< a whole reply of the device to another request
     other_setting,   ///< a whole reply, if the device were configured in another way
     other_protocol,  ///< messages of another protocol
+    other_form,      ///< a whole line of text, which no telegram that is awaited looks like
   };
   What what = What::other_device;
   std::string cause{};   ///< a sentence without its full stop: "slave 7 answers in its place"

@@ -53,6 +53,7 @@ enum class Symptom : std::uint8_t {
   other_reply,     ///< a whole reply to another request
   two_replies,     ///< two different whole replies to one request
   odd,             ///< a whole reply whose content does not fit its request
+  other_form,      ///< a whole line of text of another form; `cause` says which
   text,            ///< words for people: a login, a menu, a log
   zeros,           ///< nothing but 00 or FF
   damaged,         ///< begins as a reply does, and is damaged
@@ -75,7 +76,8 @@ struct Finding {
   /// and kHighBit, kEvenByte, kOddByte.
   std::uint8_t specials = 0;
   /// "Modbus RTU frames come", "slave 7 answers"; text: as it came; refusal and odd: the reason;
-  /// noise_before, noise_behind, few_beside: "10 02 ... 10 03", what stands around the reply.
+  /// noise_before, noise_behind, few_beside: "10 02 ... 10 03", what stands around the reply;
+  /// eighth_bit: "mark", where it is always 1.
   std::string cause{};
   std::string remedy{};  ///< "set protocol: modbus_rtu at the line"; empty: nothing special
   Outcome outcome = Outcome::none;  ///< of the exchange
@@ -90,8 +92,8 @@ constexpr std::string_view Name(Symptom symptom) {
       "split",        "head_lost",     "end_lost",    "tail_lost",     "bytes_lost",
       "bytes_added",  "bad_check",     "eighth_bit",  "other_setting", "other_protocol",
       "other_device", "other_master",  "one_behind",  "same_again",    "late_echo",
-      "late_other",   "other_reply",   "two_replies", "odd",           "text",
-      "zeros",        "damaged",       "endless",     "noise"};
+      "late_other",   "other_reply",   "two_replies", "odd",           "other_form",
+      "text",         "zeros",         "damaged",     "endless",       "noise"};
   static_assert(std::size(kNames) == kSymptoms);
   return kNames[static_cast<std::size_t>(symptom)];
 }

@@ -128,6 +128,8 @@ Symptom SymptomOf(Recognised::What what) {
       return Symptom::other_reply;
     case Recognised::What::other_setting:
       return Symptom::other_setting;
+    case Recognised::What::other_form:
+      return Symptom::other_form;
     case Recognised::What::other_protocol:
       break;
   }
@@ -278,6 +280,9 @@ std::optional<Finding> TooShort(const Hearing& hearing, View heard) {
       .remedy = "the device or a converter does not keep to its protocol: update its firmware"};
 }
 
+/// Words that say what it is.
+bool IsTold(const Finding& words) { return !words.remedy.empty(); }
+
 /// No reply is in it.
 Finding Unreadable(const Hearing& hearing, View heard) {
   if (auto service = hearing.connection ? OtherService(heard, hearing.protocol->tcp) : std::nullopt)
@@ -286,15 +291,19 @@ Finding Unreadable(const Hearing& hearing, View heard) {
   if (LacksFirstByte(hearing, heard)) return {.symptom = Symptom::head_lost};
   if (auto too_short = TooShort(hearing, heard)) return *too_short;
   if (auto comma = DecimalComma(hearing, heard)) return *comma;
-  if (auto recognised = Recognise(hearing, heard)) return *recognised;
+  auto recognised = Recognise(hearing, heard);
+  const bool other_form = recognised && recognised->symptom == Symptom::other_form;
+  if (recognised && !other_form) return *recognised;
   if (auto foreign = OtherFrame(hearing, heard)) return *foreign;
   if (BlameOf(hearing, heard) == Outcome::unexpected) return {.symptom = Symptom::other_reply};
   const bool ends = std::ranges::find(heard, '\n') != heard.end();
   if (heard.size() > LongestHeard(hearing) && !(ends && IsLine(hearing, heard)))
     return {.symptom = Symptom::endless};
-  if (auto words = Words(hearing, heard)) return *words;
+  if (auto words = Words(hearing, heard); words && (!other_form || IsTold(*words))) return *words;
   if (auto nearly = NearlyReply(hearing, heard)) return *nearly;
-  if (auto line = Words(hearing, heard, true)) return *line;
+  if (auto line = Words(hearing, heard, true); line && (!other_form || IsTold(*line))) return *line;
+  // A device whose replies are text says something else in a text.
+  if (other_form) return *recognised;
   if (IsIdle(heard)) return {.symptom = Symptom::zeros};
   if (IsStanding(hearing)) {
     const bool words = std::ranges::all_of(heard, IsPrintable);

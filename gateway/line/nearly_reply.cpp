@@ -193,7 +193,10 @@ bool LacksFirstByte(const Hearing& hearing, View heard) {
 }
 
 std::optional<Finding> NearlyReply(const Hearing& hearing, View heard) {
-  if (IsWholeWithoutEighthBit(hearing, heard)) return Finding{.symptom = Symptom::eighth_bit};
+  if (IsWholeWithoutEighthBit(hearing, heard)) {
+    const bool mark = std::ranges::all_of(heard, [](auto byte) { return byte > 0x7F; });
+    return Finding{.symptom = Symptom::eighth_bit, .cause = mark ? "mark" : ""};
+  }
   if (auto other = OtherLineEnd(hearing, heard)) return other;
   if (auto changed = ChangedBytes(hearing, heard)) return changed;
   if (const std::size_t lost = LostHead(hearing, heard); lost > 0) {

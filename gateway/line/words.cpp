@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cstddef>
+#include <span>
 #include <string_view>
 
 #include "gateway/base/text.h"
@@ -21,6 +22,10 @@ constexpr std::size_t kQuoted = 30;
 /// So many lines that begin alike, in one exchange: nobody has asked for them.
 constexpr std::ptrdiff_t kRepeated = 2;
 constexpr std::size_t kAlike = 2;
+/// What a system says that waits for a user.
+constexpr std::string_view kLogins[] = {"login:", "username:", "password:", "logon:"};
+/// What a serial server says that has another client.
+constexpr std::string_view kInUse[] = {"in use", "busy", "too many", "occupied", "limit"};
 
 bool IsLetter(std::uint8_t byte) {
   return (byte >= 'a' && byte <= 'z') || (byte >= 'A' && byte <= 'Z');
@@ -41,37 +46,44 @@ bool IsWords(const Hearing& hearing, View heard) {
   const auto size = static_cast<std::ptrdiff_t>(heard.size());
   const bool binary = !std::ranges::all_of(hearing.request, IsPrintable);
   if (binary && letters == size && heard.size() >= kShortestWord) return true;
+  // "HB0001", or a telephone number: a packet of a radio or serial server.
+  const bool name = std::ranges::all_of(heard, [](auto byte) { return std::isalnum(byte) != 0; });
+  if (binary && name && heard.size() >= kShortestText) return true;
   if (heard.size() < kShortestText || 20 * printable < 19 * size) return false;
   return binary ? letters >= 3 : 5 * letters >= 2 * size;
 }
 
-/// One line after another that begins alike.
+/// One line after another that begins alike. Empty lines, as before a login, are none.
 bool Repeats(View heard) {
-  const View first = heard.first(std::min(heard.size(), kAlike));
-  std::ptrdiff_t alike = 1;
-  for (std::size_t i = 1; i < heard.size(); ++i) {
-    if (heard[i - 1] != '\n' && (heard[i - 1] != '\r' || heard[i] == '\n')) continue;
-    const View line = heard.subspan(i);
-    const bool same = std::ranges::equal(line.first(std::min(line.size(), kAlike)), first);
-    alike += same ? 1 : 0;
+  const auto is_end = [](auto byte) { return byte == '\r' || byte == '\n'; };
+  View first;
+  std::ptrdiff_t alike = 0;
+  for (auto at = std::ranges::find_if_not(heard, is_end); at != heard.end();) {
+    const auto end = std::find_if(at, heard.end(), is_end);
+    const View line(at, end);
+    const View front = line.first(std::min(line.size(), kAlike));
+    if (first.empty()) first = front;
+    alike += std::ranges::equal(front, first) ? 1 : 0;
+    at = std::find_if_not(end, heard.end(), is_end);
   }
   return alike >= kRepeated;
 }
 
-/// What a serial server says that has another client.
-bool IsInUse(View heard) {
+bool Has(View heard, std::span<const std::string_view> words) {
   std::string text(AsText(heard));
   std::ranges::transform(text, text.begin(), [](unsigned char c) { return std::tolower(c); });
-  constexpr std::string_view kWords[] = {"in use", "busy", "too many", "occupied", "limit"};
   return std::ranges::any_of(
-      kWords, [&](std::string_view word) { return text.find(word) != std::string::npos; });
+      words, [&](std::string_view word) { return text.find(word) != std::string::npos; });
 }
 
 std::string RemedyFor(View heard) {
+  if (Has(heard, kLogins)) {
+    return "a login prompt: switch the console (getty) off at the other end, or check the port";
+  }
   if (Repeats(heard)) {
     return "it sends by itself, asked or not: switch its automatic (continuous) output off";
   }
-  return IsInUse(heard) ? "end its other client, or raise its limit of connections" : "";
+  return Has(heard, kInUse) ? "end its other client, or raise its limit of connections" : "";
 }
 
 }  // namespace

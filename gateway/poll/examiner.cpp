@@ -274,6 +274,7 @@ Finding Examiner::Look() {
     case Symptom::other_device:
     case Symptom::other_reply:
     case Symptom::odd:
+    case Symptom::other_form:
     case Symptom::noise_before:
     case Symptom::noise_behind:
     case Symptom::device_beside:

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/poll/line_account.h"
 
+#include <utility>
+
 namespace baudgate {
 
 Duration LineAccount::OnTime(Now now, bool busy, bool drains) {
@@ -43,6 +45,7 @@ void LineAccount::OnExchange(const Member& member, const ExchangeEnd& end, bool 
   const bool life = ProvesLife(end.outcome);
   minute_.OnEnd(life ? use : LineUse::silence);
   Count(end.outcome);
+  counters_.echoed = counters_.echoed << 1U | (std::exchange(echoes_, false) ? 1U : 0U);
   if (life && !mute) {
     counters_.round_trips.Add(end.round_trip);
     silent_from_.reset();

@@ -42,7 +42,10 @@ class LineAccount {
   void OnProbe() { ++counters_.probes; }
   void OnLate() { ++counters_.late; }
   void OnStray(std::size_t count) { counters_.stray_bytes += count; }
-  void OnEcho() { ++counters_.echoes; }
+  void OnEcho() {
+    ++counters_.echoes;
+    echoes_ = true;
+  }
   void OnNegotiation() { ++counters_.negotiations; }
   /// An echo differed from what was sent, or was missing.
   void OnCollision() { ++counters_.collisions; }
@@ -74,6 +77,7 @@ class LineAccount {
   LineMinute minute_;
   Now now_{};
   bool open_ = false;
+  bool echoes_ = false;                 // the request under way has come back
   std::optional<WallTime> cut_since_;   // the ring
   Burst others_;                        // echoes that differed
   std::optional<Instant> silent_from_;  // since then no device has answered

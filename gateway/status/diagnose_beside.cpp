@@ -19,24 +19,33 @@ constexpr std::size_t kConstant = 4;
 
 /// The same bytes around its replies, which something in between puts there.
 std::string Wrapped(const DeviceRecord& record) {
+  if (!IsWrapped(record)) return {};
   const Findings& findings = record.status.findings;
-  const std::size_t beside = findings.Count(Symptom::few_beside) +
-                             findings.Count(Symptom::noise_before) +
-                             findings.Count(Symptom::noise_behind);
-  if (beside < kNotableNoise || findings.SameAround() < kConstant) return {};
-  // 00 and FF are of a line that nobody drives, as are the remains of a character.
   const std::string& around = findings.Around();
-  if (around.find_first_not_of("0F .") == std::string::npos) return {};
-  // What something in between puts there stands around each of them.
-  const bool nearly_all = 10 * beside >= 9 * findings.size();
-  if (!nearly_all || around.empty()) return {};
   const bool idle = around.find_first_not_of("0FEC8 .") == std::string::npos;
-  return "the same bytes stand around its replies (" + around + "): " +
-         (idle ? "noise while nobody drives the bus; fit bias resistors and termination"
-               : "set the modem, radio or serial server in between to raw, or terminate the bus");
+  const bool network = record.line->is_network();
+  return (findings.Count(Symptom::text_beside) > 0 ? "the same text stands"
+                                                   : "the same bytes stand") +
+         std::string(" around its replies (") + around + "): " +
+         (network ? "set the modem, radio or serial server in between to raw"
+          : idle  ? "noise while nobody drives the bus; fit bias resistors and termination"
+                 : "set the modem, radio or serial server in between to raw, or terminate the bus");
 }
 
 }  // namespace
+
+bool IsWrapped(const DeviceRecord& record) {
+  const Findings& findings = record.status.findings;
+  const std::size_t beside =
+      findings.Count(Symptom::few_beside) + findings.Count(Symptom::noise_before) +
+      findings.Count(Symptom::noise_behind) + findings.Count(Symptom::text_beside);
+  if (beside < kNotableNoise || findings.SameAround() < kConstant) return false;
+  // 00 and FF are of a line that nobody drives, as are the remains of a character.
+  const std::string& around = findings.Around();
+  if (around.find_first_not_of("0F .") == std::string::npos) return false;
+  // What something in between puts there stands around each of them.
+  return 10 * beside >= 9 * findings.size();
+}
 
 bool AreTwo(const Findings& findings) {
   const std::size_t others = findings.Count(Symptom::others_beside);
@@ -65,10 +74,12 @@ Sentences Beside(const DeviceRecord& record) {
     found.push_back(std::move(wrapped));
     return found;
   }
-  const bool server = !SerialOf(record).on_wire();
   const char* const noise =
-      server ? "the server sends unasked; let one client use it, or update its firmware"
-             : "noise while nobody drives the bus; check bias, termination and ground";
+      !SerialOf(record).on_wire()
+          ? "the server sends unasked; let one client use it, or update its firmware"
+      : record.line->is_network()
+          ? "noise behind the serial server, or packets of its own (heartbeat): switch them off"
+          : "noise while nobody drives the bus; check bias, termination and ground";
   const std::size_t before = findings.Count(Symptom::noise_before);
   const std::size_t behind = findings.Count(Symptom::noise_behind);
   const char* const where = before == 0   ? "stray bytes follow its replies"

@@ -12,6 +12,8 @@ namespace baudgate::control {
 /// Bytes beside good replies, of the exchanges that are kept.
 inline constexpr std::size_t kNotableNoise = 3;
 
+/// The same bytes stand around nearly all of its replies.
+bool IsWrapped(const DeviceRecord& record);
 /// Two devices have its address: many of their replies are alike, and a repeater never changes one.
 bool AreTwo(const Findings& findings);
 /// Where it is not the line's (gateway/status/diagnose_line.cpp).

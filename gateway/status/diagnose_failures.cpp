@@ -84,7 +84,12 @@ bool IsDamage(Symptom symptom) {
 Sentences SilentPoints(const DeviceRecord& record, const Evidence& evidence) {
   if (record.status.unasked) return {};
   const bool silent = evidence.Count(Symptom::silence) == evidence.failed;
-  if (!silent || !evidence.Last(Symptom::refusal).cause.empty() || IsAbsent(record.status))
+  // What is answered in another way is no silence.
+  const bool answered = std::ranges::any_of(record.status.queries, [](const QueryCount& query) {
+    return query.in_vain >= kNeverAnswered && query.symptom != Symptom::silence;
+  });
+  if (!silent || answered || !evidence.Last(Symptom::refusal).cause.empty() ||
+      IsAbsent(record.status))
     return {};
   const bool tried = evidence.looked == Findings::kKept;
   const std::string points = PointsOf(record, [&](std::size_t point) {
@@ -98,13 +103,30 @@ Sentences SilentPoints(const DeviceRecord& record, const Evidence& evidence) {
           ", and answers the others: take these points out of the profile, or set access: none"};
 }
 
+/// Other requests than those that fail are answered: polls, or such as no poll asks, as its name,
+/// while none that fails has ever had a value.
+bool HasOthers(const DeviceRecord& record, const Evidence& evidence) {
+  const std::vector<QueryCount>& queries = record.status.queries;
+  const auto is_good = [](const QueryCount& query) {
+    return query.points > 0 && query.in_vain == 0;
+  };
+  if (std::ranges::any_of(queries, is_good)) return true;
+  const auto has_value = [&](std::size_t point) {
+    return point < record.points.size() && HasValue(record.points[point].value);
+  };
+  const bool never = std::ranges::none_of(queries, [&](const QueryCount& query) {
+    return query.points > 0 && has_value(query.first_point);
+  });
+  const bool any = std::ranges::any_of(
+      record.points, [](const PointRecord& point) { return HasValue(point.value); });
+  return never && any && record.status.findings.Runs() > 1 && evidence.looked > evidence.failed;
+}
+
 /// Requests that are never answered well, beside others that are.
 Sentences DeadQueries(const DeviceRecord& record, const Evidence& evidence) {
   const DeviceStatus& status = record.status;
   const auto fails = [](const QueryCount& query) { return query.in_vain >= kNeverAnswered; };
-  const bool others = std::ranges::any_of(status.queries, [](const QueryCount& query) {
-    return query.points > 0 && query.in_vain == 0;
-  });
+  const bool others = HasOthers(record, evidence);
   // Where others fail now and then as well, it is no matter of the request.
   const bool shaky = std::ranges::any_of(status.queries, [&](const QueryCount& query) {
     return !fails(query) && std::popcount(query.failures) > 1;
@@ -119,7 +141,10 @@ Sentences DeadQueries(const DeviceRecord& record, const Evidence& evidence) {
     const auto first = std::ranges::find_if(status.queries, fails);
     const std::string& place = record.device->points[first->first_point].read;
     return {"does not answer the request for " + points + " (" + place + ")" +
-            ", and answers the others: take these points out of the profile, or set access: none"};
+            ", and answers the others: " +
+            (record.device->protocol == "telegram"
+                 ? "is it in the mode for it (remote)? Else take them out of the profile"
+                 : "take these points out of the profile, or set access: none")};
   }
   const bool damaged = std::ranges::all_of(status.queries, [&](const QueryCount& query) {
     return !fails(query) || IsDamage(query.symptom);
@@ -181,12 +206,17 @@ std::string Refusals(const DeviceRecord& record, const Evidence& evidence) {
     return point.reported.reason == Reason::not_fitted;
   };
   const bool none = !record.points.empty() && std::ranges::all_of(record.points, is_refused);
-  const bool always = none || (count == evidence.looked && count >= kAlways);
+  // Other requests than polls may be answered all the same.
+  const auto& queries = record.status.queries;
+  const bool all = !queries.empty() && std::ranges::all_of(queries, [](const QueryCount& query) {
+    return query.points == 0 || query.refused >= kNeverAnswered;
+  });
+  const bool always = none || all || (count == evidence.looked && count >= kAlways);
   std::string remedy = RemedyOf(last);
   if (always && last.outcome == Outcome::busy && last.remedy.empty()) {
     remedy = "end its programming, local or test mode, or restart it";
-  } else if (always && last.outcome == Outcome::unsupported && HasWorked(record)) {
-    remedy = "it has answered before: another device or firmware, or a test mode? Restart it";
+  } else if (always && remedy.starts_with(kProfileFits) && HasWorked(record)) {
+    remedy = kHasWorked;
   }
   if (record.status.unasked) {
     return fmt::format("{} ({} of its last {} messages): {}", reason, count, evidence.looked,

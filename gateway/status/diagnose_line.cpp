@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <string_view>
 
 #include "gateway/base/shown.h"
@@ -171,13 +172,14 @@ Sentences NobodyAnswers(const LineStatus& status, std::span<const DeviceRecord> 
 }
 
 /// What somebody else says on the line, whichever device was asked meanwhile.
-Sentences Strangers(std::span<const DeviceRecord> devices) {
+Sentences Strangers(const config::Line& line, std::span<const DeviceRecord> devices) {
   const auto seen = [&](std::initializer_list<Symptom> symptoms) -> const Finding* {
     const Finding* found = nullptr;
     std::size_t count = 0;
     for (const DeviceRecord& one : devices) {
       for (const Symptom symptom : symptoms) {
         const std::size_t its = one.status.findings.Count(symptom);
+        if (symptom == Symptom::text_beside && IsWrapped(one)) continue;
         count += its;
         if (its > 0) found = &one.status.findings.Last(symptom);
       }
@@ -193,10 +195,22 @@ Sentences Strangers(std::span<const DeviceRecord> devices) {
                    "have its address");
   }
   if (const Finding* text = seen({Symptom::text_beside})) {
-    said.push_back("something on the line sends text by itself (" + text->cause +
-                   "): take it off this line, or switch its automatic output off");
+    said.push_back(
+        line.is_network()
+            ? "text comes by itself (" + text->cause +
+                  "): a heartbeat or registration packet of the radio or serial server, or a "
+                  "device: switch it off"
+            : "something on the line sends text by itself (" + text->cause +
+                  "): take it off this line, or switch its automatic output (heartbeat) off");
   }
   return said;
+}
+
+/// An adapter gives back each request. Another master may ask the same now and then.
+bool Echoes(const LineStatus& status) {
+  constexpr std::uint64_t kLooked = 32;
+  const auto echoed = static_cast<std::uint64_t>(std::popcount(status.echoed));
+  return echoed > 0 && 2 * echoed >= std::min(kLooked, status.exchanges);
 }
 
 /// A word of the devices explains them.
@@ -238,7 +252,7 @@ Sentences DiagnoseLine(const config::Line& line, const LineStatus& status,
   // A device that answers no more than the echo says it itself.
   const bool answered = std::ranges::any_of(
       devices, [](const DeviceRecord& one) { return Answers(one.status.state); });
-  if (status.echoes > 0 && answered) {
+  if (Echoes(status) && answered) {
     found.push_back(fmt::format("the request itself came back {}: set 'echo: strip' at the line",
                                 Times(status.echoes)));
   }
@@ -253,7 +267,7 @@ Sentences DiagnoseLine(const config::Line& line, const LineStatus& status,
         "the server speaks Telnet when a connection begins, and doubles each FF: set its port to "
         "raw TCP, without Telnet or RFC 2217");
   }
-  for (std::string& sentence : Strangers(devices)) found.push_back(std::move(sentence));
+  for (std::string& sentence : Strangers(line, devices)) found.push_back(std::move(sentence));
   for (std::string& sentence : DriverErrors(line, status, nobody)) {
     found.push_back(std::move(sentence));
   }
@@ -262,7 +276,9 @@ Sentences DiagnoseLine(const config::Line& line, const LineStatus& status,
   if (stray >= kNotableStray && status.stray_bytes >= kFewStray && !IsExplained(devices)) {
     found.push_back(fmt::format(
         "{} of {} bytes came when nothing was asked: {}", status.stray_bytes, status.bytes_in,
-        line.serial.on_wire()
+        line.is_network() && line.serial.on_wire()
+            ? "late replies, packets of the serial server (heartbeat), or noise behind it"
+        : line.serial.on_wire()
             ? "noise (check bias resistors and termination), a second master, or late replies"
             : "the server answers twice, or does not keep to Modbus TCP; update its firmware"));
   }

@@ -139,10 +139,7 @@ Sentences DiagnosePoints(const LineStatus& line, const DeviceRecord& record, Now
       const std::string said = Brief(record.status.findings.Last(Symptom::refusal));
       why += said.empty() ? ": it does not answer requests for them" : ": it says '" + said + "'";
       const bool worked = reported == record.points.size() && HasValue(record.points[0].value);
-      why +=
-          worked
-              ? "; it has answered before: another device or firmware, or a test mode? Restart it"
-              : "; does the profile fit?";
+      why += "; " + (worked ? std::string(kHasWorked) : std::string(kProfileFits) + "?");
     }
     found.push_back(
         fmt::format("{} of {} points have no good value{}", reported, record.points.size(), why));

@@ -82,7 +82,7 @@ double InPieces(const Evidence& evidence) {
   return evidence.Count(split) < (evidence.answered ? kFacts : 1)
              ? 0
              : evidence.Share({split, tail_lost, head_lost, end_lost, bytes_lost, bad_check,
-                               damaged, odd, noise});
+                               damaged, odd, noise, other_form});
 }
 
 double Late(const Evidence& evidence) {
@@ -91,8 +91,8 @@ double Late(const Evidence& evidence) {
 }
 
 constexpr std::initializer_list<Symptom> kUnreadable = {
-    noise,      zeros,       damaged,   head_lost, tail_lost,  end_lost,
-    bytes_lost, bytes_added, bad_check, odd,       eighth_bit, endless};
+    noise,       zeros,     damaged, head_lost,  tail_lost, end_lost,  bytes_lost,
+    bytes_added, bad_check, odd,     eighth_bit, endless,   other_form};
 
 /// Bytes came, and never a frame.
 double WrongSettings(const Evidence& evidence) {
@@ -112,8 +112,9 @@ double NoTcp(const Evidence& evidence) {
 double Noise(const Evidence& evidence) {
   if (!evidence.answered) return 0;
   const double others = IsDamageOnly(evidence) ? evidence.Share({other_setting}) : 0;
-  return 0.9 * (others + evidence.Share({noise, zeros, damaged, head_lost, tail_lost, end_lost,
-                                         bytes_lost, bytes_added, bad_check, eighth_bit}));
+  return 0.9 *
+         (others + evidence.Share({noise, zeros, damaged, head_lost, tail_lost, end_lost,
+                                   bytes_lost, bytes_added, bad_check, eighth_bit, other_form}));
 }
 
 /// All that failed had a byte which converters change, and nothing good had.
@@ -139,6 +140,10 @@ template <Symptom kSymptom>
 double Always(const Evidence& evidence) {
   const double share = evidence.Share({kSymptom});
   return evidence.answered && share < 0.6 ? 0 : share;
+}
+
+double OtherForm(const Evidence& evidence) {
+  return IsDamageOnly(evidence) ? 0 : Always<other_form>(evidence);
 }
 
 /// Noise changes characters, and takes none away.
@@ -274,6 +279,7 @@ const std::vector<Hypothesis>& Hypotheses() {
       {"right, were another setting made", OtherSetting, AsFound<other_setting>, true},
       {"another master speaks on the line", OtherMaster, SayOtherMaster, true},
       {"slave N answers where slave N was asked", OtherDevice, SayOtherDevice, true},
+      {"its reply to TELEGRAM is not as described", OtherForm, AsFound<other_form>},
       {"text comes in place of replies", Text, SayText},
       {"only the request itself comes back", Seen<echo>, SayEcho, true},
       {"the gateway's own requests come back late", Seen<late_echo>, SayLateEcho},

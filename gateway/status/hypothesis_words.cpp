@@ -18,6 +18,10 @@ using enum Symptom;
 
 /// No device that needs a pause needs a shorter one.
 constexpr Duration kPause = 100ms;
+/// A device that needs more loses every other request, or it is a radio.
+constexpr Duration kUsualPause = 200ms;
+/// More is hardly meant.
+constexpr Duration kLongestQuiet = 3s;
 /// A suggested time is so much longer than what was seen.
 constexpr double kMargin = 1.25;
 /// So many bytes are a reply, each character of which has a wrong parity.
@@ -28,8 +32,8 @@ constexpr const char* kSetRaw =
     "set the converter or serial server to raw (no XON/XOFF, no Telnet)";
 
 /// A time for the configuration, in round numbers: "150ms".
-std::string Suggest(Duration seen) {
-  const double ms = kMargin * std::chrono::duration<double, std::milli>(seen).count();
+std::string Suggest(Duration seen, double margin = kMargin) {
+  const double ms = margin * std::chrono::duration<double, std::milli>(seen).count();
   const double step = ms < 100 ? 10 : ms < 1000 ? 50 : 500;
   const auto round = static_cast<std::int64_t>(step * std::ceil(ms / step + 0.01));
   return fmt::format("{}ms", round);
@@ -72,6 +76,16 @@ std::string QuotedIn(const Finding& finding) {
 /// A check value has proven what came, and it answers a request for more or less.
 bool IsOtherLength(const Evidence& evidence, const Finding& finding) {
   return finding.remedy.empty() && evidence.device->device->protocol.starts_with("modbus");
+}
+
+/// As many as its longest whole reply has.
+std::size_t RegistersGiven(const Evidence& evidence) {
+  const std::string& protocol = evidence.device->device->protocol;
+  const bool ascii = protocol == "modbus_ascii";
+  const std::size_t digits = ascii ? 4 : 2;  // characters of a register
+  const std::size_t around = ascii ? 11 : protocol == "modbus_tcp" ? 9 : 5;
+  const std::size_t good = evidence.device->status.findings.LongestGood();
+  return std::max<std::size_t>(1, (good - std::min(good, around)) / digits);
 }
 
 }  // namespace
@@ -209,11 +223,20 @@ std::string SayLongDamaged(const Evidence& evidence) {
 }
 
 std::string SayTooFast(const Evidence& evidence) {
-  const Duration pause = evidence.device->status.findings.ShortPause();
-  return fmt::format(
-      "requests get no answer that come soon ({} ms) behind a telegram: set timing: {{ quiet: {} "
-      "}} at the device",
-      Milliseconds(pause), Suggest(std::max<Duration>(kPause, 2 * pause)));
+  const Findings& findings = evidence.device->status.findings;
+  const Duration pause = findings.ShortPause();
+  const auto known = findings.ShortestAnswered();
+  const std::string cause = fmt::format(
+      "requests get no answer that come soon ({} ms) behind a telegram: ", Milliseconds(pause));
+  if (!known || *known > kLongestQuiet) {
+    return cause + "try timing: { quiet: " + Suggest(std::max<Duration>(kPause, 2 * pause)) +
+           " } at the device, then more";
+  }
+  // It has answered behind this pause, and behind no shorter one.
+  const std::string quiet =
+      "timing: { quiet: " + Suggest(std::max<Duration>(kPause, *known), 1) + " } at the device";
+  return cause +
+         (pause < kUsualPause ? "set " + quiet : "it loses every other one, or needs " + quiet);
 }
 
 std::string SayAsleep(const Evidence& evidence) {
@@ -224,12 +247,17 @@ std::string SayAsleep(const Evidence& evidence) {
 
 std::string SayEighthBit(const Evidence& evidence) {
   const config::SerialSettings serial = SerialOf(evidence.first());
+  const bool mark = !evidence.Last(eighth_bit).cause.empty();
   const std::string cause =
-      "right once the eighth bit is taken away: it sends 7 data bits with parity; ";
-  if (IsBehindServer(evidence)) return cause + "set 7E1 or 7O1 at the port of the serial server";
+      mark ? "the eighth bit of its characters is always 1: 7 data bits with mark parity, or two "
+             "stop bits; "
+           : "right once the eighth bit is taken away: it sends 7 data bits with parity; ";
+  const std::string set = mark ? "7M1 or 7N2" : "7E1 or 7O1";
+  if (IsBehindServer(evidence)) return cause + "set " + set + " at the port of the serial server";
   if (serial.data_bits > 7)
-    return cause + "set serial: to 7E1 or 7O1 (now " + serial.ToString() + ")";
-  return cause + "the adapter does not do " + serial.ToString() + ": use another, or 7O1";
+    return cause + "set serial: to " + set + " (now " + serial.ToString() + ")";
+  return cause + "the adapter does not do " + serial.ToString() + ": use another, or " +
+         (mark ? "7N2" : "7O1");
 }
 
 std::string SaySevenBits(const Evidence& evidence) {
@@ -250,7 +278,7 @@ std::string SayOtherParity(const Evidence& evidence) {
 std::string SayText(const Evidence& evidence) {
   const std::string& remedy = evidence.Last(text).remedy;
   return "text comes in place of replies (" + Brief(evidence.Last(text)) + "): " +
-         (remedy.empty() ? "a modem, console or menu; take it off, or check the port" : remedy);
+         (remedy.empty() ? "a modem, console or menu: disconnect it, or check the port" : remedy);
 }
 
 std::string SayEcho(const Evidence& evidence) {
@@ -353,6 +381,11 @@ std::string SayOdd(const Evidence& evidence) {
   if (IsNowAndThen(evidence) && IsOtherLength(evidence, finding)) {
     return "some replies belong to other requests (" + Brief(finding) +
            "): another client of the server, or another master";
+  }
+  if (IsOtherLength(evidence, finding) && finding.bytes < finding.expected) {
+    return fmt::format(
+        "it gives fewer registers than are asked for ({}): set block: {} at the device",
+        Brief(finding), RegistersGiven(evidence));
   }
   return "its replies do not fit (" + Brief(finding) + "): " + RemedyOf(finding);
 }

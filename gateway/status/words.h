@@ -11,6 +11,11 @@
 
 namespace baudgate::control {
 
+/// Of one that refuses what it has answered before: a profile that has fitted does so still.
+inline constexpr const char* kHasWorked =
+    "it has answered before: another device, other settings or a fault: look at it, restart it";
+inline constexpr const char* kProfileFits = "does the profile fit";
+
 /// 0 of nothing.
 inline double Share(double part, double whole) { return whole > 0 ? part / whole : 0; }
 

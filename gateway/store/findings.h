@@ -94,6 +94,12 @@ class Findings {
     return shortest_idle_ && *shortest_idle_ > longest ? longest : Duration();
   }
 
+  /// The shortest silence before a request that was ever answered; empty: none was, or what was
+  /// before it is not known.
+  std::optional<Duration> ShortestAnswered() const {
+    return shortest_idle_ == kLongIdle ? std::nullopt : shortest_idle_;
+  }
+
   /// The reverse: the shortest silence before a request to which nothing came, where every one of
   /// these requests that was answered had a shorter one before it.
   Duration LongRest() const {
@@ -137,7 +143,7 @@ class Findings {
   }
   void KeepAround(const Finding& finding) {
     if (finding.symptom != Symptom::few_beside && finding.symptom != Symptom::noise_before &&
-        finding.symptom != Symptom::noise_behind) {
+        finding.symptom != Symptom::noise_behind && finding.symptom != Symptom::text_beside) {
       return;
     }
     same_around_ = finding.cause == around_ ? same_around_ + 1 : 1;

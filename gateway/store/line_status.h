@@ -32,6 +32,7 @@ struct LineCounters {
   std::uint64_t late = 0;
   std::uint64_t collisions = 0;    ///< echo: verify: the echo differed or was missing
   std::uint64_t echoes = 0;        ///< echo: off: the request itself came back
+  std::uint32_t echoed = 0;        ///< the same of the latest 32 exchanges, one bit each
   std::uint64_t negotiations = 0;  ///< connections that began as Telnet, and devices answer there
   std::uint64_t probes = 0;        ///< of absent devices
   Duration busy{};                 ///< in exchanges and drains

@@ -3,7 +3,7 @@
 
 import manners as m
 import ports as p
-from fault import WIRE, Fault, family
+from fault import MODBUS, WIRE, Fault, family
 
 OTHER = "gap|second master|power|bit rate"
 SERIAL_WORDS = "adapter|A and B|bias|terminat|parity|bit rate|data bits"
@@ -139,4 +139,15 @@ SITES = family(
     Fault("healthy over a serial server", WIRE, m.late(0.05), "", "", where="alone beside", line="TCP", well=True),
     Fault("healthy, quick", "spa dcon set rtu ascii tcp", m.late(0.003), "", "", where="beside", well=True),
     Fault("healthy, not regular", "spa dcon set rtu ascii tcp", m.between(0.01, 0.09), "", "", where="beside", well=True),
+) + family(
+    "14 texts, refusals and pauses",
+    Fault("login prompt behind each request", "rtu spa dcon", m.sends(m.only(b"\r\nDebian GNU/Linux 11 plc7 ttyS0\r\n\r\nplc7 login: ")), "login", "getty|console", "by itself|gap|power"),
+    Fault("HB0001", "rtu", m.well, "HB0001", "heartbeat", "bias|terminat|gap|power", line="TCP", events=((2.5, lambda s: b"HB0001"),)),
+    Fault("blank before, OK behind", "ascii", m.sends(lambda x: b" " + x.reply + b"OK\r\n"), "same text", "raw", "by itself|gap|power"),
+    Fault("mark parity", "dcon", m.sends(lambda x: bytes(c | 0x80 for c in x.reply)), "eighth bit", "7M1|7N2", "7E1|7O1|gap|power"),
+    Fault("refuses all since 12 s", "dcon", m.dies_at(12, m.sends(lambda x: x.slave.wrap(b"?01"))), r"\?01", "answered before", "profile|gap|bit rate"),
+    Fault("refuses all since 12 s", "rtu tcp", m.dies_at(12, m.sends(m.exception(2))), "exception 02", "answered before", "profile|gap|bit rate"),
+    Fault("needs 400 ms", "rtu", m.needs_pause(0.4), "soon", "quiet: ([5-9]|1\\d)\\d0ms", "second master|bit rate|gap:"),
+    Fault("one register fewer", MODBUS, m.sends(m.pdu(m.fewer_registers)), "fewer registers", "block", "profile|gap|power"),
+    Fault("one value fewer", "spa", m.sends(lambda x: x.slave.wrap(x.address, x.slave.body_of(x.reply).rsplit(b"/", 1)[0])), "values where", "max_items", "gap|power|bit rate"),
 )

@@ -69,7 +69,7 @@ std::string_view RemedyOf(std::uint8_t code) {
     case kChannelClosed:
       return "keep other programs and masters off the meter";
     case kNotReady:
-      return "wait: the meter has just started";
+      return "wait: the meter has just started, or it has no voltage at its inputs";
     case kRepeat:
     case kBusy:
       return {};

@@ -11,10 +11,11 @@ namespace baudgate::protocols::spabus {
 namespace {
 
 constexpr const char* kOtherForm = "does the profile fit the device, item by item?";
+constexpr const char* kFewer = "set max_items: 1 at the device; does the profile fit it?";
 
-Answer Unexpected(std::string reason) {
+Answer Unexpected(std::string reason, const char* remedy = kOtherForm) {
   Answer answer;
-  answer.remedy = kOtherForm;
+  answer.remedy = remedy;
   answer.outcome = Outcome::unexpected;
   answer.reason = std::move(reason);
   return answer;
@@ -75,7 +76,8 @@ Answer DecodeData(const Command& command, const Reply& reply, std::span<const Re
   // A range that only a capture could ask for must not make us build a list without end.
   if (texts.size() != command.ItemCount()) {
     return Unexpected("the reply has " + std::to_string(texts.size()) + " values where " +
-                      std::to_string(command.ItemCount()) + " were asked for");
+                          std::to_string(command.ItemCount()) + " were asked for",
+                      texts.size() < command.ItemCount() ? kFewer : kOtherForm);
   }
   const std::vector<Address> items = ItemsOf(command);
   Answer answer;

@@ -10,6 +10,7 @@
 #include "protocols/telegram/faults.h"
 #include "protocols/telegram/frame_rule.h"
 #include "protocols/telegram/points.h"
+#include "protocols/telegram/recognise.h"
 #include "protocols/telegram/settings.h"
 #include "protocols/telegram/twin.h"
 
@@ -39,6 +40,7 @@ const Protocol& TelegramProtocol() {
       .reply_rule = CutTelegram,
       .parse = ParseWith<ReadSettings>,
       .expect = kWithSettings<Expect>,
+      .recognise = kWithSettings<Recognise>,
       .unasked =
           [](const config::Options& options) {
             const auto description = DescriptionOf(options);

@@ -28,12 +28,19 @@ TEST_F(DiagnoseTest, BehindAClosedPortTheLineSpeaks) {
                                        "release bay-1 --end' takes it back"));
 }
 
+TEST_F(DiagnoseTest, OneCopyOfARequestIsNoEcho) {
+  line_.exchanges = 1000;
+  line_.echoes = 1;
+  line_.echoed = 1;
+  EXPECT_THAT(SayOfLine(), IsEmpty()) << "another master may ask the same";
+}
+
 TEST_F(DiagnoseTest, TroubleOfALine) {
   const struct {
     std::function<void(LineStatus&)> trouble;
     std::string sentence;
   } rows[] = {
-      {[](LineStatus& line) { line.echoes = 12; },
+      {[](LineStatus& line) { line.echoes = 12, line.echoed = 0xFFF0FF; },
        "the request itself came back 12 times: set 'echo: strip' at the line"},
       {[](LineStatus& line) { line.collisions = 1; },
        "the echo was missing or different once: two talkers at once, or a bus that does not echo "

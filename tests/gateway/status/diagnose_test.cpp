@@ -149,6 +149,64 @@ TEST_F(DiagnoseTest, ARequestThatIsNeverAnsweredBesideOthers) {
   EXPECT_THAT(Say(), IsEmpty()) << "it answers none";
 }
 
+TEST_F(DiagnoseTest, ARequestThatIsAnsweredInAnotherWayIsNotSilent) {
+  for (PointRecord& point : record_.points) point.reported = Quality::bad_waiting;
+  device().queries = {{.first_point = 0, .points = 1},
+                      {.first_point = 1, .points = 1, .in_vain = 5, .symptom = Symptom::odd}};
+  device().last_reason = "6 values came where 8 channels are configured";
+  Looked(device(), Symptom::clean, 32);
+  EXPECT_THAT(Say()[0],
+              ::testing::StartsWith("only the request for " + record_.device->points[1].name +
+                                    " fails: its reply "
+                                    "does not fit (6 values came where 8 channels"));
+}
+
+TEST_F(DiagnoseTest, OnlyWhatNoPollAsksIsAnswered) {
+  device().queries = {{.points = 0},
+                      {.first_point = 1, .points = 1, .in_vain = 3, .symptom = Symptom::silence}};
+  record_.points[0].value = 1.5;
+  for (int i = 0; i < 3; ++i) {
+    Looked(device(), Symptom::clean, 1);
+    Looked(device(), Symptom::silence, 2);
+  }
+  EXPECT_THAT(Say()[0], ::testing::StartsWith("does not answer the request for " +
+                                              record_.device->points[1].name + " ("));
+  record_.points[1].value = 1.5;
+  EXPECT_THAT(Say()[0], ::testing::HasSubstr("exchanges failed: ")) << "it was answered once";
+}
+
+TEST_F(DiagnoseTest, WhatHasAnsweredBeforeAndRefusesAllIsNotAskedForItsProfile) {
+  device().queries = {{.first_point = 0, .points = 2, .refused = 3, .symptom = Symptom::refusal}};
+  record_.points[0].value = 1.5;
+  Ended(Outcome::unsupported, Symptom::refusal, 3, "",
+        {.cause = "the module answers '?01' to #", .remedy = "does the profile fit the module?"});
+  Looked(device(), Symptom::clean, 4);
+  EXPECT_EQ(Say()[0],
+            "it says 'the module answers '?01' to #' to 3 of 32 requests: it has answered before: "
+            "another device, other settings or a fault: look at it, restart it");
+  device().outcomes[static_cast<std::size_t>(Outcome::ok)] = 0;
+  EXPECT_THAT(Say()[0], ::testing::HasSubstr("does the profile fit the module?"));
+}
+
+TEST_F(DiagnoseTest, ATextAroundNearlyAllRepliesComesFromInBetween) {
+  Looked(device(), Symptom::text_beside, 3, {.cause = "'HB0001'"});
+  Looked(device(), Symptom::clean, 20);
+  EXPECT_THAT(SayOfLine(), ElementsAre("something on the line sends text by itself ('HB0001'): "
+                                       "take it off this line, or switch its automatic output "
+                                       "(heartbeat) off"));
+  config_.lines[0].port = "tcp://10.0.0.7:4001";
+  EXPECT_THAT(SayOfLine(), ElementsAre("text comes by itself ('HB0001'): a heartbeat or "
+                                       "registration packet of the radio or serial server, or a "
+                                       "device: switch it off"));
+  Looked(device(), Symptom::text_beside, 32, {.cause = "'OK'"});
+  EXPECT_THAT(SayOfLine(), IsEmpty());
+  EXPECT_THAT(Say(), ElementsAre("the same text stands around its replies ('OK'): set the modem, "
+                                 "radio or serial server in between to raw"));
+  Looked(device(), Symptom::noise_behind, 32);
+  EXPECT_THAT(Say()[0], ::testing::EndsWith("noise behind the serial server, or packets of its own "
+                                            "(heartbeat): switch them off"));
+}
+
 TEST_F(DiagnoseTest, WhatComesBesideGoodReplies) {
   Looked(device(), Symptom::noise_before, 4);
   EXPECT_THAT(Say(),

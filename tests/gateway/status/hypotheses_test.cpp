@@ -58,6 +58,28 @@ class HypothesesTest : public DiagnoseTest {
   }
 };
 
+TEST_F(HypothesesTest, FewerRegistersThanAreAskedFor) {
+  const Finding few = {
+      .bytes = 25, .expected = 85, .cause = "22 bytes came where 82 answer the request"};
+  const struct {
+    std::string protocol;
+    std::size_t good;
+    std::string block;
+  } rows[] = {{"modbus_rtu", 21, "8"},
+              {"modbus_tcp", 25, "8"},
+              {"modbus_ascii", 43, "8"},
+              {"modbus_rtu", 0, "1"}};
+  for (const auto& row : rows) {
+    config_.lines[0].devices[1].protocol = row.protocol;
+    std::vector<Seen> seen = {{odd, 9, few}};
+    if (row.good > 0) seen.push_back({clean, 2, {.bytes = row.good, .expected = row.good}});
+    EXPECT_EQ(SayOf({.seen = seen, .says = {}, .here = true}),
+              "it gives fewer registers than are asked for (22 bytes came where 82 answer the "
+              "request): set block: " +
+                  row.block + " at the device");
+  }
+}
+
 TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
   const Row rows[] = {
       {{{silence, 20}},
@@ -149,8 +171,8 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        "bytes come, and not one good frame: check bit rate, parity and data bits (9600 7E1), A and "
        "B, then the protocol (spabus)"},
       {{{clean, 1, {.idle = kLongIdle}}, {silence, 20, {.idle = 90ms}}},
-       "requests get no answer that come soon (90 ms) behind a telegram: set timing: { quiet: "
-       "250ms } at the device",
+       "requests get no answer that come soon (90 ms) behind a telegram: try timing: { quiet: "
+       "250ms } at the device, then more",
        true,
        true},
       {{{clean, 1, {.idle = kLongIdle}}, {silence, 20, {.idle = 900ms}}},
@@ -188,7 +210,17 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
         {clean, 4, {.idle = 600ms}},
         {silence, 2, {.idle = 90ms}}},
        "requests get no answer that come soon (90 ms) behind a telegram: set timing: { quiet: "
-       "250ms } at the device",
+       "650ms } at the device",
+       true,
+       false,
+       false,
+       true},
+      {{{clean, 4, {.idle = 600ms}},
+        {silence, 2, {.idle = 20ms}},
+        {clean, 4, {.idle = 600ms}},
+        {silence, 2, {.idle = 301ms}}},
+       "requests get no answer that come soon (301 ms) behind a telegram: it loses every other "
+       "one, or needs timing: { quiet: 650ms } at the device",
        true,
        false,
        false,
@@ -220,9 +252,28 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        "does "
        "not do 9600 7E1: use another, or 7O1"},
       {{{text, 9, {.cause = "'login: '"}}},
-       "text comes in place of replies ('login: '): a modem, console or menu; take it off, or "
-       "check "
-       "the port"},
+       "text comes in place of replies ('login: '): a modem, console or menu: disconnect it, or "
+       "check the port"},
+      {{{clean, 9},
+        {other_form, 9, {.cause = "its reply to weight is not as described", .remedy = "x"}}},
+       "its reply to weight is not as described: x",
+       true,
+       false,
+       false,
+       true},
+      {{{clean, 9}, {damaged, 6}, {other_form, 3, {.cause = "its reply is other", .remedy = "x"}}},
+       "its replies come damaged: noise, bad termination or ground, or two devices with its "
+       "address",
+       true,
+       false,
+       false,
+       true},
+      {{{eighth_bit, 9, {.cause = "mark"}}},
+       "the eighth bit of its characters is always 1: 7 data bits with mark parity, or two stop "
+       "bits; set 7M1 or 7N2 at the port of the serial server",
+       false,
+       false,
+       true},
       {{{zeros, 9}},
        "nothing but 00 or FF comes: check the parity and the bit rate (9600 7E1), then A and B, "
        "the bias resistors and who drives the line"},

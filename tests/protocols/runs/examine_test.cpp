@@ -253,6 +253,18 @@ TEST(Examine, SaysWhatCame) {
        "the server speaks Telnet"},
       {"ModbusRtu19200",
        kRtu,
+       {{20ms, kRtuReply + ToHex(ToBytes("HB0001"))}},
+       Outcome::ok,
+       text_beside,
+       "'HB0001'"},
+      {"Dcon9600",
+       ToHex(ToBytes("#0184\r")),
+       {{20ms, "BEABB1B0B0AEB2B3ABB0B3B4AEB0B5B0B08D"}},
+       Outcome::corrupt,
+       eighth_bit,
+       "mark"},
+      {"ModbusRtu19200",
+       kRtu,
        {{20ms, ToHex(ToBytes("S S 100.01 g\r\nS S 100.02 g\r\nS S 100.03 g\r\n"))}},
        Outcome::partial,
        text,
@@ -343,6 +355,29 @@ TEST(Examine, SaysWhatCame) {
     const Finding finding = Look(row);
     EXPECT_EQ(static_cast<int>(finding.symptom), static_cast<int>(row.symptom)) << came;
     EXPECT_EQ(finding.cause, row.cause) << came;
+  }
+}
+
+/// The remedy of a text that came in place of a reply.
+TEST(Examine, ATextSaysWhatItIs) {
+  const struct {
+    std::string text;
+    std::string remedy;
+  } rows[] = {
+      {"\r\nDebian GNU/Linux 11 plc7 ttyS0\r\n\r\nplc7 login: ",
+       "a login prompt: switch the console (getty) off at the other end, or check the port"},
+      {"\r\nPassword: ",
+       "a login prompt: switch the console (getty) off at the other end, or check the port"},
+      {"\r\n\r\nMain menu\r\n", ""},
+      {"S S 100.01 g\r\nS S 100.02 g\r\n",
+       "it sends by itself, asked or not: switch its automatic (continuous) output off"},
+      {"Port is in use\r\n", "end its other client, or raise its limit of connections"},
+  };
+  for (const auto& row : rows) {
+    const Finding finding =
+        Look({"ModbusRtu19200", kRtu, {{20ms, ToHex(ToBytes(row.text))}}, Outcome::corrupt, text});
+    EXPECT_EQ(finding.symptom, text) << row.text;
+    EXPECT_EQ(finding.remedy, row.remedy) << row.text;
   }
 }
 
