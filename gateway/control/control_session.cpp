@@ -40,7 +40,8 @@ ControlSession::ControlSession(Socket socket, RequestHandler& service, const Lim
       service_(service),
       limits_(limits),
       on_closed_(std::move(closed)),
-      client_{UserOf(socket_.native_handle()), NextNumber()},
+      left_(std::make_shared<std::atomic<bool>>(false)),
+      client_{UserOf(socket_.native_handle()), NextNumber(), left_},
       may_trace_(may_trace) {}
 
 void ControlSession::Start() {
@@ -57,6 +58,7 @@ void ControlSession::Close(const std::string& farewell) {
   }
   trace_.reset();
   patience_.cancel();
+  left_->store(true);
   service_.Forget(client_);
   asio::error_code ignored;
   socket_.close(ignored);
@@ -105,6 +107,16 @@ void ControlSession::OnReceived(std::size_t count) {
   Handle(request);
 }
 
+/// Nothing is read while a request has no answer, so this alone tells that its client has left. One
+/// that only says nothing more waits for its answer.
+void ControlSession::WatchEnd() {
+  if (std::exchange(watched_, true)) return;
+  socket_.async_wait(Socket::wait_error, [self = shared_from_this()](const asio::error_code& end) {
+    self->watched_ = false;
+    if (!end && !self->closed_ && self->asked_) self->Close();
+  });
+}
+
 void ControlSession::Handle(std::string_view request) {
   // Called on a line's thread, maybe after this session has ended.
   auto later = [weak = weak_from_this(), executor = socket_.get_executor()](std::string text) {
@@ -115,6 +127,7 @@ void ControlSession::Handle(std::string_view request) {
   };
   BePatient(limits_.patience);
   asked_ = true;
+  WatchEnd();
   Reply reply = service_.Answer(request, client_, ReadClocks(), later);
   if (reply.text.empty()) {
     late_ = std::move(reply.late);

@@ -7,6 +7,7 @@
 #include <array>
 #include <asio/local/stream_protocol.hpp>
 #include <asio/steady_timer.hpp>
+#include <atomic>
 #include <functional>
 #include <memory>
 #include <string>
@@ -54,6 +55,7 @@ class ControlSession : public std::enable_shared_from_this<ControlSession> {
   void OnSent(bool last);
   void StartTrace(TraceWish wish);
   void SendRecords();
+  void WatchEnd();
   void BePatient(Duration patience);
   void OnImpatience();
 
@@ -62,11 +64,13 @@ class ControlSession : public std::enable_shared_from_this<ControlSession> {
   RequestHandler& service_;
   const Limits limits_;
   std::function<void(ControlSession&)> on_closed_;
+  const std::shared_ptr<std::atomic<bool>> left_;  // the client has left
   const Writer client_;
   std::array<char, 4096> chunk_{};
   std::string in_;        // what came and is not answered yet
   std::string out_;       // being sent
   bool asked_ = false;    // its request has no answer yet
+  bool watched_ = false;  // WatchEnd is under way
   std::string late_;      // see Reply
   bool sending_ = false;  // out_ belongs to the socket
   const bool may_trace_;

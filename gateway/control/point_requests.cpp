@@ -63,6 +63,7 @@ Status PointRequests::Write(const config::Config& config, const Json& request, c
   ask->without_selection =
       confirm != request.end() && confirm->is_boolean() && confirm->get<bool>();
   ask->deadline = now + kWaitForDevice;
+  ask->abandoned = writer.left;
   ask->done = [answered](const WriteResult& result) { answered(ToJson(result)); };
   if (const auto denial = gate_.Submit(writer, std::move(*ask), now)) {
     const bool busy = denial->why == WriteDenial::Why::busy;
@@ -85,6 +86,7 @@ Status PointRequests::Read(const config::Config& config, const Json& request, co
   command.client = writer.name;
   command.reads = target->points;
   command.deadline = now.instant + kWaitForDevice;
+  command.abandoned = writer.left;
   const Instant asked = now.instant;
   command.done = [this, answered, target = *target, asked](const WriteResult& result) {
     answered(

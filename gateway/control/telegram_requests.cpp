@@ -86,6 +86,7 @@ Status AskManually(const config::Config& config, LineControl& control, CommandSi
   command.client = writer.name;
   command.telegram = telegram;
   command.deadline = now + kHandPatience;
+  command.abandoned = writer.left;
   const Json head = {{"protocol", protocol->name},
                      {"sent", telegram->shown},
                      {"write", !telegram->reads},

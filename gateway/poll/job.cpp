@@ -42,7 +42,7 @@ std::optional<Withheld> WhyNotSend(const Job& job, Instant now) {
     return Withheld{kNotSent, "the device is disabled"};
   }
   const auto* write = job.As<Job::Write>();
-  const bool untouched = write != nullptr && write->first == 0 && !job.begun();
+  const bool untouched = write != nullptr && write->first == 0 && !write->sent();
   if (untouched && write->command.abandoned && *write->command.abandoned) {
     return Withheld{kNotSent, "its client has left"};
   }

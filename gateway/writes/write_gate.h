@@ -34,6 +34,8 @@ namespace baudgate {
 struct Writer {
   std::string name;          ///< WriteCommand::client
   std::uint64_t number = 0;  ///< its connection
+  /// True: it has left. Null: that is not known.
+  std::shared_ptr<const std::atomic<bool>> left{};
 };
 
 struct WriteAsk {

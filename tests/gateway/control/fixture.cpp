@@ -61,6 +61,10 @@ bool FakeLines::Submit(WriteCommand command) {
   }
   Note(call + " of device " + std::to_string(command.device));
   if (full) return false;
+  if (hold != nullptr) {
+    hold->set_value(std::move(command));
+    return true;
+  }
   command.done(result);
   return true;
 }

@@ -9,6 +9,7 @@
 #include <asio/io_context.hpp>
 #include <condition_variable>
 #include <filesystem>
+#include <future>
 #include <map>
 #include <mutex>
 #include <optional>
@@ -38,11 +39,12 @@ class FakeLines final : public LineControl, public CommandSink {
   std::vector<TraceRecord> Recorded(std::uint32_t line) override;
   const Protocol* FindProtocol(const std::string&) const override { return protocol; }
 
-  /// Answered at once with `result`, unless the queue is full.
+  /// Answered at once with `result`, unless the queue is full, or it is to be held.
   bool Submit(WriteCommand command) override;
   void OnDenied(const DeniedWrite& denied) override;
 
   WriteResult result{.read_back = true};
+  std::promise<WriteCommand>* hold = nullptr;  ///< takes the next command
   bool full = false;
   const Protocol* protocol = nullptr;  ///< of every name
 

@@ -1,6 +1,10 @@
 // `read` and `write` over the control socket: what lines are asked, and what is answered.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
+#include <sys/socket.h>
+
+#include <future>
+#include <thread>
 
 #include "gateway/control/request_handler.h"
 #include "tests/gateway/control/fixture.h"
@@ -121,6 +125,44 @@ TEST_F(PointRequestsTest, AReadThatFailedGivesWhatIsKnown) {
   lines_.full = true;
   EXPECT_THAT(Ask(R"({"command":"read","target":"io.ai-1"})"), HasSubstr("too many commands"));
   EXPECT_THAT(Ask(R"({"command":"read","target":"io"})"), HasSubstr("name a point"));
+}
+
+/// A write waits for its line, and its client does something.
+class WaitingWrite : public ControlTest {
+ protected:
+  WaitingWrite() : ControlTest(WithWrites()) {
+    lines_.hold = &held_;
+    StartServer();
+    client_.emplace(Connect());
+    client_->Send(R"({"command":"write","target":"io.ai-1.setting","value":"7"})"
+                  "\n");
+    command_ = held_.get_future().get();
+  }
+  bool abandoned() const { return command_.abandoned && *command_.abandoned; }
+
+  std::optional<RawClient> client_;
+  WriteCommand command_;
+
+ private:
+  std::promise<WriteCommand> held_;
+};
+
+TEST_F(WaitingWrite, IsAbandonedWhenItsClientLeaves) {
+  EXPECT_FALSE(abandoned());
+  client_.reset();
+  const Instant until = ReadClocks().instant + 20s;
+  while (!abandoned() && ReadClocks().instant < until) std::this_thread::yield();
+  EXPECT_TRUE(abandoned());
+  command_.done({WriteEnd::not_sent, "its client has left"});
+}
+
+/// As `socat` does behind the end of its input.
+TEST_F(WaitingWrite, GoesOnWhenItsClientOnlySaysNothingMore) {
+  ASSERT_EQ(::shutdown(client_->socket(), SHUT_WR), 0);
+  Ask(Connect(), kStatus);  // the server has seen it by now
+  EXPECT_FALSE(abandoned());
+  command_.done({.read_back = true});
+  EXPECT_THAT(client_->ReceiveLine().value_or(""), HasSubstr(R"("end":"ok")"));
 }
 
 }  // namespace

@@ -37,18 +37,22 @@ class Rig : private PollerListener {
     write.command.MoveTo(WriteState::queued);
     write.command.deadline = now_.instant + 1h;
     write.command.done = [this](const WriteResult& result) { results.push_back(result); };
+    write.command.abandoned = left_;
     write.command.why_not = [this](Instant) { return why_not; };
     Begin(std::move(write), {});
   }
 
   /// "silence", "damage", "sent" (of a broadcast), "late" (an hour passes), "a while" (its proof
-  /// has become old), "disabled", "forbidden" (by an interlock), "lost" (the port), or a reply:
+  /// has become old), "disabled", "left" (its client), "forbidden" (by an interlock), "lost" (the
+  /// port), or a reply:
   /// "!A1=5".
   void Hear(const std::string& what) {
     if (what == "late") return Pass(1h);
     if (what == "a while") return Pass(2min);
     if (what == "disabled") {
       a().in_use = false;
+    } else if (what == "left") {
+      *left_ = true;
     } else if (what == "forbidden") {
       why_not = "an interlock";
     } else if (what == "sent") {
@@ -136,6 +140,7 @@ class Rig : private PollerListener {
   }
 
   config::Config config_;
+  std::shared_ptr<std::atomic<bool>> left_ = std::make_shared<std::atomic<bool>>(false);
   Now now_{kStart, kWall};
   Roster roster_{config_.lines[0], 0,
                  [](const std::string&) -> const Protocol& { return ToyProtocol(); }};
@@ -209,6 +214,8 @@ TEST(JobRunTest, WhatAWriteComesTo) {
        WriteEnd::denied},
       {{"behind a session, which is closed", "S1", {"!A9", "forbidden", "!A0"}, "ended"},
        WriteEnd::denied},
+      {{"its client has left meanwhile", "S1", {"!A9", "left", "!A0"}, "ended"},
+       WriteEnd::not_sent},
       {{"that does not close",
         "S1",
         {"!A9", "forbidden", "silence", "silence", "silence"},

@@ -84,7 +84,7 @@ TEST_F(JobTest, AWriteWhoseClientHasLeftIsNotBegunButEnded) {
   Job job = Make(std::move(write));
   job.steps = 1;
   EXPECT_EQ(WhyNotSend(job, kStart)->why, "its client has left");
-  job.attempts = 1;
+  job.As<Job::Write>()->command.state = WriteState::sent;
   EXPECT_FALSE(WhyNotSend(job, kStart)) << "it has been sent";
 }
 
