@@ -38,9 +38,9 @@ std::string Looks(const Evidence& evidence) {
 }
 
 /// "voltage and 3 more": what the requests read for which `is_meant` holds; empty: there are none,
-/// or all are.
+/// or all are, where `all` does not want these as well.
 template <typename IsMeant>
-std::string NamesOf(const DeviceRecord& record, IsMeant is_meant) {
+std::string NamesOf(const DeviceRecord& record, IsMeant is_meant, bool all = false) {
   const std::vector<QueryCount>& queries = record.status.queries;
   std::string first;
   std::size_t points = 0;
@@ -52,7 +52,7 @@ std::string NamesOf(const DeviceRecord& record, IsMeant is_meant) {
     if (!first.empty() || query.first_point >= record.device->points.size()) continue;
     first = record.device->points[query.first_point].name;
   }
-  if (meant == queries.size() || first.empty()) return {};
+  if ((meant == queries.size() && !all) || first.empty()) return {};
   return points > 1 ? fmt::format("{} and {} more", first, points - 1) : first;
 }
 
@@ -85,9 +85,11 @@ Sentences SilentPoints(const DeviceRecord& record, const Evidence& evidence) {
   if (record.status.unasked) return {};
   const bool silent = evidence.Count(Symptom::silence) == evidence.failed;
   // What is answered in another way is no silence.
-  const bool answered = std::ranges::any_of(record.status.queries, [](const QueryCount& query) {
-    return query.in_vain >= kNeverAnswered && query.symptom != Symptom::silence;
-  });
+  const auto was = [&](Symptom symptom) {
+    return record.status.findings.Last(symptom).symptom == symptom;
+  };
+  const bool answered = !was(Symptom::silence) || was(Symptom::odd) || was(Symptom::other_reply) ||
+                        was(Symptom::other_form);
   if (!silent || answered || !evidence.Last(Symptom::refusal).cause.empty() ||
       IsAbsent(record.status))
     return {};
@@ -132,7 +134,7 @@ Sentences DeadQueries(const DeviceRecord& record, const Evidence& evidence) {
     return !fails(query) && std::popcount(query.failures) > 1;
   });
   if (!others || shaky || status.findings.Count(Symptom::late) > 0) return {};
-  const std::string points = NamesOf(record, fails);
+  const std::string points = NamesOf(record, fails, true);
   if (points.empty()) return {};
   const bool silent = std::ranges::all_of(status.queries, [&](const QueryCount& query) {
     return !fails(query) || query.symptom == Symptom::silence;

@@ -4,9 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 
-#include "gateway/base/shown.h"
 #include "gateway/status/hypotheses.h"
 #include "gateway/status/reason.h"
 #include "gateway/status/words.h"
@@ -16,14 +14,6 @@ namespace {
 
 using enum Symptom;
 
-/// No device that needs a pause needs a shorter one.
-constexpr Duration kPause = 100ms;
-/// A device that needs more loses every other request, or it is a radio.
-constexpr Duration kUsualPause = 200ms;
-/// More is hardly meant.
-constexpr Duration kLongestQuiet = 3s;
-/// A suggested time is so much longer than what was seen.
-constexpr double kMargin = 1.25;
 /// So many bytes are a reply, each character of which has a wrong parity.
 constexpr std::size_t kWholeReply = 6;
 /// A driver that lets go too early costs no more.
@@ -31,19 +21,12 @@ constexpr std::size_t kFewLost = 4;
 constexpr const char* kSetRaw =
     "set the converter or serial server to raw (no XON/XOFF, no Telnet)";
 
-/// A time for the configuration, in round numbers: "150ms".
-std::string Suggest(Duration seen, double margin = kMargin) {
-  const double ms = margin * std::chrono::duration<double, std::milli>(seen).count();
-  const double step = ms < 100 ? 10 : ms < 1000 ? 50 : 500;
-  const auto round = static_cast<std::int64_t>(step * std::ceil(ms / step + 0.01));
-  return fmt::format("{}ms", round);
-}
-
-/// Bytes too few or too many.
-std::string SayNotTransparent(const Finding& finding, const char* what) {
-  const std::string count = finding.expected > 0 && finding.expected != finding.bytes
-                                ? fmt::format(" ({}, not {})", finding.bytes, finding.expected)
-                                : std::string();
+/// Bytes too few, or too many. Of a text only its refusal may have a known length.
+std::string SayNotTransparent(const Finding& finding, const char* what, bool few) {
+  const bool known = finding.expected > 0 && finding.expected != finding.bytes &&
+                     few == (finding.bytes < finding.expected);
+  const std::string count =
+      known ? fmt::format(" ({}, not {})", finding.bytes, finding.expected) : std::string();
   return what + count + ": " + kSetRaw;
 }
 
@@ -119,24 +102,6 @@ std::string SayOtherMaster(const Evidence& evidence) {
   return WithRemedy(evidence.Last(evidence.Count(other_master) > 0 ? other_master : master_beside));
 }
 
-std::string SayLate(const Evidence& evidence) {
-  const Duration reply = evidence.first().status.timing.reply.value_or(Duration{});
-  const Duration seen = evidence.Last(late).time;
-  return fmt::format(
-      "its replies come up to {} ms after the request, and timing.reply is {} ms: set timing: {{ "
-      "reply: {} }} at the device",
-      Milliseconds(seen), Milliseconds(reply), Suggest(std::max(seen, reply)));
-}
-
-std::string SaySplit(const Evidence& evidence) {
-  const Duration gap = evidence.first().status.timing.gap.value_or(Duration{});
-  const Duration seen = evidence.Last(split).time;
-  return fmt::format(
-      "its replies come in pieces, with pauses of up to {} ms, and timing.gap is {} ms: set "
-      "timing: {{ gap: {} }} at the device",
-      Milliseconds(seen), Milliseconds(gap), Suggest(seen));
-}
-
 std::string SayHeadLost(const Evidence& evidence) {
   const bool few = !evidence.Last(head_lost).cause.empty();
   return std::string(few ? "the first bytes of its replies are missing"
@@ -173,11 +138,11 @@ std::string SayTailLost(const Evidence& evidence) {
 }
 
 std::string SayBytesLost(const Evidence& evidence) {
-  return SayNotTransparent(evidence.Last(bytes_lost), "bytes are missing inside its replies");
+  return SayNotTransparent(evidence.Last(bytes_lost), "bytes are missing inside its replies", true);
 }
 
 std::string SayBytesAdded(const Evidence& evidence) {
-  return SayNotTransparent(evidence.Last(bytes_added), "its replies have bytes too many");
+  return SayNotTransparent(evidence.Last(bytes_added), "its replies have bytes too many", false);
 }
 
 std::string SaySpecials(const Evidence& evidence) {
@@ -220,29 +185,6 @@ std::string SayLongDamaged(const Evidence& evidence) {
       "long replies come damaged ({} bytes; up to {} are fine): ask for less at once (block, "
       "max_items): a buffer is small",
       findings.DamagedLong().shortest, findings.LongestGood());
-}
-
-std::string SayTooFast(const Evidence& evidence) {
-  const Findings& findings = evidence.device->status.findings;
-  const Duration pause = findings.ShortPause();
-  const auto known = findings.ShortestAnswered();
-  const std::string cause = fmt::format(
-      "requests get no answer that come soon ({} ms) behind a telegram: ", Milliseconds(pause));
-  if (!known || *known > kLongestQuiet) {
-    return cause + "try timing: { quiet: " + Suggest(std::max<Duration>(kPause, 2 * pause)) +
-           " } at the device, then more";
-  }
-  // It has answered behind this pause, and behind no shorter one.
-  const std::string quiet =
-      "timing: { quiet: " + Suggest(std::max<Duration>(kPause, *known), 1) + " } at the device";
-  return cause +
-         (pause < kUsualPause ? "set " + quiet : "it loses every other one, or needs " + quiet);
-}
-
-std::string SayAsleep(const Evidence& evidence) {
-  return "requests get no answer behind a rest of " +
-         FormatAge(evidence.device->status.findings.LongRest()) +
-         ", and their repeats do: it or its radio sleeps: shorten its poll, or switch sleep off";
 }
 
 std::string SayEighthBit(const Evidence& evidence) {

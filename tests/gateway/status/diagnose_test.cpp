@@ -162,8 +162,7 @@ TEST_F(DiagnoseTest, ARequestThatIsAnsweredInAnotherWayIsNotSilent) {
 }
 
 TEST_F(DiagnoseTest, OnlyWhatNoPollAsksIsAnswered) {
-  device().queries = {{.points = 0},
-                      {.first_point = 1, .points = 1, .in_vain = 3, .symptom = Symptom::silence}};
+  device().queries = {{.first_point = 1, .points = 1, .in_vain = 3, .symptom = Symptom::silence}};
   record_.points[0].value = 1.5;
   for (int i = 0; i < 3; ++i) {
     Looked(device(), Symptom::clean, 1);

@@ -259,7 +259,7 @@ TEST(Examine, SaysWhatCame) {
        "'HB0001'"},
       {"Dcon9600",
        ToHex(ToBytes("#0184\r")),
-       {{20ms, "BEABB1B0B0AEB2B3ABB0B3B4AEB0B5B0B08D"}},
+       {{20ms, "BEABB1B0B0AEB2B3ABB0B3B4AEB0B5C5B28D"}},
        Outcome::corrupt,
        eighth_bit,
        "mark"},
