@@ -165,11 +165,17 @@ void DeviceAccounts::OnPoll(const Device& device, std::size_t query, bool answer
   });
 }
 
-/// What it did not answer is asked otherwise now.
+/// A request that it never answered, beside others that it did, is asked otherwise from now on: its
+/// failures were no outages.
 void DeviceAccounts::OnPlan(const Device& device) {
+  constexpr std::uint32_t kNever = 2;
   Change(device, [](DeviceStatus& status) {
+    const auto& queries = status.queries;
+    const bool learned =
+        std::ranges::any_of(queries, [](const auto& query) { return query.in_vain >= kNever; }) &&
+        std::ranges::any_of(queries, [](const auto& query) { return query.in_vain == 0; });
+    if (learned) status.failures = {};
     status.queries.clear();
-    status.failures = {};
   });
 }
 

@@ -47,6 +47,13 @@ bool IsNowAndThen(const Evidence& evidence) {
          });
 }
 
+/// The replies to one request never fit.
+bool OneNeverFits(const Evidence& evidence) {
+  return std::ranges::any_of(evidence.device->status.queries, [](const QueryCount& query) {
+    return query.in_vain >= kNeverAnswered && query.symptom == odd;
+  });
+}
+
 /// " ('+02.51')": what the reason quotes.
 std::string QuotedIn(const Finding& finding) {
   const std::string text = Brief(finding);
@@ -320,7 +327,7 @@ std::string SayOdd(const Evidence& evidence) {
     return "some replies are damaged" + QuotedIn(finding) +
            ": noise, two devices with its address, or a converter loses bytes; a checksum helps";
   }
-  if (IsNowAndThen(evidence) && IsOtherLength(evidence, finding)) {
+  if (IsNowAndThen(evidence) && !OneNeverFits(evidence) && IsOtherLength(evidence, finding)) {
     return "some replies belong to other requests (" + Brief(finding) +
            "): another client of the server, or another master";
   }

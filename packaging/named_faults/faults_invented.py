@@ -140,7 +140,7 @@ INVENTED = family(
     Fault("restarts every 15 s for 6 s", "spa rtu", m.by_time(m.silent, 15, 6), "away|outage", "power|restart|wire", "raise poll|noise|gap", "beside"),
     Fault("long replies in pieces", "rtu", m.pieces(16, 0.12), "pieces|pause", "timing: \\{ gap", "power|profile|take these points", points=LONG),
     Fault("the same bytes from 15 s on", "rtu tcp", after(15, m.stuck), "same reply", "restart", "profile|gap|power"),
-    Fault("heartbeat of five letters", "rtu", m.well, "text", "take it off|automatic", "bias|gap|power", line="TCP", events=((3.0, lambda s: b"alive"),)),
+    Fault("heartbeat of five letters", "rtu", m.well, "text", "take it off|automatic|heartbeat", "bias|gap|power", line="TCP", events=((3.0, lambda s: b"alive"),)),
     Fault("its port is in use", "rtu tcp", m.silent, "Port already", "other client|limit", "gap|power|port number", line="TCP", greeting=b"Port already in use\r\n"),
     Fault("one of twelve lost, polled fast", "rtu tcp", m.now_and_then(m.silent, 12), "single requests get no answer", "wire|plug|network", "away|gap|restart", device="poll: 300ms"),
     Fault("exception 02 to all from 15 s on", "tcp rtu", after(15, m.sends(m.exception(2))), "exception 02", "firmware|another device", "gap|power"),
