@@ -75,7 +75,7 @@ class ConnectionProof {
 
  private:
   static constexpr Duration kGreeting = 500ms;
-  /// Of the present connection. Between two connections: of the last one.
+  /// The state of the present connection, or of the last one if none is open.
   enum class State : std::uint8_t { fresh, heard, proven, useless };
 
   const bool network_;

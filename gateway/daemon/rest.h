@@ -2,12 +2,12 @@
 // rest. Such an end is no outage: the next request opens the connection again.
 //
 //   answered, ended while nothing is asked        rests; opened by the next request
-//   answered once, ended with a request under     the same, and the next 4 requests get a
-//   connection way                                           each: the next would be lost, too.
-//   Then one
-//                                                 connection is tried again; next time it is 16
-//                                                 requests, then 64, up to 1,024
-//   answered again and again, likewise            rests: a drop, or an end behind a rest
+//   answered once, ended with a request           the same, and each of the next 4 requests gets
+//   under way                                     its own connection: the next would be lost, too.
+//                                                 Then one connection is tried again. When the same
+//                                                 happens again it is 16 requests, then 64, up to
+//                                                 1,024
+//   answered again and again, ended likewise      rests: a drop, or an end behind a rest
 //   ended before any answer, with a request       the same, four times at most: some servers close
 //   under way, where the line has several         for a device that they do not know, and the
 //   devices                                       others are asked next

@@ -1,6 +1,5 @@
-// What waits for the end of the write under way before the port of a line is given up, so that no
-// password stays open in a device; but not for longer than a second. A part of
-// gateway/daemon/line_port.h.
+// Delays giving up the port of a line until the write under way has ended, so that no password
+// stays open in a device; a second at most. A part of gateway/daemon/line_port.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

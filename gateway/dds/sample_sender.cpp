@@ -51,7 +51,7 @@ SampleSender::SampleSender(const config::Config& config, const PointStore& store
   AssignBounded(gateway_sample_.version, kVersion, kMaxVersion);
 }
 
-/// Of the numbered points alone: a reload may be adding devices to the store at this moment.
+/// Plans only the points that have numbers: a reload may be adding devices to the store meanwhile.
 PublishPlan SampleSender::NewPlan(Instant now) const {
   return {{.heartbeat = config_.dds.heartbeat},
           DeadbandsBySlot(store_, slots_),

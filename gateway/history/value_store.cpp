@@ -142,7 +142,7 @@ void ValueStore::Check(const std::set<std::string>& files) {
   if (!damaged_trends_.empty()) trends_.reset();
 }
 
-/// What waits belongs to another run than what is lost: of the time between them nothing is known.
+/// The samples that wait begin a new run, because the time of the lost ones is unknown.
 void ValueStore::CutRun() {
   lost_ = true;
   if (pending_.runs.empty()) return;

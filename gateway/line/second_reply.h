@@ -18,7 +18,7 @@ class SecondReply {
   void Take(const Bytes& frame) { taken_ = frame; }
   /// Bytes that came after it. True: a whole frame that differs is there. Told once.
   bool OnBytes(View bytes);
-  /// What came behind the frame up to now is whole copies of it, or nothing.
+  /// Nothing has come after the frame but whole copies of it.
   bool only_copies() const { return behind_.held() == 0; }
 
  private:

@@ -22,9 +22,9 @@ constexpr std::size_t kQuoted = 30;
 /// So many lines that begin alike, in one exchange: nobody has asked for them.
 constexpr std::ptrdiff_t kRepeated = 2;
 constexpr std::size_t kAlike = 2;
-/// What a system says that waits for a user.
+/// Prompts for a user and a password.
 constexpr std::string_view kLogins[] = {"login:", "username:", "password:", "logon:"};
-/// What a serial server says that has another client.
+/// Texts of a serial server whose port is in use.
 constexpr std::string_view kInUse[] = {"in use", "busy", "too many", "occupied", "limit"};
 
 bool IsLetter(std::uint8_t byte) {

@@ -22,7 +22,7 @@ class IdleTime {
     was_idle_ = idle;
     return now.instant - std::exchange(now_, now).instant;
   }
-  /// What the input has led to: `idle`, the line is.
+  /// The input was handled; `idle`: the line is idle after it.
   void OnHandled(bool idle) {
     if (idle && !was_idle_) since_ = now_.instant;
   }

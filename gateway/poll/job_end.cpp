@@ -39,7 +39,7 @@ void EndOfBackground(const Job& job, const JobEnd& end, EndEffects& effects) {
   effects.background = EndEffects::Background{took, job.proved};
 }
 
-/// Of a write whose request was not sent, or not once more.
+/// The end of a write whose request, or its repetition, was not sent.
 WriteEnd EndWithheld(const Job::Write& write) {
   return write.sent() ? EndUnheard(true) : write.withheld->end;
 }

@@ -1,4 +1,4 @@
-// What comes back from the bus for the request under way: its echo is taken out
+// Handles the bytes that come back for the request under way: its echo is taken out
 // (gateway/line/echo_watch.h), what the rest looks like is kept for the status (examiner.h), and a
 // whole frame is judged (reply_judge.h). Driven by gateway/poll/poller.cpp:
 //

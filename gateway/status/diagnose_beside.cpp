@@ -43,7 +43,7 @@ bool IsWrapped(const DeviceRecord& record) {
   // 00 and FF are of a line that nobody drives, as are the remains of a character.
   const std::string& around = findings.Around();
   if (around.find_first_not_of("0F .") == std::string::npos) return false;
-  // What something in between puts there stands around each of them.
+  // A converter puts the same text around each reply.
   return 10 * beside >= 9 * findings.size();
 }
 

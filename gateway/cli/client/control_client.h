@@ -45,7 +45,7 @@ class ControlClient {
   std::size_t searched_ = 0;  // of buffer_, without a line end
 };
 
-/// What to do about a process that has the socket open and does not answer.
+/// What to do if the process that listens does not answer.
 std::string CureOfSilence(int process);
 
 /// Exit code: no gateway answers.
