@@ -7,9 +7,9 @@
 #include "gateway/base/version.h"
 #include "gateway/cli/commands.h"
 #include "gateway/cli/mistakes.h"
-#include "gateway/cli/terminal/output.h"
 #include "gateway/daemon/modules.h"
 #include "gateway/process_start.h"
+#include "gateway/terminal/output.h"
 
 int main(int argc, char** argv) {
   using namespace baudgate;

@@ -8,8 +8,8 @@
 
 #include "gateway/cli/scan/ask.h"
 #include "gateway/cli/scan/scan.h"
-#include "gateway/cli/terminal/live_table.h"
-#include "gateway/cli/terminal/words.h"
+#include "gateway/terminal/live_table.h"
+#include "gateway/terminal/words.h"
 
 namespace baudgate {
 namespace {

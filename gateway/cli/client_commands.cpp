@@ -24,9 +24,9 @@
 #include "gateway/cli/client/writes.h"
 #include "gateway/cli/ports/ports.h"
 #include "gateway/cli/settings/settings.h"
-#include "gateway/cli/terminal/live_screen.h"
-#include "gateway/cli/terminal/words.h"
 #include "gateway/cli/trace/trace.h"
+#include "gateway/terminal/live_screen.h"
+#include "gateway/terminal/words.h"
 
 namespace baudgate {
 namespace {

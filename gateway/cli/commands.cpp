@@ -21,9 +21,9 @@
 #include "gateway/cli/offline/decode.h"
 #include "gateway/cli/offline/map.h"
 #include "gateway/cli/offline/protocols.h"
-#include "gateway/cli/terminal/live_table.h"
-#include "gateway/cli/terminal/output.h"
-#include "gateway/cli/terminal/words.h"
+#include "gateway/terminal/live_table.h"
+#include "gateway/terminal/output.h"
+#include "gateway/terminal/words.h"
 #ifdef BAUDGATE_WITH_DDS
 #include "gateway/base/exit_code.h"
 #include "gateway/cli/live/discovery_server.h"

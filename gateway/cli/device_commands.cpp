@@ -14,9 +14,9 @@
 #include "gateway/cli/offline/new_profile.h"
 #include "gateway/cli/offline/profiles.h"
 #include "gateway/cli/offline/simulate.h"
-#include "gateway/cli/terminal/live_table.h"
-#include "gateway/cli/terminal/words.h"
 #include "gateway/simulate/fault_text.h"
+#include "gateway/terminal/live_table.h"
+#include "gateway/terminal/words.h"
 
 namespace baudgate {
 namespace {

@@ -21,7 +21,7 @@
 #include "gateway/cli/bundle/archive.h"
 #include "gateway/cli/client/control_client.h"
 #include "gateway/cli/client/status_view.h"
-#include "gateway/cli/terminal/words.h"
+#include "gateway/terminal/words.h"
 
 namespace baudgate {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "gateway/base/shown.h"
 #include "gateway/cli/client/record_pages.h"
-#include "gateway/cli/terminal/stream_table.h"
+#include "gateway/terminal/stream_table.h"
 
 namespace baudgate {
 namespace {

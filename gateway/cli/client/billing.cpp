@@ -14,7 +14,7 @@
 #include "gateway/cli/client/control_client.h"
 #include "gateway/cli/client/history_stream.h"
 #include "gateway/cli/client/record_pages.h"
-#include "gateway/cli/terminal/text_table.h"
+#include "gateway/terminal/text_table.h"
 
 namespace baudgate {
 namespace {

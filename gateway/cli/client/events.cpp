@@ -9,8 +9,8 @@
 
 #include "gateway/base/csv.h"
 #include "gateway/cli/client/record_pages.h"
-#include "gateway/cli/terminal/stream_table.h"
-#include "gateway/cli/terminal/wrap.h"
+#include "gateway/terminal/stream_table.h"
+#include "gateway/terminal/wrap.h"
 
 namespace baudgate {
 namespace {

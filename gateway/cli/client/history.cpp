@@ -13,8 +13,8 @@
 #include "gateway/cli/client/control_client.h"
 #include "gateway/cli/client/history_stream.h"
 #include "gateway/cli/client/record_pages.h"
-#include "gateway/cli/terminal/stream_table.h"
 #include "gateway/status/history_csv.h"
+#include "gateway/terminal/stream_table.h"
 
 namespace baudgate {
 namespace {

@@ -5,7 +5,7 @@
 
 #include "gateway/base/time.h"
 #include "gateway/cli/client/control_client.h"
-#include "gateway/cli/terminal/text_table.h"
+#include "gateway/terminal/text_table.h"
 
 namespace baudgate {
 namespace {

@@ -2,7 +2,7 @@
 #include "gateway/cli/client/record_pages.h"
 
 #include "gateway/base/shown.h"
-#include "gateway/cli/terminal/stop_signals.h"
+#include "gateway/terminal/stop_signals.h"
 
 namespace baudgate {
 namespace {

@@ -9,7 +9,7 @@
 #include <string>
 
 #include "gateway/base/time.h"
-#include "gateway/cli/terminal/live_table.h"
+#include "gateway/terminal/live_table.h"
 
 namespace baudgate {
 

@@ -9,7 +9,7 @@
 #include "gateway/cli/client/json_fields.h"
 #include "gateway/cli/client/status_sentences.h"
 #include "gateway/cli/client/status_tables.h"
-#include "gateway/cli/terminal/wrap.h"
+#include "gateway/terminal/wrap.h"
 
 namespace baudgate {
 namespace {

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "gateway/cli/terminal/live_table.h"
+#include "gateway/terminal/live_table.h"
 
 namespace baudgate {
 

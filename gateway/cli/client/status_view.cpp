@@ -14,7 +14,7 @@
 #include "gateway/cli/client/status_sentences.h"
 #include "gateway/cli/client/status_tables.h"
 #include "gateway/cli/client/traffic_view.h"
-#include "gateway/cli/terminal/wrap.h"
+#include "gateway/terminal/wrap.h"
 
 namespace baudgate {
 namespace {

@@ -11,9 +11,9 @@
 #include "gateway/cli/client/control_client.h"
 #include "gateway/cli/client/status_frame.h"
 #include "gateway/cli/client/status_view.h"
-#include "gateway/cli/terminal/live_screen.h"
-#include "gateway/cli/terminal/stop_signals.h"
-#include "gateway/cli/terminal/wrap.h"
+#include "gateway/terminal/live_screen.h"
+#include "gateway/terminal/stop_signals.h"
+#include "gateway/terminal/wrap.h"
 
 namespace baudgate {
 namespace {

@@ -22,10 +22,10 @@
 #include "gateway/base/shown.h"
 #include "gateway/cli/live/scratch_directory.h"
 #include "gateway/cli/offline/make_line.h"
-#include "gateway/cli/terminal/live_screen.h"
-#include "gateway/cli/terminal/live_table.h"
 #include "gateway/daemon/daemon.h"
 #include "gateway/simulate/line_twins.h"
+#include "gateway/terminal/live_screen.h"
+#include "gateway/terminal/live_table.h"
 
 namespace baudgate {
 namespace {

@@ -7,8 +7,8 @@
 #include "config/model/discovery_server.h"
 #include "gateway/base/exit_code.h"
 #include "gateway/base/log.h"
-#include "gateway/cli/terminal/stop_signals.h"
 #include "gateway/dds/discovery/relay_socket.h"
+#include "gateway/terminal/stop_signals.h"
 
 namespace baudgate {
 namespace {

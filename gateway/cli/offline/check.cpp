@@ -18,8 +18,8 @@
 #include "gateway/cli/offline/security_problems.h"
 #include "gateway/cli/offline/taken_back.h"
 #include "gateway/cli/offline/unit_table.h"
-#include "gateway/cli/terminal/text_table.h"
 #include "gateway/state/state_folder.h"
+#include "gateway/terminal/text_table.h"
 
 namespace baudgate {
 namespace {

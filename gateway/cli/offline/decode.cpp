@@ -11,7 +11,7 @@
 #include "gateway/base/shown.h"
 #include "gateway/cli/offline/captures.h"
 #include "gateway/cli/offline/traced_decoder.h"
-#include "gateway/cli/terminal/wrap.h"
+#include "gateway/terminal/wrap.h"
 
 namespace baudgate {
 namespace {

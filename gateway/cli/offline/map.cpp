@@ -10,7 +10,7 @@
 #include "gateway/cli/offline/map_place.h"
 #include "gateway/cli/offline/structured_text.h"
 #include "gateway/cli/offline/type_text.h"
-#include "gateway/cli/terminal/text_table.h"
+#include "gateway/terminal/text_table.h"
 
 namespace baudgate {
 namespace {

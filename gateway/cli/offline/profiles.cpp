@@ -8,7 +8,7 @@
 #include "gateway/base/spelling.h"
 #include "gateway/cli/offline/check.h"
 #include "gateway/cli/offline/type_text.h"
-#include "gateway/cli/terminal/text_table.h"
+#include "gateway/terminal/text_table.h"
 
 namespace baudgate {
 namespace {

@@ -6,7 +6,7 @@
 #include "gateway/base/exit_code.h"
 #include "gateway/base/spelling.h"
 #include "gateway/base/text.h"
-#include "gateway/cli/terminal/text_table.h"
+#include "gateway/terminal/text_table.h"
 
 namespace baudgate {
 namespace {

@@ -14,9 +14,9 @@
 #include "gateway/base/spelling.h"
 #include "gateway/cli/offline/check.h"
 #include "gateway/cli/offline/simulate.h"
-#include "gateway/cli/terminal/text_table.h"
 #include "gateway/simulate/line_twins.h"
 #include "gateway/state/whole_file.h"
+#include "gateway/terminal/text_table.h"
 
 namespace baudgate {
 namespace {

@@ -5,7 +5,7 @@
 #include <map>
 
 #include "config/model/units.h"
-#include "gateway/cli/terminal/text_table.h"
+#include "gateway/terminal/text_table.h"
 
 namespace baudgate {
 namespace {

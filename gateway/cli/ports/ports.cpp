@@ -10,7 +10,7 @@
 #include "gateway/cli/client/port_text.h"
 #include "gateway/cli/ports/found_ports.h"
 #include "gateway/cli/ports/port_holders.h"
-#include "gateway/cli/terminal/text_table.h"
+#include "gateway/terminal/text_table.h"
 
 namespace baudgate {
 namespace {

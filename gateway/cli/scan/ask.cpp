@@ -13,7 +13,7 @@
 #include "gateway/cli/offline/make_line.h"
 #include "gateway/cli/scan/port_wire.h"
 #include "gateway/cli/scan/target.h"
-#include "gateway/cli/terminal/stop_signals.h"
+#include "gateway/terminal/stop_signals.h"
 #include "gateway/trace/trace_head.h"
 #include "protocols/masked_hex.h"
 

@@ -8,8 +8,8 @@
 #include <string>
 
 #include "config/model/line.h"
-#include "gateway/cli/terminal/stop_signals.h"
 #include "gateway/scan/scanner.h"
+#include "gateway/terminal/stop_signals.h"
 #include "transports/transport.h"
 
 namespace baudgate {

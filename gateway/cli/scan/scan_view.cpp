@@ -8,8 +8,8 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
-#include "gateway/cli/terminal/text_table.h"
-#include "gateway/cli/terminal/wrap.h"
+#include "gateway/terminal/text_table.h"
+#include "gateway/terminal/wrap.h"
 
 namespace baudgate {
 namespace {

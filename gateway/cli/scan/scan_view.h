@@ -8,8 +8,8 @@
 #include <string>
 
 #include "gateway/cli/scan/scan.h"
-#include "gateway/cli/terminal/stop_signals.h"
 #include "gateway/scan/scanner.h"
+#include "gateway/terminal/stop_signals.h"
 
 namespace baudgate {
 

@@ -9,7 +9,7 @@
 #include "gateway/base/text.h"
 #include "gateway/cli/settings/settings.h"
 #include "gateway/cli/settings/views.h"
-#include "gateway/cli/terminal/stop_signals.h"
+#include "gateway/terminal/stop_signals.h"
 
 namespace baudgate {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <utility>
 
-#include "gateway/cli/terminal/text_table.h"
+#include "gateway/terminal/text_table.h"
 
 namespace baudgate::settings {
 

@@ -8,8 +8,8 @@
 #include "gateway/base/shown.h"
 #include "gateway/cli/client/control_client.h"
 #include "gateway/cli/offline/traced_decoder.h"
-#include "gateway/cli/terminal/stop_signals.h"
 #include "gateway/decode/frame_lines.h"
+#include "gateway/terminal/stop_signals.h"
 
 namespace baudgate {
 namespace {

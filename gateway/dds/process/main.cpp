@@ -19,9 +19,6 @@
 #include "gateway/base/exit_code.h"
 #include "gateway/base/time.h"
 #include "gateway/base/version.h"
-#include "gateway/cli/terminal/live_screen.h"
-#include "gateway/cli/terminal/output.h"
-#include "gateway/cli/terminal/stop_signals.h"
 #include "gateway/dds/fast/fast_writer.h"
 #include "gateway/dds/fast/interface_watch.h"
 #include "gateway/dds/fast/own_addresses.h"
@@ -31,6 +28,9 @@
 #include "gateway/dds/types_xml.h"
 #include "gateway/dds/watch/guarded.h"
 #include "gateway/dds/watch/watch_words.h"
+#include "gateway/terminal/live_screen.h"
+#include "gateway/terminal/output.h"
+#include "gateway/terminal/stop_signals.h"
 
 namespace {
 

@@ -7,8 +7,8 @@
 #include <ostream>
 
 #include "gateway/base/time.h"
-#include "gateway/cli/terminal/stop_signals.h"
 #include "gateway/dds/watch/listening.h"
+#include "gateway/terminal/stop_signals.h"
 
 namespace baudgate {
 

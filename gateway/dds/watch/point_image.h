@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "gateway/base/time.h"
-#include "gateway/cli/terminal/live_table.h"
 #include "gateway/dds/watch/point_order.h"
 #include "gateway/dds/watch/watch_lines.h"
+#include "gateway/terminal/live_table.h"
 
 namespace baudgate {
 

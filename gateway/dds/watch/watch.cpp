@@ -12,8 +12,6 @@
 #include "gateway/base/exit_code.h"
 #include "gateway/base/shown.h"
 #include "gateway/base/text.h"
-#include "gateway/cli/terminal/live_screen.h"
-#include "gateway/cli/terminal/stop_signals.h"
 #include "gateway/dds/watch/listening.h"
 #include "gateway/dds/watch/point_feed.h"
 #include "gateway/dds/watch/point_image.h"
@@ -21,6 +19,8 @@
 #include "gateway/dds/watch/watch_any.h"
 #include "gateway/dds/watch/watch_events.h"
 #include "gateway/dds/watch/watch_lines.h"
+#include "gateway/terminal/live_screen.h"
+#include "gateway/terminal/stop_signals.h"
 
 namespace baudgate {
 namespace {

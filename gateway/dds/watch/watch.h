@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "gateway/base/time.h"
-#include "gateway/cli/terminal/live_table.h"
 #include "gateway/dds/fast/participant.h"
+#include "gateway/terminal/live_table.h"
 
 namespace baudgate {
 

@@ -8,10 +8,10 @@
 
 #include "gateway/base/exit_code.h"
 #include "gateway/base/shown.h"
-#include "gateway/cli/terminal/stop_signals.h"
 #include "gateway/dds/fast/participant.h"
 #include "gateway/dds/watch/line_loop.h"
 #include "gateway/dds/watch/mailbox.h"
+#include "gateway/terminal/stop_signals.h"
 
 namespace baudgate {
 namespace {

@@ -12,10 +12,10 @@
 #include "gateway/base/exit_code.h"
 #include "gateway/base/shown.h"
 #include "gateway/base/time.h"
-#include "gateway/cli/terminal/stop_signals.h"
 #include "gateway/dds/watch/line_loop.h"
 #include "gateway/dds/watch/mailbox.h"
 #include "gateway/dds/watch/sample_json.h"
+#include "gateway/terminal/stop_signals.h"
 
 namespace baudgate {
 namespace {

@@ -3,8 +3,8 @@
 
 #include "config/model/network.h"
 #include "gateway/base/spelling.h"
-#include "gateway/cli/terminal/words.h"
 #include "gateway/dds/fast/participant.h"
+#include "gateway/terminal/words.h"
 
 namespace baudgate {
 namespace {

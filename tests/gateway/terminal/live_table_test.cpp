@@ -1,6 +1,6 @@
 // Tables of live values as text: alignment, cutting, colours, and nothing that steers a terminal.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/cli/terminal/live_table.h"
+#include "gateway/terminal/live_table.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

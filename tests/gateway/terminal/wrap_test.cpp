@@ -1,6 +1,6 @@
 // Sentences in a terminal.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/cli/terminal/wrap.h"
+#include "gateway/terminal/wrap.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

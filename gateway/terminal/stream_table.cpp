@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/cli/terminal/stream_table.h"
+#include "gateway/terminal/stream_table.h"
 
 #include <algorithm>
 #include <limits>
 #include <utility>
 
-#include "gateway/cli/terminal/column_layout.h"
-#include "gateway/cli/terminal/width.h"
+#include "gateway/terminal/column_layout.h"
+#include "gateway/terminal/width.h"
 
 namespace baudgate {
 

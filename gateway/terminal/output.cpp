@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/cli/terminal/output.h"
+#include "gateway/terminal/output.h"
 
 #include <poll.h>
 #include <unistd.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/cli/terminal/live_table.h"
+#include "gateway/terminal/live_table.h"
 
 #include <sys/ioctl.h>
 #include <unistd.h>
@@ -9,7 +9,7 @@
 #include <span>
 
 #include "gateway/base/shown.h"
-#include "gateway/cli/terminal/width.h"
+#include "gateway/terminal/width.h"
 
 namespace baudgate {
 namespace {

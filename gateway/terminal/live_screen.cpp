@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/cli/terminal/live_screen.h"
+#include "gateway/terminal/live_screen.h"
 
 #include <unistd.h>
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/cli/terminal/wrap.h"
+#include "gateway/terminal/wrap.h"
 
 #include <algorithm>
 
-#include "gateway/cli/terminal/width.h"
+#include "gateway/terminal/width.h"
 
 namespace baudgate {
 namespace {

@@ -1,6 +1,6 @@
 // A table whose rows come one after the other.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/cli/terminal/stream_table.h"
+#include "gateway/terminal/stream_table.h"
 
 #include <gtest/gtest.h>
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/cli/terminal/text_table.h"
+#include "gateway/terminal/text_table.h"
 
 #include <algorithm>
 
 #include "gateway/base/csv.h"
 #include "gateway/base/text.h"
-#include "gateway/cli/terminal/column_layout.h"
-#include "gateway/cli/terminal/width.h"
+#include "gateway/terminal/column_layout.h"
+#include "gateway/terminal/width.h"
 
 namespace baudgate::config {
 namespace {

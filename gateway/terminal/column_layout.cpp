@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/cli/terminal/column_layout.h"
+#include "gateway/terminal/column_layout.h"
 
 #include <algorithm>
 #include <utility>
 
-#include "gateway/cli/terminal/width.h"
-#include "gateway/cli/terminal/wrap.h"
+#include "gateway/terminal/width.h"
+#include "gateway/terminal/wrap.h"
 
 namespace baudgate {
 namespace {

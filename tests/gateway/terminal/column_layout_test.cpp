@@ -1,13 +1,13 @@
 // Rows of tables that fit a terminal.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/cli/terminal/column_layout.h"
+#include "gateway/terminal/column_layout.h"
 
 #include <gtest/gtest.h>
 
 #include <sstream>
 
-#include "gateway/cli/terminal/stream_table.h"
-#include "gateway/cli/terminal/text_table.h"
+#include "gateway/terminal/stream_table.h"
+#include "gateway/terminal/text_table.h"
 
 namespace baudgate {
 namespace {

@@ -1,6 +1,6 @@
 // Frames on a terminal.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/cli/terminal/live_screen.h"
+#include "gateway/terminal/live_screen.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
