@@ -71,8 +71,8 @@ const RawProfile* FindProfile(MapReader& map, const Protocol* protocol, Device& 
   return &context.profiles.emplace(key, std::move(profile)).first->second;
 }
 
-// The line's timing and retries stay with the line, for its devices to fall back on.
-/// Returns what stands above all points, whoever has said it.
+/// Times, retries and ages of the device. The line's timing and retries stay with the line, for its
+/// devices to fall back on. Returns the pace that stands above all points, whoever has set it.
 Pace ReadTimes(MapReader& map, const Profile& profile, const Pace& line, Device& device) {
   const Pace said = ReadPace(map, Level::device);
   const Pace own = Merge(said, profile.pace);

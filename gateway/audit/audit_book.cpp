@@ -23,7 +23,7 @@ std::optional<Ticket> AuditBook::Begin(WriteRecord record) {
 }
 
 void AuditBook::Changed(Entry& entry) {
-  if (entry.kept == entry.version) ++due_;
+  if (entry.written_version == entry.version) ++due_;
   ++entry.version;
 }
 
@@ -53,20 +53,20 @@ std::vector<Draft> AuditBook::Due() const {
   std::vector<Draft> drafts;
   drafts.reserve(due_);
   for (const auto& [ticket, entry] : entries_) {
-    if (entry.kept == entry.version) continue;
+    if (entry.written_version == entry.version) continue;
     drafts.push_back({ticket, entry.version, entry.ended, entry.record});
   }
   return drafts;
 }
 
-void AuditBook::Kept(const std::vector<Draft>& drafts) {
+void AuditBook::OnWritten(const std::vector<Draft>& drafts) {
   for (const Draft& draft : drafts) {
-    kept_ = std::max(kept_, draft.ticket);
+    newest_written_ = std::max(newest_written_, draft.ticket);
     const auto found = entries_.find(draft.ticket);
     if (found == entries_.end()) continue;
     Entry& entry = found->second;
-    if (entry.kept == 0) --unwritten_;
-    entry.kept = draft.version;
+    if (entry.written_version == 0) --unwritten_;
+    entry.written_version = draft.version;
     entry.record.seq = draft.record.seq;
     if (entry.version != draft.version) continue;
     --due_;
@@ -78,9 +78,9 @@ void AuditBook::Kept(const std::vector<Draft>& drafts) {
 
 void AuditBook::NewFile() {
   for (auto& [ticket, entry] : entries_) {
-    if (entry.kept == entry.version) ++due_;
-    if (entry.kept != 0) ++unwritten_;
-    entry.kept = 0;
+    if (entry.written_version == entry.version) ++due_;
+    if (entry.written_version != 0) ++unwritten_;
+    entry.written_version = 0;
     entry.record.seq = 0;
   }
 }

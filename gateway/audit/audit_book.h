@@ -4,8 +4,8 @@
 //
 //   Begin(r)      → 7            a ticket
 //   Due()         → {7, r}       to be inserted
-//   Kept({7, seq 1})             it is on the disk
-//   End(7, ok…)   Due() → {7, seq 1, r}   to be updated; Kept → it is forgotten here
+//   OnWritten({7, seq 1})        it is on the disk
+//   End(7, ok…)   Due() → {7, seq 1, r}   to be updated; OnWritten → it is forgotten here
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -51,12 +51,12 @@ class AuditBook {
   /// The records to write, in the order of their tickets.
   std::vector<Draft> Due() const;
   /// These are on the disk; each has its seq now.
-  void Kept(const std::vector<Draft>& drafts);
+  void OnWritten(const std::vector<Draft>& drafts);
   /// The file is a new one: none of these records is in it.
   void NewFile();
 
   /// All records up to this ticket have been in the file.
-  Ticket kept() const { return kept_; }
+  Ticket newest_written() const { return newest_written_; }
   /// Records that are not in the file yet.
   std::size_t unwritten() const { return unwritten_; }
   std::uint64_t lost() const { return lost_; }
@@ -65,7 +65,7 @@ class AuditBook {
   struct Entry {
     WriteRecord record;
     std::uint64_t version = 1;
-    std::uint64_t kept = 0;  // version in the file; 0: none
+    std::uint64_t written_version = 0;  // 0: it is not in the file
     bool ended = false;
   };
 
@@ -74,7 +74,7 @@ class AuditBook {
   std::map<Ticket, Entry> entries_;
   std::array<std::size_t, kKinds> held_{};
   Ticket next_ = 1;
-  Ticket kept_ = 0;
+  Ticket newest_written_ = 0;
   std::size_t due_ = 0;
   std::size_t unwritten_ = 0;
   std::uint64_t lost_ = 0;

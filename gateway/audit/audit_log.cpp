@@ -63,16 +63,16 @@ void AuditLog::Note(WriteRecord record, Instant asked) {
   if (due) worker_.Wake();  // repeats wait for the next tick
 }
 
-WriteLog::Kept AuditLog::WaitFor(Ticket ticket, Instant until) {
+WriteLog::Written AuditLog::WaitFor(Ticket ticket, Instant until) {
   MutexLock lock(mutex_);
-  while (book_.kept() < ticket) {
-    if (disk_.is_failing()) return Kept::failing;
-    if (disk_.is_stalled()) return Kept::late;
-    if (lock.WaitUntil(changed_, until) || book_.kept() >= ticket) continue;
+  while (book_.newest_written() < ticket) {
+    if (disk_.is_failing()) return Written::failing;
+    if (disk_.is_stalled()) return Written::late;
+    if (lock.WaitUntil(changed_, until) || book_.newest_written() >= ticket) continue;
     if (disk_.is_fine()) SetDisk(Disk::stalled, kStalled);
-    return Kept::late;
+    return Written::late;
   }
-  return Kept::yes;
+  return Written::yes;
 }
 
 void AuditLog::Watch() {
@@ -179,7 +179,7 @@ void AuditLog::OnWritten(const Status& status, const std::vector<Draft>& drafts)
   {
     const MutexLock lock(mutex_);
     watch_.End();
-    if (status) book_.Kept(drafts);
+    if (status) book_.OnWritten(drafts);
     SetDisk(status ? Disk::fine : Disk::failing, status ? std::string() : status.error());
   }
   changed_.notify_all();

@@ -47,7 +47,7 @@ class AuditLog final : public WriteLog, public AuditSource {
 
   std::optional<Ticket> Begin(WriteRecord record) override;
   void End(Ticket ticket, const Ending& ending) override;
-  Kept WaitFor(Ticket ticket, Instant until) override;
+  Written WaitFor(Ticket ticket, Instant until) override;
   void Note(WriteRecord record, Instant asked) override;
   std::string Trouble() const override;
 

@@ -44,7 +44,7 @@ bool AuditedWrites::Submit(WriteCommand command) {
   for (WriteRecord& record : RecordsOf(command, now)) {
     const auto ticket = log_.Begin(std::move(record));
     tickets.push_back(ticket.value_or(0));
-    waiting.kept = waiting.kept && ticket;
+    waiting.has_room = waiting.has_room && ticket;
     if (ticket) waiting.last = *ticket;
   }
   command.observers.push_back(
@@ -128,9 +128,10 @@ void AuditedWrites::Stop() {
 bool AuditedWrites::HandOn() {
   auto next = waiting_.Take();
   if (!next) return false;
-  const bool kept = next->kept && log_.WaitFor(next->last, next->until) == WriteLog::Kept::yes;
+  const bool kept =
+      next->has_room && log_.WaitFor(next->last, next->until) == WriteLog::Written::yes;
   if (!kept && require_) {
-    const std::string why = next->kept ? log_.Trouble() : "too many records wait already";
+    const std::string why = next->has_room ? log_.Trouble() : "too many records wait already";
     inner_.OnDenied({.client = next->command.client, .device = next->command.device});
     next->command.End({.end = WriteEnd::denied, .reason = "its record cannot be kept: " + why});
   } else if (!inner_.Submit(next->command)) {

@@ -49,8 +49,8 @@ class AuditedWrites final : public CommandSink {
  private:
   struct Waiting {
     WriteCommand command;
-    Ticket last = 0;   // its records are kept when this one is
-    bool kept = true;  // there was room for all of them
+    Ticket last = 0;       // its records are kept when this one is
+    bool has_room = true;  // in the book, for all of them
     Instant until;
   };
 

@@ -9,7 +9,7 @@ namespace baudgate::audit {
 
 class WriteLog {
  public:
-  enum class Kept : std::uint8_t {
+  enum class Written : std::uint8_t {
     yes,      ///< it is on the disk
     failing,  ///< the disk has said that it cannot
     late,     ///< the disk did not answer in time
@@ -19,7 +19,7 @@ class WriteLog {
   virtual std::optional<Ticket> Begin(WriteRecord record) = 0;
   virtual void End(Ticket ticket, const Ending& ending) = 0;
   /// Waits until the record of Begin, and all before it, are on the disk.
-  virtual Kept WaitFor(Ticket ticket, Instant until) = 0;
+  virtual Written WaitFor(Ticket ticket, Instant until) = 0;
   /// A write that was done already, or denied; it was asked for at `asked`. Repeats share a record.
   virtual void Note(WriteRecord record, Instant asked) = 0;
   /// The last trouble of WaitFor, in words; empty: there is none.

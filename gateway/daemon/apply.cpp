@@ -1,7 +1,7 @@
 // Another configuration for a gateway that runs. What may fail, the opening of ports, comes first.
-// Lines that are the same are not touched. The other parts are told in an order in which no part
-// meets a number that it has not been told of: lines end, the store gets the new ones, then files
-// and outputs, then the new lines begin.
+// Lines that are the same are not touched. The order of the rest: lines end; the store gets the new
+// lines, before an interlock of a line that stays can name their devices; then files and outputs;
+// then the new lines begin.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <map>
@@ -126,15 +126,15 @@ std::vector<std::string> Daemon::Impl::Apply(config::Config next,
   }
   lines.Remove(placed.gone);
   for (const std::uint32_t line : placed.gone) store.Retire(line);
-  for (const std::uint32_t line : placed.updated) {
-    updated_lines.push_back(std::make_shared<const config::Line>(running->lines[line]));
-    store.Show(line, *updated_lines.back());
-  }
   std::vector<std::shared_ptr<const config::Line>> begun;
   const std::uint32_t first_device = store.device_count();
   for (const std::uint32_t line : placed.begun) {
     begun.push_back(std::make_shared<const config::Line>(running->lines[line]));
     store.Append(*begun.back());
+  }
+  for (const std::uint32_t line : placed.updated) {
+    updated_lines.push_back(std::make_shared<const config::Line>(running->lines[line]));
+    store.Reconfigure(line, *updated_lines.back());
   }
   records.OnReload(running, begun);
   clocks->OnReload(*running);

@@ -128,7 +128,7 @@ bool LateAnswers::MayStillAnswer(const Asked& asked, const ExchangeEnd& end) con
          });
 }
 
-void LateAnswers::Conclude(const Asked& asked, const ExchangeEnd& end, bool in_step, Instant now) {
+void LateAnswers::Conclude(const Asked& asked, const ExchangeEnd& end, bool in_vain, Instant now) {
   const Member& member = *asked.member;
   const LineTimes& times = member.times;
   State& state = states_[member];
@@ -149,7 +149,7 @@ void LateAnswers::Conclude(const Asked& asked, const ExchangeEnd& end, bool in_s
       ProvesLife(end.outcome) && asked.request->expect.reply != Expectation::Reply::none;
   if (!answered) return;
   // Where replies carry no address, a reply that is owed could pass for another device's.
-  const bool owed = state.unanswered_since && !in_step && !asked.named();
+  const bool owed = state.unanswered_since && !in_vain && !asked.named();
   SetLate(member, owed ? SentAt(asked) + times.ceiling : Instant{});
   if (!asked.retry) patience_.OnAnswered(member, Lateness(asked, end));
   state.unanswered_since.reset();
@@ -179,9 +179,9 @@ Instant LateAnswers::ClearAt(const Asked& asked) const {
 
 Duration LateAnswers::ExtraDrain(const Member& member) const { return states_[member].more_drain; }
 
-/// If requests R1...Rn stayed unanswered and a reply to another try comes now, it may be R1's. The
-/// replies to R2...Rn may still follow, the last within (now - R1 sent) plus the lateness of the
-/// device. Wait that long, at most the ceiling.
+/// The request was sent n times, and one reply has come. It may be the reply to the first try; the
+/// other n - 1 may still follow, the last within (now - first try) plus the lateness of the device.
+/// Wait that long, at most the ceiling.
 Duration LateAnswers::Aftermath(const Asked& asked, Instant now) const {
   const State& state = states_[*asked.member];
   // Replies carry their number: a copy passes for nothing else.

@@ -41,9 +41,9 @@ class LateAnswers {
   };
   Stray OnStray(const StrayBytes& stray, Instant now);
 
-  /// What the end means for the next requests. `in_step`: waiting brings nothing, because the
-  /// device owes no reply, or lags by a number of replies.
-  void Conclude(const Asked& asked, const ExchangeEnd& end, bool in_step, Instant now);
+  /// What the end means for the next requests. `in_vain`: no wait helps, because the device owes no
+  /// reply, or always lags by a number of replies.
+  void Conclude(const Asked& asked, const ExchangeEnd& end, bool in_vain, Instant now);
   /// The port closed with an exchange under way. Its reply may come after the port has opened
   /// again: from the device within its reply time; from a serial server, which keeps what it
   /// receives, until the end of the ceiling.

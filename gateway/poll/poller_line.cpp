@@ -34,7 +34,7 @@ void Poller::Send() {
   const Now now = time_.now();
   for (const Examiner::Earlier& changed : reception_.TakeChanged()) {
     ledger_.devices.OnMore(*changed.member, changed.finding, changed.back);
-    // It is not waited for any longer: its neighbours would pay for that.
+    // The line's patience with this device does not grow: its neighbours would pay for it.
     if (changed.lateness > Duration::zero()) {
       upkeep_.OnLate(*changed.member, changed.lateness, now.instant);
     }

@@ -1,5 +1,6 @@
 // Whose a reply is, from what may be owed before it. "?A1", "UA1" are polls of device A, "PA0" asks
-// for its name, which is "!A0"; "!A1=5" says what it answers, "!=1" answers any U.
+// for its name, which is "!A0"; "!A1=5" says what it answers, "!=1" answers any U. In Modbus RTU
+// "!=1" is a reply of two registers: it does not say which two.
 //
 // clang-format off
 //    may be owed                  asked     comes      it is                            follows

@@ -77,8 +77,9 @@ ReadBackVerdict VerdictOn(const WriteQueue::Confirmed& one, const DeviceRecord& 
     // It may be on its way, or the device may have limited it: that is not known yet.
     if (what == Shown::between) result.reason = point.name + " shows " + ToText(shown.value);
     if (what != Shown::another) continue;
+    const std::string before = result.end == WriteEnd::differs ? result.reason + "; " : "";
     result.end = WriteEnd::differs;
-    result.reason = point.name + " shows " + ToText(shown.value) + " after " +
+    result.reason = before + point.name + " shows " + ToText(shown.value) + " after " +
                     ToText(WrittenValue(point, write)) + " was written and confirmed";
   }
   if (!std::ranges::all_of(one.command.reads, is_read)) {

@@ -24,15 +24,14 @@ PointStore::PointStore(const config::Config& config) {
 void PointStore::Append(const config::Line& line) {
   lines_.Append(line, device_count());
   for (const config::Device& device : line.devices) {
-    {
-      const MutexLock lock(feeds_mutex_);
-      for (const auto& feed : feeds_) feed->AddDevice(device.points.size());
-    }
+    // In one step: a feed that begins now counts the device once.
+    const MutexLock lock(feeds_mutex_);
+    for (const auto& feed : feeds_) feed->AddDevice(device.points.size());
     devices_.Append(line, device);
   }
 }
 
-void PointStore::Show(std::uint32_t line, const config::Line& as) {
+void PointStore::Reconfigure(std::uint32_t line, const config::Line& as) {
   const std::uint32_t first = lines_[line].first_device;
   for (std::size_t i = 0; i < as.devices.size(); ++i) {
     const auto device = first + static_cast<std::uint32_t>(i);
@@ -187,12 +186,12 @@ void PointStore::UpdateLine(std::uint32_t line, const std::function<void(LineSta
 }
 
 std::shared_ptr<ChangeFeed> PointStore::Subscribe() {
+  const MutexLock lock(feeds_mutex_);
   std::vector<std::size_t> counts;
   for (std::size_t i = 0; i < devices_.size(); ++i) {
     counts.push_back(devices_[i].device.load()->points.size());
   }
   auto feed = std::make_shared<ChangeFeed>(counts);
-  const MutexLock lock(feeds_mutex_);
   feeds_.push_back(feed);
   return feed;
 }

@@ -81,7 +81,7 @@ class PointStore {
   /// Gives the line another configuration of the same devices and points. `as` must live as long as
   /// the store; so must the one that it replaces. The user has changed the rule: new age limits
   /// hold for old readings as well, except for what SetLineCycle has held too old.
-  void Show(std::uint32_t line, const config::Line& as);
+  void Reconfigure(std::uint32_t line, const config::Line& as);
   /// The devices of this line are no longer polled. What is known of them stays.
   void Retire(std::uint32_t line);
 

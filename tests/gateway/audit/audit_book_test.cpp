@@ -15,7 +15,7 @@ std::vector<Draft> Write(AuditBook& book, std::int64_t& seq) {
   for (Draft& draft : drafts) {
     if (draft.record.seq == 0) draft.record.seq = ++seq;
   }
-  book.Kept(drafts);
+  book.OnWritten(drafts);
   return drafts;
 }
 
@@ -24,11 +24,11 @@ TEST(AuditBook, ARecordIsInsertedAndThenCompleted) {
   std::int64_t seq = 0;
   const Ticket ticket = *book.Begin(WrittenPoint("a"));
   EXPECT_EQ(book.unwritten(), 1U);
-  EXPECT_LT(book.kept(), ticket);
+  EXPECT_LT(book.newest_written(), ticket);
   auto drafts = Write(book, seq);
   ASSERT_EQ(drafts.size(), 1U);
   EXPECT_FALSE(drafts[0].ended);
-  EXPECT_EQ(book.kept(), ticket);
+  EXPECT_EQ(book.newest_written(), ticket);
   EXPECT_FALSE(book.due());
   book.End(ticket, {WriteEnd::refused, "no", 7ms});
   drafts = Write(book, seq);
@@ -56,7 +56,7 @@ TEST(AuditBook, AChangeDuringTheWriteIsDueAgain) {
   auto drafts = book.Due();
   book.End(ticket, {WriteEnd::ok});
   drafts[0].record.seq = 4;
-  book.Kept(drafts);
+  book.OnWritten(drafts);
   ASSERT_TRUE(book.due());
   EXPECT_EQ(book.Due()[0].record.seq, 4);
   EXPECT_EQ(book.Due()[0].record.end, WriteEnd::ok);

@@ -12,7 +12,7 @@ namespace baudgate::audit {
 namespace {
 
 using ::testing::HasSubstr;
-using Kept = WriteLog::Kept;
+using Written = WriteLog::Written;
 
 /// An event that comes for certain; nothing is concluded from how soon.
 Instant Ever() { return ReadClocks().instant + 60s; }
@@ -51,7 +51,7 @@ TEST_F(AuditLogTest, KeepsAndCompletes) {
     const auto log = Start(file());
     const auto ticket = log->Begin(WrittenPoint("a"));
     ASSERT_TRUE(ticket);
-    EXPECT_EQ(log->WaitFor(*ticket, Ever()), Kept::yes);
+    EXPECT_EQ(log->WaitFor(*ticket, Ever()), Written::yes);
     const auto page = log->Read({});
     ASSERT_TRUE(page) << page.error();
     ASSERT_EQ(page->records.size(), 1U);
@@ -79,7 +79,7 @@ TEST_F(AuditLogTest, ManyThreadsShareCommitsAndNothingIsLost) {
       threads.emplace_back([&log, i] {
         for (int n = 0; n < kEach; ++n) {
           const auto ticket = log->Begin(WrittenPoint(std::to_string(i * kEach + n)));
-          if (log->WaitFor(*ticket, Ever()) == Kept::yes) log->End(*ticket, {WriteEnd::ok});
+          if (log->WaitFor(*ticket, Ever()) == Written::yes) log->End(*ticket, {WriteEnd::ok});
         }
       });
     }
@@ -97,14 +97,14 @@ TEST_F(AuditLogTest, ADiskThatHangsHoldsUpNobody) {
   disk.Hang(true);
   const auto first = log->Begin(WrittenPoint("a"));
   disk.WaitUntilItHangs();
-  EXPECT_EQ(log->WaitFor(*first, Instant{}), Kept::late) << "the time is over";
+  EXPECT_EQ(log->WaitFor(*first, Instant{}), Written::late) << "the time is over";
   EXPECT_EQ(log->state().disk, Disk::stalled);
   const auto second = log->Begin(WrittenPoint("b"));
-  EXPECT_EQ(log->WaitFor(*second, Ever()), Kept::late) << "known to hang: nobody waits for it";
+  EXPECT_EQ(log->WaitFor(*second, Ever()), Written::late) << "known to hang: nobody waits for it";
   EXPECT_EQ(log->state().waiting, 2U);
   disk.Hang(false);
   Await(*log, Disk::fine);
-  EXPECT_EQ(log->WaitFor(*second, Ever()), Kept::yes);
+  EXPECT_EQ(log->WaitFor(*second, Ever()), Written::yes);
   ASSERT_EQ(heard().size(), 2U) << "its begin and its end";
   EXPECT_THAT(heard()[0],
               HasSubstr("warn: audit: the disk does not answer in time; writes are sent"));
@@ -129,7 +129,7 @@ TEST_F(AuditLogTest, ADiskThatHangsIsShownWhereNobodyWaitsForARecord) {
 TEST_F(AuditLogTest, AFileIsLookedAtAlsoWhereNothingIsWritten) {
   const auto log = Start(file());
   const auto ticket = log->Begin(WrittenPoint("a"));
-  ASSERT_EQ(log->WaitFor(*ticket, Ever()), Kept::yes);
+  ASSERT_EQ(log->WaitFor(*ticket, Ever()), Written::yes);
   std::filesystem::resize_file(file().string() + "-wal", 0);
   for (int ticks = 0; ticks < FileWatch::kLookEvery; ++ticks) log->Watch();
   while (heard().size() < 2) std::this_thread::yield();
@@ -158,10 +158,10 @@ TEST_F(AuditLogTest, AFullDiskIsToldOnceAndTheRecordsFollow) {
   Await(*log, Disk::fine);
   disk.write_error = SQLITE_FULL;
   const auto first = log->Begin(WrittenPoint("a"));
-  EXPECT_EQ(log->WaitFor(*first, Ever()), Kept::failing);
+  EXPECT_EQ(log->WaitFor(*first, Ever()), Written::failing);
   log->End(*first, {WriteEnd::ok});
   const auto second = log->Begin(WrittenPoint("b"));
-  EXPECT_EQ(log->WaitFor(*second, Ever()), Kept::failing);
+  EXPECT_EQ(log->WaitFor(*second, Ever()), Written::failing);
   EXPECT_THAT(log->state().trouble, HasSubstr("full"));
   EXPECT_THAT(log->Trouble(), HasSubstr("full"));
   EXPECT_EQ(log->state().waiting, 2U);
@@ -175,10 +175,10 @@ TEST_F(AuditLogTest, AFullDiskIsToldOnceAndTheRecordsFollow) {
 TEST_F(AuditLogTest, AFileThatIsRemovedIsNoticedAndBegunAnew) {
   const auto log = Start(file());
   const auto first = log->Begin(WrittenPoint("a"));
-  ASSERT_EQ(log->WaitFor(*first, Ever()), Kept::yes);
+  ASSERT_EQ(log->WaitFor(*first, Ever()), Written::yes);
   for (const char* end : {"", "-wal", "-shm"}) std::filesystem::remove(file().string() + end);
   const auto second = log->Begin(WrittenPoint("b"));
-  while (log->WaitFor(*second, Ever()) != Kept::yes) std::this_thread::yield();
+  while (log->WaitFor(*second, Ever()) != Written::yes) std::this_thread::yield();
   const auto page = log->Read({});
   ASSERT_TRUE(page) << page.error();
   ASSERT_FALSE(page->records.empty());
@@ -189,7 +189,7 @@ TEST_F(AuditLogTest, AFileThatIsRemovedIsNoticedAndBegunAnew) {
 TEST_F(AuditLogTest, AFolderThatIsRemovedIsATrouble) {
   const auto log = Start(file());
   const auto first = log->Begin(WrittenPoint("a"));
-  ASSERT_EQ(log->WaitFor(*first, Ever()), Kept::yes);
+  ASSERT_EQ(log->WaitFor(*first, Ever()), Written::yes);
   std::filesystem::remove_all(folder_);
   log->Begin(WrittenPoint("b"));
   Await(*log, Disk::failing);
@@ -198,7 +198,7 @@ TEST_F(AuditLogTest, AFolderThatIsRemovedIsATrouble) {
 TEST_F(AuditLogTest, WithoutAPlaceTheStateSaysSo) {
   const auto log = Start({});
   const auto ticket = log->Begin(WrittenPoint("a"));
-  EXPECT_EQ(log->WaitFor(*ticket, Ever()), Kept::failing);
+  EXPECT_EQ(log->WaitFor(*ticket, Ever()), Written::failing);
   EXPECT_EQ(log->state().trouble, "there is no place for it");
   EXPECT_FALSE(log->Read({}));
   ASSERT_EQ(heard().size(), 1U);

@@ -139,8 +139,8 @@ TEST_F(AuditedWritesTest, RecordsAndCommandsHaveOneOrderWhoeverSubmitsAtOnce) {
 
 TEST_F(AuditedWritesTest, BestEffortSendsWithoutARecord) {
   Make();
-  for (const auto kept : {WriteLog::Kept::late, WriteLog::Kept::failing}) {
-    log_.kept = kept;
+  for (const auto kept : {WriteLog::Written::late, WriteLog::Written::failing}) {
+    log_.written = kept;
     writes_->Submit(Command());
     EXPECT_TRUE(writes_->HandOn());
   }
@@ -155,7 +155,7 @@ TEST_F(AuditedWritesTest, BestEffortSendsWithoutARecord) {
 
 TEST_F(AuditedWritesTest, RequireRefusesWithoutARecord) {
   Make(config::Audit::require);
-  log_.kept = WriteLog::Kept::late;
+  log_.written = WriteLog::Written::late;
   writes_->Submit(Command());
   writes_->HandOn();
   log_.full = true;

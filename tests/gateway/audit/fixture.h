@@ -88,7 +88,7 @@ inline Status Keep(AuditFile& file, AuditBook& book) {
   }
   std::vector<Draft> drafts = book.Due();
   Status status = file.Write(drafts);
-  if (status) book.Kept(drafts);
+  if (status) book.OnWritten(drafts);
   return status;
 }
 

@@ -18,15 +18,15 @@ class RememberingLog final : public WriteLog {
     return begun.size();
   }
   void End(Ticket ticket, const Ending& ending) override { ends[ticket].push_back(ending); }
-  Kept WaitFor(Ticket ticket, Instant until) override {
+  Written WaitFor(Ticket ticket, Instant until) override {
     waited.push_back({ticket, until});
-    return kept;
+    return written;
   }
   void Note(WriteRecord record, Instant) override { noted.push_back(std::move(record)); }
   std::string Trouble() const override { return "the disk is full"; }
 
   bool full = false;
-  Kept kept = Kept::yes;
+  Written written = Written::yes;
   std::vector<WriteRecord> begun;
   std::map<Ticket, std::vector<Ending>> ends;
   std::vector<std::pair<Ticket, Instant>> waited;

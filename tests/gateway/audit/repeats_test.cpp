@@ -24,7 +24,7 @@ class RepeatsTest : public ::testing::Test {
       }
       rows_[static_cast<std::size_t>(record.seq) - 1] = record;
     }
-    book_.Kept(drafts);
+    book_.OnWritten(drafts);
     return rows_;
   }
   void Add(WriteRecord record) {

@@ -212,7 +212,7 @@ TEST(WriteTableFaults, AFullDiskKeepsNothingAndDoublesNothing) {
     const Status status = Keep(audit, book);
     ASSERT_FALSE(status);
     EXPECT_THAT(status.error(), HasSubstr("/events.db: "));
-    EXPECT_LT(book.kept(), ticket);
+    EXPECT_LT(book.newest_written(), ticket);
   }
   disk.write_error = 0;
   disk.sync_error = SQLITE_IOERR_FSYNC;

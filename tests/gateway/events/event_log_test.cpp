@@ -156,7 +156,7 @@ TEST_F(EventLogTest, SharesTheThreadOfTheFileWithTheAudit) {
     for (int i = 0; i < kRounds; ++i) {
       const auto ticket = writes.Begin(audit::WrittenPoint("c" + std::to_string(i)));
       ASSERT_TRUE(ticket);
-      EXPECT_EQ(writes.WaitFor(*ticket, ReadClocks().instant + 60s), audit::WriteLog::Kept::yes);
+      EXPECT_EQ(writes.WaitFor(*ticket, ReadClocks().instant + 60s), audit::WriteLog::Written::yes);
     }
   });
   for (std::size_t i = 0; i < kRounds; ++i) {

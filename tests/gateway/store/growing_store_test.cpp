@@ -92,6 +92,36 @@ TEST_F(GrowingStore, ALineThatComesGetsTheNextNumbersAndIsToldOf) {
   EXPECT_TRUE(changes.empty());
 }
 
+TEST_F(GrowingStore, AFeedThatBeginsMeanwhileKnowsEachDeviceThatChanges) {
+  std::atomic<bool> done = false;
+  std::atomic<std::uint32_t> drained = 0;
+  store();
+  std::thread subscriber([&] {
+    Changes changes;
+    while (!done) {
+      const auto feed = store().Subscribe();
+      Update(0, 1);
+      feed->Drain(Instant(), changes);
+      drained += static_cast<std::uint32_t>(changes.points.size());
+      store().Unsubscribe(feed);
+    }
+  });
+  const config::Line more = LineOf("c");
+  for (std::uint32_t device = 2; device < 2000; ++device) {
+    store().Append(more);
+    store().UpdateStatus(device, [](DeviceStatus& status) { status.state = DeviceState::online; });
+  }
+  done = true;
+  subscriber.join();
+  EXPECT_GT(drained, 0U);
+  const auto feed = store().Subscribe();
+  Update(1999, 1);
+  Changes changes;
+  feed->Drain(Instant(), changes);
+  ASSERT_EQ(changes.points.size(), 1U);
+  EXPECT_EQ(changes.points[0].device, 1999U);
+}
+
 TEST_F(GrowingStore, ALineThatGoesLeavesItsNumbers) {
   Update(0, 5);
   store().Retire(0);
@@ -104,14 +134,14 @@ TEST_F(GrowingStore, ALineThatGoesLeavesItsNumbers) {
   EXPECT_EQ(RecordOf(0).seq, 1U);
 }
 
-TEST_F(GrowingStore, WhatIsShownOtherwiseKeepsValueAndCount) {
+TEST_F(GrowingStore, ANewConfigurationKeepsValueAndCount) {
   const auto feed = store().Subscribe();
   Update(0, 5);
   Changes changes;
   feed->Drain(Instant(), changes);
   config::Line as = config_.lines[0];
   as.devices[0].unit = 9;
-  store().Show(0, as);
+  store().Reconfigure(0, as);
   EXPECT_EQ(store().device(0).unit, 9);
   EXPECT_EQ(std::get<double>(RecordOf(0).value), 5);
   EXPECT_EQ(RecordOf(0).seq, 1U);

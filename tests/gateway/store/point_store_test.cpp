@@ -159,12 +159,12 @@ TEST_F(PointStoreTest, WithOtherLimitsTheSameAgeIsJudgedAnew) {
   ASSERT_EQ(AgedAt(25s), Points{kFast});
   config::Line patient = config_.lines[0];
   patient.devices[0].max_age = 1min;
-  store_.Show(0, patient);
+  store_.Reconfigure(0, patient);
   EXPECT_EQ(QualityAfter(kFast, 25s), Quality::good);
   EXPECT_EQ(QualityAfter(kFast, 61s), Quality::uncertain_last_usable) << "counted as before";
   config::Line strict = config_.lines[0];
   strict.devices[0].max_age = 5s;
-  store_.Show(0, strict);
+  store_.Reconfigure(0, strict);
   EXPECT_EQ(QualityAfter(kFast, 19s), Quality::good) << "two rounds of the line, as before";
   EXPECT_EQ(QualityAfter(kFast, 21s), Quality::uncertain_last_usable);
   Told();

@@ -57,7 +57,7 @@ class KeptNotes final : public audit::WriteLog {
  public:
   std::optional<audit::Ticket> Begin(audit::WriteRecord) override { return {}; }
   void End(audit::Ticket, const audit::Ending&) override {}
-  Kept WaitFor(audit::Ticket, Instant) override { return Kept::yes; }
+  Written WaitFor(audit::Ticket, Instant) override { return Written::yes; }
   void Note(audit::WriteRecord record, Instant) override { notes.push_back(std::move(record)); }
   std::string Trouble() const override { return {}; }
 
