@@ -15,8 +15,8 @@ constexpr int kPassedOn = 2;
 /// What to look at where a connection has ended before it had worked.
 std::string HintOf(const Rest& rest, bool reset, const std::string& protocol) {
   if (rest.unanswered() >= kPassedOn) {
-    return "unanswered: check power, wire and address behind it, protocol (" + protocol +
-           "), inactivity time";
+    return "unanswered: check its mode (raw TCP), protocol (" + protocol +
+           "), power, wire and address behind it, inactivity time";
   }
   // One that resets it has not even read the request.
   if (rest.asks() && !reset) {

@@ -31,6 +31,8 @@ bool IsLetter(std::uint8_t byte) {
   return (byte >= 'a' && byte <= 'z') || (byte >= 'A' && byte <= 'Z');
 }
 
+bool IsLineEnd(std::uint8_t byte) { return byte == '\r' || byte == '\n'; }
+
 /// What a modem says.
 bool IsModem(View heard) {
   constexpr std::string_view kWords[] = {"OK",   "ERROR",   "NO CARRIER", "BUSY",
@@ -41,6 +43,7 @@ bool IsModem(View heard) {
 
 /// In a binary protocol a few letters are words; where replies are text themselves, much of it.
 bool IsWords(const Hearing& hearing, View heard) {
+  while (!heard.empty() && IsLineEnd(heard.back())) heard = heard.first(heard.size() - 1);
   const auto printable = std::ranges::count_if(heard, IsPrintable);
   const auto letters = std::ranges::count_if(heard, IsLetter);
   const auto size = static_cast<std::ptrdiff_t>(heard.size());
@@ -55,16 +58,15 @@ bool IsWords(const Hearing& hearing, View heard) {
 
 /// One line after another that begins alike. Empty lines, as before a login, are none.
 bool Repeats(View heard) {
-  const auto is_end = [](auto byte) { return byte == '\r' || byte == '\n'; };
   View first;
   std::ptrdiff_t alike = 0;
-  for (auto at = std::ranges::find_if_not(heard, is_end); at != heard.end();) {
-    const auto end = std::find_if(at, heard.end(), is_end);
+  for (auto at = std::ranges::find_if_not(heard, IsLineEnd); at != heard.end();) {
+    const auto end = std::find_if(at, heard.end(), IsLineEnd);
     const View line(at, end);
     const View front = line.first(std::min(line.size(), kAlike));
     if (first.empty()) first = front;
     alike += std::ranges::equal(front, first) ? 1 : 0;
-    at = std::find_if_not(end, heard.end(), is_end);
+    at = std::find_if_not(end, heard.end(), IsLineEnd);
   }
   return alike >= kRepeated;
 }
@@ -97,8 +99,7 @@ std::string Quote(View text) {
 bool IsLine(const Hearing& hearing, View heard) {
   const bool binary = !std::ranges::all_of(hearing.request, IsPrintable);
   if (heard.size() < (binary ? kLine : 2 * kLine)) return false;
-  const bool ends = heard.back() == '\r' || heard.back() == '\n';
-  return ends && std::ranges::all_of(heard, IsPrintable);
+  return IsLineEnd(heard.back()) && std::ranges::all_of(heard, IsPrintable);
 }
 
 bool BeginsLikeReply(const Hearing& hearing, View heard) {

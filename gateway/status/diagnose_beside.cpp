@@ -17,6 +17,25 @@ constexpr std::size_t kMostlyAlike = 8;
 /// Bytes around a reply that were the same so often are no noise.
 constexpr std::size_t kConstant = 4;
 
+bool IsNearlyAlways(std::size_t count, const Findings& findings) {
+  return 10 * count >= 9 * findings.size();
+}
+
+/// Noise comes now and then; equipment in between, or a bus at rest, with each reply.
+const char* WhyStray(const DeviceRecord& record, bool always) {
+  if (!SerialOf(record).on_wire()) {
+    return "the server sends unasked; let one client use it, or update its firmware";
+  }
+  if (record.line->is_network()) {
+    return always
+               ? "the modem, radio or serial server adds them: set it to raw"
+               : "noise behind the serial server, or packets of its own (heartbeat): switch them "
+                 "off";
+  }
+  return always ? "a converter, radio or modem adds them (set it to raw), or the bus has no bias"
+                : "noise while nobody drives the bus; check bias, termination and ground";
+}
+
 /// The same bytes around its replies, which something in between puts there.
 std::string Wrapped(const DeviceRecord& record) {
   if (!IsWrapped(record)) return {};
@@ -24,9 +43,11 @@ std::string Wrapped(const DeviceRecord& record) {
   const std::string& around = findings.Around();
   const bool idle = around.find_first_not_of("0FEC8 .") == std::string::npos;
   const bool network = record.line->is_network();
-  return (findings.Count(Symptom::text_beside) > 0 ? "the same text stands"
-                                                   : "the same bytes stand") +
-         std::string(" around its replies (") + around + "): " +
+  const bool same = findings.SameAround() >= kConstant;
+  const bool text = findings.Count(Symptom::text_beside) > 0;
+  const std::string& shown = same ? around : findings.Last(Symptom::text_beside).cause;
+  return std::string(same ? "the same " : "") + (text ? "text stands" : "bytes stand") +
+         " around its replies (" + shown + "): " +
          (network ? "set the modem, radio or serial server in between to raw"
           : idle  ? "noise while nobody drives the bus; fit bias resistors and termination"
                  : "set the modem, radio or serial server in between to raw, or terminate the bus");
@@ -39,12 +60,13 @@ bool IsWrapped(const DeviceRecord& record) {
   const std::size_t beside =
       findings.Count(Symptom::few_beside) + findings.Count(Symptom::noise_before) +
       findings.Count(Symptom::noise_behind) + findings.Count(Symptom::text_beside);
-  if (beside < kNotableNoise || findings.SameAround() < kConstant) return false;
+  if (beside < kNotableNoise || !IsNearlyAlways(beside, findings)) return false;
+  // Words may differ from one reply to the next, as a length or a field strength.
+  if (findings.Count(Symptom::text_beside) == beside) return true;
+  if (findings.SameAround() < kConstant) return false;
   // 00 and FF are of a line that nobody drives, as are the remains of a character.
   const std::string& around = findings.Around();
-  if (around.find_first_not_of("0F .") == std::string::npos) return false;
-  // A converter puts the same text around each reply.
-  return 10 * beside >= 9 * findings.size();
+  return around.find_first_not_of("0F .") != std::string::npos;
 }
 
 bool AreTwo(const Findings& findings) {
@@ -74,18 +96,13 @@ Sentences Beside(const DeviceRecord& record) {
     found.push_back(std::move(wrapped));
     return found;
   }
-  const char* const noise =
-      !SerialOf(record).on_wire()
-          ? "the server sends unasked; let one client use it, or update its firmware"
-      : record.line->is_network()
-          ? "noise behind the serial server, or packets of its own (heartbeat): switch them off"
-          : "noise while nobody drives the bus; check bias, termination and ground";
   const std::size_t before = findings.Count(Symptom::noise_before);
   const std::size_t behind = findings.Count(Symptom::noise_behind);
   const char* const where = before == 0   ? "stray bytes follow its replies"
                             : behind == 0 ? "stray bytes stand before its replies"
                                           : "stray bytes stand before and behind its replies";
-  if (before + behind >= kNotableNoise) say(before + behind, where, noise);
+  const bool always = IsNearlyAlways(before + behind, findings);
+  if (before + behind >= kNotableNoise) say(before + behind, where, WhyStray(record, always));
   return found;
 }
 

@@ -259,7 +259,8 @@ Sentences Failures(const DeviceRecord& record, const Evidence& evidence) {
     found = Said("it answers, and its polls fail: ", evidence);
   }
   if (std::string refusals = Refusals(record, evidence); !refusals.empty()) {
-    const bool more = evidence.Count(Symptom::refusal) > evidence.failed;
+    const bool away = !found.empty() && FindAbsences(record.status.failures).has_value();
+    const bool more = evidence.Count(Symptom::refusal) > evidence.failed && !away;
     found.insert(more ? found.begin() : found.end(), std::move(refusals));
   }
   return found;

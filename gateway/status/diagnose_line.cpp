@@ -257,10 +257,12 @@ Sentences DiagnoseLine(const config::Line& line, const LineStatus& status,
                                 Times(status.echoes)));
   }
   if (status.collisions > 0 && !status.cut_since) {
-    found.push_back(
-        fmt::format("the echo was missing or different {}: two talkers at once, or a "
-                    "bus that does not echo (set 'echo: off')",
-                    Times(status.collisions)));
+    const bool echoes = 2 * status.collisions < status.exchanges;
+    found.push_back(fmt::format(
+        "the echo was missing or different {}: two talkers at once, or {}",
+        Times(status.collisions),
+        echoes ? "a ring or bus that opens now and then: a loose plug, or a device that restarts"
+               : "a bus that does not echo (set 'echo: off')"));
   }
   if (status.negotiations > 0 && answered) {
     found.push_back(

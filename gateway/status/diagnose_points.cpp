@@ -30,6 +30,8 @@ const char* RemedyFor(Reason reason) {
       return "no measurement: look at what is connected to that input";
     case Reason::device_fault:
       return "a fault of its own: look at it, restart or replace it";
+    case Reason::channel_disabled:
+      return "switch them on in the device, or take these points out of the profile";
     default:
       return nullptr;
   }

@@ -91,6 +91,9 @@ std::string SayAbsences(const Evidence& evidence, const Absences& absences) {
     return away + ", at the same time as " + evidence.away +
            ": look at the supply or the branch of the line that they share";
   }
+  if (!OnWire(evidence)) {
+    return away + ": look at the server (power, restarts, dead connections) and the network (NAT)";
+  }
   return away + ": look for restarts, its power and a loose wire";
 }
 

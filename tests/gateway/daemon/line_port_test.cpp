@@ -289,7 +289,7 @@ TEST_F(LinePortTest, AServerThatEndsAConnectionInWhichNobodyAnswersIsToldSo) {
   answers_ = false;
   Pass(10s);
   Lose("closed");
-  EXPECT_THAT(retries_.downs, ElementsAre(HasSubstr("closed, unanswered: check power")));
+  EXPECT_THAT(retries_.downs, ElementsAre(HasSubstr("closed, unanswered: check its mode")));
 }
 
 TEST_F(LinePortTest, TheConnectionBehindAUselessOneIsNewsOnceItWorks) {

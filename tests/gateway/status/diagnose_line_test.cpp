@@ -35,6 +35,13 @@ TEST_F(DiagnoseTest, OneCopyOfARequestIsNoEcho) {
   EXPECT_THAT(SayOfLine(), IsEmpty()) << "another master may ask the same";
 }
 
+TEST_F(DiagnoseTest, ABusThatDoesNotEchoIsNoRingThatOpens) {
+  line_.exchanges = 100;
+  line_.collisions = 90;
+  EXPECT_THAT(SayOfLine(), ElementsAre("the echo was missing or different 90 times: two talkers at "
+                                       "once, or a bus that does not echo (set 'echo: off')"));
+}
+
 TEST_F(DiagnoseTest, TroubleOfALine) {
   const struct {
     std::function<void(LineStatus&)> trouble;
@@ -43,8 +50,8 @@ TEST_F(DiagnoseTest, TroubleOfALine) {
       {[](LineStatus& line) { line.echoes = 12, line.echoed = 0xFFF0FF; },
        "the request itself came back 12 times: set 'echo: strip' at the line"},
       {[](LineStatus& line) { line.collisions = 1; },
-       "the echo was missing or different once: two talkers at once, or a bus that does not echo "
-       "(set 'echo: off')"},
+       "the echo was missing or different once: two talkers at once, or a ring or bus that opens "
+       "now and then: a loose plug, or a device that restarts"},
       {[](LineStatus& line) { line.negotiations = 1; },
        "the server speaks Telnet when a connection begins, and doubles each FF: set its port to "
        "raw TCP, without Telnet or RFC 2217"},

@@ -201,9 +201,17 @@ TEST_F(DiagnoseTest, ATextAroundNearlyAllRepliesComesFromInBetween) {
   EXPECT_THAT(SayOfLine(), IsEmpty());
   EXPECT_THAT(Say(), ElementsAre("the same text stands around its replies ('OK'): set the modem, "
                                  "radio or serial server in between to raw"));
-  Looked(device(), Symptom::noise_behind, 32);
+  for (int i = 0; i < 32; ++i) {
+    Looked(device(), Symptom::text_beside, 1, {.cause = i % 2 == 0 ? "'+IPD,7:'" : "'+IPD,13:'"});
+  }
+  EXPECT_THAT(Say()[0], ::testing::StartsWith("text stands around its replies ('+IPD,13:'): set"));
+  Looked(device(), Symptom::clean, 16);
+  Looked(device(), Symptom::noise_behind, 16);
   EXPECT_THAT(Say()[0], ::testing::EndsWith("noise behind the serial server, or packets of its own "
                                             "(heartbeat): switch them off"));
+  Looked(device(), Symptom::noise_behind, 32);
+  EXPECT_THAT(Say()[0], ::testing::EndsWith("the modem, radio or serial server adds them: set it "
+                                            "to raw"));
 }
 
 TEST_F(DiagnoseTest, WhatComesBesideGoodReplies) {

@@ -329,6 +329,14 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        false,
        false,
        true},
+      {{{clean, 14}, {silence, 5}, {clean, 9}},
+       "it was away for about 5.0 s: look at the server (power, restarts, dead connections) and "
+       "the "
+       "network (NAT)",
+       true,
+       false,
+       true,
+       true},
       {{{clean, 6}, {silence, 3}, {clean, 6}, {silence, 4}, {clean, 6}, {silence, 4}, {clean, 6}},
        "it is away for about 3.7 s every 9.5 s: look for restarts, its power and a loose wire",
        true,

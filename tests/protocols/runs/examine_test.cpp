@@ -379,6 +379,12 @@ TEST(Examine, ATextSaysWhatItIs) {
     EXPECT_EQ(finding.symptom, text) << row.text;
     EXPECT_EQ(finding.remedy, row.remedy) << row.text;
   }
+  const Finding boot = Look({"Spa9600",
+                             ToHex(ToBytes(">1RI1:17\r")),
+                             {{20ms, ToHex(ToBytes("BOOT 1.02\r\n"))}},
+                             Outcome::partial,
+                             text});
+  EXPECT_EQ(boot.symptom, text) << "where replies are text as well";
 }
 
 struct Words {
