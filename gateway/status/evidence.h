@@ -38,6 +38,7 @@ struct Evidence {
   const Finding& Last(Symptom symptom) const { return *last[static_cast<std::size_t>(symptom)]; }
   /// The times, address and serial settings are those of the device, or of the first one.
   const DeviceRecord& first() const { return *records.front(); }
+  const config::Traits& traits() const { return *first().device->traits; }
 
   std::vector<const DeviceRecord*> records{};
 };

@@ -193,17 +193,11 @@ double SevenBits(const Evidence& evidence) {
 
 double Silent(const Evidence& evidence) { return 0.9 * evidence.Share({silence}); }
 
-/// Its protocol has a limit for what is asked at once.
-bool CanAskForLess(const DeviceRecord& record) {
-  const std::string& protocol = record.device->protocol;
-  return protocol == "spabus" || protocol.starts_with("modbus");
-}
-
 /// Replies up to a length are right, and those beyond it never.
 bool OnlyLong(const Evidence& evidence, const Findings::Lengths& (Findings::*lengths)() const) {
   // One that has died has answered the short ones as well, once.
   if (evidence.device == nullptr || evidence.absent) return false;
-  if (!CanAskForLess(*evidence.device)) return false;
+  if (!evidence.traits().has_blocks) return false;
   const Findings& findings = evidence.device->status.findings;
   if (findings.Runs() < kFacts || findings.LongestGood() == 0) return false;
   const Findings::Lengths& bad = (findings.*lengths)();
