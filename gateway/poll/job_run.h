@@ -64,14 +64,16 @@ class JobRun {
   /// Its request waits for a quiet line. True: it is not sent, or another goes first.
   bool Withdraw();
 
+  /// The request that Send gave has never left this machine, and never will.
+  void TakeBack();
   /// The exchange has ended; Conclude decides what follows.
   void OnEnd(ExchangeEnd end);
   /// Empty: the exchange has not ended, or Conclude was called already.
   std::optional<ExchangeEnd> TakeEnd();
   void Conclude(ExchangeEnd end, const Finding& finding);
 
-  /// Answers the requests of a client that has left.
-  void Abandon(std::uint64_t client);
+  /// Answers the requests of a client that has left. `unsent`: see RequestPort.
+  void Abandon(std::uint64_t client, bool unsent);
 
  private:
   // job_run.cpp: to the request

@@ -132,7 +132,7 @@ bool Poller::Submit(WriteCommand command, Now now) {
   if (agenda_.write_queue.full()) return false;
   if (!is_open()) {
     clients_.NotSent(command, ledger_.states.WhyClosed());
-  } else if (command.writes.empty()) {
+  } else if (command.writes().empty()) {
     clients_.ReadNow(std::move(command), unasked_.speaker().device(), now.instant);
     Settle();
   } else {
@@ -178,7 +178,7 @@ void Poller::OnEventsKept(std::uint32_t index, const std::string& said, Now now)
 void Poller::Abandon(std::uint64_t client, Now now) {
   Advance(now);
   agenda_.routes.queue().Abandon(client);
-  run_.Abandon(client);
+  run_.Abandon(client, port_.IsUnsent());
   if (is_open()) Settle();
 }
 
