@@ -144,7 +144,7 @@ JobRun::Turn JobRun::TakeTurn() {
     BreakOff(*withheld);
     return Turn::next;
   }
-  owed_.whose.Recognise(*job_->member, job_->request.expect.address);
+  owed_.whose.orders().Recognise(*job_->member, job_->request.expect.address);
   if (owed_.whose.NeedsProbeFirst(job_->asked(), now_.instant)) {
     PutProbeFirst();
     return Turn::next;

@@ -211,27 +211,21 @@ TEST_F(LinePortTest, WhatWaitsForAConnectionIsNotSentLate) {
 
 /// No connection comes, or nobody waits for one any more.
 TEST_F(LinePortTest, WhatWaitsForAConnectionInVainWasNotSent) {
-  const auto lend = [this] { line_->port.Release(1min, now_); };
-  const auto take_back = [this] { line_->port.TakeBack(now_); };
-  const auto fail = [this] { line_->port.OnOpenFailed("refused", now_); };
-  const auto stop = [this] { line_->port.Stop("a reload removes the line", now_, [] {}); };
   const std::pair<const char*, std::function<void()>> kRows[] = {
       {"no connection within the reply time", [] {}},
-      {"no connection", fail},
-      {"lent", lend},
-      {"taken back", take_back},
-      {"stopped", stop},
+      {"no connection", [this] { line_->port.OnOpenFailed("refused", now_); }},
+      {"lent", [this] { line_->port.Release(1min, now_); }},
+      {"taken back", [this] { line_->port.TakeBack(now_); }},
   };
-  for (const bool by_hand : {false, true}) {
+  for (const bool telegram : {false, true}) {
     for (const auto& [what, happens] : kRows) {
-      if (what == std::string("stopped") && !by_hand) continue;  // at the end
-      SCOPED_TRACE(std::string(what) + (by_hand ? ", by hand" : ""));
+      SCOPED_TRACE(std::string(what) + (telegram ? ", a telegram" : ", a write"));
       ends_.clear();
       Open();
       Pass(1500ms);  // between two polls
       End();
       const int before = port_.sends;
-      by_hand ? void(Ask("WA1=5\r")) : Write();
+      telegram ? void(Ask("WA1=5\r")) : Write();
       Stop(10ms);
       Handle([&] { line_->OnTimer(now_); });  // the line is quiet
       EXPECT_THAT(ends_, IsEmpty());
