@@ -95,6 +95,8 @@ class EventBook {
   const std::map<AlarmKey, Alarm>& alarms() const { return alarms_; }
   /// As they will be when all that Due or Ahead returned last is kept.
   std::map<AlarmKey, Alarm> Expected() const;
+  /// `expected`: as they will be, else as they are on the disk.
+  std::vector<Alarm> Alarms(bool expected) const;
   static constexpr std::size_t kMostAlarms = 10'000;
 
  private:
