@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "gateway/base/shown.h"
 #include "gateway/status/hypothesis_words.h"
