@@ -46,7 +46,7 @@ struct Traits {
   std::string_view designation{};
 };
 
-/// Of a protocol that sets none.
+/// The traits of a protocol that sets none.
 inline constexpr Traits kNoTraits;
 
 }  // namespace baudgate::config

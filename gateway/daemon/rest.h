@@ -104,7 +104,7 @@ class Rest {
   bool is_unsent() const { return is_unsent_; }
   /// A request went out over this connection, and nothing has come since.
   bool asks() const { return asks_; }
-  /// So many went out, one behind the other.
+  /// How many went out in a row without an answer.
   int unanswered() const { return unanswered_; }
   /// The last connection ended before any answer.
   bool in_vain() const { return in_vain_ > 0; }

@@ -39,7 +39,7 @@ struct Batch {
   std::vector<EventRecord> events{};
   std::vector<PastRecord> past{};
   bool told = false;  ///< its alarms were reported already, although it is not on the disk yet
-  // Of the source when it was told, by EventQueue::Add: a reload may have ended its line since.
+  // The names of the source when the batch was added: a reload may have ended its line since.
   std::string line{};
   std::string device{};
 };

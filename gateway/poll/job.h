@@ -75,7 +75,7 @@ struct Job {
   /// Something of it has been sent.
   bool begun() const { return steps > 1 || attempts > 0; }
   bool is_probe() const { return task.kind == Task::Kind::probe; }
-  /// Its answer tells what would be filed under the device's name.
+  /// Its answer has values or events that would be stored for the device.
   bool has_news() const {
     return answer.batch || (task.kind == Task::Kind::poll && !answer.readings.empty());
   }
@@ -132,7 +132,7 @@ struct Job {
 bool IsPlanned(const Task& task, const Conversation& conversation);
 /// Writes, their read-backs, and short writes of routes.
 bool IsUrgent(const Job& job);
-/// The kind of use that the line's time counts as.
+/// What the time of the line is counted as.
 LineUse UseOf(const Job& job);
 /// The latest moment at which its request may be sent, if there is one.
 std::optional<Instant> LatestStart(const Job& job);

@@ -96,7 +96,7 @@ void Poller::SetInUse(std::uint32_t index, bool in_use, Now now) {
 void Poller::OnBytes(View bytes, Now now) {
   Advance(now);
   const Job* const job = run_.job();
-  const EchoWatch::Heard heard = reception_.OnBytes(bytes, job, now.instant);
+  const EchoWatch::Received heard = reception_.OnBytes(bytes, job, now.instant);
   if (heard.echo) ledger_.line.OnEcho();
   if (heard.warning != nullptr) listener_.OnWarning(job->member->index, heard.warning);
   if (heard.collision) {
