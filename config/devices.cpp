@@ -187,7 +187,10 @@ Device ReadDevice(const YamlNode& node, const LineContext& of, LoadContext& cont
   const Protocol* protocol = of.protocol;
   if (const auto own = map.Get("protocol")) protocol = ReadProtocol(*own, of.line.port, context);
   if (!protocol) map.AllowAll();
-  if (protocol) device.protocol = std::string(protocol->name);
+  if (protocol) {
+    device.protocol = std::string(protocol->name);
+    device.traits = &protocol->traits;
+  }
   ReadAddress(map, of.addresses, protocol, device);
   Assign(device.enabled, map.Flag("enabled"));
   Assign(device.trust_order, map.Flag("trust_order"));

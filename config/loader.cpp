@@ -134,6 +134,7 @@ Device DeviceFromProfile(const Profile& profile, const Protocol& protocol, std::
   device.name = std::move(name);
   device.address = std::move(address);
   device.protocol = std::string(protocol.name);
+  device.traits = &protocol.traits;
   device.profile = profile.name;
   device.title = profile.title;
   device.identity.names = profile.identity;

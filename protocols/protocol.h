@@ -20,6 +20,7 @@
 #include "config/model/point.h"
 #include "config/model/serial.h"
 #include "config/model/timing.h"
+#include "config/model/traits.h"
 #include "gateway/base/modbus_framing.h"
 #include "gateway/base/result.h"
 #include "protocols/conversation.h"
@@ -214,6 +215,9 @@ struct Protocol {
   /// Its replies have no check stronger than an 8-bit sum: at least one in 256 damaged ones looks
   /// whole.
   bool weak_check = false;
+
+  /// What `baudgate status` and `baudgate settings` need to know of its devices.
+  config::Traits traits{};
 
   /// Whether the conversation with this device has a Memory. Null: none has.
   bool (*remembers)(const config::Device& device) = nullptr;

@@ -32,6 +32,10 @@ std::string GroupOf(gid_t id) {
   return entry.gr_name;
 }
 
+std::string NotSerial(const std::string& port) {
+  return port + " is not a serial port: correct port";
+}
+
 /// What stands in the place of the port, and what to do; empty: a device, or nothing.
 std::string OtherThing(const std::string& port) {
   struct stat info {};
@@ -42,12 +46,12 @@ std::string OtherThing(const std::string& port) {
            " is an ordinary file, not a serial port: remove it (written while the adapter was "
            "away?), or correct port";
   }
-  return S_ISCHR(info.st_mode) ? std::string() : port + " is not a serial port: correct port";
+  return S_ISCHR(info.st_mode) ? std::string() : NotSerial(port);
 }
 
 std::string NoSerialPort(const std::string& port) {
   const std::string other = OtherThing(port);
-  return other.empty() ? port + " is not a serial port: correct port" : other;
+  return other.empty() ? NotSerial(port) : other;
 }
 
 std::string HowToAllow(const std::string& port) {

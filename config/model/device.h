@@ -18,6 +18,7 @@
 #include "config/model/point.h"
 #include "config/model/serial.h"
 #include "config/model/timing.h"
+#include "config/model/traits.h"
 #include "gateway/base/time.h"
 
 namespace baudgate::config {
@@ -81,6 +82,7 @@ struct Device {
   std::optional<Duration> max_age;          ///< empty: see MaxAgeOf
   std::optional<Duration> dead_age;         ///< empty: 3 x max_age
   bool never_old = false;                   ///< it speaks unasked, and its silence is normal
+  const Traits* traits = &kNoTraits;        ///< of its protocol; lives for ever
   OnBad on_bad = OnBad::exception;
   WordOrder word_order = WordOrder::abcd;
   std::optional<int> retries;  ///< device before profile; empty: the line's
@@ -115,6 +117,7 @@ void VisitFields(const Device*, Visit visit) {
   visit(Field<&Device::max_age>());
   visit(Field<&Device::dead_age>());
   visit(Derived<&Device::never_old>());
+  visit(Derived<&Device::traits>());
   visit(Field<&Device::on_bad>());
   visit(Field<&Device::word_order>());
   visit(Field<&Device::retries>());

@@ -28,8 +28,8 @@ AuditedWrites::AuditedWrites(const PointStore& store, CommandSink& inner, WriteL
       }) {}
 
 bool AuditedWrites::Submit(WriteCommand command) {
-  const bool telegram = command.telegram && !command.telegram->reads;
-  if (command.writes.empty() && !telegram) return inner_.Submit(std::move(command));  // it reads
+  const bool telegram = command.telegram() && !command.telegram()->reads;
+  if (command.writes().empty() && !telegram) return inner_.Submit(std::move(command));  // it reads
   const Now now = clocks_();
   // Held until it waits: records and commands have one order, also if several threads submit.
   const MutexLock lock(mutex_);
@@ -85,12 +85,12 @@ WriteRecord AuditedWrites::RecordOf(const WriteCommand& command, const PointWrit
 
 std::vector<WriteRecord> AuditedWrites::RecordsOf(const WriteCommand& command, Now now) const {
   std::vector<WriteRecord> records;
-  for (const PointWrite& write : command.writes) records.push_back(RecordOf(command, write, now));
-  if (!command.telegram) return records;
+  for (const PointWrite& write : command.writes()) records.push_back(RecordOf(command, write, now));
+  if (!command.telegram()) return records;
   WriteRecord record = Named(Kind::point, command.device, std::nullopt);
   record.time = record.last = now.wall;
   record.client = Clipped(command.client);
-  record.value = Clipped(command.telegram->shown);
+  record.value = Clipped(command.telegram()->shown);
   records.push_back(std::move(record));
   return records;
 }

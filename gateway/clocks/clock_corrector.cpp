@@ -129,7 +129,7 @@ void ClockCorrector::Begin(std::uint32_t device, const ClockCare& care, Now now)
   WriteCommand command;
   command.device = device;
   command.client = kWriter.name;
-  command.reads = {care.drift};
+  command.kind = Reads{{care.drift}};
   command.deadline = now.instant + kAnswerPatience;
   command.done = [answered = begun.answered](const WriteResult& result) {
     const MutexLock lock(answered->mutex);

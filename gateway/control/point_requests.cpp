@@ -10,9 +10,6 @@
 namespace baudgate::control {
 namespace {
 
-/// How long a line has for what a person asks.
-constexpr Duration kWaitForDevice = 5s;
-
 Json ToJson(const WriteResult& result) {
   return {{"end", Name(result.end)}, {"reason", result.reason}, {"read_back", result.read_back}};
 }
@@ -84,7 +81,7 @@ Status PointRequests::Read(const config::Config& config, const Json& request, co
   WriteCommand command;
   command.device = target->device;
   command.client = writer.name;
-  command.reads = target->points;
+  command.kind = Reads{target->points};
   command.deadline = now.instant + kWaitForDevice;
   command.abandoned = writer.left;
   const Instant asked = now.instant;

@@ -84,7 +84,7 @@ Status AskManually(const config::Config& config, LineControl& control, CommandSi
   WriteCommand command;
   command.device = to->index;
   command.client = writer.name;
-  command.telegram = telegram;
+  command.kind = telegram;
   command.deadline = now + kHandPatience;
   command.abandoned = writer.left;
   const Json head = {{"protocol", protocol->name},

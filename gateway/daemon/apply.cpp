@@ -28,8 +28,8 @@ reload::Health HealthOf(const DeviceRecord& record) {
   return well ? Health::well : Health::unknown;
 }
 
-bool Begins(reload::Fate fate) {
-  return fate == reload::Fate::added || fate == reload::Fate::restarted;
+bool Begins(reload::Action action) {
+  return action == reload::Action::added || action == reload::Action::restarted;
 }
 
 void CountClients(const modbus::TrafficStatus& traffic, reload::ModbusDifference& difference) {
@@ -100,7 +100,7 @@ Reloader::Prepared Daemon::Impl::Prepare(config::Config next,
   if (!page->trouble.empty()) prepared.troubles.push_back(page->trouble);
   Threads threads;
   for (std::size_t i = 0; i < next.lines.size(); ++i) {
-    if (!Begins(difference.lines[i].fate)) continue;
+    if (!Begins(difference.lines[i].action)) continue;
     auto thread = Lines::MakeLoop(next.lines[i]);
     if (!thread) prepared.troubles.push_back(thread.error());
     if (thread) threads.emplace(next.lines[i].name, *std::move(thread));

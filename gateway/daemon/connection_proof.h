@@ -26,7 +26,7 @@ class ConnectionProof {
   /// `network`: else a local port.
   explicit ConnectionProof(bool network) : network_(network) {}
 
-  /// True: people are told of it at once.
+  /// True: it is shown at once.
   bool OnOpened(Instant now) {
     told_ = state_ != State::useless;
     state_ = network_ ? State::fresh : State::proven;
@@ -69,7 +69,7 @@ class ConnectionProof {
   /// Nothing is looked at until GoOn.
   void Pause() { check_at_.reset(); }
 
-  /// People are told of a connection that is proven. It tells once.
+  /// The connection is proven, and that is shown now. True once for each connection.
   bool TakeNews() { return !std::exchange(told_, true); }
   const std::optional<Instant>& check_at() const { return check_at_; }
 

@@ -30,8 +30,7 @@ class Daemon {
   Status Start();
   /// Closes the lines, tells subscribers the end and releases every port; within two seconds.
   /// False: a line hangs in a call of its driver. All others have ended properly, and the process
-  /// may end
-  /// (_Exit); the destructor would wait for the driver.
+  /// may end with _Exit; the destructor would wait for the driver.
   bool Stop();
 
   /// Call it once a second between Start and Stop. False: something that the whole gateway needs

@@ -7,7 +7,7 @@ namespace baudgate {
 
 bool LineDispatcher::Submit(WriteCommand command) {
   const std::uint32_t device = command.device;
-  const bool writes = !command.writes.empty();
+  const bool writes = !command.writes().empty();
   bool taken = false;
   const char* not_there = "its line does not run: a reload adds or has removed it";
   const bool there = lines_.OfDevice(device).With([&](LineRunner& runner) {

@@ -45,7 +45,7 @@ void LineParts::Start(Now now) {
 }
 
 void LineParts::Submit(WriteCommand command, Now now) {
-  if (command.telegram) {
+  if (command.telegram()) {
     std::optional<std::string> why_not;
     if (!port.is_open()) {
       why_not = loan.InUse().value_or(

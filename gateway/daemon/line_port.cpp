@@ -94,8 +94,10 @@ void LinePort::DropLate() {
   const auto is_due = [this](const std::optional<Instant>& at) {
     return at && *at <= now_.instant;
   };
-  while (is_due(telegrams_.Deadline())) telegrams_.OnTimer(now_);  // one step each
-  while (is_due(poller_.Deadline())) poller_.OnTimer(now_);
+  // One step each: to the end of the exchange, of the silence behind it, and of what waits.
+  constexpr int kMostSteps = 100;
+  for (int i = 0; i < kMostSteps && is_due(telegrams_.Deadline()); ++i) telegrams_.OnTimer(now_);
+  for (int i = 0; i < kMostSteps && is_due(poller_.Deadline()); ++i) poller_.OnTimer(now_);
   if (!telegrams_.MayGoOut(now_) || !poller_.MayGoOut(now_)) rest_.GiveUpHeld();
 }
 

@@ -55,6 +55,7 @@ class LinePort final : public RequestPort, public PortLoan::Line {
   // From the poller and the telegrams by hand.
   void Send(View bytes, const config::SerialSettings& serial, Now now) override;
   void DropUnsent() override;
+  bool IsUnsent() const override { return rest_.is_unsent(); }
 
   // See PortLoan.
   std::optional<std::string> WhyNot() const override;

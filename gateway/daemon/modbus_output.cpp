@@ -26,7 +26,7 @@ ModbusOutput::Prepared ModbusOutput::Prepare(const config::Modbus& next,
   for (std::size_t i = 0; i < next.listen.size(); ++i) {
     const reload::ListenerChange& change = difference.listeners[i];
     modbus::ListenerOrigin& origin = prepared.renewal.listeners.emplace_back(
-        modbus::ListenerOrigin{change.was, change.fate == reload::Fate::same});
+        modbus::ListenerOrigin{change.was, change.action == reload::Action::same});
     Status status = server_.CanServe(next.listen[i]);
     if (status && !origin.keeps_port(next.listen[i])) {
       auto port = server_.OpenPort(next.listen[i]);

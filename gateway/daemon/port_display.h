@@ -12,7 +12,7 @@
 
 namespace baudgate {
 
-/// Of a port that is lent.
+/// What is shown of a loan.
 struct ShownLoan {
   WallTime until{};
   bool to_client = false;  ///< over the network; else by hand to another program

@@ -64,12 +64,13 @@ Reloader::Reloader(ReloadOptions options, Links links)
       file_calls_("configuration", options_.disk_patience),
       copies_(loop_.io(), std::move(options_.kept), options_.disk_patience, links_.open_folder),
       refused_(options_.refused) {
-  const MutexLock lock(mutex_);
-  std::error_code ignored;
-  state_.file = std::filesystem::absolute(options_.file, ignored).string();
-  state_.applied = ReadClocks().wall;
-  if (refused_) state_.not_the_file = TakenBack(options_.file, refused_->why);
-  state_.folder = copies_.folder();
+  display_.Change([this](control::ReloadState& state) {
+    std::error_code ignored;
+    state.file = std::filesystem::absolute(options_.file, ignored).string();
+    state.applied = ReadClocks().wall;
+    if (refused_) state.not_the_file = TakenBack(options_.file, refused_->why);
+    state.folder = copies_.folder();
+  });
 }
 
 void Reloader::Start() {
@@ -96,33 +97,15 @@ void Reloader::Stop() {
   copies_.Stop();
 }
 
-control::ReloadState Reloader::state() const {
-  const Now now = ReadClocks();
-  const MutexLock lock(mutex_);
-  control::ReloadState state = state_;
-  if (until_) state.confirm_until = now.wall + (*until_ - now.instant);
-  return state;
-}
-
 void Reloader::SetApplied(std::shared_ptr<const Applied> runs) {
   applied_ = std::move(runs);
-  const MutexLock lock(mutex_);
-  applied_for_readers_ = applied_;
+  display_.SetText({applied_, &applied_->text});
 }
 
 Result<std::string> Reloader::ConfigurationText() const {
-  std::shared_ptr<const Applied> shown;
-  {
-    const MutexLock lock(mutex_);
-    shown = applied_for_readers_;
-  }
-  if (!shown || !options_.masked) return Error{"the gateway was not started with a file"};
-  return options_.masked(shown->text);
-}
-
-void Reloader::Show(const std::function<void(control::ReloadState&)>& change) {
-  const MutexLock lock(mutex_);
-  change(state_);
+  const auto text = display_.text();
+  if (!text || !options_.masked) return Error{"the gateway was not started with a file"};
+  return options_.masked(*text);
 }
 
 void Reloader::Reload(const control::ReloadAsk& ask, Answered answered) {
@@ -208,7 +191,7 @@ control::ReloadAnswer Reloader::Apply(const control::ReloadAsk& ask, const std::
   prepared.apply();
   SetApplied(std::make_shared<const Applied>(
       Applied{text, std::make_shared<const config::Config>(std::move(next))}));
-  Show([](control::ReloadState& state) { state.applied = ReadClocks().wall; });
+  display_.Change([](control::ReloadState& state) { state.applied = ReadClocks().wall; });
   BeginTrial(trial, before);
   links_.tell(false, fmt::format("{}, by {}{}", reload::Summary(difference), ask.by, OnTrial()));
   options_.notify(fmt::format("READY=1\nSTATUS={}{}", options_.summary(), OnTrial()));
@@ -250,11 +233,7 @@ void Reloader::BeginTrial(Duration time, const reload::Healths& before) {
     confirmed_ = applied_;
   }
   refused_.reset();
-  const MutexLock lock(mutex_);
-  state_.not_the_file.clear();
-  state_.file_changed.clear();
-  until_.reset();
-  if (probation_.running()) until_ = probation_.until();
+  display_.SetTrial(probation_.running() ? std::optional(probation_.until()) : std::nullopt);
 }
 
 /// The rest of the trial in whole seconds; zero: there is none.
@@ -314,7 +293,8 @@ void Reloader::WatchFiles() {
     if (stopped) return;
     LookAtFile();
     copies_.Look(ToKeep(), [this](const std::optional<std::string>& trouble) {
-      Show([&](control::ReloadState& state) { state.not_kept = trouble.value_or(std::string()); });
+      display_.Change(
+          [&](control::ReloadState& state) { state.not_kept = trouble.value_or(std::string()); });
     });
     WatchFiles();
   });
@@ -339,7 +319,7 @@ void Reloader::OnFile(const Result<std::string>& text) {
            " differs from what runs; 'baudgate reload --dry-run' says in what, "
            "'baudgate reload --confirm 60s' takes it";
   }
-  Show([&](control::ReloadState& state) { state.file_changed = note; });
+  display_.Change([&](control::ReloadState& state) { state.file_changed = note; });
 }
 
 /// The file stays as it is: it is the user's, and may not be ours to write.
@@ -360,7 +340,7 @@ void Reloader::TakeBack(const std::string& why) {
   if (!kept) log::Warn("the configuration is not kept: {}", kept.error());
   LogChanges(difference);
   const std::string said = TakenBack(options_.file, why);
-  Show([&](control::ReloadState& state) {
+  display_.Change([&](control::ReloadState& state) {
     state.applied = ReadClocks().wall;
     state.not_the_file = said;
   });

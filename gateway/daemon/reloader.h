@@ -13,15 +13,14 @@
 #include <vector>
 
 #include "config/model/config.h"
-#include "gateway/base/guarded.h"
 #include "gateway/base/result.h"
 #include "gateway/control/reload_requests.h"
 #include "gateway/daemon/config_copies.h"
+#include "gateway/daemon/reload_display.h"
 #include "gateway/reload/difference.h"
 #include "gateway/reload/kept_configs.h"
 #include "gateway/reload/probation.h"
 #include "gateway/state/disk_calls.h"
-#include "gateway/status/reload_state.h"
 #include "transports/loop_thread.h"
 
 namespace baudgate {
@@ -90,7 +89,7 @@ class Reloader final : public control::ReloadService {
   // From any thread.
   void Reload(const control::ReloadAsk& ask, Answered answered) override;
   void Confirm(const std::string& by, Answered answered) override;
-  control::ReloadState state() const;
+  control::ReloadState state() const { return display_.StateAt(ReadClocks()); }
   /// The text that runs, without its secrets.
   Result<std::string> ConfigurationText() const;
 
@@ -126,7 +125,6 @@ class Reloader final : public control::ReloadService {
   reload::KeptTexts ToKeep() const;
   reload::KeptTexts Next(const std::string& text, Duration trial) const;
   void SetApplied(std::shared_ptr<const Applied> runs);
-  void Show(const std::function<void(control::ReloadState&)>& change);
 
   ReloadOptions options_;
   const Links links_;
@@ -140,10 +138,7 @@ class Reloader final : public control::ReloadService {
   std::shared_ptr<const Applied> confirmed_;  // another than `applied_` during a trial
   std::optional<Refused> refused_;            // the text of the file, if it was taken back
   bool started_ = false;
-  mutable Mutex mutex_;
-  control::ReloadState state_ BAUDGATE_GUARDED_BY(mutex_);
-  std::shared_ptr<const Applied> applied_for_readers_ BAUDGATE_GUARDED_BY(mutex_);  // as applied_
-  std::optional<Instant> until_ BAUDGATE_GUARDED_BY(mutex_);                        // of the trial
+  ReloadDisplay display_;
 };
 
 }  // namespace baudgate

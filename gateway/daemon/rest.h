@@ -81,6 +81,7 @@ class Rest {
       rests_ = true;
       held_.assign(request.begin(), request.end());
     }
+    is_unsent_ = holds;
     is_used_ = asks_ = !holds;
     unanswered_ += holds ? 0 : 1;
     return holds;
@@ -88,6 +89,7 @@ class Rest {
   /// The request that has waited, if it is still wanted.
   Bytes TakeHeld() {
     is_used_ = asks_ = !held_.empty();
+    if (asks_) is_unsent_ = false;
     return std::exchange(held_, {});
   }
   void GiveUpHeld() { held_.clear(); }
@@ -98,9 +100,11 @@ class Rest {
   }
 
   bool rests() const { return rests_; }
+  /// The latest request has not gone out: it is held, or was given up.
+  bool is_unsent() const { return is_unsent_; }
   /// A request went out over this connection, and nothing has come since.
   bool asks() const { return asks_; }
-  /// So many went out, one behind the other.
+  /// How many went out in a row without an answer.
   int unanswered() const { return unanswered_; }
   /// The last connection ended before any answer.
   bool in_vain() const { return in_vain_ > 0; }
@@ -123,6 +127,7 @@ class Rest {
   int unanswered_ = 0;    // requests over this connection since then
   int in_vain_ = 0;       // connections in a row that ended before any answer
   Bytes held_;
+  bool is_unsent_ = false;  // see above
 };
 
 }  // namespace baudgate

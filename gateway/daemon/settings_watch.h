@@ -1,7 +1,7 @@
-// The settings of an open port: those that a request needs are set before it goes out. And once a
-// second, while the line works, the driver's counters of errors are read, and whether another
-// program has changed the settings. ModemManager, brltty, a getty and stty do that,
-// and each exchange fails from then on, so the settings are set again.
+// The settings of an open port. Those that a request needs are set before it goes out. Once a
+// second, while the line works, the error counters of the driver are read, and it is checked
+// whether another program has changed the settings. ModemManager, brltty, a getty and stty do that;
+// each exchange would fail from then on, so the settings are set again.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -16,7 +16,7 @@ WriteEnd EndOf(const WriteCommand& command, Outcome outcome) {
 
 void TelegramQueue::Answer(WriteCommand& command, WriteEnd end, const std::string& reason,
                            Outcome outcome) {
-  command.telegram->outcome = Name(outcome);
+  command.telegram()->outcome = Name(outcome);
   command.End({.end = end, .reason = reason});
 }
 
@@ -64,7 +64,7 @@ void TelegramQueue::Settle(Now now) {
   waiting_.pop_front();
   const Speaking as = poller_.SpeakingAs(command_->device);
   serial_ = as.serial;
-  exchange_.emplace(as, line_.echo, command_->telegram->bytes, now.instant);
+  exchange_.emplace(as, line_.echo, command_->telegram()->bytes, now.instant);
   Hand(exchange_->Begin(now.instant), now);
 }
 
@@ -74,8 +74,17 @@ void TelegramQueue::Hand(bool send, Now now) {
     tap_.OnSent(command_->device, exchange_->request(), now);
     port_.Send(exchange_->request().bytes, serial_, now);
   }
-  if (exchange_->has_ended() && !ProvesLife(exchange_->end().outcome)) port_.DropUnsent();
+  if (exchange_->has_ended() && !ProvesLife(exchange_->end().outcome)) {
+    TakeBack();
+    port_.DropUnsent();
+  }
   if (exchange_->is_over()) End(now);
+}
+
+/// It has failed. Nobody will have got it if it was never put on the wire.
+void TelegramQueue::TakeBack() {
+  const bool sent = command_->state == WriteState::sent;
+  if (sent && port_.IsUnsent()) command_->MoveTo(WriteState::queued);
 }
 
 bool TelegramQueue::OnBytes(View bytes, Now now) {
@@ -94,15 +103,17 @@ void TelegramQueue::OnTimer(Now now) {
 void TelegramQueue::End(Now now) {
   const ExchangeEnd end = exchange_->end();
   tap_.OnExchangeEnd(command_->device, end, now);
-  command_->telegram->reply = exchange_->reply();
+  command_->telegram()->reply = exchange_->reply();
   exchange_.reset();
   WriteCommand done = std::move(*std::exchange(command_, std::nullopt));
-  Answer(done, EndOf(done, end.outcome), end.reason, end.outcome);
+  const bool unsent = done.state == WriteState::queued;
+  Answer(done, EndOf(done, end.outcome), unsent ? kNotConnected : end.reason, end.outcome);
   Settle(now);
 }
 
 void TelegramQueue::OnClosed(const std::string& reason) {
   if (exchange_) {
+    TakeBack();
     exchange_.reset();
     WriteCommand cut = std::move(*std::exchange(command_, std::nullopt));
     Answer(cut, EndOf(cut, Outcome::line_down), reason, Outcome::line_down);

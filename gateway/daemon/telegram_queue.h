@@ -43,6 +43,7 @@ class TelegramQueue {
   static const char* WhyNotSend(const WriteCommand& command, Now now);
   void Withdraw(Now now);
   void Hand(bool send, Now now);
+  void TakeBack();
   void End(Now now);
   static void Answer(WriteCommand& command, WriteEnd end, const std::string& reason,
                      Outcome outcome);

@@ -15,7 +15,7 @@ class WriteGrace {
  public:
   static constexpr Duration kMost = 1s;
 
-  /// `then` follows. What has waited up to now does not happen any more.
+  /// `then` is called at the end; it replaces an earlier one.
   void Begin(std::function<void()> then, Instant now) {
     then_ = std::move(then);
     until_ = now + kMost;
@@ -23,7 +23,7 @@ class WriteGrace {
   bool waits() const { return until_.has_value(); }
   /// It waits, and its time is over.
   bool IsOver(Instant now) const { return until_ && *until_ <= now; }
-  /// Only if it waits: what waits happens now.
+  /// Only if it waits: calls what waits, now.
   void End() {
     until_.reset();
     std::exchange(then_, nullptr)();

@@ -36,12 +36,12 @@ constexpr std::size_t LongestSample() {
 template <typename Sample>
 inline constexpr std::size_t kMaxBytes = LongestSample<Sample>();
 
-/// Of the samples in type_fields.h. Writes little-endian CDR with its encapsulation header; returns
-/// the bytes used, or 0 when a text is beyond its bound or `to` is too small.
+/// For the samples in type_fields.h. Writes little-endian CDR with its encapsulation header;
+/// returns the bytes used, or 0 when a text is beyond its bound or `to` is too small.
 template <typename Sample>
 std::size_t Encode(const Sample& sample, std::span<std::uint8_t> to);
 
-/// Of the samples in type_fields.h. Reads either byte order. False on anything but a whole sample
+/// For the samples in type_fields.h. Reads either byte order. False on anything but a whole sample
 /// within its bounds; never throws, whatever the bytes. `sample` is then unspecified.
 template <typename Sample>
 bool Decode(View bytes, Sample& sample);

@@ -122,6 +122,15 @@ std::map<AlarmKey, Alarm> EventBook::Expected() const {
   return alarms;
 }
 
+std::vector<Alarm> EventBook::Alarms(bool expected) const {
+  std::vector<Alarm> alarms;
+  const auto take = [&alarms](const std::map<AlarmKey, Alarm>& all) {
+    for (const auto& [key, alarm] : all) alarms.push_back(alarm);
+  };
+  expected ? take(Expected()) : take(alarms_);
+  return alarms;
+}
+
 void EventBook::OnTold(std::size_t batches) {
   for (std::size_t i = 0; i < std::min(batches, waiting_.size()); ++i) waiting_[i].told = true;
 }

@@ -39,7 +39,7 @@ struct Batch {
   std::vector<EventRecord> events{};
   std::vector<PastRecord> past{};
   bool told = false;  ///< its alarms were reported already, although it is not on the disk yet
-  // Of the source when it was told, by EventQueue::Add: a reload may have ended its line since.
+  // The names of the source when the batch was added: a reload may have ended its line since.
   std::string line{};
   std::string device{};
 };
@@ -95,6 +95,8 @@ class EventBook {
   const std::map<AlarmKey, Alarm>& alarms() const { return alarms_; }
   /// As they will be when all that Due or Ahead returned last is kept.
   std::map<AlarmKey, Alarm> Expected() const;
+  /// `expected`: as they will be, else as they are on the disk.
+  std::vector<Alarm> Alarms(bool expected) const;
   static constexpr std::size_t kMostAlarms = 10'000;
 
  private:

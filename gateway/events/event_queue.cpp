@@ -79,7 +79,7 @@ std::size_t EventQueue::Acknowledge(const AckQuery& query, AckService::Done done
   {
     const MutexLock lock(mutex_);
     now.at = options_.clocks().wall;
-    now.alarms = AckService::Tell(query, AlarmsNow(), book_, now.at);
+    now.alarms = AckService::Tell(query, book_.Alarms(disk_.holds_up()), book_, now.at);
     now.trouble = disk_.trouble();
     if (now.alarms > 0 && now.trouble.empty()) {
       acks_.Wait({now.alarms, now.at, std::exchange(done, nullptr)});
@@ -130,26 +130,16 @@ EventsState EventQueue::state() const {
   state.newest = book_.newest();
   state.repeats = book_.repeats();
   state.left_out = book_.left_out();
-  WithAlarms([&](const auto& alarms) {
-    for (const auto& [key, alarm] : alarms) {
-      state.alarms_active += IsActive(alarm.state) ? 1 : 0;
-      state.alarms_unacknowledged += IsUnacknowledged(alarm.state) ? 1 : 0;
-    }
-  });
+  for (const Alarm& alarm : book_.Alarms(disk_.holds_up())) {
+    state.alarms_active += IsActive(alarm.state) ? 1 : 0;
+    state.alarms_unacknowledged += IsUnacknowledged(alarm.state) ? 1 : 0;
+  }
   return state;
 }
 
 std::vector<Alarm> EventQueue::Alarms() const {
   const MutexLock lock(mutex_);
-  return AlarmsNow();
-}
-
-std::vector<Alarm> EventQueue::AlarmsNow() const {
-  std::vector<Alarm> alarms;
-  WithAlarms([&alarms](const auto& now) {
-    for (const auto& [key, alarm] : now) alarms.push_back(alarm);
-  });
-  return alarms;
+  return book_.Alarms(disk_.holds_up());
 }
 
 // ---------------------------------------------------------------- the writing thread

@@ -109,13 +109,6 @@ class EventQueue {
   bool IsIdle() const BAUDGATE_REQUIRES(mutex_);
   Instant NextRoundAt() const BAUDGATE_REQUIRES(mutex_);
   void TellEnd() BAUDGATE_REQUIRES(mutex_);
-  std::vector<Alarm> AlarmsNow() const BAUDGATE_REQUIRES(mutex_);
-  /// Calls `use` with the alarms as they are now.
-  template <typename Use>
-  auto WithAlarms(Use use) const BAUDGATE_REQUIRES(mutex_) {
-    const bool waits = disk_.is_failing() || disk_.is_stalled();
-    return waits ? use(book_.Expected()) : use(book_.alarms());
-  }
 
   const LogOptions& options_;
   const std::function<void()> wake_;

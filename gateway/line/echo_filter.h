@@ -1,5 +1,5 @@
-// Takes our own request out of what comes back on a two-wire bus whose adapter echoes. Sans-I/O:
-// told what is sent, fed with what the transport delivers, passes on what the device said.
+// Takes our own request out of what comes back on a two-wire bus whose adapter echoes. Sans-I/O: it
+// gets what is sent and what the transport delivers, and passes on what the device has sent.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -11,9 +11,9 @@ void EchoWatch::OnSent(View request) {
   echoed_ = false;
 }
 
-EchoWatch::Heard EchoWatch::OnReceived(View bytes, const Request* asked) {
+EchoWatch::Received EchoWatch::OnReceived(View bytes, const Request* asked) {
   EchoResult result = filter_.Filter(bytes);
-  Heard heard;
+  Received heard;
   heard.bytes = std::move(result.bytes);
   if (mode_ == config::Echo::off) {
     // What equals its request may as well be the reply.

@@ -13,7 +13,7 @@ namespace baudgate {
 
 class EchoWatch {
  public:
-  struct Heard {
+  struct Received {
     Bytes bytes;                    ///< what is not echo; with `off`, all that came
     bool echo = false;              ///< `off`: the request under way has come back whole
     bool collision = false;         ///< `verify`: the echo differs from what was sent
@@ -27,7 +27,7 @@ class EchoWatch {
   /// Before the bytes go to the port: an echo may be back before sending returns.
   void OnSent(View request);
   /// `asked`: the request under way; null when there is none.
-  Heard OnReceived(View bytes, const Request* asked);
+  Received OnReceived(View bytes, const Request* asked);
   /// The frame equals its request, the protocol confirms writes in that way, and this bus was seen
   /// to echo: perhaps no device has answered.
   bool MayBeEcho(const Request& request, View frame) const;

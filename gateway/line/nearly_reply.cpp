@@ -21,7 +21,7 @@ constexpr std::size_t kLongestTried = 80;
 constexpr std::size_t kCheckDigits = 2;
 /// The longest number in a reply that is taken for a name.
 constexpr std::size_t kMostDigits = 3;
-/// Of a text that lacks its end.
+/// The shortest text whose end may be missing.
 constexpr std::size_t kShortestLine = 4;
 
 /// A whole reply of more than `least` bytes stands at the front. One look of the rule, however much
@@ -154,7 +154,7 @@ bool IsWholeWithOtherCheck(const Hearing& hearing, View heard) {
   std::size_t size = heard.size();
   while (size > 0 && (heard[size - 1] == '\n' || heard[size - 1] == '\r')) --size;
   if (!IsText(hearing, heard) || size < 2 * kCheckDigits || size == heard.size()) return false;
-  // Of what comes unasked several messages may stand there.
+  // Several messages that came unasked may stand there.
   const bool several = hearing.expect->reply == Expectation::Reply::standing;
   Bytes changed(heard.begin(), heard.end());
   int fit = 0;

@@ -17,7 +17,7 @@ std::string Quote(View text);
 bool IsLine(const Hearing& hearing, View heard);
 /// Its first bytes are those of a reply, or nearly.
 bool BeginsLikeReply(const Hearing& hearing, View heard);
-/// Nothing: these are no words for people. `lines`: a whole line of anything printable is some.
+/// Empty: these are no words for people. `lines`: a whole line of printable characters counts, too.
 std::optional<Finding> Words(const Hearing& hearing, View heard, bool lines = false);
 
 }  // namespace baudgate

@@ -1,6 +1,6 @@
 // What follows from a reply or from the end of a job, as plain values. Made by
 // gateway/poll/intake.cpp (replies) and gateway/poll/job_end.cpp (ends); applied by
-// gateway/poll/job_finish.cpp alone, field by field in the order in which they stand.
+// gateway/poll/effect_applier.cpp alone, field by field in the order in which they stand.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

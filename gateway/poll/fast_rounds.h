@@ -1,5 +1,5 @@
 // How long one fast round of all polled devices of a line takes: the point store derives the age
-// limits of fast values from it. Driven by gateway/poll/upkeep.cpp and job_finish.cpp.
+// limits of fast values from it. Driven by gateway/poll/upkeep.cpp and effect_applier.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -38,10 +38,11 @@ struct Job {
   struct ReadBack {};  ///< of a query whose points were written, or are in doubt
   struct Write {
     WriteCommand command;
-    std::size_t first = 0;          ///< index in command.writes of the first point under way
+    std::size_t first = 0;          ///< index in command.writes() of the first point under way
     std::size_t next = 0;           ///< and of the first point that was not begun
     std::optional<Outcome> told{};  ///< the latest answer to a request that does not only close
     bool may_have_acted = false;    ///< see Answer
+    bool was_sent = false;          ///< sent(), before the present request
     std::optional<Withheld> withheld{};  ///< a request was not sent; what is open is closed now
 
     /// Whether a request was sent that may have written the points under way.
@@ -74,7 +75,7 @@ struct Job {
   /// Something of it has been sent.
   bool begun() const { return steps > 1 || attempts > 0; }
   bool is_probe() const { return task.kind == Task::Kind::probe; }
-  /// Its answer tells what would be filed under the device's name.
+  /// Its answer has values or events that would be stored for the device.
   bool has_news() const {
     return answer.batch || (task.kind == Task::Kind::poll && !answer.readings.empty());
   }
@@ -108,6 +109,7 @@ struct Job {
   int broadcasts = 0;        ///< of these, broadcasts
   int parkings = 0;          ///< how often its device has said busy
   bool out = false;          ///< a request of it has been sent
+  bool was_out = false;      ///< and one before the present request
   Instant exchange_began{};  ///< when the line was given its present request
   Instant sent_at{};         ///< see Asked
   std::optional<ExchangeEnd> end;  ///< of the present request
@@ -130,7 +132,7 @@ struct Job {
 bool IsPlanned(const Task& task, const Conversation& conversation);
 /// Writes, their read-backs, and short writes of routes.
 bool IsUrgent(const Job& job);
-/// The kind of use that the line's time counts as.
+/// What the time of the line is counted as.
 LineUse UseOf(const Job& job);
 /// The latest moment at which its request may be sent, if there is one.
 std::optional<Instant> LatestStart(const Job& job);

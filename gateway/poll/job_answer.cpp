@@ -69,7 +69,7 @@ void JobRun::OnAnswered(const ExchangeEnd& end) {
   const bool late = owed_.whose.Lags(*job.member) && job.verdict.older > job.member->times.ceiling;
   const bool old = reads && late && chooser_.MayRepeat(job, kMostTriesMore, now_.instant);
   const bool peace = job.answer.outcome == Outcome::busy || job.answer.wait > Duration::zero();
-  const bool alike = job.postponed && !peace && !owed_.whose.IsOfLatest(job.asked()) &&
+  const bool alike = job.postponed && !peace && !owed_.whose.orders().IsOfLatest(job.asked()) &&
                      chooser_.MayRepeat(job, kMostProbesMore, now_.instant);
   if (old || alike) {
     ++job.attempts;
@@ -123,7 +123,8 @@ void JobRun::TakeAnswer() {
     if (HasValue(reading.value) && reading.point != kNoPoint)
       device.heard.OnValue(reading.point, now_.instant);
   }
-  Apply(device, intake_.Take(job, device, std::move(answer), now_.instant));
+  effects_.OnReply(device, intake_.Take(job, device, std::move(answer), now_.instant),
+                   now_.instant);
   if (wait > Duration::zero()) agenda_.schedule.Hold(device.place, now_.instant + wait);
   if (then == Then::ask_again) return Ask();
   if (then == Then::replan || then == Then::restart) {
@@ -156,8 +157,8 @@ void JobRun::OnFailed(const ExchangeEnd& end) {
   // device that owes none brings nothing nearer.
   const Asked asked = job.asked();
   const bool nearer = end.outcome == Outcome::unexpected &&
-                      (heard_itself || !asked.named() || owed_.whose.OthersOwe(asked));
-  const int more = nearer ? std::min(owed_.whose.Owed(asked), kMostTriesMore) : 0;
+                      (heard_itself || !asked.named() || owed_.whose.orders().OthersOwe(asked));
+  const int more = nearer ? std::min(owed_.whose.orders().Owed(asked), kMostTriesMore) : 0;
   if (!chooser_.MayRepeat(job, more, now_.instant)) return GiveUp(end);
   const auto instead = member.device->conversation->Instead(job.request, end.outcome, now_.instant);
   if (!instead && !job.request.expect.repeatable) return GiveUp(end);

@@ -53,7 +53,7 @@ EndEffects::Write EndOfWrite(const Job& job, const Job::Write& write, const JobE
   const WriteEnd how =
       write.withheld ? EndWithheld(write) : WriteEndOf(outcome, write.sent(), write.may_have_acted);
   const bool ok = how == WriteEnd::ok;
-  const auto all = std::span(write.command.writes);
+  const auto all = std::span(write.command.writes());
 
   EndEffects::Write effects;
   for (const PointWrite& one : all.subspan(write.first, write.next - write.first)) {

@@ -1,4 +1,4 @@
-// How each kind of job ends: facts in, effects out. Applied by gateway/poll/job_finish.cpp.
+// How each kind of job ends: facts in, effects out. Applied by gateway/poll/effect_applier.cpp.
 //
 //   kind         its end leads to
 //   poll         line time of the fast round; the count of its query; a seldom group that was not

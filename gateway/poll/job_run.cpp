@@ -49,12 +49,13 @@ bool JobRun::IsReadingBack() const {
          !job_->missed;
 }
 
-void JobRun::Abandon(std::uint64_t client) {
+void JobRun::Abandon(std::uint64_t client, bool unsent) {
   for (Job* job = job_.get(); job != nullptr; job = job->postponed.get()) {
     auto* routed = job->As<Job::Routed>();
     if (routed == nullptr) continue;
-    std::erase_if(routed->batch, [client, job](const RoutedRequest& request) {
-      if (request.client == client) request.done(Abandoned(job->out));
+    const bool out = unsent && job == job_.get() ? job->was_out : job->out;
+    std::erase_if(routed->batch, [client, out](const RoutedRequest& request) {
+      if (request.client == client) request.done(Abandoned(out));
       return request.client == client;
     });
   }
@@ -100,8 +101,8 @@ void JobRun::NextWrite() {
   Job::Write& write = *job_->As<Job::Write>();
   const Device& device = *job_->member->device;
   std::vector<PointValue> rest;
-  for (std::size_t i = write.next; i < write.command.writes.size(); ++i) {
-    rest.push_back({write.command.writes[i].point, write.command.writes[i].raw});
+  for (std::size_t i = write.next; i < write.command.writes().size(); ++i) {
+    rest.push_back({write.command.writes()[i].point, write.command.writes()[i].raw});
   }
   rest.resize(std::clamp<std::size_t>(device.conversation->WritesTogether(rest), 1, rest.size()));
   write.first = std::exchange(write.next, write.next + rest.size());
@@ -120,7 +121,7 @@ void JobRun::NoteWriting(const Device& device) {
   Job::Write& write = *job_->As<Job::Write>();
   write.command.MoveTo(WriteState::sent);
   for (std::size_t i = write.first; i < write.next; ++i) {
-    const std::uint32_t point = write.command.writes[i].point;
+    const std::uint32_t point = write.command.writes()[i].point;
     agenda_.write_queue.OnBegun(device.index, point);
     agenda_.write_queue.AddReadBacks(device.place, device.conversation->Queries(), point);
   }
@@ -143,7 +144,7 @@ JobRun::Turn JobRun::TakeTurn() {
     BreakOff(*withheld);
     return Turn::next;
   }
-  owed_.whose.Recognise(*job_->member, job_->request.expect.address);
+  owed_.whose.orders().Recognise(*job_->member, job_->request.expect.address);
   if (owed_.whose.NeedsProbeFirst(job_->asked(), now_.instant)) {
     PutProbeFirst();
     return Turn::next;
@@ -203,15 +204,24 @@ const Request& JobRun::Send() {
     job_->member->device->conversation->Stamp(request, {now_.instant + takes, now_.wall + takes},
                                               character);
   }
-  if (job_->As<Job::Write>() != nullptr && !request.prepares && !request.closes) {
-    NoteWriting(*job_->member->device);
+  if (auto* const write = job_->As<Job::Write>()) {
+    write->was_sent = write->sent();
+    if (!request.prepares && !request.closes) NoteWriting(*job_->member->device);
   }
   chooser_.turns().OnSent(IsUrgent(job_->goal()));
   owed_.whose.OnSent(job_->asked(), now_.instant);
   ledger_.line.OnSent(*job_->member, request);
   job_->sent_at = now_.instant;
-  job_->out = true;
+  job_->was_out = std::exchange(job_->out, true);
   return request;
+}
+
+void JobRun::TakeBack() {
+  job_->out = job_->was_out;
+  auto* const write = job_->As<Job::Write>();
+  if (write != nullptr && write->sent() && !write->was_sent) {
+    write->command.MoveTo(WriteState::queued);
+  }
 }
 
 /// A read whose line is not quiet yet lets a short write pass, and a request that has become too

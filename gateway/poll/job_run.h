@@ -19,9 +19,9 @@
 #include <string>
 
 #include "gateway/line/line.h"
+#include "gateway/poll/effect_applier.h"
 #include "gateway/poll/intake.h"
 #include "gateway/poll/job.h"
-#include "gateway/poll/job_end.h"
 #include "gateway/poll/upkeep.h"
 
 namespace baudgate {
@@ -35,7 +35,8 @@ class JobRun {
         agenda_(chooser.agenda()),
         ledger_(ledger),
         upkeep_(upkeep),
-        intake_(intake) {}
+        intake_(intake),
+        effects_(owed, chooser, ledger, upkeep) {}
 
   /// Before each input of the line.
   void SetTime(Now now) { now_ = now; }
@@ -64,14 +65,16 @@ class JobRun {
   /// Its request waits for a quiet line. True: it is not sent, or another goes first.
   bool Withdraw();
 
+  /// The request that Send gave has never left this machine, and never will.
+  void TakeBack();
   /// The exchange has ended; Conclude decides what follows.
   void OnEnd(ExchangeEnd end);
   /// Empty: the exchange has not ended, or Conclude was called already.
   std::optional<ExchangeEnd> TakeEnd();
   void Conclude(ExchangeEnd end, const Finding& finding);
 
-  /// Answers the requests of a client that has left.
-  void Abandon(std::uint64_t client);
+  /// Answers the requests of a client that has left. `unsent`: see RequestPort.
+  void Abandon(std::uint64_t client, bool unsent);
 
  private:
   // job_run.cpp: to the request
@@ -94,9 +97,6 @@ class JobRun {
   // job_finish.cpp: its end
   void Finish(Outcome outcome, const std::string& reason);
   void Resume(Job& probe, Outcome outcome, const std::string& reason);
-  void Apply(const Device& device, const ReplyEffects& effects);
-  void Apply(Job& done, EndEffects effects, const JobEnd& end);
-  void Apply(Job::Write& write, Device& device, const EndEffects::Write& effects);
 
   OwedReplies& owed_;
   Chooser& chooser_;
@@ -104,6 +104,7 @@ class JobRun {
   Ledger& ledger_;
   Upkeep& upkeep_;
   Intake& intake_;
+  EffectApplier effects_;
   std::unique_ptr<Job> job_;  // under way
   Now now_{};                 // of the input that is being handled
 };

@@ -96,7 +96,7 @@ void Poller::SetInUse(std::uint32_t index, bool in_use, Now now) {
 void Poller::OnBytes(View bytes, Now now) {
   Advance(now);
   const Job* const job = run_.job();
-  const EchoWatch::Heard heard = reception_.OnBytes(bytes, job, now.instant);
+  const EchoWatch::Received heard = reception_.OnBytes(bytes, job, now.instant);
   if (heard.echo) ledger_.line.OnEcho();
   if (heard.warning != nullptr) listener_.OnWarning(job->member->index, heard.warning);
   if (heard.collision) {
@@ -132,7 +132,7 @@ bool Poller::Submit(WriteCommand command, Now now) {
   if (agenda_.write_queue.full()) return false;
   if (!is_open()) {
     clients_.NotSent(command, ledger_.states.WhyClosed());
-  } else if (command.writes.empty()) {
+  } else if (command.writes().empty()) {
     clients_.ReadNow(std::move(command), unasked_.speaker().device(), now.instant);
     Settle();
   } else {
@@ -178,7 +178,7 @@ void Poller::OnEventsKept(std::uint32_t index, const std::string& said, Now now)
 void Poller::Abandon(std::uint64_t client, Now now) {
   Advance(now);
   agenda_.routes.queue().Abandon(client);
-  run_.Abandon(client);
+  run_.Abandon(client, port_.IsUnsent());
   if (is_open()) Settle();
 }
 

@@ -75,8 +75,14 @@ void Poller::Conclude() {
   if (seen.no_echo) ledger_.line.OnCollision();
   ledger_.line.OnRing(*job.member, seen.cut);
   if (seen.negotiates) ledger_.line.OnNegotiation();
-  const bool good = ProvesLife(end->outcome) || end->outcome == Outcome::line_down;
-  if (!good) port_.DropUnsent();
+  if (!ProvesLife(end->outcome)) {
+    const bool closed = end->outcome == Outcome::line_down;
+    if (port_.IsUnsent()) {
+      run_.TakeBack();
+      if (!closed) end->reason = kNotConnected;
+    }
+    if (!closed) port_.DropUnsent();
+  }
   run_.Conclude(std::move(*end), seen.finding);
 }
 

@@ -45,6 +45,9 @@ struct News {
   bool first = false;
 };
 
+/// Why a request that is unsent has got no answer.
+inline constexpr const char* kNotConnected = "its connection was not made in time";
+
 class RequestPort {
  public:
   virtual ~RequestPort() = default;
@@ -53,6 +56,9 @@ class RequestPort {
   /// No good reply came: bytes of the request that have not left this machine must not leave it
   /// later.
   virtual void DropUnsent() {}
+  /// Nothing of the latest request has left this machine: it waits for a connection, or has waited
+  /// for one in vain.
+  virtual bool IsUnsent() const { return false; }
 };
 
 class PollerListener {

@@ -23,8 +23,8 @@ void Reception::OnSend(const Job& job, Instant now) {
   echo_.OnSent(job.request.bytes);
 }
 
-EchoWatch::Heard Reception::OnBytes(View bytes, const Job* job, Instant now) {
-  EchoWatch::Heard heard = echo_.OnReceived(bytes, job != nullptr ? &job->request : nullptr);
+EchoWatch::Received Reception::OnBytes(View bytes, const Job* job, Instant now) {
+  EchoWatch::Received heard = echo_.OnReceived(bytes, job != nullptr ? &job->request : nullptr);
   if (!heard.bytes.empty()) examiner_.Hear(heard.bytes, now);
   return heard;
 }

@@ -41,7 +41,7 @@ class Reception {
   /// Before the request of this job goes to the port.
   void OnSend(const Job& job, Instant now);
   /// `job`: under way; null: none.
-  EchoWatch::Heard OnBytes(View bytes, const Job* job, Instant now);
+  EchoWatch::Received OnBytes(View bytes, const Job* job, Instant now);
   /// A whole frame came for the request of this job.
   Outcome Judge(Job& job, View frame, Instant now);
 

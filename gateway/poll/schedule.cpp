@@ -32,12 +32,7 @@ void Schedule::SetQueries(std::size_t index, std::vector<config::Group> groups, 
   Round& once = device.rounds[static_cast<std::size_t>(config::Group::once)];
   Round& daily = device.rounds[static_cast<std::size_t>(config::Group::daily)];
   for (Round& round : device.rounds) {
-    const bool asked = round.turn == turn_ && turn_ > 0;
-    round.before = {.queries = round.queries.size(),
-                    .next = round.cursor - (asked && round.cursor > 0 ? 1 : 0),
-                    .due = round.due,
-                    .active = round.active(),
-                    .asked = asked};
+    round.Remember(round.turn == turn_ && turn_ > 0);
   }
   if (once.active()) once.due = Instant{};
   const std::size_t asked_daily = daily.cursor;
@@ -47,20 +42,14 @@ void Schedule::SetQueries(std::size_t index, std::vector<config::Group> groups, 
     device.rounds[NumberOf(groups[query])].queries.push_back(query);
   }
   if (events) device.rounds[kEvents].queries.push_back(kEventsQuery);
-  for (Round& round : device.rounds) round.cursor = round.queries.size();
+  for (Round& round : device.rounds) round.Stop();
   // Example: two of four queries were asked, and one of these two is gone: one of three was asked,
   // two are left. With more than before it is not known which are new.
   const std::size_t now_daily = daily.queries.size();
   daily.cursor = now_daily > asked_daily + left ? 0 : now_daily - std::min(left, now_daily);
 }
 
-void Schedule::HoldEvents(std::size_t index) {
-  Round& round = devices_[index].rounds[kEvents];
-  if (!round.held) round.planned = round.active() ? Instant{} : round.due;
-  round.held = true;
-  round.due.reset();
-  round.cursor = round.queries.size();
-}
+void Schedule::HoldEvents(std::size_t index) { devices_[index].rounds[kEvents].Hold(); }
 
 /// Queries of all devices that are polled; small lines have room for some more.
 int Schedule::QueriesOfARound() const {
@@ -77,7 +66,7 @@ void Schedule::ReleaseEvents(std::size_t index, bool events, Brought brought, In
   Device& device = devices_[index];
   Round& round = device.rounds[kEvents];
   round.queries.assign(events ? 1 : 0, kEventsQuery);
-  round.cursor = round.queries.size();
+  round.Stop();
   round.held = false;
   if (now >= device.at_once_until) {
     device.at_once = QueriesOfARound();
@@ -93,11 +82,7 @@ void Schedule::ReleaseEvents(std::size_t index, bool events, Brought brought, In
 void Schedule::Restart(std::size_t index, Instant now) {
   Device& device = devices_[index];
   device.suspended = false;
-  for (Round& round : device.rounds) {
-    if (!round.held) round.due = now;
-    round.repeats = false;
-    round.cursor = round.queries.size();
-  }
+  for (Round& round : device.rounds) round.Restart(now);
 }
 
 void Schedule::RestartAsPlanned(std::size_t index, Instant now) {
@@ -115,12 +100,12 @@ void Schedule::GoOn(std::size_t index, Instant now) {
     round.due = before.due;
     if (before.queries == 0) {
       // What has come into it was asked a moment ago.
-      round.cursor = round.queries.size();
+      round.Stop();
       if (!round.due || *round.due < now) round.due = now + round.period;
     } else if (before.asked || (before.active && &round != &device.rounds[kDaily])) {
       round.cursor = std::min(before.next, round.queries.size());
     } else if (!before.active) {
-      round.cursor = round.queries.size();
+      round.Stop();
       const bool grew = round.queries.size() > before.queries;
       if (round.period == Duration::zero() && grew) round.due = now;
     }
@@ -128,17 +113,14 @@ void Schedule::GoOn(std::size_t index, Instant now) {
 }
 
 void Schedule::Repeat(std::size_t index, config::Group group, Instant at) {
-  Round& round = devices_[index].rounds[NumberOf(group)];
-  if (round.repeats || (round.due && *round.due <= at)) return;
-  round.due = at;
-  round.repeats = true;
+  devices_[index].rounds[NumberOf(group)].Repeat(at);
 }
 
 void Schedule::Suspend(std::size_t index) {
   Device& device = devices_[index];
   device.suspended = true;
   device.doubted = false;
-  for (Round& round : device.rounds) round.cursor = round.queries.size();
+  for (Round& round : device.rounds) round.Stop();
 }
 
 void Schedule::Hold(std::size_t index, Instant until) {
@@ -155,33 +137,14 @@ bool Schedule::GoesFirst(std::size_t index, Instant now) const {
   return devices_[index].go_first > 0 && IsDue(devices_[index], now);
 }
 
-std::uint32_t Schedule::Passed(const Round& round, Instant now) {
-  if (!round.due || *round.due > now || round.period == Duration::zero()) return 0;
-  return static_cast<std::uint32_t>((now - *round.due) / round.period);
-}
-
 std::uint32_t Schedule::Missed(std::size_t index, Instant now) const {
   const Device& device = devices_[index];
   std::uint32_t missed = device.missed;
   if (device.suspended) return missed;
   for (const Round& round : device.rounds) {
-    if (!round.active() && !round.queries.empty()) missed += Passed(round, now);
+    if (!round.active() && !round.queries.empty()) missed += round.Passed(now);
   }
   return missed;
-}
-
-void Schedule::StartIfDue(Device& device, Round& round, Instant now) {
-  if (round.active() || round.queries.empty() || !round.due || *round.due > now) return;
-  round.repeats = false;
-  if (round.period == Duration::zero()) {
-    round.due.reset();
-    round.cursor = 0;
-    return;
-  }
-  const std::uint32_t passed = Passed(round, now);
-  *round.due += (std::int64_t{passed} + 1) * round.period;
-  device.missed += passed;
-  round.cursor = 0;
 }
 
 std::optional<Schedule::Pick> Schedule::Next(Instant now, bool healthy_first) {
@@ -192,7 +155,7 @@ std::optional<Schedule::Pick> Schedule::Next(Instant now, bool healthy_first) {
   for (Device& device : devices_) {
     if (device.suspended || (skip_doubted && device.doubted)) continue;
     for (Round& round : device.rounds) {
-      StartIfDue(device, round, now);
+      device.missed += round.StartIfDue(now);
       if (!round.active() || device.hold_until > now) continue;
       least = std::min(least.value_or(device.used), device.used);
       const auto is_before = [&] {

@@ -17,6 +17,7 @@
 
 #include "config/model/point.h"
 #include "gateway/base/time.h"
+#include "gateway/poll/round.h"
 
 namespace baudgate {
 
@@ -103,25 +104,6 @@ class Schedule {
   std::uint32_t Missed(std::size_t device, Instant now) const;
 
  private:
-  struct Round {
-    std::vector<std::size_t> queries;
-    Duration period{};               // zero: once
-    std::optional<Instant> due;      // start of the next round; empty: none
-    std::size_t cursor = 0;          // next query; queries.size(): no round in progress
-    std::uint64_t turn = 0;          // when it was last served, counted in picks
-    bool repeats = false;            // due earlier than by its period
-    bool held = false;               // never due
-    std::optional<Instant> planned;  // held: when it would be due
-    struct Before {
-      std::size_t queries = 0;
-      std::size_t next = 0;  // to go on with: the one after the latest, or the latest itself
-      std::optional<Instant> due;
-      bool active = false;
-      bool asked = false;  // the latest request was one of its queries
-    };
-    Before before;  // the latest SetQueries
-    bool active() const { return cursor < queries.size(); }
-  };
   struct Device {
     std::vector<Round> rounds;  // by NumberOf their groups, and kEvents
     Instant hold_until{};
@@ -144,8 +126,6 @@ class Schedule {
     return static_cast<config::Group>(round - (round > kEvents ? 1 : 0));
   }
   int QueriesOfARound() const;
-  static std::uint32_t Passed(const Round& round, Instant now);
-  static void StartIfDue(Device& device, Round& round, Instant now);
   static std::optional<Instant> DueAt(const Device& device, const Round& round);
   static bool IsDue(const Device& device, Instant now);
 

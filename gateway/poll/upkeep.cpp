@@ -53,7 +53,7 @@ void Upkeep::OnExchange(const Job& job, const ExchangeEnd& end, const Finding& f
   const bool cut_off = end.outcome == Outcome::line_down;
   if (!job.mute) member.health.OnExchange(end.outcome);
   // A device that lags by a number of replies keeps lagging; waiting does not help.
-  const bool in_step = owed_.whose.Lags(member) || owed_.whose.IsInStep(member);
+  const bool in_step = owed_.whose.Lags(member) || owed_.whose.orders().Of(member).IsInStep();
   if (cut_off) {
     owed_.late.OnClosed(member, now);
   } else {

@@ -25,11 +25,11 @@ std::string DoesNotAnswer(std::uint8_t slave) {
 void WaitingClients::ReadNow(WriteCommand command, const Device* unasked, Instant now) {
   const Device& device = roster_.DeviceAt(command.device);
   if (const char* why = WhyNotAsked(command)) return NotSent(command, why);
-  if (&device == unasked && !IsAsked(*device.conversation, command.reads)) {
+  if (&device == unasked && !IsAsked(*device.conversation, command.reads())) {
     return NotSent(command,
                    "this device cannot be polled (it sends unasked); its last message is shown");
   }
-  for (const std::uint32_t point : command.reads) {
+  for (const std::uint32_t point : command.reads()) {
     agenda_.write_queue.AddReadBacks(device.place, device.conversation->Queries(), point);
   }
   command.MoveTo(WriteState::reading_back);
@@ -59,7 +59,7 @@ const char* WaitingClients::WhyNotAsked(const WriteCommand& command) const {
 }
 
 void WaitingClients::NotSent(WriteCommand& command, const std::string& reason) {
-  if (!command.writes.empty()) {
+  if (!command.writes().empty()) {
     accounts_.OnWrite(roster_.DeviceAt(command.device), WriteEnd::not_sent, false);
   }
   command.End({.end = WriteEnd::not_sent, .reason = reason});

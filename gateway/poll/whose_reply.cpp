@@ -40,24 +40,9 @@ bool IsRefusal(Outcome outcome) { return ProvesLife(outcome) && outcome != Outco
 
 }  // namespace
 
-void WhoseReply::Recognise(Member& member, const Bytes& sender) {
-  if (!member.sender.empty() || sender.empty()) return;
-  member.sender = sender;
-  for (const Member* other : roster_.everyone()) {
-    if (other == &member || !member.IsSame(*other)) continue;
-    states_[member].first = FirstOf(*other);
-    return;
-  }
-}
-
-/// A reply that carries its sender's address is none of those that a serial server owes to others.
-bool WhoseReply::MayBeInStep(const Asked& asked) const {
-  return OrderOf(*asked.member).MayBeInStep() && (asked.named() || line_.MayBeInStep());
-}
-
 bool WhoseReply::IsSafe(const Asked& asked) const {
   if (IsProof(*asked.request)) return true;
-  return OrderOf(*asked.member).IsSafe() && (asked.named() || line_.IsSafe());
+  return orders_.IsSafe(asked);
 }
 
 bool WhoseReply::NeedsProbeFirst(const Asked& asked, Instant now) const {
@@ -70,24 +55,20 @@ bool WhoseReply::NeedsProbeFirst(const Asked& asked, Instant now) const {
   if (IsSafe(asked) || IsUnprovable(member)) return false;
   // If the lag has not grown, at most four repeats reach the right reply. More repeats would not
   // end: a round of 22 requests looks like a lag of 22.
-  return Owed(asked) > std::min(state.lag, kMostTriesMore);
+  return orders_.Owed(asked) > std::min(state.lag, kMostTriesMore);
 }
 
 bool WhoseReply::IsOwedAlone(const Asked& asked) const {
-  if (asked.member->device != nullptr) return Owed(asked) == 1;
+  if (asked.member->device != nullptr) return orders_.Owed(asked) == 1;
   return !lost_.MayCome(*asked.member, asked.sent);
 }
 
-void WhoseReply::OnTrusted(const Member& member) {
-  OrderOf(member).Reset();
-  line_.Reset();
-}
+void WhoseReply::OnTrusted(const Member& member) { orders_.Reset(member); }
 
 void WhoseReply::OnSent(const Asked& asked, Instant now) {
   if (asked.request->expect.reply == Expectation::Reply::none) return;  // nothing is owed to it
   const SentRequest sent{asked.member->place, asked.request->bytes, now, IsProof(*asked.request)};
-  OrderOf(*asked.member).OnSent(sent);
-  line_.OnSent(sent);
+  orders_.OnSent(*asked.member, sent);
 }
 
 /// The conversation has taken the reply for one to this request. An identification has to be the
@@ -123,7 +104,7 @@ bool WhoseReply::IsReplaced(const Asked& asked, View frame, Outcome outcome,
     state.proofless = IsProof(request) ? 0 : state.proofless + 1;
   }
   if (request.steady && ProvesLife(outcome) && !Fits(asked, frame, outcome)) {
-    if (OrderOf(*asked.member).MayBeEarlier(may_answer)) return false;
+    if (orders_.Of(*asked.member).MayBeEarlier(may_answer)) return false;
     state.identity.Learn(request.bytes, frame, outcome);
     return true;
   }
@@ -135,14 +116,10 @@ bool WhoseReply::IsReplaced(const Asked& asked, View frame, Outcome outcome,
 /// Rows 3 to 8, 12 and 13: which requests the reply may answer, of its device and of the line.
 void WhoseReply::Count(const Asked& asked, bool fits, Outcome outcome,
                        const AnswerOrder::MayAnswer& may_answer) {
-  AnswerOrder& order = OrderOf(*asked.member);
   // Without a proof, replies to strangers cannot be told from its own.
   const bool nameless = asked.probe && ProvesLife(outcome) && !IsProof(*asked.request);
-  if (nameless) order.ForgetStrangers();
-  const bool own = order.OnAnswer(fits, may_answer);
-  const bool known = line_.OnAnswer(fits, may_answer);
-  if (!known) line_.OnForgotten();
-  if (!own && !known) order.OnForgotten();
+  if (nameless) orders_.Of(*asked.member).ForgetStrangers();
+  orders_.OnAnswer(*asked.member, fits, may_answer);
 }
 
 /// The first reply that can only be an identification is the name. Row 11: nothing is owed to
@@ -150,7 +127,7 @@ void WhoseReply::Count(const Asked& asked, bool fits, Outcome outcome,
 void WhoseReply::Learn(const Asked& asked, View frame, Outcome outcome) {
   const Request& request = *asked.request;
   State& state = states_[*asked.member];
-  AnswerOrder& order = OrderOf(*asked.member);
+  AnswerOrder& order = orders_.Of(*asked.member);
   const bool names = request.steady && ProvesLife(outcome) && outcome != Outcome::busy;
   if (names && !state.identity.known() && order.IsAnswerTo(request.bytes)) {
     state.identity.Learn(request.bytes, frame, outcome);
@@ -167,22 +144,20 @@ WhoseReply::Verdict WhoseReply::OnReply(const Asked& asked, View frame, Outcome 
   const bool proof = IsProof(*asked.request);
   const auto may_answer = [&](const SentRequest& sent) { return MayAnswer(sent, frame, outcome); };
   State& state = states_[*asked.member];
-  AnswerOrder& order = OrderOf(*asked.member);
   Verdict verdict;
   verdict.replaced = IsReplaced(asked, frame, outcome, may_answer);
   const bool fits = Fits(asked, frame, outcome);
-  const bool alone = order.Owed() == 1 && (asked.named() || line_.Owed() == 1);
-  verdict.shifted = !fits && alone;  // row 2
+  verdict.shifted = !fits && orders_.Owed(asked) == 1;  // row 2
   Count(asked, fits, outcome, may_answer);
   Learn(asked, frame, outcome);
-  verdict.elsewhere = !MayBeInStep(asked);
-  verdict.proven = order.IsAnswerTo(asked.request->bytes) &&
-                   (asked.named() || line_.IsAnswerTo(asked.request->bytes));
-  if (verdict.proven) state.lag = proof ? Owed(asked) : std::min(state.lag, Owed(asked));
-  if (!asked.probe && fits && order.IsInStep()) state.read = true;
+  verdict.elsewhere = !orders_.MayBeInStep(asked);
+  verdict.proven = orders_.IsAnswerTo(asked);
+  const int owed = orders_.Owed(asked);
+  if (verdict.proven) state.lag = proof ? owed : std::min(state.lag, owed);
+  if (!asked.probe && fits && orders_.Of(*asked.member).IsInStep()) state.read = true;
   // A device that has a name is identified before its readings are accepted.
   if (asked.probe && !proof && state.identity.known()) verdict.proven = false;
-  verdict.older = asked.named() ? order.Older() : std::max(order.Older(), line_.Older());
+  verdict.older = orders_.Older(asked);
   return verdict;
 }
 
@@ -199,7 +174,7 @@ void WhoseReply::OnEnd(const Asked& asked, Outcome outcome, bool silent, Instant
 }
 
 void WhoseReply::OnOpened(const Member& member, Instant now) {
-  OrderOf(member).OnStranger(now);
+  orders_.Of(member).OnStranger(now);
   states_[member].strangers = true;
 }
 
@@ -211,9 +186,6 @@ void WhoseReply::OnReconnect(const Member& member) {
   state.read = false;
 }
 
-void WhoseReply::OnSecondReply(const Member& member) {
-  OrderOf(member).OnCopy();
-  line_.OnCopy();
-}
+void WhoseReply::OnSecondReply(const Member& member) { orders_.OnCopy(member); }
 
 }  // namespace baudgate

@@ -7,10 +7,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
-#include <optional>
-#include <utility>
 
 #include "gateway/base/outcome.h"
 #include "gateway/poll/answer_order.h"
@@ -18,17 +15,18 @@
 #include "gateway/poll/by_member.h"
 #include "gateway/poll/identity.h"
 #include "gateway/poll/lost_replies.h"
+#include "gateway/poll/reply_orders.h"
 #include "gateway/poll/roster.h"
 
 namespace baudgate {
 
 class WhoseReply {
  public:
-  explicit WhoseReply(const Roster& roster) : roster_(roster) {}
+  explicit WhoseReply(const Roster& roster) : roster_(roster), orders_(roster) {}
 
-  /// Learns the address that its replies carry, from its first request. Entries of one address are
-  /// one device on the wire, and share one order.
-  void Recognise(Member& member, const Bytes& sender);
+  /// What is owed by the devices and by the line.
+  ReplyOrders& orders() { return orders_; }
+  const ReplyOrders& orders() const { return orders_; }
   /// Before the first request of a task of a device: whether a reply to an earlier request could
   /// pass for its own, or it is not known which device answers.
   bool NeedsProbeFirst(const Asked& asked, Instant now) const;
@@ -39,23 +37,9 @@ class WhoseReply {
   Instant ProofRenews(const Member& member) const {
     return states_[member].proven_at + kProofRenews;
   }
-  /// The latest reply may belong to this, the latest request.
-  bool MayBeInStep(const Asked& asked) const;
-  /// The latest reply belongs to this request or its repetitions, and to no earlier task's.
-  bool IsOfLatest(const Asked& asked) const {
-    return OrderOf(*asked.member).IsOfLatest() && (asked.named() || line_.IsOfLatest());
-  }
-  /// How many replies may still come: before OnSent to earlier requests only, after it also its
-  /// own.
-  int Owed(const Asked& asked) const {
-    const std::size_t own = OrderOf(*asked.member).Owed();
-    return static_cast<int>(asked.named() ? own : std::max(own, line_.Owed()));
-  }
-  /// Another device of the line may owe a reply that comes before the awaited one.
-  bool OthersOwe(const Asked& asked) const { return line_.Owed() > OrderOf(*asked.member).Owed(); }
   /// Nothing but its own reply can come: a reply of an odd form is its own as well.
   bool MayBeOdd(const Asked& asked) const {
-    return states_[*asked.member].read && Owed(asked) == 1;
+    return states_[*asked.member].read && orders_.Owed(asked) == 1;
   }
   /// When its order was last proven, replies were still owed.
   bool Lags(const Member& member) const { return states_[member].lag > 0; }
@@ -66,8 +50,6 @@ class WhoseReply {
   LostReplies& lost() { return lost_; }
   /// It reports its name: another device in its place would be noticed.
   bool HasName(const Member& member) const { return states_[member].identity.names(); }
-  /// Nothing is owed by it.
-  bool IsInStep(const Member& member) const { return OrderOf(member).IsInStep(); }
   /// It answers probes, and none of them is a proof: after a disturbance nothing shows whose its
   /// replies are.
   bool IsUnprovable(const Member& member) const {
@@ -101,8 +83,6 @@ class WhoseReply {
 
  private:
   struct State {
-    AnswerOrder order;
-    std::size_t first = kSelf;  // place of the first entry of the same name, whose order counts
     Identity identity;
     bool answered_probe = false;
     bool strangers = false;  // their replies may be owed by it, since OnOpened
@@ -118,17 +98,7 @@ class WhoseReply {
   /// reply came twice, or a device that was swapped unnoticed.
   static constexpr Duration kProofHolds = 1min;
   static constexpr Duration kProofRenews = 45s;
-  static constexpr std::size_t kSelf = static_cast<std::size_t>(-1);
 
-  /// The place of the entry whose order counts for it.
-  std::size_t FirstOf(const Member& member) const {
-    const std::size_t first = states_[member].first;
-    return first == kSelf ? member.place : first;
-  }
-  AnswerOrder& OrderOf(const Member& member) { return states_.At(FirstOf(member)).order; }
-  const AnswerOrder& OrderOf(const Member& member) const {
-    return states_.At(FirstOf(member)).order;
-  }
   /// A reply in place of its own would be noticed.
   bool IsSafe(const Asked& asked) const;
   bool Fits(const Asked& asked, View frame, Outcome outcome) const;
@@ -140,9 +110,9 @@ class WhoseReply {
   void Learn(const Asked& asked, View frame, Outcome outcome);
 
   const Roster& roster_;
+  ReplyOrders orders_;
   ByMember<State> states_;
   LostReplies lost_;
-  AnswerOrder line_;  // of all requests, whoever they went to
 };
 
 }  // namespace baudgate

@@ -66,7 +66,7 @@ ReadBackVerdict VerdictOn(const WriteQueue::Confirmed& one, const DeviceRecord& 
     const PointRecord& shown = record.points[point];
     return shown.read_at && *shown.read_at > one.at && shown.at_best == Quality::good;
   };
-  for (const PointWrite& write : one.command.writes) {
+  for (const PointWrite& write : one.command.writes()) {
     const config::Point& point = record.device->points[write.point];
     const PointRecord& shown = record.points[write.point];
     const bool read = is_read(write.point) && IsGood(shown.reported);
@@ -82,7 +82,7 @@ ReadBackVerdict VerdictOn(const WriteQueue::Confirmed& one, const DeviceRecord& 
     result.reason = before + point.name + " shows " + ToText(shown.value) + " after " +
                     ToText(WrittenValue(point, write)) + " was written and confirmed";
   }
-  if (!std::ranges::all_of(one.command.reads, is_read)) {
+  if (!std::ranges::all_of(one.command.reads(), is_read)) {
     result.read_back = false;
     result.reason = "not all was answered";
   }

@@ -30,8 +30,8 @@ struct ReadBackVerdict {
   WriteResult result;
   bool lost = false;  ///< an expected reading did not come
 };
-/// On a command that its device has confirmed, from what `record` shows since then. A point that
-/// has not been read decides nothing.
+/// The verdict on a command that its device has confirmed, from what `record` shows since then. A
+/// point that has not been read decides nothing.
 ReadBackVerdict VerdictOn(const WriteQueue::Confirmed& one, const DeviceRecord& record);
 
 }  // namespace baudgate

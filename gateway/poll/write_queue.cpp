@@ -66,9 +66,11 @@ std::optional<QueryRef> WriteQueue::TakeReadBack(const MayRead& may_read) {
 void WriteQueue::Confirm(WriteCommand command, Instant now) {
   confirmed_.push_back({std::move(command), now});
   Confirmed& last = confirmed_.back();
-  last.written = last.command.writes.size();
+  last.written = last.command.writes().size();
   // If a point was written twice, its last value counts.
-  std::vector<PointWrite>& writes = last.command.writes;
+  auto* const list = std::get_if<Writes>(&last.command.kind);
+  if (list == nullptr) return;
+  Writes& writes = *list;
   for (std::size_t i = writes.size(); i-- > 0;) {
     const auto same = [&](const PointWrite& one) { return one.point == writes[i].point; };
     const auto here = writes.begin() + static_cast<std::ptrdiff_t>(i);
@@ -78,9 +80,10 @@ void WriteQueue::Confirm(WriteCommand command, Instant now) {
 
 void WriteQueue::OnBegun(std::uint32_t device, std::uint32_t point) {
   for (Confirmed& one : confirmed_) {
-    if (one.command.device != device) continue;
-    const auto erased = std::erase_if(
-        one.command.writes, [&](const PointWrite& write) { return write.point == point; });
+    auto* const writes = std::get_if<Writes>(&one.command.kind);
+    if (one.command.device != device || writes == nullptr) continue;
+    const auto erased =
+        std::erase_if(*writes, [&](const PointWrite& write) { return write.point == point; });
     if (erased > 0) one.replaced = true;
   }
 }

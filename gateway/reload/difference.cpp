@@ -99,14 +99,14 @@ std::string WhatChanged(const config::Line& was, const config::Line& is) {
 }
 
 LineChange CompareLines(const config::Line* was, const config::Line& is) {
-  if (was == nullptr) return {is.name, Fate::added, {}};
-  if (Same(*was, is)) return {is.name, Fate::same, {}};
+  if (was == nullptr) return {is.name, Action::added, {}};
+  if (Same(*was, is)) return {is.name, Action::same, {}};
   config::Line bare_was = *was;
   config::Line bare_is = is;
   WithoutWhatChangesInPlace(bare_was);
   WithoutWhatChangesInPlace(bare_is);
   const bool in_place = Same(bare_was, bare_is);
-  return {is.name, in_place ? Fate::in_place : Fate::restarted, WhatChanged(*was, is)};
+  return {is.name, in_place ? Action::in_place : Action::restarted, WhatChanged(*was, is)};
 }
 
 /// By "line.device.point".
@@ -143,27 +143,27 @@ void CompareHistory(const config::Config& running, const config::Config& next,
 }
 
 template <typename Change>
-std::size_t Count(const std::vector<Change>& changes, Fate fate) {
-  return static_cast<std::size_t>(std::ranges::count(changes, fate, &Change::fate));
+std::size_t Count(const std::vector<Change>& changes, Action action) {
+  return static_cast<std::size_t>(std::ranges::count(changes, action, &Change::action));
 }
 
 template <typename Change>
 bool AllSame(const std::vector<Change>& changes) {
-  return Count(changes, Fate::same) == changes.size();
+  return Count(changes, Action::same) == changes.size();
 }
 
 std::string SentenceOf(const LineChange& line) {
   const std::string begin = "line " + line.line + ": ";
-  switch (line.fate) {
-    case Fate::same:
+  switch (line.action) {
+    case Action::same:
       break;
-    case Fate::in_place:
+    case Action::in_place:
       return begin + "goes on; changed: " + line.what;
-    case Fate::restarted:
+    case Action::restarted:
       return begin + "begins anew: " + line.what;
-    case Fate::added:
+    case Action::added:
       return begin + "is new";
-    case Fate::removed:
+    case Action::removed:
       return begin + "ends";
   }
   return {};
@@ -173,15 +173,15 @@ std::string SentenceOf(const LineChange& line) {
 template <typename Change>
 void SumUp(const std::vector<Change>& changes, std::string_view name, std::string_view anew,
            std::string& text) {
-  const auto say = [&](Fate fate, std::string_view what) {
-    const std::size_t count = Count(changes, fate);
+  const auto say = [&](Action action, std::string_view what) {
+    const std::size_t count = Count(changes, action);
     if (count == 0) return;
     text += (text.empty() ? "" : ", ") + Plural(count, name) + " " + std::string(what);
   };
-  say(Fate::added, "new");
-  say(Fate::restarted, anew);
-  say(Fate::removed, "ended");
-  say(Fate::in_place, "updated in place");
+  say(Action::added, "new");
+  say(Action::restarted, anew);
+  say(Action::removed, "ended");
+  say(Action::in_place, "updated in place");
 }
 
 }  // namespace
@@ -198,7 +198,7 @@ Difference Compare(const config::Config& running, const config::Config& next) {
   }
   for (const config::Line& line : running.lines) {
     if (line.name.empty() || Find(next, line.name) != nullptr) continue;
-    difference.lines.push_back({line.name, Fate::removed, {}});
+    difference.lines.push_back({line.name, Action::removed, {}});
   }
   EachDifferent(running, next, [&](std::string_view key) {
     const auto tell = [&](std::string_view its) {
@@ -229,7 +229,7 @@ std::vector<std::string> Sentences(const Difference& difference) {
   std::vector<std::string> sentences;
   const auto tell = [&sentences](const auto& changes) {
     for (const auto& change : changes) {
-      if (change.fate != Fate::same) sentences.push_back(SentenceOf(change));
+      if (change.action != Action::same) sentences.push_back(SentenceOf(change));
     }
   };
   tell(difference.lines);
@@ -251,7 +251,7 @@ std::string Summary(const Difference& difference) {
   if (!difference.settings.empty()) {
     text += (text.empty() ? "" : ", ") + Plural(difference.settings.size(), "setting");
   }
-  const std::size_t same = Count(difference.lines, Fate::same);
+  const std::size_t same = Count(difference.lines, Action::same);
   if (text.empty()) return Plural(same, "line") + " untouched";
   return text + (same > 0 ? "; " + Plural(same, "line") + " untouched" : "");
 }

@@ -9,14 +9,14 @@
 #include <vector>
 
 #include "config/model/config.h"
-#include "gateway/reload/fate.h"
+#include "gateway/reload/action.h"
 #include "gateway/reload/modbus_difference.h"
 
 namespace baudgate::reload {
 
 struct LineChange {
   std::string line;
-  Fate fate = Fate::same;
+  Action action = Action::same;
   std::string what;  ///< "port; poll of feeder-1"; of `in_place` and `restarted`
 };
 

@@ -48,13 +48,13 @@ void CompareListeners(const std::vector<Listener>& running, const std::vector<Li
     ListenerChange& change = changes.emplace_back();
     change.place = is.Place();
     change.was = places.Take([&](std::size_t at) { return running[at].Place() == is.Place(); });
-    change.fate = Fate::added;
+    change.action = Action::added;
     if (!change.was) continue;
     change.what = DifferentKeys(running[*change.was], is);
-    change.fate = change.what.empty() ? Fate::same : Fate::restarted;
+    change.action = change.what.empty() ? Action::same : Action::restarted;
   }
   for (std::size_t at = 0; at < running.size(); ++at) {
-    if (places.IsFree(at)) changes.push_back({running[at].Place(), Fate::removed, {}, at});
+    if (places.IsFree(at)) changes.push_back({running[at].Place(), Action::removed, {}, at});
   }
 }
 
@@ -71,24 +71,24 @@ void CompareRoutes(const std::vector<Route>& running, const std::vector<Route>& 
     RouteChange& change = changes.emplace_back();
     change.route = NameOf(is);
     change.was = places.Take([&](std::size_t at) { return Same(running[at], is); });
-    change.fate = change.was ? Fate::same : Fate::added;
+    change.action = change.was ? Action::same : Action::added;
   }
   for (std::size_t i = 0; i < next.size(); ++i) {
     if (changes[i].was) continue;
     changes[i].was =
         places.Take([&](std::size_t at) { return LeadsTheSame(running[at], next[i]); });
-    if (changes[i].was) changes[i].fate = Fate::in_place;
+    if (changes[i].was) changes[i].action = Action::in_place;
   }
   for (std::size_t i = 0; i < next.size(); ++i) {
     if (changes[i].was) continue;
     const auto was =
         places.Take([&](std::size_t at) { return NameOf(running[at]) == changes[i].route; });
     if (!was) continue;
-    changes[i].fate = Fate::restarted;
+    changes[i].action = Action::restarted;
     changes[i].what = DifferentKeys(running[*was], next[i]);
   }
   for (std::size_t at = 0; at < running.size(); ++at) {
-    if (places.IsFree(at)) changes.push_back({NameOf(running[at]), Fate::removed, {}, {}});
+    if (places.IsFree(at)) changes.push_back({NameOf(running[at]), Action::removed, {}, {}});
   }
 }
 
@@ -106,9 +106,9 @@ bool Blocks(const Listener& one, const Listener& other) {
 void FindBlocked(const std::vector<Listener>& running, const std::vector<Listener>& next,
                  ModbusDifference& difference) {
   for (std::size_t i = 0; i < next.size(); ++i) {
-    if (difference.listeners[i].fate != Fate::added) continue;
+    if (difference.listeners[i].action != Action::added) continue;
     for (const ListenerChange& ends : difference.listeners) {
-      if (ends.fate != Fate::removed || !Blocks(running[*ends.was], next[i])) continue;
+      if (ends.action != Action::removed || !Blocks(running[*ends.was], next[i])) continue;
       difference.restart.push_back("modbus.listen from " + ends.place + " to " + next[i].Place());
     }
   }
@@ -145,15 +145,15 @@ ModbusDifference CompareModbus(const Modbus& running, const Modbus& next) {
 
 std::string SentenceOf(const ListenerChange& change) {
   const std::string begin = "listener " + change.place + ": ";
-  switch (change.fate) {
-    case Fate::added:
+  switch (change.action) {
+    case Action::added:
       return begin + "is new";
-    case Fate::restarted:
+    case Action::restarted:
       return begin + "differs in " + change.what + Lost(change);
-    case Fate::removed:
+    case Action::removed:
       return begin + "ends" + Lost(change);
-    case Fate::same:
-    case Fate::in_place:
+    case Action::same:
+    case Action::in_place:
       break;
   }
   return {};
@@ -161,16 +161,16 @@ std::string SentenceOf(const ListenerChange& change) {
 
 std::string SentenceOf(const RouteChange& change) {
   const std::string begin = "route " + change.route + ": ";
-  switch (change.fate) {
-    case Fate::added:
+  switch (change.action) {
+    case Action::added:
       return begin + "is new";
-    case Fate::restarted:
+    case Action::restarted:
       return begin + "begins anew: " + change.what;
-    case Fate::removed:
+    case Action::removed:
       return begin + "ends";
-    case Fate::in_place:
+    case Action::in_place:
       return begin + "goes on, with other alarms";
-    case Fate::same:
+    case Action::same:
       break;
   }
   return {};

@@ -14,13 +14,13 @@
 #include <vector>
 
 #include "config/model/outputs.h"
-#include "gateway/reload/fate.h"
+#include "gateway/reload/action.h"
 
 namespace baudgate::reload {
 
 struct ListenerChange {
   std::string place;  ///< config::Listener::Place()
-  Fate fate = Fate::same;
+  Action action = Action::same;
   std::string what;                         ///< "write, allow"; of a changed one
   std::optional<std::size_t> was;           ///< where it stands in the list that runs
   std::optional<std::size_t> clients = {};  ///< that it loses, if somebody has counted them
@@ -28,7 +28,7 @@ struct ListenerChange {
 
 struct RouteChange {
   std::string route;  ///< "33-40 to drive"
-  Fate fate = Fate::same;
+  Action action = Action::same;
   std::string what;                ///< "remap"; of a changed one
   std::optional<std::size_t> was;  ///< where it stands in the list that runs; none: it begins
 };

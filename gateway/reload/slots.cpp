@@ -73,7 +73,7 @@ bool SameNumbers(const config::Line& a, const config::Line& b) {
 }
 
 bool GoesOn(const LineChange& change) {
-  return change.fate == Fate::same || change.fate == Fate::in_place;
+  return change.action == Action::same || change.action == Action::in_place;
 }
 
 }  // namespace
@@ -104,7 +104,7 @@ Placement PlaceInSlots(const config::Config& running, config::Config next,
   for (std::uint32_t i = 0; i < running.lines.size(); ++i) {
     const config::Line& line = placed.config.lines[i];
     if (line.name.empty()) continue;
-    const bool in_place = changes.at(line.name)->fate == Fate::in_place;
+    const bool in_place = changes.at(line.name)->action == Action::in_place;
     if (in_place || !SameNumbers(running.lines[i], line)) placed.updated.push_back(i);
   }
   return placed;

@@ -15,6 +15,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "gateway/base/bytes.h"
@@ -25,10 +26,21 @@
 
 namespace baudgate {
 
+/// How long a command of a user waits for its device.
+inline constexpr Duration kWaitForDevice = std::chrono::seconds(5);
+
 struct PointWrite {
   std::uint32_t point = 0;  ///< index in the device's points
   Value raw;                ///< as the conversation sends it: made by ToRaw, and so in range
   Value before{};  ///< what the point showed when the write was asked for; empty: not known
+};
+
+/// They are written in their order; the first that fails ends the command.
+using Writes = std::vector<PointWrite>;
+
+/// These points are read now; WriteResult::read_back says whether all were.
+struct Reads {
+  std::vector<std::uint32_t> points;  ///< indices in the device's points
 };
 
 /// One telegram by hand (`baudgate ask`), which the line sends as it is.
@@ -40,15 +52,10 @@ struct Telegram {
   std::string outcome{};  ///< of the exchange: "ok", "no_reply"
 };
 
-/// Several points are written in their order; the first that fails ends the command.
 struct WriteCommand {
   std::uint32_t device = 0;  ///< index in the point store
   std::string client;        ///< its name: "192.0.2.5:40312", "user:root", "dds:GUID"
-  std::vector<PointWrite> writes;
-  /// In place of writes: points that are to be read now. `read_back` says whether all were.
-  std::vector<std::uint32_t> reads{};
-  /// In place of both: a telegram by hand.
-  std::shared_ptr<Telegram> telegram{};
+  std::variant<Writes, Reads, std::shared_ptr<Telegram>> kind;
   Instant deadline;            ///< nothing is sent later; what waits then ends as not_sent
   std::uint64_t sequence = 0;  ///< the line's own: its place among all writes to the line
   WriteState state = WriteState::asked;
@@ -62,6 +69,24 @@ struct WriteCommand {
   std::vector<Ended> observers{};
   /// Answers its client.
   Ended done;
+
+  /// Empty, if it is of another kind.
+  const Writes& writes() const {
+    static const Writes kNone;
+    const auto* const writes = std::get_if<Writes>(&kind);
+    return writes != nullptr ? *writes : kNone;
+  }
+  /// Empty, if it is of another kind.
+  const std::vector<std::uint32_t>& reads() const {
+    static const Reads kNone;
+    const auto* const reads = std::get_if<Reads>(&kind);
+    return reads != nullptr ? reads->points : kNone.points;
+  }
+  /// Null, if it is of another kind.
+  Telegram* telegram() const {
+    const auto* const telegram = std::get_if<std::shared_ptr<Telegram>>(&kind);
+    return telegram != nullptr ? telegram->get() : nullptr;
+  }
 
   /// It has ended: tells the observers, the latest first, then the client. Exactly once, on any
   /// thread, unless Submit refused the command.

@@ -19,13 +19,14 @@ namespace baudgate {
 enum class WriteState : std::uint8_t { asked, queued, sent, reading_back, ended };
 inline constexpr std::size_t kWriteStates = 5;
 
-/// Forward only, except for the next points of a command; from `sent` to `sent` is a repetition.
+/// Forward only, except for the next points of a command, and for a request that never left this
+/// machine; from `sent` to `sent` is a repetition.
 constexpr bool MayFollow(WriteState from, WriteState to) {
   switch (to) {
     case WriteState::asked:
       return false;
     case WriteState::queued:
-      return from == WriteState::asked || from == WriteState::reading_back;
+      return from != WriteState::queued && from != WriteState::ended;
     case WriteState::sent:
       return from == WriteState::queued || from == WriteState::sent;
     case WriteState::reading_back:  // at once where points are only read

@@ -23,14 +23,14 @@ std::string HowOf(const std::error_code& error) {
 
 }  // namespace
 
-ClientSocket::ClientSocket(asio::ip::tcp::socket socket, Heard heard) {
+ClientSocket::ClientSocket(asio::ip::tcp::socket socket, Events events) {
   KeepWatch(socket.native_handle());
   pump_ = std::make_shared<StreamPump<asio::ip::tcp::socket>>(
-      std::move(socket), std::move(heard.bytes),
-      [end = std::move(heard.end)](const std::error_code& error) {
+      std::move(socket), std::move(events.bytes),
+      [end = std::move(events.end)](const std::error_code& error) {
         end(error != asio::error::eof, HowOf(error));
       },
-      std::move(heard.room), kStall, kReadAtMost);
+      std::move(events.room), kStall, kReadAtMost);
 }
 
 ClientSocket::~ClientSocket() {

@@ -18,14 +18,14 @@ class ClientSocket final : public Session::Connection {
   /// (transports/tcp_watch.h).
   static constexpr Duration kStall = 15s;
 
-  struct Heard {
+  struct Events {
     std::function<void(View)> bytes;
     /// It sends no more, or the connection has failed; the text says how.
     std::function<void(bool failed, const std::string& how)> end;
     std::function<void()> room;
   };
-  /// Nothing of `heard` is called after the destruction, and nothing from within a call.
-  ClientSocket(asio::ip::tcp::socket socket, Heard heard);
+  /// Nothing of `events` is called after the destruction, and nothing from within a call.
+  ClientSocket(asio::ip::tcp::socket socket, Events events);
   ~ClientSocket();
   ClientSocket(const ClientSocket&) = delete;
   ClientSocket& operator=(const ClientSocket&) = delete;

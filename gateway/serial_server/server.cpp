@@ -137,7 +137,7 @@ std::optional<std::string> Server::WhyNot(const tcp::endpoint& peer) {
   return std::nullopt;
 }
 
-/// Of a lent port: the oldest client that has not asked for it yet goes.
+/// If the port is lent, the oldest client that has not asked for it yet is disconnected.
 bool Server::MakeRoom() {
   const auto silent = std::ranges::find_if(
       clients_, [](const Client& one) { return one.session && !one.session->asks(); });
@@ -166,7 +166,7 @@ void Server::Welcome(tcp::socket socket) {
   client.name = NameOf(peer);
   client.socket = std::make_unique<ClientSocket>(
       std::move(socket),
-      ClientSocket::Heard{
+      ClientSocket::Events{
           .bytes = [this, &client](View bytes) { OnBytes(client, bytes); },
           .end = [this, &client](bool failed,
                                  const std::string& how) { OnEnd(client, failed, how); },

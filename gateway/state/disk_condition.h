@@ -47,6 +47,8 @@ class DiskCondition {
   bool is_opening() const { return disk_ == Disk::opening; }
   bool is_stalled() const { return disk_ == Disk::stalled; }
   bool is_failing() const { return disk_ == Disk::failing; }
+  /// It keeps what waits from being written.
+  bool holds_up() const { return is_stalled() || is_failing(); }
   const std::string& trouble() const { return trouble_; }
 
   /// Damaged files that are still there, by name.

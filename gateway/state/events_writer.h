@@ -17,7 +17,7 @@ namespace baudgate {
 struct EventsWriter {
   /// What must be so before the file is opened: its folder is there, and ours. Empty: nothing.
   std::function<Status()> ready;
-  // Of the thread:
+  // Used by the thread only:
   std::uint64_t times_put_aside = 0;  ///< the file
   std::size_t open = 0;               ///< connections
   /// All connections have to be closed before one is opened: they share an index of the log that is

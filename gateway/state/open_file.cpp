@@ -27,7 +27,7 @@ std::uint32_t Big(const Bytes& bytes, std::size_t at) {
 struct LogIndex {
   static constexpr std::size_t kSize = 100;
   static constexpr std::size_t kHead = 48;  // it is there twice
-  // Of the log itself.
+  // The layout of the log.
   static constexpr std::size_t kLogHead = 32;
   static constexpr std::size_t kFrameHead = 24;
   static constexpr std::uint32_t kMagic = 0x377F0683;  // its last bit is the order of its words

@@ -48,7 +48,7 @@ class OpenFile {
 
   std::filesystem::path path_;
   Id id_;  // inode 0: it is no file of the system's
-  // Of the log and its index; inode 0: they have not been seen yet.
+  // The log and its index; inode 0: they have not been seen yet.
   Id log_;
   Id index_;
   std::uint64_t longest_ = 0;  // that it was seen

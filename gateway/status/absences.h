@@ -15,7 +15,7 @@
 
 namespace baudgate::control {
 
-/// Of all exchanges that the runs stand for.
+/// How all exchanges ended that the runs stand for.
 struct FailureTally {
   double failed = 0;
   double answered = 0;

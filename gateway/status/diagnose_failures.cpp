@@ -144,7 +144,7 @@ Sentences DeadQueries(const DeviceRecord& record, const Evidence& evidence) {
     const std::string& place = record.device->points[first->first_point].read;
     return {"does not answer the request for " + points + " (" + place + ")" +
             ", and answers the others: " +
-            (record.device->protocol == "telegram"
+            (record.device->traits->has_modes
                  ? "is it in the mode for it (remote)? Else take them out of the profile"
                  : "take these points out of the profile, or set access: none")};
   }

@@ -55,7 +55,7 @@ std::string SayOtherService(const config::Line& line, std::span<const DeviceReco
          (other->remedy.empty() ? "check the port" : other->remedy);
 }
 
-/// Of a port that holds what is sent.
+/// Why a port holds what is sent.
 const char* WhyNoData(const config::SerialSettings& serial) {
   if (serial.rtscts) return "it takes no data: is the CTS line of the device connected and active?";
   if (serial.xonxoff) {

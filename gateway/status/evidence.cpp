@@ -9,7 +9,7 @@
 namespace baudgate::control {
 namespace {
 
-/// Of so many exchanges that were looked at one may have failed.
+/// One of so many exchanges that were looked at may have failed.
 constexpr std::size_t kMostlyGood = 8;
 
 void Add(Evidence& evidence, const DeviceRecord& record) {

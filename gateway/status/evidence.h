@@ -33,19 +33,20 @@ struct Evidence {
 
   std::size_t Count(Symptom symptom) const { return counts[static_cast<std::size_t>(symptom)]; }
   std::size_t Count(std::initializer_list<Symptom> symptoms) const;
-  /// Of the exchanges that have failed.
+  /// The part of the failed exchanges that had one of these symptoms.
   double Share(std::initializer_list<Symptom> symptoms) const;
   const Finding& Last(Symptom symptom) const { return *last[static_cast<std::size_t>(symptom)]; }
   /// The times, address and serial settings are those of the device, or of the first one.
   const DeviceRecord& first() const { return *records.front(); }
+  const config::Traits& traits() const { return *first().device->traits; }
 
   std::vector<const DeviceRecord*> records{};
 };
 
-/// Of one device; `all`: the devices of its line, which outlive the evidence.
+/// The evidence about one device; `all`: the devices of its line, which outlive the evidence.
 Evidence Gather(const LineStatus& status, const DeviceRecord& device,
                 std::span<const DeviceRecord> all, Now now);
-/// Of all devices of the line that are in use and do not answer.
+/// The same about all devices of the line that are in use and do not answer.
 Evidence GatherAbsent(const LineStatus& status, std::span<const DeviceRecord> all, Now now);
 
 /// A request that has failed so often in a row, beside others that are answered.

@@ -18,7 +18,7 @@ constexpr double kUnexplained = 0.3;
 constexpr double kWorthSaying = 0.15;
 /// Once may be chance.
 constexpr std::size_t kFacts = 2;
-/// Of what is random so many would be spread otherwise.
+/// Fewer silences may be spread like this by chance.
 constexpr std::size_t kSilences = 3;
 /// No chance any more.
 constexpr std::size_t kMany = 8;
@@ -46,7 +46,7 @@ bool RepeatsFail(const Evidence& evidence) {
   return evidence.device != nullptr && evidence.device->status.findings.LongestRun() > kFacts;
 }
 
-/// Of a neighbour that is well it is no reply to the request before, where repeats fail.
+/// If repeats fail, the reply of a healthy neighbour is not the reply to the request before.
 double OtherDevice(const Evidence& evidence) {
   const bool neighbour = !evidence.healthy.empty() && RepeatsFail(evidence) &&
                          !evidence.Last(one_behind).remedy.empty();
@@ -58,7 +58,7 @@ double OtherDevice(const Evidence& evidence) {
   return evidence.Share({other_device}) + (neighbour ? evidence.Share({one_behind}) : 0);
 }
 
-/// Of messages that come unasked most are right, so that the others are damaged.
+/// Most messages that come unasked are right, so the others are damaged.
 bool IsDamageOnly(const Evidence& evidence) {
   return evidence.answered && evidence.first().status.unasked &&
          2 * evidence.failed < evidence.looked;
@@ -120,7 +120,7 @@ double Noise(const Evidence& evidence) {
 /// All that failed had a byte which converters change, and nothing good had.
 double NotTransparent(const Evidence& evidence) {
   if (evidence.device == nullptr || !evidence.answered) return 0;
-  // Of messages that come unasked the good ones are not looked at.
+  // Good messages that come unasked are not looked at.
   if (evidence.device->status.unasked) return 0;
   if (evidence.failed < kFacts || Suspects(evidence) == 0) return 0;
   return evidence.Share({damaged, noise, bad_check, bytes_lost, bytes_added, tail_lost});
@@ -193,17 +193,11 @@ double SevenBits(const Evidence& evidence) {
 
 double Silent(const Evidence& evidence) { return 0.9 * evidence.Share({silence}); }
 
-/// Its protocol has a limit for what is asked at once.
-bool CanAskForLess(const DeviceRecord& record) {
-  const std::string& protocol = record.device->protocol;
-  return protocol == "spabus" || protocol.starts_with("modbus");
-}
-
 /// Replies up to a length are right, and those beyond it never.
 bool OnlyLong(const Evidence& evidence, const Findings::Lengths& (Findings::*lengths)() const) {
   // One that has died has answered the short ones as well, once.
   if (evidence.device == nullptr || evidence.absent) return false;
-  if (!CanAskForLess(*evidence.device)) return false;
+  if (!evidence.traits().has_blocks) return false;
   const Findings& findings = evidence.device->status.findings;
   if (findings.Runs() < kFacts || findings.LongestGood() == 0) return false;
   const Findings::Lengths& bad = (findings.*lengths)();
@@ -272,7 +266,7 @@ std::string AsFound(const Evidence& evidence) {
 }  // namespace
 
 const std::vector<Hypothesis>& Hypotheses() {
-  // Of two that are supported equally the first is said: what is proven stands before what is
+  // If two are supported equally, the first is said: what is proven stands before what is
   // likely.
   static const std::vector<Hypothesis> kAll = {
       {"another protocol or service answers", OtherProtocol, AsFound<other_protocol>, true},

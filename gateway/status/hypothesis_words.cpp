@@ -63,29 +63,28 @@ std::string QuotedIn(const Finding& finding) {
   return " (" + text.substr(begin, end + 1 - begin) + ")";
 }
 
-/// A check value has proven what came, and it answers a request for more or less.
+/// What came is a whole reply, and answers a request for more or less.
 bool IsOtherLength(const Evidence& evidence, const Finding& finding) {
-  return finding.remedy.empty() && evidence.device->device->protocol.starts_with("modbus");
+  return finding.remedy.empty() && evidence.traits().register_reply.each > 0;
 }
+
+std::string Service(const Evidence& evidence) { return std::string(evidence.traits().service); }
 
 /// As many as its longest whole reply has.
 std::size_t RegistersGiven(const Evidence& evidence) {
-  const std::string& protocol = evidence.device->device->protocol;
-  const bool ascii = protocol == "modbus_ascii";
-  const std::size_t digits = ascii ? 4 : 2;  // characters of a register
-  const std::size_t around = ascii ? 11 : protocol == "modbus_tcp" ? 9 : 5;
+  const config::Traits::RegisterReply& reply = evidence.traits().register_reply;
   const std::size_t good = evidence.device->status.findings.LongestGood();
-  return std::max<std::size_t>(1, (good - std::min(good, around)) / digits);
+  return std::max<std::size_t>(1, (good - std::min(good, reply.around)) / reply.each);
 }
 
 }  // namespace
 
 bool IsDamageAsMisfit(const Evidence& evidence) {
   const DeviceRecord& record = evidence.first();
-  if (record.device->protocol != "dcon" || CheckOf(record) == ", checksum on") return false;
-  // No reply of a module has such a character.
+  const config::Traits& traits = evidence.traits();
+  if (!traits.is_unchecked || !traits.is_unchecked(record.device->options)) return false;
   const std::string quoted = QuotedIn(evidence.Last(odd));
-  const bool strange = quoted.find_first_of("()*/,:;<=\\", 3) < quoted.size() - 2;
+  const bool strange = quoted.find_first_of(traits.never_in_reply, 3) < quoted.size() - 2;
   return IsNowAndThen(evidence) || (evidence.answered && quoted.size() > 5 && strange);
 }
 
@@ -232,8 +231,8 @@ std::string SayText(const Evidence& evidence) {
 
 std::string SayEcho(const Evidence& evidence) {
   if (!OnWire(evidence)) {
-    return "only the request itself comes back: another service than a Modbus server is there; "
-           "check address and port";
+    return "only the request itself comes back: another service than " + Service(evidence) +
+           " is there; check address and port";
   }
   return "only the request itself comes back: set echo: strip at the line, then check power, wire "
          "and address (" +
@@ -265,8 +264,9 @@ std::string SaySettings(const Evidence& evidence) {
 }
 
 std::string SayNoTcp(const Evidence& evidence) {
-  return "what comes is not Modbus TCP: check the port (" + evidence.line->port +
-         "); a serial server that passes RTU on needs protocol: modbus_rtu";
+  const std::string other(evidence.traits().counterpart);
+  return "what comes is not " + Service(evidence) + ": check the port (" + evidence.line->port +
+         ")" + (other.empty() ? "" : "; a plain serial server needs protocol: " + other);
 }
 
 std::string SayNoise(const Evidence& evidence) {
@@ -315,10 +315,8 @@ std::string SaySaid(const Evidence& evidence) {
            "the protocol (" +
            evidence.first().device->protocol + ")";
   }
-  return "the server closes the connection behind the request: is Modbus TCP behind this port, "
-         "does "
-         "it know unit " +
-         evidence.first().device->address + "?";
+  return "the server closes the connection behind the request: is " + Service(evidence) +
+         " behind this port, does it know unit " + evidence.first().device->address + "?";
 }
 
 std::string SayOdd(const Evidence& evidence) {

@@ -16,7 +16,7 @@ bool IsBehindServer(const Evidence& evidence);
 /// Its replies carry no check value, and are right at other times, so that what does not fit is
 /// damaged.
 bool IsDamageAsMisfit(const Evidence& evidence);
-/// Of kSpecialBytes those that a converter may change, one bit each.
+/// The bytes of kSpecialBytes that a converter may change, one bit each.
 unsigned Suspects(const Evidence& evidence);
 
 std::string SayOtherDevice(const Evidence& evidence);

@@ -11,7 +11,8 @@
 
 namespace baudgate::control {
 
-/// Of its poll periods in the last five minutes; too few to be worth a word count as none.
+/// The part of its poll periods that was missed in the last five minutes; a small part counts as
+/// none.
 double MissedShare(const DeviceRecord& device, Now now, Instant started);
 
 /// Why there is no time, and what to do: "feeder-1 takes 62 % of the line's time, 350 ms an

@@ -7,7 +7,7 @@
 
 namespace baudgate::control {
 
-/// Of databases that were damaged, by name, in this folder; empty: there are none.
+/// What to do with damaged databases, by name, in this folder; empty: there are none.
 std::string PutAsideAdvice(const std::filesystem::path& folder,
                            const std::vector<std::string>& files);
 

@@ -12,10 +12,11 @@
 namespace baudgate::control {
 namespace {
 
-constexpr std::string_view kProtocol = "spabus";
-constexpr std::string_view kDesignation = "F";
-
-bool IsDigit(char c) { return c >= '0' && c <= '9'; }
+/// It can be read, and its protocol calls it a setting.
+bool IsSetting(const config::Device& device, const config::Point& point) {
+  const auto is_setting = device.traits->is_setting;
+  return is_setting && point.access != config::Access::write && is_setting(point);
+}
 
 /// As people set it: 30.3, where a float32 in 64 bits is 30.299999237.
 std::string TextOf(const config::Point& point, const Value& value) {
@@ -67,8 +68,9 @@ Json SettingJson(const DeviceRecord& record, std::size_t index, Now now) {
 /// What the relay calls itself; null: not known.
 Json DesignationOf(const DeviceRecord& record, Now now) {
   const auto& points = record.device->points;
-  const auto found = std::ranges::find(points, kDesignation, &config::Point::read);
-  if (found == points.end()) return nullptr;
+  const std::string_view designation = record.device->traits->designation;
+  const auto found = std::ranges::find(points, designation, &config::Point::read);
+  if (designation.empty() || found == points.end()) return nullptr;
   const auto index = static_cast<std::size_t>(found - points.begin());
   const auto* text = std::get_if<std::string>(&record.points[index].value);
   if (text == nullptr || !IsGood(QualityAt(record, index, now.instant))) return nullptr;
@@ -76,12 +78,6 @@ Json DesignationOf(const DeviceRecord& record, Now now) {
 }
 
 }  // namespace
-
-bool IsSetting(const config::Device& device, const config::Point& point) {
-  if (device.protocol != kProtocol || point.access == config::Access::write) return false;
-  const auto letter = std::ranges::find_if_not(point.read, IsDigit);
-  return letter != point.read.end() && *letter == 'S' && letter + 1 != point.read.end();
-}
 
 Result<Json> SettingsJson(const config::Config& config, const PointStore& store, Target target,
                           Now now) {
@@ -93,8 +89,9 @@ Result<Json> SettingsJson(const config::Config& config, const PointStore& store,
     if (IsSetting(device, device.points[i])) settings.push_back(SettingJson(record, i, now));
   }
   if (settings.empty()) {
-    return Error{config::Quoted(device.name) +
-                 " has no settings that the gateway knows of: they are the S items of SPA relays"};
+    return Error{
+        config::Quoted(device.name) +
+        " has no settings that the gateway knows of: its protocol or its profile has none"};
   }
   Json json;
   json["gateway"] = config.name;

@@ -8,9 +8,6 @@
 
 namespace baudgate::control {
 
-/// A setting is an S item of an SPA relay: S21, 14S3.
-bool IsSetting(const config::Device& device, const config::Point& point);
-
 /// Every setting with its value, quality and age, as the store has them; nothing is asked. An error
 /// where the device has none.
 Result<Json> SettingsJson(const config::Config& config, const PointStore& store, Target target,

@@ -36,6 +36,7 @@ std::string Unproven(const Evidence& evidence) {
   if (evidence.device == nullptr) return Shared(evidence);
   const DeviceRecord& record = evidence.first();
   const std::string& address = record.device->address;
+  const std::string counterpart(evidence.traits().counterpart);
   if (evidence.answered && !evidence.fell.empty()) {
     return "as from " + evidence.fell +
            " since the same moment: look at what they share, a branch of the line or its power";
@@ -43,15 +44,14 @@ std::string Unproven(const Evidence& evidence) {
   if (evidence.answered && OnWire(evidence))
     return "check its power and its wire, or whether its settings were changed";
   if (!OnWire(evidence)) {
-    const bool other = !evidence.answered && evidence.healthy.empty();
+    const bool other = !evidence.answered && evidence.healthy.empty() && !counterpart.empty();
     return "check its power, its unit (" + address + ") and what is behind " + evidence.line->port +
-           (other ? "; if that passes RTU on: protocol: modbus_rtu" : std::string());
+           (other ? "; if that is a plain serial server: protocol: " + counterpart : "");
   }
   if (evidence.healthy.empty() && IsBehindServer(evidence)) {
-    const bool modbus = record.device->protocol.starts_with("modbus");
     return "check its power, wire and address (" + address +
            "), and bit rate and parity at the serial server" +
-           (modbus ? "; or set protocol: modbus_tcp" : "");
+           (counterpart.empty() ? "" : "; or set protocol: " + counterpart);
   }
   if (evidence.healthy.empty()) {
     return "check its power and wiring (A and B swapped?), then its settings (" + Settings(record) +

@@ -65,7 +65,7 @@ Json RoundTripsJson(const RoundTrips& trips) {
   return json;
 }
 
-/// Of the last hour. `minutes`: the part of each in which it answered, null where it was not asked.
+/// The last hour. `minutes`: the part of each in which it answered, null where it was not asked.
 Json HourJson(const DeviceStatus& status, Instant now) {
   const MinuteCounts hour = status.hour.Sum(now);
   Json minutes = Json::array();

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "gateway/base/shown.h"
 #include "gateway/status/hypothesis_words.h"
@@ -32,24 +33,26 @@ std::string Suggest(Duration seen, double margin = kMargin) {
   return fmt::format("{}ms", round);
 }
 
+/// "and timing.gap is 50 ms: set timing: { gap: 150ms } at the device".
+std::string AndSet(const char* time, std::optional<Duration> now, Duration seen) {
+  return fmt::format("and timing.{} is {} ms: set timing: {{ {}: {} }} at the device", time,
+                     Milliseconds(now.value_or(Duration{})), time, Suggest(seen));
+}
+
 }  // namespace
 
 std::string SayLate(const Evidence& evidence) {
-  const Duration reply = evidence.first().status.timing.reply.value_or(Duration{});
+  const auto reply = evidence.first().status.timing.reply;
   const Duration seen = evidence.Last(late).time;
-  return fmt::format(
-      "its replies come up to {} ms after the request, and timing.reply is {} ms: set timing: {{ "
-      "reply: {} }} at the device",
-      Milliseconds(seen), Milliseconds(reply), Suggest(std::max(seen, reply)));
+  return fmt::format("its replies come up to {} ms after the request, ", Milliseconds(seen)) +
+         AndSet("reply", reply, std::max(seen, reply.value_or(Duration{})));
 }
 
 std::string SaySplit(const Evidence& evidence) {
-  const Duration gap = evidence.first().status.timing.gap.value_or(Duration{});
   const Duration seen = evidence.Last(split).time;
-  return fmt::format(
-      "its replies come in pieces, with pauses of up to {} ms, and timing.gap is {} ms: set "
-      "timing: {{ gap: {} }} at the device",
-      Milliseconds(seen), Milliseconds(gap), Suggest(seen));
+  return fmt::format("its replies come in pieces, with pauses of up to {} ms, ",
+                     Milliseconds(seen)) +
+         AndSet("gap", evidence.first().status.timing.gap, seen);
 }
 
 std::string SayTooFast(const Evidence& evidence) {

@@ -11,7 +11,7 @@
 
 namespace baudgate::control {
 
-/// Of one that refuses what it has answered before: a profile that has fitted does so still.
+/// A device refuses what it has answered before, so its profile still fits.
 inline constexpr const char* kHasWorked =
     "it has answered before: another device, other settings or a fault: look at it, restart it";
 inline constexpr const char* kProfileFits = "does the profile fit";

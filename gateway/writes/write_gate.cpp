@@ -39,6 +39,7 @@ std::optional<WriteDenial> WriteGate::Submit(const Writer& writer, WriteAsk ask,
   command.deadline = ask.deadline;
   command.abandoned = ask.abandoned;
   command.done = std::move(ask.done);
+  auto& writes = command.kind.emplace<Writes>();
   std::vector<WriteAsk::Part> guarded;
   store_.Read(ask.device, [&](const DeviceRecord& record) {
     for (const WriteAsk::Part& part : ask.parts) {
@@ -46,7 +47,7 @@ std::optional<WriteDenial> WriteGate::Submit(const Writer& writer, WriteAsk ask,
       PointWrite write{part.point, ToRaw(point, part.value).value()};
       if (!IsBad(QualityAt(record, part.point, now)))
         write.before = record.points[part.point].value;
-      command.writes.push_back(std::move(write));
+      writes.push_back(std::move(write));
       if (!point.writing.allow_when.empty()) guarded.push_back(part);
     }
   });

@@ -128,6 +128,11 @@ constexpr TimingRule kTiming = {.quiet = {.least = 5ms},
                                 .drain = {.least = 100ms, .characters = 20},
                                 .longest = kMaxFrame};
 
+/// Replies are numbers with signs, hexadecimal digits, names and versions.
+constexpr config::Traits kTraits = {
+    .is_unchecked = [](const config::Options& options) { return !options.Flag("checksum"); },
+    .never_in_reply = "()*/,:;<=\\"};
+
 std::unique_ptr<Bus> MakeLine() { return std::make_unique<DconBus>(); }
 
 std::unique_ptr<Conversation> MakeConversation(const config::Device& device,
@@ -166,6 +171,7 @@ const Protocol& DconProtocol() {
       .expect = kWithSettings<Expect>,
       .recognise = kWithSettings<Recognise>,
       .weak_check = true,
+      .traits = kTraits,
       .remembers = HasTotals,
       .scan = &kScan,
       .telegram = &kTelegram,

@@ -110,6 +110,20 @@ constexpr Rules RulesOf(Framing framing) {
   return {RtuRequestRule, RtuReplyRule};
 }
 
+constexpr config::Traits TraitsOf(Framing framing) {
+  const bool tcp = framing == Framing::tcp;
+  const bool ascii = framing == Framing::ascii;  // two characters a byte
+  return {.service = tcp ? "Modbus TCP" : "",
+          .counterpart = tcp ? "modbus_rtu" : "modbus_tcp",
+          .has_blocks = true,
+          // TCP: MBAP (7), function, count. RTU: slave, function, count, CRC (2). ASCII: ':',
+          // slave, function, count and LRC in two characters each, CR LF.
+          .register_reply = {.around = tcp     ? 9U
+                                       : ascii ? 11U
+                                               : 5U,
+                             .each = ascii ? 4U : 2U}};
+}
+
 template <Framing kFraming>
 Protocol Describe(std::string_view name, std::string_view title,
                   const config::SerialSettings& serial) {
@@ -134,6 +148,7 @@ Protocol Describe(std::string_view name, std::string_view title,
       .recognise = RecogniseAs<kFraming>,
       .foreign = kFraming == Framing::rtu ? ForeignRtu : nullptr,
       .weak_check = kFraming == Framing::ascii,
+      .traits = TraitsOf(kFraming),
       .scan = ScanOf(kFraming),
       .telegram = TelegramOf(kFraming),
       .carrier = Carrier(kFraming),

@@ -20,7 +20,7 @@ constexpr std::size_t kException = 3;
 /// Bytes of a check value.
 constexpr std::size_t kRtuCheck = 2;
 constexpr std::size_t kAsciiCheck = 1;
-/// Of a request that reads, or that writes one value: function, place, count.
+/// A request that reads, or that writes one value, has this many bytes: function, place, count.
 constexpr std::size_t kShortRequest = 5;
 constexpr std::uint8_t kLastRead = 4;
 constexpr std::uint8_t kLastOfOneValue = 6;

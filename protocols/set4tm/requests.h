@@ -39,7 +39,7 @@ class MeterRequests {
 
   /// The error: the task's value cannot be written.
   Result<Request> Next(const Task& task, Instant now);
-  /// Of the latest request.
+  /// The kind of the latest request.
   RequestKind kind() const { return kind_; }
 
  private:

@@ -36,6 +36,16 @@ constexpr TimingRule kTiming = {
     // minutes: there the bound is ten seconds, or two whole lines where these take longer.
     .longest_time = {.least = 10s, .characters = 2 * (kMaxLine + 2)}};
 
+/// An S item of a slave or of a channel: "S21", "14S3".
+bool IsSetting(const config::Point& point) {
+  const std::string_view item = point.read;
+  const std::size_t letter = item.find_first_not_of("0123456789");
+  return letter < item.size() - 1 && item[letter] == 'S';
+}
+
+constexpr config::Traits kTraits = {
+    .has_blocks = true, .is_setting = IsSetting, .designation = "F"};
+
 std::unique_ptr<Bus> MakeLine() { return std::make_unique<SpaBus>(); }
 
 std::unique_ptr<Conversation> MakeDevice(const config::Device& device, const ParsedOptions& options,
@@ -72,6 +82,7 @@ const Protocol& SpabusProtocol() {
       .expect = kWithSettings<Expect>,
       .recognise = kWithSettings<Recognise>,
       .weak_check = true,
+      .traits = kTraits,
       .scan = &kScan,
       .telegram = &kTelegram,
       .make_bus = MakeLine,

@@ -92,7 +92,7 @@ class ExampleCheck {
     return bytes;
   }
 
-  /// Of bytes that are written as in C.
+  /// What to write in place of bytes that are written as in C.
   std::string HexHint(const char* key) {
     const auto text = map_.Text(key);
     return text && text->starts_with("0x") ? "; bytes in hex are written 'hex 1B 05'" : "";

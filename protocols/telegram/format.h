@@ -46,7 +46,7 @@ struct Format {
   bool is_signed_token() const {
     return sign && (kind == Kind::decimal || kind == Kind::integer || kind == Kind::scientific);
   }
-  /// Of a whole number of a known width.
+  /// The width of a whole number, if it is known.
   std::optional<unsigned> bits() const;
   /// Always `width` bytes.
   bool is_fixed() const { return width != 0 && !is_signed_token(); }

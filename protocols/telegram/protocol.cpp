@@ -47,6 +47,7 @@ const Protocol& TelegramProtocol() {
             return description && description->listens();
           },
       .weak_check = true,
+      .traits = {.has_modes = true},
       .telegram = &kAskRule,
       .make_conversation = [](const config::Device& device, const ParsedOptions& options,
                               Bus*) -> std::unique_ptr<Conversation> {

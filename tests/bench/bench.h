@@ -20,7 +20,7 @@ double Percentile(std::vector<double> values, double share);
 std::string Scratch();
 /// The configuration, or the end of the program with its problems.
 config::Config Load(const std::string& yaml, const config::Catalog& catalog);
-/// Of all devices, since the start.
+/// Counters of all devices, since the start.
 struct Totals {
   std::uint64_t exchanges = 0;
   std::uint64_t failed = 0;

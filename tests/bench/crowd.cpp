@@ -154,7 +154,7 @@ void Await(const std::string& path) {
   while (!fs::exists(path)) std::this_thread::sleep_for(std::chrono::milliseconds(20));
 }
 
-/// Of another process: what /proc tells of it.
+/// Another process, as /proc shows it.
 struct Process {
   pid_t id = 0;
 

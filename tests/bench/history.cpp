@@ -50,7 +50,7 @@ config::Config ManyPoints() {
   return config;
 }
 
-/// Of four points a state, two in steps of a tenth, and one that is noise.
+/// One point in four is a state, two change in steps of a tenth, and one is noise.
 class Signal {
  public:
   Value Next(std::uint32_t point, int second) {

@@ -50,7 +50,7 @@ config::Config Load(const std::string& yaml, const config::Catalog& catalog) {
     }
     std::exit(3);
   }
-  // Of each gateway its own, and nothing is left on the machine.
+  // Each gateway has its own, and nothing is left on the machine.
   static int gateways = 0;
   loaded.config.state = Scratch() + "/state-" + std::to_string(++gateways);
   return std::move(loaded.config);

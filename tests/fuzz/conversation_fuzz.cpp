@@ -72,7 +72,7 @@ class Session {
  private:
   void CheckQueries() const {
     for (const Query& query : conversation_->Queries()) {
-      // Of a device that is another one nothing is read but what it is.
+      // If another device answers, nothing but its identification is read.
       Require(!query.points.empty() || conversation_->trouble(), "a query reads something");
       for (const std::size_t point : query.points) {
         Require(point < device_.points.size(), "a query reads points of its device");

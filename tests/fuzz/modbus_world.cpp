@@ -124,8 +124,8 @@ PointStore& FilledStore() {
 bool FuzzSink::Submit(WriteCommand command) {
   Require(command.device < FilledStore().device_count(), "a write is for a device");
   const auto& points = FilledStore().device(command.device).points;
-  Require(!command.writes.empty(), "a write writes something");
-  for (const PointWrite& write : command.writes) {
+  Require(!command.writes().empty(), "a write writes something");
+  for (const PointWrite& write : command.writes()) {
     Require(write.point < points.size(), "a write is for a point of the device");
     Require(points[write.point].writing.allowed, "what may not be written is not");
     Require(HasValue(write.raw), "a write has a value");

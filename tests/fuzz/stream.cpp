@@ -28,7 +28,7 @@ void SealTcp(Bytes& bytes, std::size_t from) {
   bytes[from + 5] = static_cast<std::uint8_t>(size - 6);
 }
 
-/// Of the bytes that the hex text behind ':' stands for.
+/// The LRC of the bytes that the hex text behind ':' stands for.
 void SealAscii(Bytes& bytes, View covered) {
   const std::string_view text = AsText(covered);
   const auto start = text.find(':');

@@ -15,7 +15,7 @@ namespace {
 
 const Protocol* under_test = nullptr;
 
-/// Of a protocol whose telegrams are described: as a shipped profile describes them.
+/// If the telegrams of the protocol are described: as a shipped profile describes them.
 void Describe(const Protocol& protocol, std::uint8_t variant, config::Options& options) {
   const std::string name(protocol.name);
   const config::Catalog catalog = {.protocols = {{name, &protocol}},

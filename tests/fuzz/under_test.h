@@ -10,7 +10,7 @@
 
 namespace baudgate::fuzz {
 
-/// Of the target that runs.
+/// The protocol of the target that runs.
 const Protocol& UnderTest();
 
 enum class Protocols {

@@ -23,7 +23,7 @@ using soak::Number;
 constexpr int kUnit = 1;  // of the twin whose values are waited for
 /// More is growth: of a heap that is filled once, malloc hands out a little more now and then.
 constexpr std::size_t kMostGrowthKiB = 2048;
-/// Of clients whose end has not been seen yet.
+/// Descriptors of clients whose end has not been seen yet.
 constexpr std::size_t kMostMoreDescriptors = 2;
 
 std::size_t Entries(const fs::path& folder) {

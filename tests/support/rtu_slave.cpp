@@ -15,7 +15,7 @@ namespace {
 constexpr int kPollMilliseconds = 20;
 constexpr std::size_t kCrc = 2;
 
-/// Of the functions that tests use; 0: not yet known.
+/// The length of a request of a function that tests use; 0: not yet known.
 std::size_t RequestLength(View held) {
   if (held.size() < 7) return 0;
   const bool counted = held[1] == 15 || held[1] == 16;

@@ -22,7 +22,7 @@ namespace baudgate {
 Bytes RtuFrame(std::uint8_t unit, View pdu);
 /// The good reply to a read of registers, each of which holds `base` plus its address.
 Bytes RegistersReply(View request, std::uint16_t base);
-/// Of a read: the first register's address.
+/// The address of the first register of a read.
 std::uint16_t AddressOf(View request);
 
 /// Bytes on the wire, so long after the request or the piece before.

@@ -152,13 +152,15 @@ void VirtualLine::Inject(Bytes bytes, Duration after) {
 bool VirtualLine::Write(std::uint32_t device, std::uint32_t point, Value raw, Duration within) {
   WriteCommand command;
   command.device = device;
-  command.writes.push_back({point, std::move(raw)});
+  command.kind = Writes{{point, std::move(raw)}};
   command.deadline = instant_ + within;
   command.done = [this](const WriteResult& result) { ends.push_back(result.end); };
   return Submit(std::move(command));
 }
 
 void VirtualLine::Send(View bytes, const config::SerialSettings& serial, Now) {
+  unsent_ = holds;
+  if (holds) return;
   ++sends_;
   if (keep_sent) sent.push_back({instant_, std::string(AsText(bytes))});
   const Duration character = serial.CharacterTime();

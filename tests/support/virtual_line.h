@@ -113,6 +113,7 @@ class VirtualLine : private RequestPort, private PollerListener {
   bool keep_sent = true;       ///< cleared by runs that are too long for it
   bool keeps_bit_rate = true;  ///< false: a pty or a network. Before Open
   std::vector<Sent> sent;
+  bool holds = false;       ///< what is sent waits for a connection
   std::size_t dropped = 0;  ///< requests of which the port was to drop what was unsent
   std::vector<StateChange> states;
   std::vector<std::string> warnings;
@@ -143,6 +144,7 @@ class VirtualLine : private RequestPort, private PollerListener {
 
   void Send(View bytes, const config::SerialSettings& serial, Now now) override;
   void DropUnsent() override { ++dropped; }
+  bool IsUnsent() const override { return unsent_; }
   void OnDeviceState(std::uint32_t device, DeviceState from, DeviceState to,
                      const std::string& reason, Now at) override;
   void OnEvents(ReportedEvents reported) override;
@@ -174,6 +176,7 @@ class VirtualLine : private RequestPort, private PollerListener {
   std::unique_ptr<Poller> poller_;
   bool open_ = false;
   std::uint64_t sends_ = 0;
+  bool unsent_ = false;  // see RequestPort
 };
 
 inline void PrintTo(Quality quality, std::ostream* out) { *out << Name(quality); }

@@ -72,7 +72,7 @@ class DdsProcess : public ThreeDevices {
     return points == points_ ? seq : std::nullopt;
   }
 
-  /// Of the gateway, over its socket.
+  /// What the gateway says over its socket.
   Json DdsStatus() const {
     const Finished status = Command({"status", "--json", "--socket", socket()});
     return Json::parse(status.output, nullptr, false).value("dds", Json());

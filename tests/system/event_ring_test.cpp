@@ -19,7 +19,7 @@ constexpr std::int64_t kRing = 4000;
 
 class EventRing : public EventStation {
  protected:
-  /// Of the relay and of a device that is no longer there, in turns of ten.
+  /// Events of the relay and of a device that is no longer there, in turns of ten.
   void FillFile() const {
     const auto folder = directory() / "state" / gateway();
     std::filesystem::create_directories(folder);

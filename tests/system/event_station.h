@@ -14,7 +14,7 @@ namespace baudgate::system_test {
 
 class EventStation : public Station {
  protected:
-  /// Of the relay alone; with "events: {}\n" at the top the gateway's own stand among them.
+  /// Events of the relay only; with "events: {}\n" at the top also those of the gateway.
   std::string Yaml(const std::string& keys = ", events: on", const std::string& top = "",
                    bool dds = false) const {
     std::string head = Head(dds);

@@ -20,7 +20,7 @@ class LibmodbusSlave {
   static constexpr int kSize = 1000;
 
   static std::unique_ptr<LibmodbusSlave> OnTty(const std::string& tty, int unit);
-  /// Of every unit id, one client at a time.
+  /// Answers every unit id, one client at a time.
   static std::unique_ptr<LibmodbusSlave> OnTcp(std::uint16_t port);
   ~LibmodbusSlave();
   LibmodbusSlave(const LibmodbusSlave&) = delete;

@@ -31,7 +31,7 @@ Message WriteRequest(std::uint16_t transaction, std::uint8_t unit, std::uint16_t
                      std::uint16_t value);
 /// Code of the exception that the frame is; 0: it is none.
 int ExceptionIn(const Message& message);
-/// Of the reply to a read; empty: it is none.
+/// The registers in the reply to a read; empty: it is none.
 std::vector<std::uint16_t> RegistersIn(const Message& message);
 
 }  // namespace baudgate::system_test

@@ -26,7 +26,7 @@ constexpr int kDrift = 8000;  // register of the point
 constexpr int kUncertain = 0x58;
 constexpr std::uint64_t kCorrected = 1000020;
 
-/// Of a clock that shows a quarter past noon now, and `ahead`: "-03:17".
+/// The zone of a clock that shows a quarter past noon now, and `ahead`: "-03:17".
 std::string ZoneOf(std::chrono::minutes ahead) {
   using std::chrono::floor;
   const auto now = floor<std::chrono::minutes>(std::chrono::system_clock::now());

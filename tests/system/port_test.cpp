@@ -46,7 +46,7 @@ class Ports : public Station {
     words.insert(words.end(), {"--socket", Socket()});
     return Command(words);
   }
-  /// Of line bay, as `status` tells it.
+  /// Line bay, as `status` shows it.
   Json Status() const {
     const Finished status = Command({"status", "bay", "--json", "--socket", Socket()});
     EXPECT_EQ(status.code, 0) << status.errors;

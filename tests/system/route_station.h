@@ -12,7 +12,7 @@
 
 namespace baudgate::system_test {
 
-/// Of the slave behind a route.
+/// The unit of the slave behind a route.
 inline constexpr int kUnit = 20;
 
 class RouteStation : public Station {
@@ -47,7 +47,7 @@ class RouteStation : public Station {
   std::unique_ptr<Child> StartGateway(const std::string& yaml,
                                       const std::vector<std::string>& lines = {"drive"}) const;
   Json Status() const;
-  /// Of a route; null when there is none of these units.
+  /// The status of a route; null when there is none of these units.
   Json Route(const std::string& units) const;
   std::string socket() const { return (directory() / "gate.sock").string(); }
 };

@@ -62,7 +62,7 @@ class StalledPort : public SerialPortTest {
   const Bytes much_ = Bytes(40'000, 'x');
 };
 
-/// Of a pty the kernel keeps for the far end what it has room for there (see serial_settings.h);
+/// The kernel keeps for the far end of a pty what it has room for there (see serial_settings.h);
 /// neither the driver's queue nor ours may follow when the far end reads again.
 TEST_F(StalledPort, GetsNothingMoreOfAGivenUpRequest) {
   port_->Send(much_);

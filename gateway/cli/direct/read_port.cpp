@@ -91,48 +91,48 @@ Status AwaitPort(const PointStore& store) {
 }
 
 /// The traffic of the line, in short.
-struct Heard {
+struct Traffic {
   int requests = 0;
   std::string request{};  ///< the last one, in hex
   bool anything = false;  ///< bytes came back
 };
-Heard WhatWasHeard(const std::string& socket, std::ostream& err) {
-  Heard heard;
+Traffic TrafficOf(const std::string& socket, std::ostream& err) {
+  Traffic traffic;
   ControlClient::Json recorded;
   if (Ask(socket, {{"command", "recorded"}, {"target", kLine}}, recorded, err) != kExitDone) {
-    return heard;
+    return traffic;
   }
   for (const auto& record : recorded.value("records", ControlClient::Json::array())) {
     const std::string text = record.get<std::string>();
-    heard.anything = heard.anything || text.find(" < ") != std::string::npos;
+    traffic.anything = traffic.anything || text.find(" < ") != std::string::npos;
     const auto sent = text.find(" > ");
     if (sent == std::string::npos) continue;
-    ++heard.requests;
+    ++traffic.requests;
     const auto from = sent + 3;
-    heard.request = Trim(text.substr(from, text.find('|', from) - from));
+    traffic.request = Trim(text.substr(from, text.find('|', from) - from));
   }
-  return heard;
+  return traffic;
 }
 
 /// Prints the request that got no answer. If bytes came back, prints the sentence of the status.
 void ExplainFailure(const ReadPortOptions& options, const std::string& serial,
                     const std::string& socket, std::ostream& err) {
-  const Heard heard = WhatWasHeard(socket, err);
+  const Traffic traffic = TrafficOf(socket, err);
   err << "baudgate: " << options.port << ": ";
-  if (heard.requests > 0 && !heard.anything) {
-    err << heard.request << " was sent " << heard.requests << " times"
+  if (traffic.requests > 0 && !traffic.anything) {
+    err << traffic.request << " was sent " << traffic.requests << " times"
         << (serial.empty() ? "" : " at " + serial)
         << ", and nothing came back: check power, the wires"
         << (options.address.empty() ? "" : ", address " + options.address)
         << " and the settings; 'baudgate scan " << options.port << "' tries other ones\n";
     return;
   }
-  if (heard.requests == 0 && !heard.anything) {
+  if (traffic.requests == 0 && !traffic.anything) {
     err << "the device speaks by itself, and nothing came within " << FormatDuration(kWaitForPort)
         << (serial.empty() ? "" : " at " + serial) << ": check power, the wires and the settings\n";
     return;
   }
-  err << "not all was " << (heard.requests > 0 ? "read" : "said") << '\n';
+  err << "not all was " << (traffic.requests > 0 ? "read" : "said") << '\n';
   ControlClient::Json status;
   if (Ask(socket, {{"command", "status"}}, status, err) != kExitDone) return;
   for (const auto& line : status.value("lines", ControlClient::Json::array())) {

@@ -11,7 +11,7 @@ namespace baudgate::dds {
 
 /// RTPS 9.6.3.8: MD5 of the key fields in big-endian CDR, as the key may be longer than 16 bytes.
 using KeyHash = std::array<std::uint8_t, 16>;
-/// Of the samples in gateway/dds/type_fields.h.
+/// For the samples in gateway/dds/type_fields.h.
 template <typename Sample>
 KeyHash HashKey(const Sample& sample);
 

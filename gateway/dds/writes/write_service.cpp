@@ -27,9 +27,8 @@ constexpr Duration kMostAhead = 24h;
 Instant DeadlineOf(const WriteArrival& arrival, Now now) {
   const RequestSample& request = arrival.request;
   const Duration wanted = std::chrono::milliseconds(request.deadline_ms);
-  const Duration patience = request.deadline_ms == 0
-                                ? WriteService::kWaitForDevice
-                                : std::min(wanted, WriteService::kMostPatience);
+  const Duration patience =
+      request.deadline_ms == 0 ? kWaitForDevice : std::min(wanted, WriteService::kMostPatience);
   const Instant deadline = arrival.received + patience;
   const std::int64_t wall = now.wall.time_since_epoch().count();
   if (request.not_after_ns == 0) return deadline;

@@ -23,8 +23,7 @@ namespace baudgate::dds {
 
 class WriteService {
  public:
-  /// How long a line has where the request does not say, and at most.
-  static constexpr Duration kWaitForDevice = 5s;
+  /// How long a request may wait at most; one that does not say waits kWaitForDevice.
   static constexpr Duration kMostPatience = 60s;
 
   /// A request that has gone to its line.

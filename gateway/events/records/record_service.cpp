@@ -249,7 +249,7 @@ void RecordService::Do(Steps steps) {
     const Instant now = ends_.clocks().instant;
     command.device = debt->device;
     command.client = "events";
-    command.reads = debt->record->points;
+    command.kind = Reads{debt->record->points};
     command.deadline = now + kWaitForPoints;
     command.done = [this, debt, now](const WriteResult& result) { OnAnswer(*debt, now, result); };
     if (ends_.ask(std::move(command))) continue;

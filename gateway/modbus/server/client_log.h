@@ -13,10 +13,10 @@ namespace baudgate::modbus {
 
 /// "10.0.0.7:40112", "refused", and why. Clients at one address are repeats of each other: their
 /// ports differ every time.
-inline void WarnOfClient(std::string_view peer, std::string_view fate, std::string_view why) {
+inline void WarnOfClient(std::string_view peer, std::string_view what, std::string_view why) {
   const std::string_view address = peer.substr(0, peer.rfind(':'));
-  log::WarnFolded(fmt::format("modbus: client {} {}", address, fate), "modbus: client {} {}: {}",
-                  peer, fate, why);
+  log::WarnFolded(fmt::format("modbus: client {} {}", address, what), "modbus: client {} {}: {}",
+                  peer, what, why);
 }
 
 }  // namespace baudgate::modbus

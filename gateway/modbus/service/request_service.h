@@ -71,7 +71,7 @@ class RequestService : public std::enable_shared_from_this<RequestService> {
   std::size_t outstanding() const { return pending_.size(); }
   /// When Sweep has something to answer; empty: nothing waits.
   std::optional<Instant> Deadline() const;
-  /// Of the client, as its requests carry it.
+  /// The number of the client, as its requests carry it.
   std::uint64_t id() const { return record_->id; }
 
  private:

@@ -22,9 +22,10 @@ namespace baudgate::modbus {
 
 /// Limits that are no configuration; tests shorten them.
 struct ModbusLimits {
-  Duration write_deadline = 5s;  ///< a write that is not confirmed by then is answered 0x0B
-  Duration stall = 10s;          ///< a client that leaves its answers unread so long is closed
-  double client_share = 1;       ///< of each listener's max_clients
+  Duration write_deadline =
+      kWaitForDevice;       ///< a write that is not confirmed by then is answered 0x0B
+  Duration stall = 10s;     ///< a client that leaves its answers unread so long is closed
+  double client_share = 1;  ///< of each listener's max_clients
 };
 
 class ServerShared {

@@ -70,7 +70,7 @@ class RequestsOnWire {
   Sent Number(RouteQueue::Batch batch, Instant now);
   void Add(Sent sent) { sent_.push_back(std::move(sent)); }
 
-  /// Of the request that a reply of this unit answers; empty: there is none.
+  /// The PDU of the request that a reply of this unit answers; empty: there is none.
   View PduOf(std::uint16_t id, std::uint8_t unit) const;
   struct Replied {
     std::optional<Sent> sent{};  ///< maybe of another unit

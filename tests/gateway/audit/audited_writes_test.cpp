@@ -54,7 +54,7 @@ class AuditedWritesTest : public ::testing::Test {
     command.device = 0;
     command.client = "192.0.2.5:40312";
     for (const std::uint32_t point : points) {
-      command.writes.push_back({point, std::int64_t{303}, Value(12.5)});
+      std::get<Writes>(command.kind).push_back({point, std::int64_t{303}, Value(12.5)});
     }
     command.deadline = now_ + 5s;
     command.done = [this](const WriteResult& result) { results_.push_back(result); };
@@ -112,7 +112,7 @@ TEST_F(AuditedWritesTest, OrderIsKept) {
   while (writes_->HandOn()) {
   }
   ASSERT_EQ(lines_.commands.size(), 3U);
-  for (std::uint32_t i = 0; i < 3; ++i) EXPECT_EQ(lines_.commands[i].writes[0].point, i);
+  for (std::uint32_t i = 0; i < 3; ++i) EXPECT_EQ(lines_.commands[i].writes()[0].point, i);
 }
 
 /// Modbus clients, the control socket and DDS each have a thread of their own.

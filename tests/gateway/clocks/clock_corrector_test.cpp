@@ -83,7 +83,7 @@ class ClockCorrectorTest : public ::testing::Test, private CommandSink {
   /// It is read; the meter shows that.
   void AnswerRead(double drift) {
     ASSERT_THAT(asked_, SizeIs(1));
-    ASSERT_THAT(asked_[0].reads, ElementsAre(0U));
+    ASSERT_THAT(asked_[0].reads(), ElementsAre(0U));
     Show(drift);
     std::exchange(asked_, {})[0].done({.read_back = true});
     Pass(1s);
@@ -92,10 +92,10 @@ class ClockCorrectorTest : public ::testing::Test, private CommandSink {
   }
   void AnswerWrite(const WriteResult& result) {
     ASSERT_THAT(asked_, SizeIs(1));
-    ASSERT_THAT(asked_[0].writes, SizeIs(1));
+    ASSERT_THAT(asked_[0].writes(), SizeIs(1));
     EXPECT_EQ(asked_[0].client, "gateway");
-    EXPECT_EQ(asked_[0].writes[0].point, 1U);
-    EXPECT_EQ(asked_[0].writes[0].raw, Value(true));
+    EXPECT_EQ(asked_[0].writes()[0].point, 1U);
+    EXPECT_EQ(asked_[0].writes()[0].raw, Value(true));
     std::exchange(asked_, {})[0].done(result);
     Pass(1s);
   }

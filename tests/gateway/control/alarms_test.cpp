@@ -99,7 +99,7 @@ TEST_F(AlarmsTest, AreAcknowledgedByDevicePointOrEvent) {
   EXPECT_EQ(Ack("bay-1.feeder-2")["acknowledged"], 0) << "it has none";
 }
 
-/// Of a line, a unit behind a route, a server, and of the gateway: as `alarms` shows them.
+/// The names of a line, a unit behind a route, a server and the gateway, as `alarms` shows them.
 TEST_F(AlarmsTest, AreAcknowledgedByTheNameThatIsShown) {
   EXPECT_EQ(Ack("bay-1")["acknowledged"], 0) << "the alarms of its devices are others";
   events_.Add(20, "", "");

@@ -54,9 +54,9 @@ std::shared_ptr<TraceQueue> FakeLines::Trace(std::uint32_t line, std::function<v
 std::vector<TraceRecord> FakeLines::Recorded(std::uint32_t) { return recorded; }
 
 bool FakeLines::Submit(WriteCommand command) {
-  std::string call = command.client + (command.writes.empty() ? " reads" : " writes");
-  for (const std::uint32_t point : command.reads) call += " " + std::to_string(point);
-  for (const PointWrite& write : command.writes) {
+  std::string call = command.client + (command.writes().empty() ? " reads" : " writes");
+  for (const std::uint32_t point : command.reads()) call += " " + std::to_string(point);
+  for (const PointWrite& write : command.writes()) {
     call += " " + std::to_string(write.point) + "=" + ToText(write.raw);
   }
   Note(call + " of device " + std::to_string(command.device));

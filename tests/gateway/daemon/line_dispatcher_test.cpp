@@ -29,7 +29,7 @@ class LineDispatcherTest : public ::testing::Test {
     WriteCommand command;
     command.device = device;
     command.client = "user:anna";
-    command.writes = {{0, 1.0}};
+    command.kind = Writes{{0, 1.0}};
     command.done = [this](const WriteResult& result) { result_ = result; };
     return dispatcher_->Submit(std::move(command));
   }

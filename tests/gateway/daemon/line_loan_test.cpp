@@ -212,8 +212,8 @@ TEST_F(NetworkLoan, ATelegramByHandIsRefusedWithTheNameOfTheClient) {
   Pass(100ms);
   std::string reason;
   WriteCommand command;
-  command.telegram = std::make_shared<Telegram>();
-  command.telegram->bytes = ToBytes(":A");
+  command.kind = std::make_shared<Telegram>();
+  command.telegram()->bytes = ToBytes(":A");
   command.done = [&](const WriteResult& result) { reason = result.reason; };
   Handle([&] { line_->Submit(std::move(command), now_); });
   EXPECT_THAT(reason, HasSubstr("in use by 10.0.0.7:40000"));

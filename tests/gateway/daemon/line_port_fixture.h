@@ -154,7 +154,7 @@ class LinePortTest : public testing::Test {
   LineStatus status() { return store_->ReadLine(0); }
   void Write(Duration patience = 1h) {
     WriteCommand command;
-    command.writes = {{0, Value(5.0)}};
+    command.kind = Writes{{0, Value(5.0)}};
     command.deadline = now_.instant + patience;
     command.done = [this](const WriteResult& result) { ends_.push_back(result.end); };
     Handle([&] { line_->Submit(std::move(command), now_); });
@@ -165,7 +165,7 @@ class LinePortTest : public testing::Test {
     auto telegram = std::make_shared<Telegram>();
     telegram->bytes = ToBytes(text);
     WriteCommand command;
-    command.telegram = telegram;
+    command.kind = telegram;
     command.deadline = now_.instant + patience;
     command.done = [this](const WriteResult& result) { ends_.push_back(result.end); };
     Handle([&] { line_->Submit(std::move(command), now_); });

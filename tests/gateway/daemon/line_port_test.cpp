@@ -204,9 +204,49 @@ TEST_F(LinePortTest, WhatWaitsForAConnectionIsNotSentLate) {
     Open();
     EXPECT_EQ(port_.sends, before);
     Pass(2s);
-    EXPECT_THAT(ends_, ElementsAre(WriteEnd::unknown));
+    EXPECT_THAT(ends_, ElementsAre(WriteEnd::not_sent));
     Lose("unplugged");
   }
+}
+
+/// No connection comes, or nobody waits for one any more.
+TEST_F(LinePortTest, WhatWaitsForAConnectionInVainWasNotSent) {
+  const std::pair<const char*, std::function<void()>> kRows[] = {
+      {"no connection within the reply time", [] {}},
+      {"no connection", [this] { line_->port.OnOpenFailed("refused", now_); }},
+      {"lent", [this] { line_->port.Release(1min, now_); }},
+      {"taken back", [this] { line_->port.TakeBack(now_); }},
+  };
+  for (const bool telegram : {false, true}) {
+    for (const auto& [what, happens] : kRows) {
+      SCOPED_TRACE(std::string(what) + (telegram ? ", a telegram" : ", a write"));
+      ends_.clear();
+      Open();
+      Pass(1500ms);  // between two polls
+      End();
+      const int before = port_.sends;
+      telegram ? void(Ask("WA1=5\r")) : Write();
+      Stop(10ms);
+      Handle([&] { line_->OnTimer(now_); });  // the line is quiet
+      EXPECT_THAT(ends_, IsEmpty());
+      Handle(happens);
+      Pass(3s);
+      EXPECT_THAT(ends_, ElementsAre(WriteEnd::not_sent));
+      EXPECT_EQ(port_.sends, before);
+    }
+  }
+}
+
+TEST_F(LinePortTest, AWriteThatStillWaitsForAConnectionAtTheStopWasNotSent) {
+  Open();
+  Pass(1500ms);
+  End();
+  Write();
+  bool stopped = false;
+  Handle([&] { line_->port.Stop("a reload removes the line", now_, [&] { stopped = true; }); });
+  Pass(2s);
+  EXPECT_TRUE(stopped);
+  EXPECT_THAT(ends_, ElementsAre(WriteEnd::not_sent));
 }
 
 TEST_F(LinePortTest, AServerThatClosesBehindEachAnswerIsNoOutage) {

@@ -30,7 +30,7 @@ class AtWork : public ::testing::Test {
 
   const config::Config config_ = MakeConfig(1, 1);
   PointStore store_{config_};
-  Heard heard_;
+  Published heard_;
   std::unique_ptr<DdsSubscriber> subscriber_;
   std::unique_ptr<DdsPublisher> publisher_;
   DatagramSender attacker_{TestDomain()};

@@ -53,7 +53,7 @@ inline void Set(PointStore& store, std::uint32_t device, std::uint32_t point, Va
 }
 
 /// Collects what a subscriber hears.
-class Heard {
+class Published {
  public:
   using Key = std::pair<std::string, std::string>;  ///< device, point
 

@@ -27,9 +27,9 @@ namespace {
 
 namespace fast = eprosima::fastdds::dds;
 using testing::DatagramSender;
-using testing::Heard;
 using testing::MakeConfig;
 using testing::Publish;
+using testing::Published;
 using testing::Rtps;
 using testing::Set;
 using testing::TestDomain;
@@ -107,7 +107,7 @@ Bytes GoodBytes(const std::string& point) {
 }
 
 TEST(Hostile, BrokenSamplesAreSkippedAndGoodOnesArrive) {
-  Heard heard;
+  Published heard;
   auto subscriber = DdsSubscriber::Create(TestSubscriber(), heard.Callbacks());
   ASSERT_TRUE(subscriber.ok());
   HostileWriter writer;
@@ -132,7 +132,7 @@ TEST(Hostile, BrokenSamplesAreSkippedAndGoodOnesArrive) {
 TEST(Hostile, BrokenDatagramsEndNothing) {
   const config::Config config = MakeConfig(1, 5);
   PointStore store(config);
-  Heard heard;
+  Published heard;
   auto subscriber = DdsSubscriber::Create(TestSubscriber(), heard.Callbacks());
   ASSERT_TRUE(subscriber.ok());
   const auto publisher = Publish(config, store);

@@ -27,8 +27,8 @@ namespace baudgate {
 namespace {
 
 namespace fast = eprosima::fastdds::dds;
-using dds::testing::Heard;
 using dds::testing::OwnNetwork;
+using dds::testing::Published;
 using ::testing::HasSubstr;
 
 const std::string kLoopback = "127.0.0.1";
@@ -101,7 +101,7 @@ TEST_F(Interfaces, GatewayAndSubscriberOfOneMachineNeedOneInCommon) {
   for (const auto& row : rows) {
     const auto publisher = PublishOn(row.gateway, 2.5);
     for (const Addresses& interfaces : row.subscribers) {
-      Heard heard;
+      Published heard;
       auto options = dds::testing::TestSubscriber();
       options.participant.interfaces = interfaces;
       const auto subscriber = dds::DdsSubscriber::Create(options, heard.Callbacks());

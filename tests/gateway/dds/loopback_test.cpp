@@ -12,13 +12,13 @@
 namespace baudgate::dds {
 namespace {
 
-using testing::Heard;
 using testing::MakeConfig;
 using testing::Publish;
+using testing::Published;
 using testing::Set;
 using testing::TestSubscriber;
 
-std::unique_ptr<DdsSubscriber> Subscribe(Heard& heard) {
+std::unique_ptr<DdsSubscriber> Subscribe(Published& heard) {
   auto subscriber = DdsSubscriber::Create(TestSubscriber(), heard.Callbacks());
   EXPECT_TRUE(subscriber.ok()) << subscriber.error();
   return subscriber.ok() ? std::move(*subscriber) : nullptr;
@@ -27,7 +27,7 @@ std::unique_ptr<DdsSubscriber> Subscribe(Heard& heard) {
 TEST(Loopback, ASubscriberSeesImageChangeAndDevice) {
   const config::Config config = MakeConfig(1, 3);
   PointStore store(config);
-  Heard heard;
+  Published heard;
   const auto subscriber = Subscribe(heard);
   const auto publisher = Publish(config, store);
   ASSERT_TRUE(heard.WaitFor([&] { return heard.points.size() == 3 && heard.devices.size() == 1; }));
@@ -47,7 +47,7 @@ TEST(Loopback, ASubscriberSeesImageChangeAndDevice) {
 TEST(Loopback, TwoThousandPointsArriveWhole) {
   const config::Config config = MakeConfig(20, 100);
   PointStore store(config);
-  Heard heard;
+  Published heard;
   const auto subscriber = Subscribe(heard);
   const auto publisher = Publish(config, store);
   ASSERT_TRUE(heard.WaitFor([&] { return heard.points.size() == 2000; }));
@@ -68,7 +68,7 @@ TEST(Loopback, TwoThousandPointsArriveWhole) {
 TEST(Loopback, ALargeGatewayIsOneGatewayAndArrivesWhole) {
   const config::Config config = MakeConfig(90, 100);
   PointStore store(config);
-  Heard heard;
+  Published heard;
   const auto subscriber = Subscribe(heard);
   auto publisher = Publish(config, store);
   ASSERT_TRUE(heard.WaitFor([&] { return heard.points.size() == 9000; }));
@@ -82,25 +82,25 @@ TEST(Loopback, ALateJoinerGetsTheLatestOfAll) {
   const config::Config config = MakeConfig(4, 100);
   PointStore store(config);
   const auto publisher = Publish(config, store);
-  Heard first;
+  Published first;
   auto early = Subscribe(first);
   ASSERT_TRUE(first.WaitFor([&] { return first.points.size() == 400; }));
   Set(store, 3, 99, 7.0);
   ASSERT_TRUE(first.WaitFor([&] { return first.points[{"feeder-3", "p99"}].seq == 1; }));
   early.reset();
 
-  Heard heard;
+  Published heard;
   const auto late = Subscribe(heard);
   ASSERT_TRUE(heard.WaitFor([&] { return heard.points.size() == 400; }));
-  EXPECT_EQ(heard.points[Heard::Key("feeder-3", "p99")].value, 7.0);
+  EXPECT_EQ(heard.points[Published::Key("feeder-3", "p99")].value, 7.0);
 }
 
 TEST(Loopback, AtAnOrderlyStopTheLastSamplesAreNotConnected) {
   const config::Config config = MakeConfig(2, 50);
   PointStore store(config);
   Set(store, 1, 7, 7.5);
-  Heard heard;
-  std::map<Heard::Key, PointSample> last;
+  Published heard;
+  std::map<Published::Key, PointSample> last;
   SubscriberCallbacks callbacks = heard.Callbacks();
   callbacks.on_point_gone = [&, note = callbacks.on_point_gone](const PointSample& s, Gone why) {
     last[{s.device, s.point}] = s;
@@ -118,7 +118,7 @@ TEST(Loopback, AtAnOrderlyStopTheLastSamplesAreNotConnected) {
   subscriber->reset();
   ASSERT_EQ(last.size(), 100U);
   for (const auto& [key, sample] : last) EXPECT_EQ(sample.quality, 0x08) << key.second;
-  EXPECT_EQ(last[Heard::Key("feeder-1", "p7")].value, 7.5);
+  EXPECT_EQ(last[Published::Key("feeder-1", "p7")].value, 7.5);
   for (const auto& [key, why] : heard.gone) EXPECT_EQ(why, Gone::no_writers) << key.second;
 }
 
@@ -127,7 +127,7 @@ TEST(Loopback, ASubscriberIsToldWhenTheGatewayWasStarted) {
   PointStore store(config);
   const std::int64_t before = ReadClocks().wall.time_since_epoch().count();
   auto publisher = Publish(config, store);
-  Heard heard;
+  Published heard;
   const auto subscriber = Subscribe(heard);
   ASSERT_TRUE(heard.WaitFor([&] { return heard.starts.size() == 1; }));
   const GatewaySample told = heard.starts["substation-7"];
@@ -139,7 +139,7 @@ TEST(Loopback, ASubscriberIsToldWhenTheGatewayWasStarted) {
 }
 
 TEST(Loopback, AWriterThatLeavesWithoutAWordIsReportedAsSuch) {
-  Heard heard;
+  Published heard;
   const auto subscriber = Subscribe(heard);
   auto writer = CreateFastWriter(TestSubscriber().participant, 1, 1);
   ASSERT_TRUE(writer.ok()) << writer.error();
@@ -160,7 +160,7 @@ TEST(Loopback, GatewaysOfOneDomainAreToldApart) {
   PointStore other_store(other);
   std::mutex mutex;
   std::set<std::string> gateways;
-  Heard heard;
+  Published heard;
   SubscriberCallbacks callbacks = heard.Callbacks();
   callbacks.on_point = [&, note = callbacks.on_point](const PointSample& sample,
                                                       const Origin& origin) {
@@ -183,7 +183,7 @@ TEST(Loopback, GatewaysOfOneDomainAreToldApart) {
 TEST(Loopback, TheReaderSaysWhatItHadNoRoomFor) {
   const config::Config config = MakeConfig(1, 30);
   PointStore store(config);
-  Heard heard;
+  Published heard;
   SubscriberOptions options = TestSubscriber();
   options.max_instances = 10;
   auto subscriber = DdsSubscriber::Create(options, heard.Callbacks());

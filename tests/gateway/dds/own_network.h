@@ -7,7 +7,7 @@ namespace baudgate::dds::testing {
 
 class OwnNetwork {
  public:
-  /// Of the interface here and of that on the other machine.
+  /// The addresses of the interface here and of that on the other machine.
   static constexpr char kHere[] = "10.77.0.5";
   static constexpr char kThere[] = "10.77.0.9";
 

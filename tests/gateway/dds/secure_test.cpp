@@ -26,12 +26,12 @@ using testing::DatagramSender;
 using testing::Eventually;
 using testing::Gap;
 using ::testing::HasSubstr;
-using testing::Heard;
 using testing::Heartbeat;
 using testing::kFar;
 using testing::kPublications;
 using testing::MakeConfig;
 using testing::Publish;
+using testing::Published;
 using testing::Request;
 using testing::Rtps;
 using testing::SentBytes;
@@ -81,7 +81,7 @@ class SecureTest : public ::testing::Test {
   const PkiFolder stranger_{"stranger"};
   config::Config config_ = MakeConfig(1, 1);
   PointStore store_{config_};
-  Heard heard_;
+  Published heard_;
   std::unique_ptr<DdsSubscriber> subscriber_;
   DatagramSender attacker_{TestDomain()};
   double value_ = 0;
@@ -89,7 +89,7 @@ class SecureTest : public ::testing::Test {
 
 TEST_F(SecureTest, OnlyTheRightCertificateGetsSamples) {
   const SubscriberOptions others[] = {TestSubscriber(), With(stranger_.Of("subscriber-1"))};
-  Heard unheard[2];
+  Published unheard[2];
   std::vector<std::unique_ptr<DdsSubscriber>> strangers;
   for (std::size_t i = 0; i < 2; ++i) {
     auto made = DdsSubscriber::Create(others[i], unheard[i].Callbacks());
@@ -103,7 +103,7 @@ TEST_F(SecureTest, OnlyTheRightCertificateGetsSamples) {
   for (int i = 0; i < 20; ++i) EXPECT_TRUE(SampleArrives());
   EXPECT_TRUE(heard_.WaitFor([&] { return heard_.gateways == 1; }));
   strangers.clear();
-  for (const Heard& none : unheard) {
+  for (const Published& none : unheard) {
     EXPECT_EQ(none.samples, 0U);
     EXPECT_EQ(none.gateways, 0);
   }
@@ -198,7 +198,7 @@ TEST_F(SecureTest, NothingOfASampleIsOnTheWire) {
   PointStore store{config_};
   const auto watched = [&](const config::DdsSecurity& gateway, const config::DdsSecurity& reader) {
     config_.dds.security = gateway;
-    Heard heard;
+    Published heard;
     const SentBytes sent;
     // Fast DDS 2.9 can end the process when a subscriber leaves first, right after its handshake.
     auto subscriber = DdsSubscriber::Create(With(reader), heard.Callbacks());

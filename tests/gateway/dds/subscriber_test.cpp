@@ -14,7 +14,7 @@
 namespace baudgate::dds {
 namespace {
 
-using testing::Heard;
+using testing::Published;
 using testing::RawWriter;
 using testing::TestSubscriber;
 
@@ -34,7 +34,7 @@ Bytes Encoded(const PointSample& sample) {
 // comes in a few takes.
 TEST(Subscriber, FiveThousandPointsComeInAFewTakes) {
   constexpr std::size_t kPoints = 5000;
-  Heard heard;
+  Published heard;
   std::promise<void> first;
   std::promise<void> go_on;
   SubscriberCallbacks callbacks = heard.Callbacks();
@@ -61,7 +61,7 @@ TEST(Subscriber, FiveThousandPointsComeInAFewTakes) {
 }
 
 TEST(Subscriber, WhatCanNotBeReadIsCountedAndNotShown) {
-  Heard heard;
+  Published heard;
   const auto subscriber = DdsSubscriber::Create(TestSubscriber(), heard.Callbacks());
   ASSERT_TRUE(subscriber.ok()) << subscriber.error();
   RawWriter writer(kPointTopic, "baudgate::v1::PointSample");
@@ -86,7 +86,7 @@ TEST(Subscriber, WhatCanNotBeReadIsCountedAndNotShown) {
 }
 
 TEST(Subscriber, NamesTheWriterAndSaysWhenItLeaves) {
-  Heard heard;
+  Published heard;
   const auto subscriber = DdsSubscriber::Create(TestSubscriber(), heard.Callbacks());
   ASSERT_TRUE(subscriber.ok()) << subscriber.error();
   auto writer = std::make_unique<RawWriter>(kPointTopic, "baudgate::v1::PointSample");

@@ -99,8 +99,8 @@ class RecordServiceTest : public ::testing::Test {
 TEST_F(RecordServiceTest, ReadsAllBehindTheEventAndKeepsItWhenNothingElseHasHappened) {
   Owe(412);
   ASSERT_THAT(asked_, SizeIs(1));
-  EXPECT_THAT(asked_[0].reads, ElementsAre(0U, 2U));
-  EXPECT_THAT(asked_[0].writes, IsEmpty());
+  EXPECT_THAT(asked_[0].reads(), ElementsAre(0U, 2U));
+  EXPECT_THAT(asked_[0].writes(), IsEmpty());
   ReadAll();
   EXPECT_THAT(kept_, IsEmpty()) << "another event may have come before it was read";
   const WallTime read = now_.wall;

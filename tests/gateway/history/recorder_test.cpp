@@ -139,7 +139,7 @@ TEST_F(RecorderTest, AClockThatIsSetBeginsARun) {
   EXPECT_EQ(out_.runs[1].began, kBegin - 3'599'000);
   EXPECT_EQ(out_.runs[1].until, kBegin - 3'598'000);
   EXPECT_EQ(out_.runs[2].why, RunBegin::clock);
-  // Of a reading before the step the time cannot be told by this clock.
+  // This clock cannot tell the time of a reading before the step.
   Pass(1s);
   Set(0, 2);
   Take();

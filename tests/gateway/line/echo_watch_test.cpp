@@ -18,10 +18,10 @@ Request Asking(std::string_view bytes, bool mirrors = false) {
 
 class EchoWatchTest : public ::testing::Test {
  protected:
-  EchoWatch::Heard Exchange(EchoWatch& watch, const Request& request, std::string_view heard,
-                            Outcome outcome = Outcome::ok) {
+  EchoWatch::Received Exchange(EchoWatch& watch, const Request& request, std::string_view heard,
+                               Outcome outcome = Outcome::ok) {
     watch.OnSent(request.bytes);
-    EchoWatch::Heard told = watch.OnReceived(ToBytes(heard), &request);
+    EchoWatch::Received told = watch.OnReceived(ToBytes(heard), &request);
     end_ = {outcome, {}, {}, 0};
     missed_ = watch.OnExchangeEnd(request, end_);
     return told;
@@ -35,7 +35,7 @@ class EchoWatchTest : public ::testing::Test {
 
 TEST_F(EchoWatchTest, OffPassesTheEchoAndWarnsOnce) {
   EchoWatch watch(Echo::off);
-  EchoWatch::Heard heard = Exchange(watch, read_, "?1!5");
+  EchoWatch::Received heard = Exchange(watch, read_, "?1!5");
   EXPECT_EQ(AsText(heard.bytes), "?1!5");
   EXPECT_TRUE(heard.echo);
   EXPECT_NE(heard.warning, nullptr);
@@ -69,7 +69,7 @@ TEST_F(EchoWatchTest, AnOpenedPortIsAnotherBus) {
 
 TEST_F(EchoWatchTest, StripTakesTheEchoAndSaysNothing) {
   EchoWatch watch(Echo::strip);
-  const EchoWatch::Heard heard = Exchange(watch, read_, "?1!5");
+  const EchoWatch::Received heard = Exchange(watch, read_, "?1!5");
   EXPECT_EQ(AsText(heard.bytes), "!5");
   EXPECT_FALSE(heard.echo);
   EXPECT_EQ(heard.warning, nullptr);
@@ -77,7 +77,7 @@ TEST_F(EchoWatchTest, StripTakesTheEchoAndSaysNothing) {
 
 TEST_F(EchoWatchTest, VerifyTellsOfACollisionAndWarnsOnce) {
   EchoWatch watch(Echo::verify);
-  EchoWatch::Heard heard = Exchange(watch, read_, "?9");
+  EchoWatch::Received heard = Exchange(watch, read_, "?9");
   EXPECT_TRUE(heard.collision);
   EXPECT_NE(heard.warning, nullptr);
   heard = Exchange(watch, read_, "?9");

@@ -22,7 +22,7 @@ class ChooserTest : public ::testing::Test, protected ToyMembers {
   static WriteCommand To(std::uint32_t device) {
     WriteCommand command;
     command.device = device;
-    command.writes.push_back({0, 1.0});
+    command.kind = Writes{{0, 1.0}};
     command.deadline = kStart + 1h;
     return command;
   }

@@ -109,7 +109,8 @@ TEST_F(JobEndTest, OfAWrite) {
   for (const Row& row : kRows) {
     SCOPED_TRACE(row.what);
     Job::Write write;
-    for (std::uint32_t i = 0; i < row.points; ++i) write.command.writes.push_back({i % 2, 1.0});
+    auto& writes = std::get<Writes>(write.command.kind);
+    for (std::uint32_t i = 0; i < row.points; ++i) writes.push_back({i % 2, 1.0});
     write.command.deadline = kStart + 1s;
     write.first = row.next - 1;
     write.next = row.next;

@@ -33,7 +33,8 @@ class Rig : private PollerListener {
   void ReadBack() { Begin(Job::ReadBack{}, {.kind = Task::Kind::poll, .query = 0}); }
   void Write(std::vector<std::uint32_t> points) {
     Job::Write write;
-    for (const std::uint32_t point : points) write.command.writes.push_back({point, 7.0});
+    auto& writes = std::get<Writes>(write.command.kind);
+    for (const std::uint32_t point : points) writes.push_back({point, 7.0});
     write.command.MoveTo(WriteState::queued);
     write.command.deadline = now_.instant + 1h;
     write.command.done = [this](const WriteResult& result) { results.push_back(result); };

@@ -19,7 +19,7 @@ class JobTest : public ::testing::Test, protected ToyMembers {
   }
   static Job::Write WriteUntil(Instant deadline) {
     Job::Write write;
-    write.command.writes.push_back({0, 1.0});
+    write.command.kind = Writes{{0, 1.0}};
     write.command.deadline = deadline;
     return write;
   }

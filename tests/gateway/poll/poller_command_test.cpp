@@ -23,7 +23,7 @@ class PollerCommand : public ::testing::Test {
   }
   WriteCommand Command(std::vector<PointWrite> writes, Duration within = 1h) {
     WriteCommand command;
-    command.writes = std::move(writes);
+    command.kind = std::move(writes);
     command.deadline = line_.now().instant + within;
     command.done = [this](const WriteResult& result) {
       line_.ends.push_back(result.end);

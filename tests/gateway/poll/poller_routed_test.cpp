@@ -74,6 +74,20 @@ TEST(PollerRouted, WhatStillWaitsForAQuietLineWasNotSent) {
   }
 }
 
+TEST(PollerRouted, WhatStillWaitsForAConnectionWasNotSent) {
+  enum class What { leaves, closes, takes_too_long };
+  for (const What what : {What::leaves, What::closes, What::takes_too_long}) {
+    RoutedLine line;
+    line.holds = true;
+    line.Ask("start", kStartDrive, 20, 2);
+    line.RunFor(10ms);
+    if (what == What::leaves) line.poller().Abandon(2, line.now());
+    if (what == What::closes) line.Close();
+    line.RunFor(1s);
+    EXPECT_FALSE(line.Of("start").sent) << static_cast<int>(what);
+  }
+}
+
 TEST(PollerRouted, ALateReplyIsNotGivenToTheNextRequest) {
   RoutedLine line;
   line.twin(0).values.Set(0, std::uint64_t{1});

@@ -21,14 +21,14 @@ class PollerWriteEnd : public ::testing::Test {
   }
   WriteCommand Command(std::vector<PointWrite> writes) {
     WriteCommand command;
-    command.writes = std::move(writes);
+    command.kind = std::move(writes);
     command.deadline = line_.now().instant + 1h;
     command.done = [this](const WriteResult& result) { results_.push_back(result); };
     return command;
   }
   WriteCommand Reading(std::vector<std::uint32_t> points) {
     WriteCommand command = Command({});
-    command.reads = std::move(points);
+    command.kind = Reads{std::move(points)};
     return command;
   }
   /// To requests of this kind the device says that, whatever its values.

@@ -71,7 +71,7 @@ class WhoseReplyTest : public ::testing::Test, protected ToyMembers {
         verdict = order_.OnReply(asked, frame, outcome);
         if (verdict.elsewhere) outcome = Outcome::unexpected;
         follows = InWords(verdict);
-        if (follows == "proven" && order_.Owed(asked) > 0) follows += ", owed";
+        if (follows == "proven" && order_.orders().Owed(asked) > 0) follows += ", owed";
       }
       order_.OnEnd(asked, outcome, true, kStart + sent_ * 1s);
     }
@@ -178,7 +178,7 @@ TEST_F(WhoseReplyTest, AfterSilenceAProbeGoesFirst) {
   EXPECT_TRUE(NeedsProbe(a, one_)) << "a late reply would be an older value of its own";
   EXPECT_FALSE(Reply(a, name_, "A0").elsewhere);
   EXPECT_FALSE(NeedsProbe(a, two_));
-  EXPECT_TRUE(order_.IsInStep(a));
+  EXPECT_TRUE(order_.orders().Of(a).IsInStep());
 }
 
 /// Its replies come one request late, as it is known: it is asked often enough in a row. One more
@@ -203,7 +203,7 @@ TEST_F(WhoseReplyTest, WhatBelongsToAnotherChangesNothingOfItsOwn) {
   Reply(a, name_, "A0");
   Reply(b, Identification("PB0\r"), "A0", Outcome::unexpected);
   EXPECT_TRUE(Reply(a, AskFor("UA1\r", false), "B0", Outcome::unexpected).elsewhere);
-  EXPECT_EQ(order_.Owed(Of(a, AskFor("UA1\r"))), 1);
+  EXPECT_EQ(order_.orders().Owed(Of(a, AskFor("UA1\r"))), 1);
 }
 
 TEST_F(WhoseReplyTest, ARefusedNameIsNobodyElse) {
@@ -270,8 +270,8 @@ TEST_F(WhoseReplyTest, NamelessOnesAre) {
 TEST_F(WhoseReplyTest, EntriesOfOneNameAreOneDevice) {
   Reply(a, name_, "A0");
   Reply(b, Identification("PA0\r"), "A0");
-  order_.Recognise(a, ToBytes("A"));
-  order_.Recognise(b, ToBytes("A"));
+  order_.orders().Recognise(a, ToBytes("A"));
+  order_.orders().Recognise(b, ToBytes("A"));
   Silence(a, one_);
   EXPECT_TRUE(NeedsProbe(b, two_));
 }

@@ -35,7 +35,7 @@ class Verdicts : public ::testing::Test {
     confirmed_.written = 1;
   }
   ReadBackVerdict Of(std::uint32_t point) {
-    confirmed_.command.writes = {{point, 5.0, 1.0}};
+    confirmed_.command.kind = Writes{{point, 5.0, 1.0}};
     return VerdictOn(confirmed_, record_);
   }
   void Show(double value, Duration after, Quality quality = Quality::good) {

@@ -67,7 +67,7 @@ TEST(WriteQueue, AWriteIsAnsweredOnceItHasBeenReadBack) {
 TEST(WriteQueue, WhatIsWrittenOnceMoreIsNotComparedAnyMore) {
   WriteQueue queue;
   WriteCommand command = To(1);
-  command.writes = {{4, Value(1.0)}, {5, Value(2.0)}};
+  command.kind = Writes{{4, Value(1.0)}, {5, Value(2.0)}};
   queue.Confirm(std::move(command), kStart);
   queue.OnBegun(2, 4);
   queue.OnBegun(1, 4);
@@ -75,19 +75,19 @@ TEST(WriteQueue, WhatIsWrittenOnceMoreIsNotComparedAnyMore) {
   ASSERT_EQ(confirmed.size(), 1U);
   EXPECT_EQ(confirmed[0].written, 2U);
   EXPECT_TRUE(confirmed[0].replaced);
-  ASSERT_EQ(confirmed[0].command.writes.size(), 1U);
-  EXPECT_EQ(confirmed[0].command.writes[0].point, 5U);
+  ASSERT_EQ(confirmed[0].command.writes().size(), 1U);
+  EXPECT_EQ(confirmed[0].command.writes()[0].point, 5U);
 }
 
 TEST(WriteQueue, OfAPointThatOneCommandWritesTwiceTheLastValueStands) {
   WriteQueue queue;
   WriteCommand command = To(1);
-  command.writes = {{4, Value(1.0)}, {5, Value(2.0)}, {4, Value(3.0)}};
+  command.kind = Writes{{4, Value(1.0)}, {5, Value(2.0)}, {4, Value(3.0)}};
   queue.Confirm(std::move(command), kStart);
   const auto confirmed = queue.TakeConfirmed(false);
-  ASSERT_EQ(confirmed[0].command.writes.size(), 2U);
-  EXPECT_EQ(confirmed[0].command.writes[0].point, 5U);
-  EXPECT_EQ(confirmed[0].command.writes[1].raw, Value(3.0));
+  ASSERT_EQ(confirmed[0].command.writes().size(), 2U);
+  EXPECT_EQ(confirmed[0].command.writes()[0].point, 5U);
+  EXPECT_EQ(confirmed[0].command.writes()[1].raw, Value(3.0));
   EXPECT_EQ(confirmed[0].written, 3U);
   EXPECT_FALSE(confirmed[0].replaced);
 }

@@ -26,7 +26,7 @@ Difference After(const std::function<void(Config&)>& change) {
 struct LineCase {
   const char* what;
   std::function<void(Config&)> change;
-  Fate fate;  // of line y
+  Action action;  // of line y
   const char* named;
 };
 
@@ -45,70 +45,70 @@ TEST(Difference, OfTheWebServerIsAllApplied) {
 
 TEST(Difference, OfOneLineIsNamedAndTouchesNoOther) {
   const LineCase cases[] = {
-      {"nothing", [](Config&) {}, Fate::same, ""},
+      {"nothing", [](Config&) {}, Action::same, ""},
       {"its place in the file",
        [](Config& config) {
          config.lines[1].mark = {"other.yaml", 7, 3};
        },
-       Fate::same, ""},
-      {"the port", [](Config& config) { config.lines[1].port = "/dev/q"; }, Fate::restarted,
+       Action::same, ""},
+      {"the port", [](Config& config) { config.lines[1].port = "/dev/q"; }, Action::restarted,
        "port"},
-      {"the rate", [](Config& config) { config.lines[1].serial.baud = 1200; }, Fate::restarted,
+      {"the rate", [](Config& config) { config.lines[1].serial.baud = 1200; }, Action::restarted,
        "serial"},
-      {"a period", [](Config& config) { config.lines[1].devices[1].poll = 5s; }, Fate::restarted,
+      {"a period", [](Config& config) { config.lines[1].devices[1].poll = 5s; }, Action::restarted,
        "poll of y-b"},
       {"a scale", [](Config& config) { config.lines[1].devices[0].points[1].scale = 2; },
-       Fate::restarted, "scale of y-a.voltage"},
+       Action::restarted, "scale of y-a.voltage"},
       {"a permission",
        [](Config& config) { config.lines[1].devices[0].points[0].writing.allowed = true; },
-       Fate::restarted, "write of y-a.current"},
+       Action::restarted, "write of y-a.current"},
       {"an option", [](Config& config) { config.lines[1].options.Set("checksum", true); },
-       Fate::restarted, "options"},
+       Action::restarted, "options"},
       {"a new point",
        [](Config& config) { config.lines[1].devices[0].points.push_back(PointOf("power")); },
-       Fate::restarted, "y-a.power is new"},
+       Action::restarted, "y-a.power is new"},
       {"one device less", [](Config& config) { config.lines[1].devices.pop_back(); },
-       Fate::restarted, "device y-b is gone"},
+       Action::restarted, "device y-b is gone"},
       {"the order of devices",
        [](Config& config) { std::swap(config.lines[1].devices[0], config.lines[1].devices[1]); },
-       Fate::restarted, "order"},
-      {"a unit", [](Config& config) { config.lines[1].devices[0].unit = 9; }, Fate::in_place,
+       Action::restarted, "order"},
+      {"a unit", [](Config& config) { config.lines[1].devices[0].unit = 9; }, Action::in_place,
        "unit of y-a"},
       {"a register", [](Config& config) { config.lines[1].devices[0].points[0].modbus = 40; },
-       Fate::in_place, "modbus of y-a.current"},
+       Action::in_place, "modbus of y-a.current"},
       {"a deadband", [](Config& config) { config.lines[1].devices[0].points[0].deadband = 0.5; },
-       Fate::in_place, "deadband of y-a.current"},
+       Action::in_place, "deadband of y-a.current"},
       {"what bad values are",
        [](Config& config) { config.lines[1].devices[0].on_bad = config::OnBad::hold; },
-       Fate::in_place, "on_bad of y-a"},
+       Action::in_place, "on_bad of y-a"},
       {"when values are old", [](Config& config) { config.lines[1].devices[0].max_age = 9s; },
-       Fate::in_place, "max_age of y-a"},
+       Action::in_place, "max_age of y-a"},
       {"and when they are given up",
-       [](Config& config) { config.lines[1].devices[0].dead_age = 9s; }, Fate::in_place,
+       [](Config& config) { config.lines[1].devices[0].dead_age = 9s; }, Action::in_place,
        "dead_age of y-a"},
       {"an alarm of the line", [](Config& config) { config.lines[1].alarms.delay = 5s; },
-       Fate::in_place, "alarms"},
+       Action::in_place, "alarms"},
       {"an alarm of a device",
        [](Config& config) {
          config.lines[1].devices[0].alarms.priority = config::AlarmPriority::none;
        },
-       Fate::in_place, "alarms of y-a"},
+       Action::in_place, "alarms of y-a"},
       {"a unit and a period",
        [](Config& config) {
          config.lines[1].devices[0].unit = 9;
          config.lines[1].devices[0].poll = 5s;
        },
-       Fate::restarted, "unit of y-a, poll of y-a"},
+       Action::restarted, "unit of y-a, poll of y-a"},
   };
   for (const LineCase& one : cases) {
     const Difference difference = After(one.change);
     ASSERT_EQ(difference.lines.size(), 3U) << one.what;
-    EXPECT_EQ(difference.lines[1].fate, one.fate) << one.what;
+    EXPECT_EQ(difference.lines[1].action, one.action) << one.what;
     EXPECT_THAT(difference.lines[1].what, HasSubstr(one.named)) << one.what;
-    EXPECT_EQ(difference.lines[0].fate, Fate::same) << one.what;
-    EXPECT_EQ(difference.lines[2].fate, Fate::same) << one.what;
+    EXPECT_EQ(difference.lines[0].action, Action::same) << one.what;
+    EXPECT_EQ(difference.lines[2].action, Action::same) << one.what;
     EXPECT_THAT(difference.restart, IsEmpty()) << one.what;
-    EXPECT_EQ(difference.empty(), one.fate == Fate::same) << one.what;
+    EXPECT_EQ(difference.empty(), one.action == Action::same) << one.what;
   }
 }
 
@@ -124,10 +124,10 @@ TEST(Difference, LinesComeGoAndChangePlaces) {
     config.lines.pop_back();
     config.lines.insert(config.lines.begin(), LineOf("w"));
   });
-  std::vector<std::pair<std::string, Fate>> fates;
-  for (const LineChange& line : difference.lines) fates.emplace_back(line.line, line.fate);
-  EXPECT_THAT(fates, ElementsAre(std::pair("w", Fate::added), std::pair("y", Fate::same),
-                                 std::pair("x", Fate::same), std::pair("z", Fate::removed)));
+  std::vector<std::pair<std::string, Action>> actions;
+  for (const LineChange& line : difference.lines) actions.emplace_back(line.line, line.action);
+  EXPECT_THAT(actions, ElementsAre(std::pair("w", Action::added), std::pair("y", Action::same),
+                                   std::pair("x", Action::same), std::pair("z", Action::removed)));
   EXPECT_THAT(Sentences(difference), ElementsAre("line w: is new", "line z: ends"));
   EXPECT_EQ(Summary(difference), "1 line new, 1 line ended; 2 lines untouched");
 }
@@ -139,7 +139,7 @@ TEST(Difference, ALineThatIsGoneIsNoLine) {
   Config next = Sample();
   next.lines.erase(next.lines.begin());
   EXPECT_TRUE(Compare(running, next).empty());
-  EXPECT_EQ(Compare(running, Sample()).lines[0].fate, Fate::added);
+  EXPECT_EQ(Compare(running, Sample()).lines[0].action, Action::added);
 }
 
 TEST(Difference, WhatOnlyARestartCanChangeIsNamed) {
@@ -224,7 +224,7 @@ TEST(Difference, OfAnInterlockIsByName) {
   }
   EXPECT_TRUE(Compare(running, next).empty());
   next.lines[1].devices[0].points[0].writing.allow_when[0].is = false;
-  EXPECT_EQ(Compare(running, next).lines[1].fate, Fate::restarted);
+  EXPECT_EQ(Compare(running, next).lines[1].action, Action::restarted);
 }
 
 }  // namespace

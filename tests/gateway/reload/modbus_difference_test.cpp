@@ -60,7 +60,7 @@ std::vector<std::string> Sentences(const ModbusDifference& difference) {
   std::vector<std::string> sentences;
   const auto tell = [&sentences](const auto& changes) {
     for (const auto& change : changes) {
-      if (change.fate != Fate::same) sentences.push_back(SentenceOf(change));
+      if (change.action != Action::same) sentences.push_back(SentenceOf(change));
     }
   };
   tell(difference.listeners);
@@ -125,7 +125,7 @@ TEST(ModbusDifference, SaysWhereEachListenerWas) {
 }
 
 TEST(ModbusDifference, CountsClientsThatAListenerLosesIfItCan) {
-  ListenerChange change{"10.0.0.1:502", Fate::restarted, "write", 0, 3};
+  ListenerChange change{"10.0.0.1:502", Action::restarted, "write", 0, 3};
   EXPECT_EQ(SentenceOf(change),
             "listener 10.0.0.1:502: differs in write; its 3 clients are disconnected");
   change.clients = 1;

@@ -20,7 +20,7 @@ TEST(WriteStates, LeadOnAndEndAsTheTableSays) {
   const StateRow kRows[] = {
       {WriteState::asked, "134", "busy not_sent denied "},
       {WriteState::queued, "234", "refused busy not_sent denied "},
-      {WriteState::sent, "234", "ok refused busy unknown "},
+      {WriteState::sent, "1234", "ok refused busy unknown "},
       {WriteState::reading_back, "14", "ok differs not_sent "},
       {WriteState::ended, "", ""},
   };

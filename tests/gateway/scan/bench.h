@@ -67,7 +67,7 @@ struct Seen final : Watcher {
   }
 };
 
-/// Of all protocols that can be looked for, or of one.
+/// Looks for all protocols that can be looked for, or for one.
 Wish WishFor(const std::string& protocol = {});
 /// As the command makes them of the shipped profiles.
 ProfileNames ShippedNames(const Wish& wish);

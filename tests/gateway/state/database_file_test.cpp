@@ -66,7 +66,7 @@ class DatabaseFileTest : public ::testing::Test {
     const auto* number = std::get_if<std::int64_t>(&rows);
     return number == nullptr ? -1 : *number;
   }
-  /// Of a frame of the log, from 0: its checksum.
+  /// Where the checksum of a frame of the log stands; frames count from 0.
   static std::size_t SumOf(std::size_t frame) { return 32 + frame * (24 + 4096) + 16; }
   std::size_t frames() const { return (fs::file_size(log()) - 32) / (24 + 4096); }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "gateway/status/diagnose.h"
+#include "protocols/spabus/protocol.h"
 #include "tests/gateway/status/two_lines.h"
 
 namespace baudgate::control {
@@ -35,6 +36,7 @@ inline Symptom SymptomOf(Outcome outcome) {
 class DiagnoseTest : public ::testing::Test {
  protected:
   DiagnoseTest() {
+    config_.lines[0].devices[1].traits = &SpabusProtocol().traits;
     record_.line = &config_.lines[0];
     record_.device = &config_.lines[0].devices[1];
     record_.points.resize(2);

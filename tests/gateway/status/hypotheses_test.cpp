@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "protocols/dcon/protocol.h"
+#include "protocols/modbus/protocol.h"
 #include "tests/gateway/status/diagnose_fixture.h"
 
 namespace baudgate::control {
@@ -20,40 +22,49 @@ struct Seen {
   Finding finding{};
 };
 
+enum : unsigned {
+  kAnswered = 1,   ///< the device has answered before
+  kNeighbour = 2,  ///< a neighbour answers
+  kServer = 4,     ///< Modbus TCP
+  kHere = 8,       ///< it answers at present
+};
+
 struct Row {
   std::vector<Seen> seen;
   std::string says;
-  bool answered = false;  ///< the device has answered before
-  bool healthy = false;   ///< a neighbour answers
-  bool tcp = false;       ///< Modbus TCP
-  bool here = false;      ///< it answers at present
+  unsigned state = 0;
   std::vector<QueryCount> queries{};
+
+  bool Is(unsigned flag) const { return (state & flag) != 0; }
 };
 
 class HypothesesTest : public DiagnoseTest {
  protected:
   std::string SayOf(const Row& row) {
-    config_.lines[0].port = row.tcp ? "tcp://10.0.0.7:502" : "/dev/ttyUSB0";
-    config_.lines[0].serial = row.tcp
+    config_.lines[0].port = row.Is(kServer) ? "tcp://10.0.0.7:502" : "/dev/ttyUSB0";
+    config_.lines[0].serial = row.Is(kServer)
                                   ? config::SerialSettings{.baud = config::SerialSettings::kNoWire}
                                   : TwoLines().lines[0].serial;
+    const config::Traits* const traits = config_.lines[0].devices[1].traits;
+    if (row.Is(kServer)) config_.lines[0].devices[1].traits = &ModbusTcpProtocol().traits;
     NeverAnswered();
     device().timing.reply = 100ms;
     device().timing.gap = 50ms;
-    device().state = row.answered ? DeviceState::offline : DeviceState::never_seen;
-    if (row.here) device().state = DeviceState::degraded;
-    if (row.answered) device().last_ok = kNow.instant - 1min;
+    device().state = row.Is(kAnswered) ? DeviceState::offline : DeviceState::never_seen;
+    if (row.Is(kHere)) device().state = DeviceState::degraded;
+    if (row.Is(kAnswered)) device().last_ok = kNow.instant - 1min;
     for (const Seen& seen : row.seen) Looked(device(), seen.symptom, seen.count, seen.finding);
     device().exchanges = 30;
     device().queries = row.queries;
     neighbour_.status.findings = {};
-    if (row.healthy) Looked(neighbour_.status, clean, 32);
+    if (row.Is(kNeighbour)) Looked(neighbour_.status, clean, 32);
     const DeviceRecord both[] = {neighbour_, record_};
     const Evidence evidence = Gather(line_, record_, both, kNow);
     std::string text;
     for (const Hypothesis* hypothesis : Judge(evidence)) {
       text += (text.empty() ? "" : " | ") + hypothesis->say(evidence);
     }
+    config_.lines[0].devices[1].traits = traits;
     return text;
   }
 };
@@ -62,18 +73,18 @@ TEST_F(HypothesesTest, FewerRegistersThanAreAskedFor) {
   const Finding few = {
       .bytes = 25, .expected = 85, .cause = "22 bytes came where 82 answer the request"};
   const struct {
-    std::string protocol;
+    const Protocol& protocol;
     std::size_t good;
     std::string block;
-  } rows[] = {{"modbus_rtu", 21, "8"},
-              {"modbus_tcp", 25, "8"},
-              {"modbus_ascii", 43, "8"},
-              {"modbus_rtu", 0, "1"}};
+  } rows[] = {{ModbusRtuProtocol(), 21, "8"},
+              {ModbusTcpProtocol(), 25, "8"},
+              {ModbusAsciiProtocol(), 43, "8"},
+              {ModbusRtuProtocol(), 0, "1"}};
   for (const auto& row : rows) {
-    config_.lines[0].devices[1].protocol = row.protocol;
+    config_.lines[0].devices[1].traits = &row.protocol.traits;
     std::vector<Seen> seen = {{odd, 9, few}};
     if (row.good > 0) seen.push_back({clean, 2, {.bytes = row.good, .expected = row.good}});
-    EXPECT_EQ(SayOf({.seen = seen, .says = {}, .here = true}),
+    EXPECT_EQ(SayOf({.seen = seen, .says = {}, .state = kHere}),
               "it gives fewer registers than are asked for (22 bytes came where 82 answer the "
               "request): set block: " +
                   row.block + " at the device");
@@ -87,28 +98,23 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        "2, 9600 7E1, spabus)"},
       {{{silence, 20}},
        "not a byte came: check its power, its unit (2) and what is behind tcp://10.0.0.7:502; if "
-       "that passes RTU on: protocol: modbus_rtu",
-       false,
-       false,
-       true},
+       "that is a plain serial server: protocol: modbus_rtu",
+       kServer},
       {{{noise, 12}, {damaged, 5}, {silence, 3}},
        "bytes come, and not one good frame: check bit rate, parity and data bits (9600 7E1), A and "
        "B, then the protocol (spabus)"},
       {{{noise, 12}, {damaged, 5}},
        "its replies cannot be read: its bit rate or parity differs (9600 7E1), or two devices have "
        "its address (2)",
-       false,
-       true},
+       kNeighbour},
       {{{noise, 12}},
-       "what comes is not Modbus TCP: check the port (tcp://10.0.0.7:502); a serial server that "
-       "passes RTU on needs protocol: modbus_rtu",
-       false,
-       false,
-       true},
+       "what comes is not Modbus TCP: check the port (tcp://10.0.0.7:502); a plain serial server "
+       "needs protocol: modbus_rtu",
+       kServer},
       {{{clean, 20}, {damaged, 6}},
        "its replies come damaged: noise, bad termination or ground, or two devices with its "
        "address",
-       true},
+       kAnswered},
       {{{late, 4, {.time = 380ms}}, {silence, 16}},
        "its replies come up to 380 ms after the request, and timing.reply is 100 ms: set timing: { "
        "reply: 500ms } at the device"},
@@ -129,24 +135,17 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
       {{{clean, 9}, {tail_lost, 9, {.cause = "its check value", .remedy = "update it"}}},
        "its replies break off before their check value: a driver lets go of the bus too early; use "
        "a converter with automatic direction",
-       true,
-       false,
-       false,
-       true},
+       kAnswered | kHere},
       {{{one_behind, 9, {.cause = "slave 3 answers", .remedy = "check it"}}},
        "slave 3 answers: check it (configured: 2)",
-       false,
-       true},
+       kNeighbour},
       {{{clean, 4, {.idle = 50ms}},
         {silence, 2, {.idle = 900ms}},
         {clean, 4, {.idle = 400ms}},
         {silence, 2, {.idle = 950ms}}},
        "requests get no answer behind a rest of 0.9 s, and their repeats do: it or its radio "
        "sleeps: shorten its poll, or switch sleep off",
-       true,
-       false,
-       false,
-       true},
+       kAnswered | kHere},
       {{{end_lost, 9}},
        "the last byte of its replies is missing: a driver lets go of the bus too early; use a "
        "converter with automatic direction"},
@@ -156,8 +155,7 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
       {{{bytes_added, 9, {.bytes = 19, .expected = 18}}},
        "its replies have bytes too many (19, not 18): set the converter or serial server to raw "
        "(no XON/XOFF, no Telnet)",
-       false,
-       true},
+       kNeighbour},
       {{{bad_check, 9}},
        "its replies have a wrong check value: two devices have its address, or it computes another "
        "one"},
@@ -173,17 +171,15 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
       {{{clean, 1, {.idle = kLongIdle}}, {silence, 20, {.idle = 90ms}}},
        "requests get no answer that come soon (90 ms) behind a telegram: try timing: { quiet: "
        "250ms } at the device, then more",
-       true,
-       true},
+       kAnswered | kNeighbour},
       {{{clean, 1, {.idle = kLongIdle}}, {silence, 20, {.idle = 900ms}}},
        "not a byte comes any more: check its power and its wire, or whether its settings were "
        "changed",
-       true,
-       true},
+       kAnswered | kNeighbour},
       {{{clean, 9, {.specials = 2}}, {damaged, 5, {.bytes = 8, .specials = 3}}},
        "replies fail that contain 0A, and no others: set the converter or serial server to raw (no "
        "XON/XOFF, no Telnet)",
-       true},
+       kAnswered},
       {{{clean, 9, {.expected = 40}},
         {silence, 3, {.expected = 80}},
         {clean, 2, {.expected = 40}},
@@ -191,62 +187,47 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        "it does not answer requests for long replies (80 bytes; up to 40 are fine): ask for less "
        "at "
        "once (block, max_items)",
-       true,
-       false,
-       false,
-       true},
+       kAnswered | kHere},
       {{{clean, 9, {.expected = 40}},
         {damaged, 3, {.expected = 80}},
         {clean, 2, {.expected = 40}},
         {damaged, 3, {.expected = 80}}},
        "long replies come damaged (80 bytes; up to 40 are fine): ask for less at once (block, "
        "max_items): a buffer is small",
-       true,
-       false,
-       false,
-       true},
+       kAnswered | kHere},
       {{{clean, 4, {.idle = 600ms}},
         {silence, 2, {.idle = 20ms}},
         {clean, 4, {.idle = 600ms}},
         {silence, 2, {.idle = 90ms}}},
        "requests get no answer that come soon (90 ms) behind a telegram: set timing: { quiet: "
        "650ms } at the device",
-       true,
-       false,
-       false,
-       true},
+       kAnswered | kHere},
       {{{clean, 4, {.idle = 600ms}},
         {silence, 2, {.idle = 20ms}},
         {clean, 4, {.idle = 600ms}},
         {silence, 2, {.idle = 301ms}}},
        "requests get no answer that come soon (301 ms) behind a telegram: it loses every other "
        "one, or needs timing: { quiet: 650ms } at the device",
-       true,
-       false,
-       false,
-       true},
+       kAnswered | kHere},
       {{{clean, 4, {.idle = 50ms}},
         {silence, 2, {.idle = 20ms}},
         {clean, 4, {.idle = 600ms}},
         {silence, 2, {.idle = 90ms}}},
        "single requests get no answer: noise, a bad wire or plug, or another program that reads "
        "the port (fuser -v /dev/ttyUSB0)",
-       true,
-       false,
-       false,
-       true},
+       kAnswered | kHere},
       {{{clean, 4}, {same_again, 3}, {one_behind, 2}},
        "the same reply comes whatever is asked: restart the serial server or gateway in between, "
        "and switch its cache off",
-       true},
+       kAnswered},
       {{{one_behind, 2}, {clean, 1}, {one_behind, 2}, {clean, 1}, {one_behind, 2}},
        "its replies answer the request before: restart the serial server or radio in between, and "
        "switch its cache off",
-       true},
+       kAnswered},
       {{{late_echo, 3}, {clean, 9}},
        "the gateway's own requests come back late: a converter, modem or serial server in between "
        "echoes; switch its echo off",
-       true},
+       kAnswered},
       {{{eighth_bit, 9}},
        "right once the eighth bit is taken away: it sends 7 data bits with parity; the adapter "
        "does "
@@ -257,23 +238,15 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
       {{{clean, 9},
         {other_form, 9, {.cause = "its reply to weight is not as described", .remedy = "x"}}},
        "its reply to weight is not as described: x",
-       true,
-       false,
-       false,
-       true},
+       kAnswered | kHere},
       {{{clean, 9}, {damaged, 6}, {other_form, 3, {.cause = "its reply is other", .remedy = "x"}}},
        "its replies come damaged: noise, bad termination or ground, or two devices with its "
        "address",
-       true,
-       false,
-       false,
-       true},
+       kAnswered | kHere},
       {{{eighth_bit, 9, {.cause = "mark"}}},
        "the eighth bit of its characters is always 1: 7 data bits with mark parity, or two stop "
        "bits; set 7M1 or 7N2 at the port of the serial server",
-       false,
-       false,
-       true},
+       kServer},
       {{{zeros, 9}},
        "nothing but 00 or FF comes: check the parity and the bit rate (9600 7E1), then A and B, "
        "the bias resistors and who drives the line"},
@@ -284,13 +257,11 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        "only the request itself comes back: set echo: strip at the line, then check power, wire "
        "and "
        "address (2) of the device",
-       true},
+       kAnswered},
       {{{echo, 9}},
-       "only the request itself comes back: another service than a Modbus server is there; check "
+       "only the request itself comes back: another service than Modbus TCP is there; check "
        "address and port",
-       false,
-       false,
-       true},
+       kServer},
       {{{other_protocol, 9, {.cause = "messages of Modbus RTU come back", .remedy = "set it"}}},
        "messages of Modbus RTU come back: set it"},
       {{{other_setting, 9, {.cause = "its replies carry no checksum", .remedy = "set it"}}},
@@ -301,7 +272,7 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        "another master: take it away"},
       {{{late_other, 5, {.cause = "feeder-1"}}, {clean, 9}},
        "late replies of feeder-1 come in place of its own: what is said there mends both",
-       true},
+       kAnswered},
       {{{odd, 9, {.cause = "2 values came where 8 channels are configured"}}},
        "its replies do not fit (2 values came where 8 channels are configured): does the profile "
        "fit "
@@ -311,38 +282,26 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
       {{{silence, 9, {.ended = true}}},
        "the server closes the connection behind the request: is Modbus TCP behind this port, does "
        "it know unit 2?",
-       false,
-       false,
-       true},
+       kServer},
       {{{silence, 6}, {zeros, 5}},
        "not a byte came: check its power and wire, then its address (2), bit rate, parity and "
        "protocol (9600 7E1, spabus) | nothing but 00 or FF comes: check the parity and the bit "
        "rate (9600 7E1), then A and B, the bias resistors and who drives the line",
-       false,
-       true},
+       kNeighbour},
       {{{two_replies, 6}, {damaged, 3}},
        "two different replies come to one request: two devices have its address (2); unplug one "
        "and give it another"},
       {{{clean, 14}, {silence, 5}, {text, 1, {.cause = "'34/3/1/2/0/0'"}}, {clean, 9}},
        "it was away for about 6.0 s: look for restarts, its power and a loose wire",
-       true,
-       false,
-       false,
-       true},
+       kAnswered | kHere},
       {{{clean, 14}, {silence, 5}, {clean, 9}},
        "it was away for about 5.0 s: look at the server (power, restarts, dead connections) and "
        "the "
        "network (NAT)",
-       true,
-       false,
-       true,
-       true},
+       kAnswered | kHere | kServer},
       {{{clean, 6}, {silence, 3}, {clean, 6}, {silence, 4}, {clean, 6}, {silence, 4}, {clean, 6}},
        "it is away for about 3.7 s every 9.5 s: look for restarts, its power and a loose wire",
-       true,
-       false,
-       false,
-       true},
+       kAnswered | kHere},
       {{{silence, 2},
         {clean, 1},
         {silence, 2},
@@ -358,10 +317,7 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
         {silence, 2},
         {clean, 1}},
        "single requests get no answer: noise, a bad wire or plug at its end",
-       true,
-       true,
-       false,
-       true},
+       kAnswered | kNeighbour | kHere},
       {{{zeros, 9, {.bytes = 14}}},
        "nothing but 00 or FF comes (14 bytes): each character has a wrong parity; set it alike "
        "(9600 7E1), or look for A and B swapped"},
@@ -379,10 +335,7 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
         {damaged, 5, {.bytes = 14, .specials = kEvenByte}}},
        "no character of its replies has its eighth bit: the port or a converter in between has 7 "
        "data bits; set 8 (now 9600 7E1)",
-       true,
-       false,
-       false,
-       true},
+       kAnswered | kHere},
       {{{clean, 32}}, ""},
   };
   for (const Row& row : rows) EXPECT_EQ(SayOf(row), row.says);
@@ -391,11 +344,12 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
 /// What it says now and then of requests that are answered well at other times.
 TEST_F(HypothesesTest, MisfitsNowAndThen) {
   Finding wide = {.cause = "number '+02.51' is 6 characters wide, not 7", .remedy = "set width"};
-  Row row = {{{clean, 20}, {odd, 5, wide}}, "", true, false, false, true};
+  Row row = {{{clean, 20}, {odd, 5, wide}}, "", kAnswered | kHere};
   const std::string said = "number '+02.51' is 6 characters wide, not 7: ";
   EXPECT_EQ(SayOf(row), said + "set width");
   config::Device& meant = config_.lines[0].devices[1];
-  meant.protocol = "dcon";
+  meant.traits = &DconProtocol().traits;
+  meant.options.Set("checksum", false);
   EXPECT_EQ(SayOf(row), said + "set width") << "no value was ever read";
   row.queries = {{.points = 1}};
   record_.points[0].value = 2.5;
@@ -408,7 +362,7 @@ TEST_F(HypothesesTest, MisfitsNowAndThen) {
   row.seen.pop_back();
   meant.options.Set("checksum", true);
   EXPECT_EQ(SayOf(row), said + "set width");
-  meant.protocol = "modbus_rtu";
+  meant.traits = &ModbusRtuProtocol().traits;
   row.seen[1].finding = {.cause = "14 bytes came where 4 answer the request"};
   EXPECT_EQ(SayOf(row),
             "some replies belong to other requests (14 bytes came where 4 answer the request): "

@@ -64,7 +64,7 @@ class LineRecorderTest : public testing::Test {
     return text;
   }
 
-  /// Of the last exchange.
+  /// What the last exchange received.
   std::string LastReceivedText() const {
     std::string text;
     const auto records = recorder_->Recorded();

@@ -93,10 +93,10 @@ TEST_F(WriteGateTest, PassesWhatIsAllowed) {
   EXPECT_EQ(command.client, "192.0.2.5:40312");
   EXPECT_EQ(command.deadline, kStart + 5s);
   EXPECT_EQ(command.why_not, nullptr);
-  ASSERT_EQ(command.writes.size(), 1U);
-  EXPECT_EQ(command.writes[0].point, kSetting);
-  EXPECT_EQ(command.writes[0].raw, Value(30.3)) << "as it was meant";
-  EXPECT_EQ(command.writes[0].before, Value(0.9));
+  ASSERT_EQ(command.writes().size(), 1U);
+  EXPECT_EQ(command.writes()[0].point, kSetting);
+  EXPECT_EQ(command.writes()[0].raw, Value(30.3)) << "as it was meant";
+  EXPECT_EQ(command.writes()[0].before, Value(0.9));
   EXPECT_THAT(sink_.denied, IsEmpty());
 }
 
@@ -104,12 +104,12 @@ TEST_F(WriteGateTest, WhatAPointDoesNotShowIsNotItsValueBefore) {
   Show(kSetting, 0.9);
   Show(kSetting, 0.9, Quality::bad_device_failure);
   EXPECT_EQ(Write({{kSetting, 30.0}}), std::nullopt);
-  EXPECT_EQ(sink_.commands.at(0).writes[0].before, Value());
+  EXPECT_EQ(sink_.commands.at(0).writes()[0].before, Value());
 }
 
 TEST_F(WriteGateTest, ScaleAndOffsetAreTakenOut) {
   EXPECT_EQ(Write({{kScaled, std::int64_t{25}}}), std::nullopt);
-  EXPECT_EQ(sink_.commands.at(0).writes[0].raw, Value(std::int64_t{300}));
+  EXPECT_EQ(sink_.commands.at(0).writes()[0].raw, Value(std::int64_t{300}));
 }
 
 TEST_F(WriteGateTest, OneThatMayNotBeWrittenStopsAll) {

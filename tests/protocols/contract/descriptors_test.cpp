@@ -29,6 +29,9 @@ TEST_P(Descriptor, IsWhole) {
   EXPECT_EQ(protocol.parse == nullptr, protocol.options.empty()) << "who has options parses them";
   EXPECT_GE(protocol.serial.data_bits, protocol.data_bits);
   EXPECT_EQ(FindProtocol(protocol.name), &protocol);
+  EXPECT_EQ(protocol.tcp, !protocol.traits.service.empty()) << "the status names what it speaks";
+  const std::string_view other = protocol.traits.counterpart;
+  EXPECT_TRUE(other.empty() || FindProtocol(other)->tcp != protocol.tcp) << other;
 }
 
 TEST_P(Descriptor, HasOptionsWhoseFallbacksAreAllowed) {

@@ -220,7 +220,7 @@ class WritingLine : public testing::Test {
   }
   void Submit(std::vector<PointWrite> writes) {
     WriteCommand command;
-    command.writes = std::move(writes);
+    command.kind = std::move(writes);
     command.deadline = line_->now().instant + 10s;
     command.done = [this](const WriteResult& result) { results_.push_back(result); };
     line_->Submit(std::move(command));

@@ -283,7 +283,7 @@ TEST_F(ReaderCommandsTest, WhoWantsItReadNowHasIt) {
   const auto read = [&](std::uint32_t point) {
     WriteCommand command;
     command.device = 0;
-    command.reads = {point};
+    command.kind = baudgate::Reads{{point}};
     command.deadline = line_.now().instant + 10s;
     command.done = [&](const WriteResult& its) { result = its; };
     line_.Submit(std::move(command));

@@ -148,7 +148,7 @@ TEST_F(ReaderLineTest, WhoWantsItAskedNowIsToldThatItIsNot) {
   WriteResult result;
   WriteCommand command;
   command.device = 0;
-  command.reads = {kTag};
+  command.kind = Reads{{kTag}};
   command.deadline = line_.now().instant + 1s;
   command.done = [&](const WriteResult& its) { result = its; };
   line_.Submit(std::move(command));

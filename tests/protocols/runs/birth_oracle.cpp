@@ -96,7 +96,7 @@ void BirthOracle::Judge(std::uint32_t device, std::size_t i, const DeviceRecord&
             " older than its stamp, a poll is " + Seconds(poll));
 }
 
-/// Of a value that never was the point's.
+/// Whose a value is that the point never had.
 std::string BirthOracle::Whose(std::uint32_t device, const BirthCode::Origin& origin, double value,
                                std::size_t i, const DeviceRecord& record) const {
   const Instant stamp = *record.points[i].read_at;

@@ -44,7 +44,7 @@ class BirthCode {
     std::uint64_t reading = 0;  ///< or so many more: n * readings
     std::uint64_t readings = 0;
   };
-  /// Of what `shown` shows; nothing: nobody's.
+  /// The origin of what `shown` shows; nothing: it is nobody's.
   std::optional<Origin> Read(const config::Point& shown, double value) const;
   /// Half the difference between two values of the point.
   double HalfStep(const config::Point& point) const { return ScaleOf(point).step / 2; }

@@ -17,7 +17,7 @@ namespace {
 
 using events::EventRecord;
 
-/// Of one journal: code and second, in the order in which they happened.
+/// The events of one journal: code and second, in the order in which they happened.
 using Told = std::vector<std::pair<std::uint32_t, std::int64_t>>;
 /// By the number of the journal.
 using History = std::map<std::uint32_t, Told>;

@@ -93,7 +93,7 @@ Bytes SpaReply(std::string text) {
   return ToBytes(text + HexByte(sum) + "\r\n");
 }
 
-/// Of RF, $AAM and function 08: what is said in place of the usual.
+/// What is answered to RF, $AAM and function 08 in place of the usual.
 Bytes SpaIdentification(const config::Device& device, Proof proof) {
   return SpaReply("<" + device.address + (proof == Proof::refused ? "N:6:" : "D:ANOTHER RELAY:"));
 }

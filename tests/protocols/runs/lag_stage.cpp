@@ -139,7 +139,7 @@ bool LagStage::Write(std::uint32_t device) {
   const Value value = values_[answers_[device]]->Fresh(*point);
   WriteCommand command;
   command.device = device;
-  command.writes.push_back({*point, value});
+  command.kind = Writes{{*point, value}};
   command.deadline = NowOnStage() + 10s;
   command.done = [this, device, point, value](const WriteResult& result) {
     if (result.end != WriteEnd::ok) return;

@@ -20,7 +20,7 @@ constexpr std::size_t kFlat = 256 * 1024;  // of the heap, between one hour and 
 
 std::size_t Hours() { return Setting("BAUDGATE_SOAK_HOURS", 1); }
 
-/// Of an hour.
+/// How many minutes of an hour are run.
 std::size_t Minutes() { return Setting("BAUDGATE_SOAK_HOURS", 0) > 0 ? 60 : LongRun(60); }
 
 /// Devices die as often in a short hour as in a long one.

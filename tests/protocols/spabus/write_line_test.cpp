@@ -45,7 +45,7 @@ class SpaWriteLine : public ::testing::Test {
     };
     std::optional<WriteResult> result;
     WriteCommand command;
-    command.writes = std::move(writes);
+    command.kind = std::move(writes);
     command.deadline = line.now().instant + 20s;
     command.done = [&](const WriteResult& told) { result = told; };
     EXPECT_TRUE(line.Submit(std::move(command)));

@@ -29,7 +29,7 @@ telegrams:
 points: []
 )";
 
-/// Of telegrams with almost nothing fixed.
+/// A profile of telegrams with almost nothing fixed.
 constexpr char kSparse[] = R"(
 device: d
 telegrams:
@@ -60,7 +60,7 @@ telegrams:
 points: []
 )";
 
-/// Of the profile's parts text, and noise, without the characters that end a telegram.
+/// Texts of parts of the profile, and noise, without the characters that end a telegram.
 Bytes Noise(std::mt19937& random) {
   constexpr std::string_view kText = "0123456789.+- SDIgW$,*>#\x02\x80";
   Bytes bytes(random() % 40);

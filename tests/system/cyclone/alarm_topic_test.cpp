@@ -14,7 +14,7 @@
 namespace baudgate::dds {
 namespace {
 
-using testing::Heard;
+using testing::Published;
 using testing::TestDomain;
 using testing::TestSubscriber;
 
@@ -45,7 +45,7 @@ TEST(AlarmTopic, LateSubscribersGetEachAsItIs) {
   std::mutex mutex;
   std::condition_variable changed;
   std::map<std::string, AlarmSample> states;
-  Heard heard;
+  Published heard;
   SubscriberCallbacks callbacks = heard.Callbacks();
   callbacks.on_alarm = [&](const AlarmSample& alarm, const Origin&) {
     const std::lock_guard lock(mutex);

@@ -9,7 +9,7 @@
 #include "baudgate.h"
 #include "cyclone_reader.h"
 
-// Of one gateway.
+// The events of one gateway.
 static bool show(const void* sample) {
   static unsigned long long last = 0;
   const baudgate_v1_DeviceEvent* s = sample;

@@ -14,7 +14,7 @@
 namespace baudgate::dds {
 namespace {
 
-using testing::Heard;
+using testing::Published;
 using testing::TestDomain;
 using testing::TestSubscriber;
 
@@ -55,7 +55,7 @@ class Events {
   }
 
  private:
-  Heard heard_;
+  Published heard_;
   std::mutex mutex_;
   std::condition_variable changed_;
   std::map<std::string, std::vector<EventSample>> of_;

@@ -34,7 +34,7 @@ using Directives = std::map<std::string, std::vector<Words>>;  // each with the 
 
 constexpr int kCannot = 125;
 
-/// Of a new directive somebody has to say which of the two it is.
+/// Somebody has to put a new directive into one of the two.
 const std::set<std::string> kAppliedHere = {"LockPersonality",
                                             "MemoryDenyWriteExecute",
                                             "NoNewPrivileges",

@@ -12,6 +12,7 @@
 
 #include "gateway/cli/settings/comparison.h"
 #include "gateway/cli/settings/sheet.h"
+#include "protocols/spabus/protocol.h"
 #include "tests/gateway/control/fixture.h"
 
 namespace baudgate::control {
@@ -37,6 +38,7 @@ config::Point PointOf(const std::string& name, const std::string& item, config::
 config::Config OneRelay() {
   config::Config config = TwoLines();
   config::Device& relay = config.lines[0].devices[0];
+  relay.traits = &SpabusProtocol().traits;
   relay.profile = "spaj140c";
   relay.points.clear();
   relay.points.push_back(PointOf("type_designation", "F", config::Access::read));

@@ -22,7 +22,7 @@ using ::testing::Not;
 class TraceTest : public ControlTest {
  protected:
   int Trace(const TraceOptions& options) { return RunTrace(options, {}, out_, err_); }
-  /// Of bay-1.
+  /// The head of a trace of bay-1.
   std::string Head() const {
     std::string head;
     for (const std::string& line : TraceHead(config_.lines[0])) head += line + "\n";

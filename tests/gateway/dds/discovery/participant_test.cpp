@@ -16,8 +16,8 @@ namespace {
 
 using testing::TestDomain;
 
-/// In a discovery server's place.
-class Ear : public ::testing::Test {
+/// Stands in for a discovery server.
+class FakeDiscoveryServer : public ::testing::Test {
  protected:
   void SetUp() override {
     sockaddr_in at{};
@@ -31,9 +31,9 @@ class Ear : public ::testing::Test {
     options_.multicast = false;
     options_.discovery_servers = {{"127.0.0.1", ntohs(at.sin_port)}};
   }
-  ~Ear() override { ::close(socket_); }
+  ~FakeDiscoveryServer() override { ::close(socket_); }
 
-  Result<Announcement> Heard() const {
+  Result<Announcement> Receive() const {
     std::array<std::uint8_t, 0x10000> buffer;
     sockaddr_in from{};
     socklen_t length = sizeof from;
@@ -48,10 +48,10 @@ class Ear : public ::testing::Test {
   ParticipantOptions options_;
 };
 
-TEST_F(Ear, OfAGateway) {
+TEST_F(FakeDiscoveryServer, OfAGateway) {
   const auto writer = CreateFastWriter(options_, 1, 1);
   ASSERT_TRUE(writer) << writer.error();
-  const auto heard = Heard();
+  const auto heard = Receive();
   ASSERT_TRUE(heard) << heard.error();
   EXPECT_EQ(heard->role, Role::publishes);
   EXPECT_EQ(heard->domain, static_cast<std::uint32_t>(TestDomain()));
@@ -59,12 +59,12 @@ TEST_F(Ear, OfAGateway) {
   EXPECT_EQ(heard->lease, 11s) << "10 s, and what is below a second";
 }
 
-TEST_F(Ear, OfASubscriber) {
+TEST_F(FakeDiscoveryServer, OfASubscriber) {
   SubscriberOptions options;
   options.participant = options_;
   const auto subscriber = DdsSubscriber::Create(options, {});
   ASSERT_TRUE(subscriber) << subscriber.error();
-  const auto heard = Heard();
+  const auto heard = Receive();
   ASSERT_TRUE(heard) << heard.error();
   EXPECT_EQ(heard->role, Role::subscribes);
 }

@@ -47,7 +47,7 @@ constexpr char kCounts[] =
     "00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 "
     "01 08 31 30 2E 30 2E 30 2E 39 F2 1C 01 06 6E 6F 74 20 6D 65";
 
-// Of writer 01 … 10, which is not volatile, received at 1,000,000,007 ns.
+// A request of writer 01 … 10, which is not volatile, received at 1,000,000,007 ns.
 constexpr char kRequest[] =
     "43 05 85 00 01 02 03 04 05 06 07 08 09 0A 0B 0C 0D 0E 0F 10 07 CA 9A 3B "
     "00 00 00 00 01 00 01 00 00 06 00 00 00 73 75 62 2D 37 00 00 00 06 00 00 00 "

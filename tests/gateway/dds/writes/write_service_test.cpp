@@ -62,9 +62,9 @@ TEST_F(WriteServiceTest, ARequestGoesToItsLineAndItsEndIsTheReply) {
   const WriteCommand& command = sink_.commands[0];
   EXPECT_EQ(command.client, kClient);
   EXPECT_EQ(command.deadline, now_.instant + 5s);
-  ASSERT_THAT(command.writes, SizeIs(1));
-  EXPECT_EQ(command.writes[0].point, 0U);
-  EXPECT_EQ(command.writes[0].raw, Value(2.5));
+  ASSERT_THAT(command.writes(), SizeIs(1));
+  EXPECT_EQ(command.writes()[0].point, 0U);
+  EXPECT_EQ(command.writes()[0].raw, Value(2.5));
   now_.instant += 42ms;
   Finish({WriteEnd::ok});
   EXPECT_EQ(Reply(), (ReplySample{"substation-7", "plc-1", 7, "ok", "", 42'000}));

@@ -16,7 +16,7 @@ namespace {
 using ::testing::SizeIs;
 using Json = nlohmann::json;
 
-/// Of 3,000 events the ring has the last 40; a device that is not on Modbus has a part of them.
+/// The ring has the last 40 of 3,000 events; a device that is not on Modbus has a part of them.
 class EventRing : public ServerTest {
  protected:
   static constexpr std::int64_t kLast = 3000;

@@ -90,15 +90,15 @@ TEST_F(LibmodbusTest, Writes) {
   StartServer();
   ConnectLibmodbus();
   EXPECT_EQ(modbus_write_register(context_.get(), 0, 0xFFFD), 1);
-  EXPECT_EQ(sink_.Wait(0).writes[0].raw, Value(std::int64_t{-3}));
+  EXPECT_EQ(sink_.Wait(0).writes()[0].raw, Value(std::int64_t{-3}));
   const std::array<std::uint16_t, 3> registers = {1, 0x3F80, 0};
   EXPECT_EQ(modbus_write_registers(context_.get(), 0, 3, registers.data()), 3);
-  EXPECT_EQ(sink_.Wait(1).writes[1].raw, Value(1.0));
+  EXPECT_EQ(sink_.Wait(1).writes()[1].raw, Value(1.0));
   EXPECT_EQ(modbus_write_bit(context_.get(), 0, 1), 1);
-  EXPECT_EQ(sink_.Wait(2).writes[0].raw, Value(true));
+  EXPECT_EQ(sink_.Wait(2).writes()[0].raw, Value(true));
   const std::uint8_t off = 0;
   EXPECT_EQ(modbus_write_bits(context_.get(), 0, 1, &off), 1);
-  EXPECT_EQ(sink_.Wait(3).writes[0].raw, Value(false));
+  EXPECT_EQ(sink_.Wait(3).writes()[0].raw, Value(false));
 }
 
 }  // namespace

@@ -18,9 +18,9 @@ TEST_F(ServerTest, ConfirmedWritesAreEchoed) {
   EXPECT_EQ(Ask(client, 1, "0F 00 00 00 01 01 01"), "0F 00 00 00 01");
   const WriteCommand command = sink_.Wait(1);
   EXPECT_EQ(command.device, 0U);
-  ASSERT_EQ(command.writes.size(), 1U);
-  EXPECT_EQ(command.writes[0].point, 1U);
-  EXPECT_EQ(command.writes[0].raw, Value(123456.0));
+  ASSERT_EQ(command.writes().size(), 1U);
+  EXPECT_EQ(command.writes()[0].point, 1U);
+  EXPECT_EQ(command.writes()[0].raw, Value(123456.0));
   EXPECT_EQ(Ask(client, 1, "03 00 00 00 01"), "03 02 FF FE") << "only a reading changes the store";
 }
 
@@ -65,7 +65,7 @@ TEST_F(ServerTest, RefusedWritesNeverReachTheSink) {
   EXPECT_EQ(Ask(client, 1, "05 00 01 FF 00"), "85 02");
   EXPECT_EQ(Ask(client, 1, "10 00 00 00 02 04 00 00"), "90 03") << "data cut short";
   EXPECT_EQ(Ask(client, 1, "06 00 00 00 05"), "06 00 00 00 05");
-  EXPECT_EQ(sink_.Wait(0).writes[0].raw, Value(std::int64_t{5})) << "the first to arrive";
+  EXPECT_EQ(sink_.Wait(0).writes()[0].raw, Value(std::int64_t{5})) << "the first to arrive";
 }
 
 TEST_F(ServerTest, LaterRequestsDoNotWaitForAWrite) {

@@ -91,7 +91,7 @@ class UpstreamTest : public testing::Test {
  protected:
   UpstreamTest() { upstream_.Start(); }
 
-  /// Of this machine, and as far ahead as the test wants.
+  /// The clock of this machine, as far ahead as the test wants.
   Instant Clock() const { return std::chrono::steady_clock::now() + ahead_; }
   RoutedRequest Make(const Question& ask) {
     Asked& asked = asked_.emplace_back();

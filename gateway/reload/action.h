@@ -6,7 +6,7 @@
 
 namespace baudgate::reload {
 
-enum class Fate : std::uint8_t {
+enum class Action : std::uint8_t {
   same,       ///< it goes on, untouched
   in_place,   ///< it goes on with what has changed
   restarted,  ///< a line is restarted; a listener loses its clients

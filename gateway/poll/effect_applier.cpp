@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/poll/effect_applier.h"
+
+#include <utility>
+
+#include "gateway/poll/write_end.h"
+
+namespace baudgate {
+
+void EffectApplier::OnReply(const Device& device, const ReplyEffects& effects, Instant now) {
+  if (effects.rechecked) ledger_.devices.OnRecheck(device);
+  for (const QueryRef& query : effects.read_soon) agenda_.write_queue.AddReadBack(query);
+  for (const config::Group group : effects.repeat) upkeep_.Repeat(device, group, now);
+  if (effects.stored) owed_.readings.OnStored(*effects.stored);
+  if (effects.hold_events) {
+    agenda_.schedule.HoldEvents(device.place);
+    chooser_.background().Hold(device.place);
+  }
+}
+
+std::optional<Job::Write> EffectApplier::OnEnd(Job& done, EndEffects effects, const JobEnd& end,
+                                               Instant now) {
+  Member& member = *done.member;
+  Device* const device = member.device;
+  if (effects.background) {
+    chooser_.background().OnEnd(member.place, effects.background->took, effects.background->proved);
+  }
+  if (device != nullptr) upkeep_.PlanBackground(*device);
+  if (done.looks) chooser_.probes().OnEnd(member, *done.looks, done.began);
+  if (effects.fast_poll) ledger_.rounds.OnPoll(member, *effects.fast_poll, now);
+  if (effects.poll) {
+    const auto& [query, answered] = *effects.poll;
+    ledger_.devices.OnPoll(*device, query, answered, done.missed);
+  }
+  if (effects.repeat) upkeep_.Repeat(*device, *effects.repeat, now);
+  if (effects.doubt) upkeep_.Doubt(*effects.doubt, now);
+  if (effects.polls_first && device != nullptr) agenda_.schedule.GoFirst(member.place);
+  // Silence to a query that was never answered says something about the query, not about the
+  // device.
+  if (effects.judges_member && !done.unheard) upkeep_.OnTask(member, end.outcome, end.reason, now);
+  for (auto& [request, reply] : effects.replies) request.done(std::move(reply));
+  if (!effects.write) return std::nullopt;
+  return OnWriteEnd(*done.As<Job::Write>(), *device, *effects.write, now);
+}
+
+std::optional<Job::Write> EffectApplier::OnWriteEnd(Job::Write& write, Device& device,
+                                                    const EndEffects::Write& effects, Instant now) {
+  using Next = EndEffects::Write::Next;
+  upkeep_.Doubt(device, effects.unknown, now);
+  for (const PointWrite& one : effects.confirmed) {
+    device.jumps.OnWritten(one.point, WrittenValue(device.config->points[one.point], one));
+  }
+  if (!effects.confirmed.empty()) write.command.MoveTo(WriteState::reading_back);
+  switch (effects.next) {
+    case Next::answer:
+      ledger_.devices.OnWrite(device, effects.result.end, false);
+      write.command.End(effects.result);
+      break;
+    case Next::confirm:
+      agenda_.write_queue.Confirm(std::move(write.command), now);
+      break;
+    case Next::go_on:
+      write.command.MoveTo(WriteState::queued);
+      return std::move(write);
+  }
+  return std::nullopt;
+}
+
+}  // namespace baudgate

@@ -1,0 +1,41 @@
+// Applies what follows from a reply or from the end of a job (effects.h), field by field: to the
+// schedule, the queues, the accounts and the store. Decides nothing. A part of
+// gateway/poll/job_run.h.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+
+#include "gateway/poll/effects.h"
+#include "gateway/poll/job.h"
+#include "gateway/poll/job_end.h"
+#include "gateway/poll/upkeep.h"
+
+namespace baudgate {
+
+class EffectApplier {
+ public:
+  /// All references outlive it.
+  EffectApplier(OwedReplies& owed, Chooser& chooser, Ledger& ledger, Upkeep& upkeep)
+      : owed_(owed),
+        chooser_(chooser),
+        agenda_(chooser.agenda()),
+        ledger_(ledger),
+        upkeep_(upkeep) {}
+
+  void OnReply(const Device& device, const ReplyEffects& effects, Instant now);
+  /// Answers the clients of the job. Returns a write of which points remain to be written.
+  std::optional<Job::Write> OnEnd(Job& done, EndEffects effects, const JobEnd& end, Instant now);
+
+ private:
+  std::optional<Job::Write> OnWriteEnd(Job::Write& write, Device& device,
+                                       const EndEffects::Write& effects, Instant now);
+
+  OwedReplies& owed_;
+  Chooser& chooser_;
+  Agenda& agenda_;  // the chooser's
+  Ledger& ledger_;
+  Upkeep& upkeep_;
+};
+
+}  // namespace baudgate

@@ -1,0 +1,90 @@
+// The queries of one group of one device, on the fixed grid of the group's period. A part of
+// gateway/poll/schedule.h.
+//
+//   due at 10 s, period 5 s
+//   begun at 11 s    the next round is due at 15 s
+//   begun at 22 s    two periods have passed whole: missed 2, the next round is due at 25 s
+//
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "gateway/base/time.h"
+
+namespace baudgate {
+
+struct Round {
+  std::vector<std::size_t> queries{};
+  Duration period{};                 ///< zero: once
+  std::optional<Instant> due{};      ///< start of the next round; empty: none
+  std::size_t cursor = 0;            ///< next query; queries.size(): no round in progress
+  std::uint64_t turn = 0;            ///< when it was last served, counted in picks
+  bool repeats = false;              ///< due earlier than by its period
+  bool held = false;                 ///< never due
+  std::optional<Instant> planned{};  ///< held: when it would be due
+  struct Before {
+    std::size_t queries = 0;
+    std::size_t next = 0;  ///< to go on with: the one after the latest, or the latest itself
+    std::optional<Instant> due{};
+    bool active = false;
+    bool asked = false;  ///< the latest request was one of its queries
+  };
+  Before before{};  ///< the latest change of its queries
+
+  bool active() const { return cursor < queries.size(); }
+  /// The round in progress ends.
+  void Stop() { cursor = queries.size(); }
+
+  /// Its queries are about to change. `asked`: see Before.
+  void Remember(bool asked) {
+    before = {.queries = queries.size(),
+              .next = cursor - (asked && cursor > 0 ? 1 : 0),
+              .due = due,
+              .active = active(),
+              .asked = asked};
+  }
+  /// Nothing of it is due until Release.
+  void Hold() {
+    if (!held) planned = active() ? Instant{} : due;
+    held = true;
+    due.reset();
+    Stop();
+  }
+  /// Due at once, unless it is held.
+  void Restart(Instant now) {
+    if (!held) due = now;
+    repeats = false;
+    Stop();
+  }
+  /// Due at `at`, if that is earlier; once until it begins.
+  void Repeat(Instant at) {
+    if (repeats || (due && *due <= at)) return;
+    due = at;
+    repeats = true;
+  }
+
+  /// Periods that have passed whole since it was due.
+  std::uint32_t Passed(Instant now) const {
+    if (!due || *due > now || period == Duration::zero()) return 0;
+    return static_cast<std::uint32_t>((now - *due) / period);
+  }
+  /// Begins if it is due; returns the periods that are skipped by that.
+  std::uint32_t StartIfDue(Instant now) {
+    if (active() || queries.empty() || !due || *due > now) return 0;
+    repeats = false;
+    cursor = 0;
+    if (period == Duration::zero()) {
+      due.reset();
+      return 0;
+    }
+    const std::uint32_t passed = Passed(now);
+    *due += (std::int64_t{passed} + 1) * period;
+    return passed;
+  }
+};
+
+}  // namespace baudgate
