@@ -217,7 +217,9 @@ Finding Untaken(const Hearing& hearing, std::size_t echo, const Found& found) {
   const Duration after = ArrivalOf(hearing, echo + found.begin);
   if (found.frames == 1 && pause > hearing.gap) return {.symptom = Symptom::split, .time = pause};
   if (after > hearing.reply) return {.symptom = Symptom::late, .time = after};
-  if (auto recognised = Recognise(hearing, hearing.heard.subspan(echo))) return *recognised;
+  const View heard = hearing.heard.subspan(echo);
+  if (auto comma = DecimalComma(hearing, heard)) return *comma;
+  if (auto recognised = Recognise(hearing, heard)) return *recognised;
   return {.symptom = found.others ? Symptom::two_replies : Symptom::odd};
 }
 
@@ -300,7 +302,14 @@ Finding Unreadable(const Hearing& hearing, View heard) {
   if (heard.size() > LongestHeard(hearing) && !(ends && IsLine(hearing, heard)))
     return {.symptom = Symptom::endless};
   if (auto words = Words(hearing, heard); words && (!other_form || IsTold(*words))) return *words;
-  if (auto nearly = NearlyReply(hearing, heard)) return *nearly;
+  if (auto nearly = NearlyReply(hearing, heard)) {
+    // Where it comes again and again, it is its form (gateway/poll/examiner.cpp).
+    if (other_form && nearly->symptom == Symptom::bytes_lost) {
+      nearly->cause = recognised->cause;
+      nearly->remedy = recognised->remedy;
+    }
+    return *nearly;
+  }
   if (auto line = Words(hearing, heard, true); line && (!other_form || IsTold(*line))) return *line;
   // A device whose replies are text says something else in a text.
   if (other_form) return *recognised;

@@ -16,6 +16,8 @@ using Sentences = std::vector<std::string>;
 constexpr std::size_t kMostlyAlike = 8;
 /// Bytes around a reply that were the same so often are no noise.
 constexpr std::size_t kConstant = 4;
+/// So often they are no matter of the line, where no neighbour has them.
+constexpr std::size_t kOfItsOwn = 16;
 
 /// The same bytes around its replies, which something in between puts there.
 std::string Wrapped(const DeviceRecord& record) {
@@ -52,7 +54,7 @@ bool AreTwo(const Findings& findings) {
   return others >= kNotableNoise || (others > 0 && findings.Count(Symptom::copies) >= kMostlyAlike);
 }
 
-Sentences Beside(const DeviceRecord& record) {
+Sentences Beside(const DeviceRecord& record, bool alone) {
   const Findings& findings = record.status.findings;
   Sentences found;
   const auto say = [&](std::size_t count, const char* what, const char* remedy) {
@@ -74,14 +76,16 @@ Sentences Beside(const DeviceRecord& record) {
     found.push_back(std::move(wrapped));
     return found;
   }
+  const std::size_t before = findings.Count(Symptom::noise_before);
+  const std::size_t behind = findings.Count(Symptom::noise_behind);
   const char* const noise =
-      !SerialOf(record).on_wire()
+      alone && !record.line->is_network() && before + behind >= kOfItsOwn
+          ? "look at the device and its converter, as no neighbour has them"
+      : !SerialOf(record).on_wire()
           ? "the server sends unasked; let one client use it, or update its firmware"
       : record.line->is_network()
           ? "noise behind the serial server, or packets of its own (heartbeat): switch them off"
           : "noise while nobody drives the bus; check bias, termination and ground";
-  const std::size_t before = findings.Count(Symptom::noise_before);
-  const std::size_t behind = findings.Count(Symptom::noise_behind);
   const char* const where = before == 0   ? "stray bytes follow its replies"
                             : behind == 0 ? "stray bytes stand before its replies"
                                           : "stray bytes stand before and behind its replies";

@@ -23,6 +23,8 @@ constexpr Duration kUsualPause = 200ms;
 constexpr Duration kLongestQuiet = 3s;
 /// A suggested time is so much longer than what was seen.
 constexpr double kMargin = 1.25;
+/// Nothing is lost by a longer idle time.
+constexpr double kWideMargin = 1.5;
 
 /// A time for the configuration, in round numbers: "150ms".
 std::string Suggest(Duration seen, double margin = kMargin) {
@@ -44,6 +46,14 @@ std::string SayLate(const Evidence& evidence) {
 }
 
 std::string SaySplit(const Evidence& evidence) {
+  if (evidence.first().status.unasked) {
+    const Duration pause = evidence.Last(split).time;
+    return fmt::format(
+        "they come in pieces, with pauses of up to {} ms: set idle: {} at the device, or switch "
+        "the "
+        "packing of the serial server off",
+        Milliseconds(pause), Suggest(pause, kWideMargin));
+  }
   const Duration gap = evidence.first().status.timing.gap.value_or(Duration{});
   const Duration seen = evidence.Last(split).time;
   return fmt::format(
