@@ -34,10 +34,11 @@ enum class Symptom : std::uint8_t {
   echo,            ///< the request itself, and nothing else
   late,            ///< a whole reply after the reply time
   split,           ///< a whole reply with a pause inside that is longer than `gap`
-  head_lost,       ///< a whole reply but for its first byte, or a few; `cause`: a few
-  end_lost,        ///< a whole reply but for its last byte
+  head_lost,       ///< a whole reply but for its first byte, or a few; `cause`: a few, garbled
+  end_lost,        ///< a whole reply but for its last byte; `cause`: garbled
   tail_lost,       ///< the beginning of a reply
-  bytes_lost,      ///< beginning and end of a reply, and one or two bytes too few
+  bytes_lost,      ///< beginning and end of a reply, and one or two bytes too few; `cause`: of a
+                   ///< text, as other_form
   bytes_added,     ///< the same, with one or two too many
   bad_check,       ///< a reply of the right form and length, whose check value is wrong; `cause`:
                    ///< a text, which may lack a character
@@ -46,19 +47,20 @@ enum class Symptom : std::uint8_t {
   other_protocol,  ///< messages of another protocol
   other_device,    ///< a whole reply of another device
   other_master,    ///< a request that this gateway has not sent
-  one_behind,      ///< the reply to the request before, in time
-  same_again,      ///< what came to other requests before, byte for byte
-  late_echo,       ///< a request of this gateway, long after it was sent
-  late_other,      ///< the late reply of another device of the line
-  other_reply,     ///< a whole reply to another request
-  two_replies,     ///< two different whole replies to one request
-  odd,             ///< a whole reply whose content does not fit its request
-  other_form,      ///< a whole line of text of another form; `cause` says which
-  text,            ///< words for people: a login, a menu, a log
-  zeros,           ///< nothing but 00 or FF
-  damaged,         ///< begins as a reply does, and is damaged
-  endless,         ///< it does not stop
-  noise,           ///< bytes in which nothing can be recognised
+  one_behind,   ///< the reply to the request before, in time; `cause`: lags, where it never comes
+                ///< without the next request
+  same_again,   ///< what came to other requests before, byte for byte; `cause`: a text
+  late_echo,    ///< a request of this gateway, long after it was sent; `cause`: its end at once
+  late_other,   ///< the late reply of another device of the line
+  other_reply,  ///< a whole reply to another request
+  two_replies,  ///< two different whole replies to one request
+  odd,          ///< a whole reply whose content does not fit its request
+  other_form,   ///< a whole line of text of another form; `cause` says which
+  text,         ///< words for people: a login, a menu, a log
+  zeros,        ///< nothing but 00 or FF
+  damaged,      ///< begins as a reply does, and is damaged
+  endless,      ///< it does not stop
+  noise,        ///< bytes in which nothing can be recognised
 };
 inline constexpr std::size_t kSymptoms = static_cast<std::size_t>(Symptom::noise) + 1;
 

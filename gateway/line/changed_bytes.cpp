@@ -235,15 +235,26 @@ std::optional<Finding> OtherParity(const Hearing& hearing, View heard) {
                  .remedy = "its parity is another one; set both alike"};
 }
 
+View Core(View bytes) {
+  while (!bytes.empty() && IsLineEnd(bytes.front())) bytes = bytes.subspan(1);
+  while (!bytes.empty() && IsLineEnd(bytes.back())) bytes = bytes.first(bytes.size() - 1);
+  return bytes;
+}
+
 }  // namespace
 
 std::optional<Finding> DecimalComma(const Hearing& hearing, View heard) {
   if (!std::ranges::all_of(hearing.request, IsPrintable)) return std::nullopt;
+  // Other commas stand between numbers.
+  if (std::ranges::find(heard, '.') != heard.end()) return std::nullopt;
   Bytes changed(heard.begin(), heard.end());
   for (std::size_t i = 0; i < heard.size(); ++i) {
-    if (IsDecimalComma(AsText(heard), i)) changed[i] = '.';
+    if (heard[i] != ',') continue;
+    if (!IsDecimalComma(AsText(heard), i)) return std::nullopt;
+    changed[i] = '.';
   }
-  if (std::ranges::equal(changed, heard) || !IsWhole(hearing, changed)) return std::nullopt;
+  if (std::ranges::equal(changed, heard)) return std::nullopt;
+  if (!IsWhole(hearing, heard) && !IsWhole(hearing, changed)) return std::nullopt;
   return Finding{.symptom = Symptom::other_setting,
                  .cause = "a comma comes where a point is awaited (" + Quote(heard) + ")",
                  .remedy = "set the device to a decimal point"};
@@ -269,6 +280,21 @@ std::optional<Finding> DoubledBytes(const Hearing& hearing, View heard) {
                      "terminate the bus at both ends, or take out the repeater or converter "
                      "that doubles them"};
 }
+
+bool LacksSome(View heard, View reply) {
+  constexpr std::size_t kMostLost = 2;
+  constexpr std::size_t kFewest = 4;
+  heard = Core(heard);
+  reply = Core(reply);
+  if (heard.size() < kFewest || heard.size() >= reply.size()) return false;
+  if (reply.size() > heard.size() + kMostLost || heard.front() != reply.front()) return false;
+  if (heard.back() != reply.back()) return false;
+  std::size_t at = 0;
+  for (const std::uint8_t byte : reply) at += at < heard.size() && heard[at] == byte ? 1 : 0;
+  return at == heard.size();
+}
+
+bool IsLineEnd(std::uint8_t byte) { return byte == '\r' || byte == '\n'; }
 
 bool IsPrintable(std::uint8_t byte) {
   return (byte >= 0x20 && byte < 0x7F) || byte == '\r' || byte == '\n' || byte == '\t';

@@ -13,7 +13,9 @@
 namespace baudgate {
 
 std::optional<Finding> ChangedBytes(const Hearing& hearing, View heard);
-/// A text that is whole with decimal points in place of its commas.
+/// It is the reply without one or two bytes inside it.
+bool LacksSome(View heard, View reply);
+/// A text that is whole with decimal points in place of its commas, or as it is.
 std::optional<Finding> DecimalComma(const Hearing& hearing, View heard);
 /// Each byte comes twice, whatever is in it.
 std::optional<Finding> DoubledBytes(const Hearing& hearing, View heard);
@@ -22,5 +24,7 @@ std::optional<Finding> DoubledBytes(const Hearing& hearing, View heard);
 bool IsWhole(const Hearing& hearing, View heard);
 /// A character for people, or the end of a line.
 bool IsPrintable(std::uint8_t byte);
+/// CR or LF.
+bool IsLineEnd(std::uint8_t byte);
 
 }  // namespace baudgate

@@ -27,6 +27,8 @@ constexpr std::size_t kLongestFrame = 24;
 constexpr std::size_t kHarmless = 3;
 /// So many bytes without a pause are no message of any reader.
 constexpr std::size_t kEndless = 240;
+/// So many bytes of a request are no chance.
+constexpr std::size_t kWholeEcho = 4;
 /// So many bytes are a few.
 constexpr std::size_t kAFew = 2;
 
@@ -217,8 +219,24 @@ Finding Untaken(const Hearing& hearing, std::size_t echo, const Found& found) {
   const Duration after = ArrivalOf(hearing, echo + found.begin);
   if (found.frames == 1 && pause > hearing.gap) return {.symptom = Symptom::split, .time = pause};
   if (after > hearing.reply) return {.symptom = Symptom::late, .time = after};
-  if (auto recognised = Recognise(hearing, hearing.heard.subspan(echo))) return *recognised;
+  const View heard = hearing.heard.subspan(echo);
+  if (auto comma = DecimalComma(hearing, heard)) return *comma;
+  if (auto recognised = Recognise(hearing, heard)) return *recognised;
   return {.symptom = found.others ? Symptom::two_replies : Symptom::odd};
+}
+
+/// It begins with the end of the request: the receiver was switched on while it was sent.
+bool IsCutEcho(const Hearing& hearing, View heard) {
+  const View request = hearing.request;
+  if (hearing.expect->mirrors || hearing.protocol->tcp) return false;
+  for (std::size_t lost = 1; lost <= request.size() / 2; ++lost) {
+    const View rest = request.subspan(lost);
+    if (rest.size() >= kWholeEcho && heard.size() >= rest.size() &&
+        std::ranges::equal(heard.first(rest.size()), rest)) {
+      return true;
+    }
+  }
+  return false;
 }
 
 /// It begins as a reply does.
@@ -300,7 +318,14 @@ Finding Unreadable(const Hearing& hearing, View heard) {
   if (heard.size() > LongestHeard(hearing) && !(ends && IsLine(hearing, heard)))
     return {.symptom = Symptom::endless};
   if (auto words = Words(hearing, heard); words && (!other_form || IsTold(*words))) return *words;
-  if (auto nearly = NearlyReply(hearing, heard)) return *nearly;
+  if (auto nearly = NearlyReply(hearing, heard)) {
+    // Where it comes again and again, it is its form (gateway/poll/examiner.cpp).
+    if (other_form && nearly->symptom == Symptom::bytes_lost) {
+      nearly->cause = recognised->cause;
+      nearly->remedy = recognised->remedy;
+    }
+    return *nearly;
+  }
   if (auto line = Words(hearing, heard, true); line && (!other_form || IsTold(*line))) return *line;
   // A device whose replies are text says something else in a text.
   if (other_form) return *recognised;
@@ -364,7 +389,9 @@ Finding Examine(const Hearing& hearing) {
   }
   const auto found = FindReply(hearing, heard);
   Finding finding;
-  if (answered) {
+  if (!answered && IsCutEcho(hearing, heard)) {
+    finding = {.symptom = Symptom::late_echo, .cause = "cut"};
+  } else if (answered) {
     if (found) finding = Beside(hearing, heard, *found);
   } else {
     finding = found ? Untaken(hearing, echo, *found) : Unreadable(hearing, heard);

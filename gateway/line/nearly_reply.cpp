@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cctype>
 #include <iterator>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -21,6 +22,8 @@ constexpr std::size_t kLongestTried = 80;
 constexpr std::size_t kCheckDigits = 2;
 /// The longest number in a reply that is taken for a name.
 constexpr std::size_t kMostDigits = 3;
+/// So much may stand behind a whole reply, as a line end.
+constexpr std::size_t kBehind = 3;
 /// The shortest text whose end may be missing.
 constexpr std::size_t kShortestLine = 4;
 
@@ -109,22 +112,78 @@ bool IsWholeWithoutEighthBit(const Hearing& hearing, View heard) {
   return !std::ranges::equal(cleared, heard) && IsWhole(hearing, cleared);
 }
 
-/// With `head` in front of it, in which any byte may stand at `any`.
-bool IsWholeBehind(const Hearing& hearing, Bytes head, std::size_t any, View heard) {
-  const std::size_t least = head.size();
-  Append(head, heard);
-  for (int byte = 0; byte < 256; ++byte) {
-    head[any] = static_cast<std::uint8_t>(byte);
-    if (StartsWithReply(hearing, head, least)) return true;
-  }
-  return false;
-}
-
 /// It has the character that a reply begins with.
 bool HasLead(const Hearing& hearing, View heard) {
   if (heard.empty() || std::ispunct(heard.front()) == 0) return false;
   return std::ranges::any_of(hearing.expect->shapes,
                              [&](const Shape& shape) { return shape.tag == heard.front(); });
+}
+
+/// What its first byte may be; nothing: any.
+std::optional<std::uint8_t> FirstOf(const Hearing& hearing) {
+  // A binary reply begins with the address, as its request does.
+  const bool named = !hearing.expect->address.empty() && !hearing.request.empty();
+  if (!named || IsText(hearing, hearing.request)) return std::nullopt;
+  return hearing.request[0];
+}
+
+/// Another byte at `at` would do as well: the check value is too weak to prove anything, or there
+/// is none.
+bool IsWeak(const Hearing& hearing, Bytes whole, std::size_t at, std::size_t other) {
+  whole[other] ^= 1;
+  for (int byte = 0; byte < 256; ++byte) {
+    whole[at] = static_cast<std::uint8_t>(byte);
+    if (StartsWithReply(hearing, whole, whole.size() - 1)) return true;
+  }
+  return false;
+}
+
+/// With `head` in front of it, in which any byte that can stand at `any` may stand there.
+bool IsWholeBehind(const Hearing& hearing, Bytes head, std::size_t any, View heard) {
+  // Little may stand behind it, as a line end.
+  const std::size_t least = head.size() + heard.size() - std::min(heard.size(), kBehind);
+  Append(head, heard);
+  const auto known = any == 0 ? FirstOf(hearing) : std::nullopt;
+  for (int byte = known.value_or(0); byte <= known.value_or(0xFF); ++byte) {
+    head[any] = static_cast<std::uint8_t>(byte);
+    if (!StartsWithReply(hearing, head, least)) continue;
+    // A text may have no check value at all; its form proves enough.
+    return known || IsText(hearing, heard) || !IsWeak(hearing, head, any, head.size() / 2);
+  }
+  return false;
+}
+
+/// It is whole with another byte at `at`, from `first` to `last`.
+bool IsWholeWithOther(const Hearing& hearing, View heard, std::size_t at, int first, int last) {
+  Bytes whole(heard.begin(), heard.end());
+  for (int byte = first; byte <= last; ++byte) {
+    whole[at] = static_cast<std::uint8_t>(byte);
+    if (StartsWithReply(hearing, whole, whole.size() - 1)) {
+      return !IsWeak(hearing, whole, at, whole.size() / 2);
+    }
+  }
+  return false;
+}
+
+/// Its first byte is another one.
+bool IsWholeWithOtherFirst(const Hearing& hearing, View heard) {
+  if (hearing.protocol->tcp || heard.size() <= kShortestLine) return false;
+  constexpr int kPrintable = 0x7E;
+  const auto first = FirstOf(hearing);
+  Bytes whole(heard.begin(), heard.end());
+  if (first) {
+    whole[0] = *first;
+    return heard[0] != *first && StartsWithReply(hearing, whole, whole.size() - 1);
+  }
+  if (!IsText(hearing, heard.subspan(1)) || std::ispunct(heard[0]) != 0) return false;
+  return IsWholeWithOther(hearing, heard, 0, '!', kPrintable);
+}
+
+/// Its last byte is another one; a text has a line end there.
+bool IsWholeWithOtherLast(const Hearing& hearing, View heard) {
+  if (hearing.protocol->tcp || heard.size() <= kShortestLine) return false;
+  if (IsText(hearing, hearing.request)) return false;
+  return IsWholeWithOther(hearing, heard, heard.size() - 1, 0, 0xFF);
 }
 
 /// Its first byte is missing, whatever that was; or a few, of which all but one are those of the
@@ -185,11 +244,32 @@ bool IsWholeWithOneMore(const Hearing& hearing, View heard) {
   return false;
 }
 
+/// The character in front of each Modbus ASCII frame; the check value proves the rest.
+bool LacksColon(const Hearing& hearing, View heard) {
+  if (hearing.protocol->carrier == nullptr || hearing.request.empty() || heard.empty())
+    return false;
+  Bytes whole = {hearing.request.front()};
+  Append(whole, heard);
+  return StartsWithReply(hearing, whole, heard.size() - 1);
+}
+
+/// Both bytes of its line end are missing; a check value proves what is there.
+bool LacksCrLf(const Hearing& hearing, View heard) {
+  if (!IsText(hearing, heard) || heard.size() < kShortestLine) return false;
+  Bytes longer(heard.begin(), heard.end());
+  Append(longer, std::string_view("\r\n"));
+  if (!StartsWithReply(hearing, longer, heard.size() + 1)) return false;
+  Bytes shorter(heard.begin(), heard.end() - 1);
+  Append(shorter, std::string_view("\r\n"));
+  return !StartsWithReply(hearing, shorter);
+}
+
 }  // namespace
 
 bool LacksFirstByte(const Hearing& hearing, View heard) {
-  const bool text = std::ranges::all_of(hearing.request, IsPrintable);
-  return !text && !hearing.protocol->tcp && IsWholeBehind(hearing, Bytes(1), 0, heard);
+  if (hearing.protocol->tcp) return false;
+  if (std::ranges::all_of(hearing.request, IsPrintable)) return LacksColon(hearing, heard);
+  return IsWholeBehind(hearing, Bytes(1), 0, heard);
 }
 
 std::optional<Finding> NearlyReply(const Hearing& hearing, View heard) {
@@ -199,10 +279,19 @@ std::optional<Finding> NearlyReply(const Hearing& hearing, View heard) {
   }
   if (auto other = OtherLineEnd(hearing, heard)) return other;
   if (auto changed = ChangedBytes(hearing, heard)) return changed;
+  if (IsWholeWithOtherFirst(hearing, heard)) {
+    return Finding{.symptom = Symptom::head_lost, .cause = "garbled"};
+  }
   if (const std::size_t lost = LostHead(hearing, heard); lost > 0) {
     return Finding{.symptom = Symptom::head_lost, .cause = lost > 1 ? "a few" : ""};
   }
+  if (LacksCrLf(hearing, heard)) {
+    return Finding{.symptom = Symptom::tail_lost, .cause = "its line end"};
+  }
   if (IsWholeWithEnd(hearing, heard)) return Finding{.symptom = Symptom::end_lost};
+  if (IsWholeWithOtherLast(hearing, heard)) {
+    return Finding{.symptom = Symptom::end_lost, .cause = "garbled"};
+  }
   if (IsWholeWithOtherCheck(hearing, heard)) {
     return Finding{.symptom = Symptom::bad_check, .cause = "a text"};
   }

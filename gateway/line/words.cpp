@@ -31,8 +31,6 @@ bool IsLetter(std::uint8_t byte) {
   return (byte >= 'a' && byte <= 'z') || (byte >= 'A' && byte <= 'Z');
 }
 
-bool IsLineEnd(std::uint8_t byte) { return byte == '\r' || byte == '\n'; }
-
 /// What a modem says.
 bool IsModem(View heard) {
   constexpr std::string_view kWords[] = {"OK",   "ERROR",   "NO CARRIER", "BUSY",

@@ -6,7 +6,9 @@
 #include <utility>
 
 #include "gateway/line/assembler.h"
+#include "gateway/line/changed_bytes.h"
 #include "gateway/line/other_service.h"
+#include "gateway/line/words.h"
 
 namespace baudgate {
 namespace {
@@ -26,6 +28,11 @@ constexpr std::size_t kMisfits = 6;
 /// Fewer bytes may well be the same.
 constexpr std::size_t kShortest = 4;
 constexpr std::size_t kTransaction = 2;
+/// So many late replies came right behind other requests by no chance, where the times differ.
+constexpr std::size_t kLags = 4;
+constexpr Duration kSpread = 100ms;
+/// The line was silent for so many times as long before the request.
+constexpr int kRested = 8;
 /// Rests of a reply that come later than this belong to no exchange.
 constexpr Duration kLongestPause = 5s;
 
@@ -39,10 +46,21 @@ void Examiner::Begin(const Member& member, const Request& request, const LineTim
   last_ = sent_;
   if (broken_.member == &member) ++broken_.began;
   LastTwo& asked = open_[member];
-  if (asked.last.member != nullptr && asked.last.request.bytes != request.bytes) {
+  const bool again = asked.last.member != nullptr && asked.last.request.bytes == request.bytes;
+  Instant first = sent_;
+  Bytes vain;
+  if (again && !asked.last.answered) {
+    if (4 * (sent_ - asked.last.first) < 5 * times.ceiling) first = asked.last.first;
+    if (member_ == &member) vain = std::move(heard_);
+  } else if (asked.last.member != nullptr && !again) {
     asked.before = std::move(asked.last);
   }
-  asked.last = {.member = &member, .request = request, .sent = sent_, .reply = {}};
+  asked.last = {.member = &member,
+                .request = request,
+                .sent = sent_,
+                .first = first,
+                .vain = std::move(vain),
+                .reply = {}};
   member_ = &member;
   request_ = request;
   outcome_ = Outcome::none;
@@ -71,6 +89,10 @@ Finding Examiner::End(Outcome outcome) {
     Open& last = open_[*member_].last;
     last.answered = true;
     last.reply = frame_;
+    if (Taken& misfit = open_[*member_].misfit; misfit.request == request_.bytes) misfit = {};
+    if (LacksSome(last.vain, frame_)) {
+      earlier_.push_back({member_, {.symptom = Symptom::bytes_lost, .bytes = last.vain.size()}, 1});
+    }
     taken_.push_back({request_.bytes, frame_});
     if (taken_.size() > kTaken) taken_.pop_front();
     const View first = greeting_.empty() && fresh_ ? View(heard_) : View(greeting_);
@@ -85,7 +107,10 @@ Finding Examiner::End(Outcome outcome) {
   // A Modbus TCP reply says by its number that it is another one's.
   const bool told = member_->protocol->tcp && !finding.remedy.empty();
   if (IsSameAgain(outcome == Outcome::ok) && !right && !told) {
-    finding = {.symptom = Symptom::same_again, .bytes = heard_.size()};
+    const bool text = std::ranges::all_of(heard_, IsPrintable);
+    finding = {.symptom = Symptom::same_again,
+               .bytes = heard_.size(),
+               .cause = text ? Quote(heard_) : std::string()};
   }
   // What a server says at once may meet the first request.
   const bool says =
@@ -257,6 +282,29 @@ Hearing Examiner::Heard() const {
           .foreign = roster_.foreign()};
 }
 
+/// A repeat has two replies: one of them answers the first try, and was late.
+bool Examiner::IsOfFirstTry(const Finding& finding) {
+  LastTwo& asked = open_[*member_];
+  const Open& last = asked.last;
+  const bool repeat = last.first != last.sent;
+  if (!repeat) asked.doubles = true;
+  if (!repeat || asked.doubles || !last.vain.empty() || finding.bytes == 0) return false;
+  const Duration after = sent_ + arrivals_.back().after - last.first;
+  earlier_.push_back({member_, {.symptom = Symptom::late, .time = after}, 1});
+  return true;
+}
+
+/// Of a text, with what came to the same request before: the same again is its form.
+Finding Examiner::Compare(Finding finding) {
+  if (finding.symptom != Symptom::bytes_lost || finding.cause.empty()) return finding;
+  Taken& misfit = open_[*member_].misfit;
+  if (misfit.request == request_.bytes && misfit.reply == heard_) {
+    finding.symptom = Symptom::other_form;
+  }
+  misfit = {request_.bytes, heard_};
+  return finding;
+}
+
 Finding Examiner::Look() {
   const bool rest = (broken_.member != member_ || broken_.began > 0) && FindRest();
   Finding finding = Examine(Heard());
@@ -267,7 +315,13 @@ Finding Examiner::Look() {
       if (IsLateEcho()) finding = {.symptom = Symptom::late_echo, .bytes = finding.bytes};
       return finding;
     case Symptom::others_beside:
+    case Symptom::copies:
+      if (IsOfFirstTry(finding)) return {};
       return IsCopy() ? Finding{.symptom = Symptom::copies} : finding;
+    case Symptom::bad_check:
+    case Symptom::damaged:
+    case Symptom::bytes_lost:
+      return Compare(std::move(finding));
     case Symptom::two_replies:
       if (IsCopy()) return {.symptom = Symptom::copies};
       [[fallthrough]];
@@ -284,6 +338,19 @@ Finding Examiner::Look() {
   }
 }
 
+/// Its reply came `after` its first try; `soon`: and right behind this request. What is late comes
+/// at times of its own.
+Finding Examiner::Late(const Open& open, Duration after, bool soon) {
+  Lag& lag = open_[*open.member].lag;
+  if (!soon) lag = {};
+  if (soon)
+    lag = {lag.count + 1, lag.count > 0 ? std::min(lag.least, after) : after,
+           std::max(lag.most, after)};
+  if (lag.count < kLags || lag.most - lag.least < kSpread)
+    return {.symptom = Symptom::late, .time = after};
+  return {.symptom = Symptom::one_behind, .cause = "lags"};
+}
+
 /// The finding of this exchange, where what came may be the reply to another request.
 Finding Examiner::Attribute(Finding finding) {
   Open* const whose = FindEarlier();
@@ -292,19 +359,21 @@ Finding Examiner::Attribute(Finding finding) {
   const Duration reply = std::max(whose->member->times.reply, whose->request.reply);
   const bool in_front = !BesideReply().first.empty();  // of the reply that was taken
   const Arrival& came = in_front ? arrivals_.front() : arrivals_.back();
-  const Duration after = sent_ + came.after - whose->sent;
+  const Duration after = sent_ + came.after - whose->first;
   const bool late = !whose->answered && after > reply;
+  // On a busy line every reply comes soon behind a request.
+  const bool soon = came.after >= Duration::zero() && came.after < reply / 2 &&
+                    idle_ != kLongIdle && idle_ > kRested * came.after;
   if (whose->member->IsSame(*member_)) {
     if (answered && !whose->answered) return {};
     if (answered) return {.symptom = whose->repeated ? Symptom::copies : Symptom::others_beside};
     if (finding.symptom == Symptom::two_replies) {
-      return late && whose->silent ? Finding{.symptom = Symptom::late, .time = after} : finding;
+      return late && whose->silent ? Late(*whose, after, soon) : finding;
     }
     // Where replies are numbered, one that is late is known by that.
-    if (late && (whose->silent || request_.distinct))
-      return {.symptom = Symptom::late, .time = after};
+    if (late && (whose->silent || request_.distinct)) return Late(*whose, after, soon);
     if (arrivals_.back().after < reply / 2) return {.symptom = Symptom::one_behind};
-    return late ? Finding{.symptom = Symptom::late, .time = after} : finding;
+    return late ? Late(*whose, after, soon) : finding;
   }
   // Its own address in a reply to another master's request is no second reply.
   const bool early = arrivals_.back().after < reply / 2;
@@ -316,11 +385,13 @@ Finding Examiner::Attribute(Finding finding) {
   if (!late && !(answered && whose->answered)) return finding;
   const Symptom again = whose->repeated ? Symptom::copies : Symptom::others_beside;
   const bool news = late && !std::exchange(whose->late, true);
-  earlier_.push_back({whose->member,
-                      {.symptom = late ? Symptom::late : again, .time = after},
-                      0,
-                      news ? after - reply : Duration::zero()});
+  Finding earlier = news ? Late(*whose, after, soon) : Finding{.symptom = again, .time = after};
+  if (late && !news) earlier = {.symptom = Symptom::late, .time = after};
+  const bool lags = earlier.symptom == Symptom::one_behind;
+  earlier_.push_back(
+      {whose->member, std::move(earlier), 0, news ? after - reply : Duration::zero()});
   if (answered) return {};
+  if (lags) return {.symptom = Symptom::one_behind, .cause = "lags"};
   const Device* const other = whose->member->device;
   return {.symptom = Symptom::late_other,
           .cause = other == nullptr ? "slave " + std::to_string(whose->member->slave)

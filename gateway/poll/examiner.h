@@ -65,11 +65,25 @@ class Examiner {
     const Member* member = nullptr;
     Request request;
     Instant sent{};
+    Instant first{};  // the first try of those that have no answer
+    Bytes vain;       // what came to the try before it
     bool answered = false;
     bool silent = false;    // and not a byte came
     bool late = false;      // its reply has come in the exchange of another member
     bool repeated = false;  // what was found is the same reply once more
     Bytes reply;
+  };
+  /// A reply, and what it answered.
+  struct Taken {
+    Bytes request;
+    Bytes reply;
+  };
+  /// Late replies of a member that came right behind another request, one after another: something
+  /// in between lets each reply go when the next request comes, or they are late by chance.
+  struct Lag {
+    std::size_t count = 0;
+    Duration least{};
+    Duration most{};
   };
   /// The last exchange of a member, and the one before it; and what came to them.
   struct LastTwo {
@@ -80,13 +94,11 @@ class Examiner {
     std::size_t others = 0;   // further ones in a row to which the same came
     std::size_t misfits = 0;  // exchanges that it came to and is no reply to
     bool right = false;       // it was the reply to one of them
+    bool doubles = false;     // a first try had more than one reply
+    Lag lag;
+    Taken misfit;  // a text that lacks a character, and none was good to that request since
   };
 
-  /// A reply that was taken, and what it answered.
-  struct Taken {
-    Bytes request;
-    Bytes reply;
-  };
   /// The beginning of a reply, whose rest may follow.
   struct Broken {
     const Member* member = nullptr;
@@ -103,7 +115,10 @@ class Examiner {
   bool IsRest(View rest) const;
   bool FindRest();
   Finding Look();
+  Finding Compare(Finding finding);
+  bool IsOfFirstTry(const Finding& finding);
   Finding Attribute(Finding finding);
+  Finding Late(const Open& open, Duration after, bool soon);
   Open* FindEarlier();
   bool IsLateEcho() const;
   bool Answers(Open& open) const;

@@ -11,6 +11,8 @@ namespace baudgate {
 namespace {
 
 constexpr std::size_t kMostHeard = 256;
+/// Messages that are further apart are two.
+constexpr Duration kLongestPause = 2s;
 
 }  // namespace
 
@@ -20,8 +22,11 @@ Overheard::Overheard(const Device& device, const Roster& roster)
 std::optional<Finding> Overheard::Hear(View bytes, Instant now) {
   std::optional<Finding> before;
   if (now - last_ >= device_.conversation->Listens()->idle) {
-    if (std::exchange(damaged_, false)) before = Look();
+    const bool torn = std::exchange(damaged_, false);
+    if (torn) before = Look();
+    torn_ = torn ? std::move(heard_) : Bytes();
     heard_.clear();
+    before_ = std::exchange(pause_, now - last_);
   }
   last_ = now;
   Append(heard_, bytes.first(std::min(bytes.size(), kMostHeard - heard_.size())));
@@ -33,8 +38,20 @@ Finding Overheard::OnDamaged() {
   return Look();
 }
 
+/// With what came before the pause it is a whole message. Between two messages the silence is
+/// longer.
+bool Overheard::IsRest() const {
+  if (torn_.empty() || pause_ > kLongestPause || 5 * pause_ > 4 * before_) return false;
+  const Hearing hearing{
+      .protocol = device_.protocol, .options = &device_.options, .expect = &expect_};
+  Bytes whole = torn_;
+  Append(whole, heard_);
+  return !IsWhole(hearing, torn_) && IsWhole(hearing, whole);
+}
+
 Finding Overheard::Look() const {
   if (heard_.empty()) return {.symptom = Symptom::damaged};
+  if (IsRest()) return {.symptom = Symptom::split, .time = pause_};
   const Hearing hearing{.protocol = device_.protocol,
                         .options = &device_.options,
                         .request = {},

@@ -29,12 +29,16 @@ class Overheard {
 
  private:
   Finding Look() const;
+  bool IsRest() const;
 
   const Device& device_;
   const Roster& roster_;
   const Expectation expect_;
   Bytes heard_;  // since the last silence
+  Bytes torn_;   // and before it, where that was damaged
   Instant last_{};
+  Duration pause_{};   // between these two
+  Duration before_{};  // the silence before both
   bool damaged_ = false;
 };
 

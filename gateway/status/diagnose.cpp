@@ -86,6 +86,19 @@ Sentences Patience(const DeviceStatus& status) {
                   Milliseconds(seen), Milliseconds(reply), 50 * (Milliseconds(seen) / 50 + 2))};
 }
 
+/// There are neighbours that are asked as often, and beside their replies nothing stands.
+bool IsCleanElsewhere(const DeviceRecord& device, std::span<const DeviceRecord> all) {
+  bool asked = false;
+  for (const DeviceRecord& one : all) {
+    if (one.device == device.device || !Answers(one.status.state)) continue;
+    const Findings& findings = one.status.findings;
+    if (findings.Count(Symptom::noise_before) + findings.Count(Symptom::noise_behind) > 1)
+      return false;
+    asked = asked || findings.size() == Findings::kKept;
+  }
+  return asked;
+}
+
 /// Before its port was opened anew as well.
 bool FailsAlways(const DeviceStatus& status) {
   const Findings& findings = status.findings;
@@ -136,7 +149,7 @@ Sentences DiagnoseDevice(const LineStatus& line, const DeviceRecord& device,
   } else {
     add(Failures(device, evidence));
   }
-  const Sentences beside = Beside(device);
+  const Sentences beside = Beside(device, IsCleanElsewhere(device, all));
   // What stands beside many replies explains the few that fail.
   const bool explains = !beside.empty() && evidence.looked > 3 * evidence.failed;
   const bool two = AreTwo(status.findings);

@@ -16,6 +16,8 @@ using Sentences = std::vector<std::string>;
 constexpr std::size_t kMostlyAlike = 8;
 /// Bytes around a reply that were the same so often are no noise.
 constexpr std::size_t kConstant = 4;
+/// So often they are no matter of the line, where no neighbour has them.
+constexpr std::size_t kOfItsOwn = 16;
 
 bool IsNearlyAlways(std::size_t count, const Findings& findings) {
   return 10 * count >= 9 * findings.size();
@@ -74,7 +76,7 @@ bool AreTwo(const Findings& findings) {
   return others >= kNotableNoise || (others > 0 && findings.Count(Symptom::copies) >= kMostlyAlike);
 }
 
-Sentences Beside(const DeviceRecord& record) {
+Sentences Beside(const DeviceRecord& record, bool alone) {
   const Findings& findings = record.status.findings;
   Sentences found;
   const auto say = [&](std::size_t count, const char* what, const char* remedy) {
@@ -102,7 +104,12 @@ Sentences Beside(const DeviceRecord& record) {
                             : behind == 0 ? "stray bytes stand before its replies"
                                           : "stray bytes stand before and behind its replies";
   const bool always = IsNearlyAlways(before + behind, findings);
-  if (before + behind >= kNotableNoise) say(before + behind, where, WhyStray(record, always));
+  if (before + behind >= kNotableNoise) {
+    say(before + behind, where,
+        alone && !record.line->is_network() && before + behind >= kOfItsOwn
+            ? "look at the device and its converter, as no neighbour has them"
+            : WhyStray(record, always));
+  }
   return found;
 }
 

@@ -16,7 +16,8 @@ inline constexpr std::size_t kNotableNoise = 3;
 bool IsWrapped(const DeviceRecord& record);
 /// Two devices have its address: many of their replies are alike, and a repeater never changes one.
 bool AreTwo(const Findings& findings);
-/// Where it is not the line's (gateway/status/diagnose_line.cpp).
-std::vector<std::string> Beside(const DeviceRecord& record);
+/// Where it is not the line's (gateway/status/diagnose_line.cpp). `alone`: beside the replies of
+/// its neighbours nothing stands.
+std::vector<std::string> Beside(const DeviceRecord& record, bool alone);
 
 }  // namespace baudgate::control

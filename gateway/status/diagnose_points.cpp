@@ -28,6 +28,8 @@ const char* RemedyFor(Reason reason) {
       return "look at the sensor and its wire";
     case Reason::sentinel:
       return "no measurement: look at what is connected to that input";
+    case Reason::no_permission:
+      return "its access level is too low for them: set the password of a higher one at the device";
     case Reason::device_fault:
       return "a fault of its own: look at it, restart or replace it";
     case Reason::channel_disabled:

@@ -58,10 +58,18 @@ double OtherDevice(const Evidence& evidence) {
   return evidence.Share({other_device}) + (neighbour ? evidence.Share({one_behind}) : 0);
 }
 
-/// Most messages that come unasked are right, so the others are damaged.
+/// Of the messages that come unasked some are right, so the others are damaged.
 bool IsDamageOnly(const Evidence& evidence) {
-  return evidence.answered && evidence.first().status.unasked &&
-         2 * evidence.failed < evidence.looked;
+  const DeviceRecord& record = evidence.first();
+  if (!evidence.answered || !record.status.unasked) return false;
+  if (2 * evidence.failed < evidence.looked) return true;
+  for (std::size_t i = 0; i < record.points.size(); ++i) {
+    if (record.age_limits[static_cast<std::size_t>(record.device->points[i].group)].ages() &&
+        IsGood(QualityAt(record, i, evidence.now))) {
+      return true;
+    }
+  }
+  return false;
 }
 
 double OtherSetting(const Evidence& evidence) {
@@ -78,6 +86,10 @@ double Text(const Evidence& evidence) {
 
 /// Where a gap splits replies, a rest that comes alone looks like a lost head or tail.
 double InPieces(const Evidence& evidence) {
+  // Of a message that comes unasked each piece is a bad one.
+  if (evidence.first().status.unasked && evidence.Count(split) >= kFacts) {
+    return evidence.Share({split, other_setting, damaged, noise, odd, other_form, tail_lost});
+  }
   // A burst of noise may make one of a reply.
   return evidence.Count(split) < (evidence.answered ? kFacts : 1)
              ? 0
@@ -146,13 +158,18 @@ double OtherForm(const Evidence& evidence) {
   return IsDamageOnly(evidence) ? 0 : Always<other_form>(evidence);
 }
 
-/// Noise changes characters, and takes none away.
+/// Noise changes characters, and takes none away. Of many that are lost few can be proven so.
 double BytesLost(const Evidence& evidence) {
-  if (2 * evidence.Count(bytes_lost) < evidence.failed) return Always<bytes_lost>(evidence);
+  const std::size_t lost = evidence.Count(bytes_lost);
+  const bool many = 2 * lost >= evidence.failed || (lost > kFacts && 5 * lost >= evidence.failed);
+  if (!many) return Always<bytes_lost>(evidence);
   return evidence.Share({bytes_lost, bad_check, damaged, tail_lost, end_lost});
 }
 
 double OneBehind(const Evidence& evidence) {
+  if (evidence.Count(one_behind) >= kFacts && evidence.Last(one_behind).cause == "lags") {
+    return evidence.Share({one_behind, late, late_other, silence, other_reply});
+  }
   if (!evidence.answered || evidence.device == nullptr) return 0;
   return RepeatsFail(evidence) ? 0 : Always<one_behind>(evidence);
 }

@@ -18,17 +18,10 @@ using enum Symptom;
 constexpr std::size_t kWholeReply = 6;
 /// A driver that lets go too early costs no more.
 constexpr std::size_t kFewLost = 4;
+/// Of the first or last byte: it is there.
+constexpr std::string_view kGarbled = "garbled";
 constexpr const char* kSetRaw =
     "set the converter or serial server to raw (no XON/XOFF, no Telnet)";
-
-/// Bytes too few, or too many. Of a text only its refusal may have a known length.
-std::string SayNotTransparent(const Finding& finding, const char* what, bool few) {
-  const bool known = finding.expected > 0 && finding.expected != finding.bytes &&
-                     few == (finding.bytes < finding.expected);
-  const std::string count =
-      known ? fmt::format(" ({}, not {})", finding.bytes, finding.expected) : std::string();
-  return what + count + ": " + kSetRaw;
-}
 
 bool IsNearlyAll(std::size_t count, const Evidence& evidence) {
   return 10 * count >= 9 * evidence.failed;
@@ -109,15 +102,17 @@ std::string SayOtherMaster(const Evidence& evidence) {
 }
 
 std::string SayHeadLost(const Evidence& evidence) {
-  const bool few = !evidence.Last(head_lost).cause.empty();
-  return std::string(few ? "the first bytes of its replies are missing"
-                         : "the first byte of its replies is missing") +
+  const std::string& how = evidence.Last(head_lost).cause;
+  return std::string(how == kGarbled ? "the first byte of its replies comes garbled"
+                     : how.empty()   ? "the first byte of its replies is missing"
+                                     : "the first bytes of its replies are missing") +
          ": use a converter with automatic direction, or raise the answer delay of the device";
 }
 
-std::string SayEndLost(const Evidence&) {
-  return "the last byte of its replies is missing: a driver lets go of the bus too early; use a "
-         "converter with automatic direction";
+std::string SayEndLost(const Evidence& evidence) {
+  return std::string("the last byte of its replies ") +
+         (evidence.Last(end_lost).cause == kGarbled ? "comes garbled" : "is missing") +
+         ": a driver lets go of the bus too early; use a converter with automatic direction";
 }
 
 std::string SayTailLost(const Evidence& evidence) {
@@ -129,7 +124,7 @@ std::string SayTailLost(const Evidence& evidence) {
                    "too early; use a converter with automatic direction";
   }
   if (!finding.cause.empty()) {
-    return "its replies break off before their line end (CR): a converter takes it out (set it to "
+    return "its replies break off before their line end: a converter takes it out (set it to "
            "raw), or cuts them off";
   }
   const std::string of =
@@ -143,12 +138,17 @@ std::string SayTailLost(const Evidence& evidence) {
                            "bad");
 }
 
-std::string SayBytesLost(const Evidence& evidence) {
-  return SayNotTransparent(evidence.Last(bytes_lost), "bytes are missing inside its replies", true);
+std::string SayBytesLost(const Evidence&) {
+  return "bytes are missing inside its replies: a converter takes them out (set it to raw) or is "
+         "overrun (lower the bit rate, replace it)";
 }
 
 std::string SayBytesAdded(const Evidence& evidence) {
-  return SayNotTransparent(evidence.Last(bytes_added), "its replies have bytes too many", false);
+  const Finding& finding = evidence.Last(bytes_added);
+  const bool known = finding.expected > 0 && finding.bytes > finding.expected;
+  return "its replies have bytes too many" +
+         (known ? fmt::format(" ({}, not {})", finding.bytes, finding.expected) : std::string()) +
+         ": " + kSetRaw;
 }
 
 std::string SaySpecials(const Evidence& evidence) {
@@ -239,7 +239,11 @@ std::string SayEcho(const Evidence& evidence) {
          evidence.first().device->address + ") of the device";
 }
 
-std::string SayLateEcho(const Evidence&) {
+std::string SayLateEcho(const Evidence& evidence) {
+  if (!evidence.Last(late_echo).cause.empty()) {
+    return "the end of each request comes back in front of the reply: the adapter hears itself; "
+           "switch its echo off, or use one with automatic direction";
+  }
   return "the gateway's own requests come back late: a converter, modem or serial server in "
          "between echoes; switch its echo off";
 }
@@ -342,9 +346,18 @@ std::string SayOneBehind(const Evidence&) {
          "and switch its cache off";
 }
 
-std::string SaySameAgain(const Evidence&) {
-  return "the same reply comes whatever is asked: restart the serial server or gateway in between, "
-         "and switch its cache off";
+std::string SaySameAgain(const Evidence& evidence) {
+  const std::string& text = evidence.Last(same_again).cause;
+  if (!text.empty()) {
+    return "the same reply comes whatever is asked (" + text +
+           "): end its local or other mode, or restart it";
+  }
+  return std::string("the same reply comes whatever is asked: restart the ") +
+         (IsBehindServer(evidence)
+              ? "serial server or gateway in between (switch its cache off), or "
+                "the device"
+              : "device, or a radio or gateway in between (switch its cache "
+                "off)");
 }
 
 std::string SayLateOther(const Evidence& evidence) {

@@ -24,6 +24,8 @@ constexpr Duration kUsualPause = 200ms;
 constexpr Duration kLongestQuiet = 3s;
 /// A suggested time is so much longer than what was seen.
 constexpr double kMargin = 1.25;
+/// Nothing is lost by a longer idle time.
+constexpr double kWideMargin = 1.5;
 
 /// A time for the configuration, in round numbers: "150ms".
 std::string Suggest(Duration seen, double margin = kMargin) {
@@ -50,9 +52,13 @@ std::string SayLate(const Evidence& evidence) {
 
 std::string SaySplit(const Evidence& evidence) {
   const Duration seen = evidence.Last(split).time;
-  return fmt::format("its replies come in pieces, with pauses of up to {} ms, ",
-                     Milliseconds(seen)) +
-         AndSet("gap", evidence.first().status.timing.gap, seen);
+  const std::string pauses =
+      fmt::format("come in pieces, with pauses of up to {} ms", Milliseconds(seen));
+  if (evidence.first().status.unasked) {
+    return "they " + pauses + ": set idle: " + Suggest(seen, kWideMargin) +
+           " at the device, or switch the packing of the serial server off";
+  }
+  return "its replies " + pauses + ", " + AndSet("gap", evidence.first().status.timing.gap, seen);
 }
 
 std::string SayTooFast(const Evidence& evidence) {

@@ -150,8 +150,21 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        "the last byte of its replies is missing: a driver lets go of the bus too early; use a "
        "converter with automatic direction"},
       {{{bytes_lost, 9, {.bytes = 17, .expected = 18}}},
-       "bytes are missing inside its replies (17, not 18): set the converter or serial server to "
-       "raw (no XON/XOFF, no Telnet)"},
+       "bytes are missing inside its replies: a converter takes them out (set it to raw) or is "
+       "overrun (lower the bit rate, replace it)"},
+      {{{end_lost, 9, {.cause = "garbled"}}},
+       "the last byte of its replies comes garbled: a driver lets go of the bus too early; use a "
+       "converter with automatic direction"},
+      {{{head_lost, 9, {.cause = "garbled"}}},
+       "the first byte of its replies comes garbled: use a converter with automatic direction, or "
+       "raise the answer delay of the device"},
+      {{{clean, 8}, {bytes_lost, 3}, {bad_check, 6}},
+       "bytes are missing inside its replies: a converter takes them out (set it to raw) or is "
+       "overrun (lower the bit rate, replace it)",
+       kAnswered},
+      {{{late, 3}, {silence, 3}, {one_behind, 2, {.cause = "lags"}}},
+       "its replies answer the request before: restart the serial server or radio in between, and "
+       "switch its cache off"},
       {{{bytes_added, 9, {.bytes = 19, .expected = 18}}},
        "its replies have bytes too many (19, not 18): set the converter or serial server to raw "
        "(no XON/XOFF, no Telnet)",
@@ -217,8 +230,11 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        "the port (fuser -v /dev/ttyUSB0)",
        kAnswered | kHere},
       {{{clean, 4}, {same_again, 3}, {one_behind, 2}},
-       "the same reply comes whatever is asked: restart the serial server or gateway in between, "
-       "and switch its cache off",
+       "the same reply comes whatever is asked: restart the device, or a radio or gateway in "
+       "between (switch its cache off)",
+       kAnswered},
+      {{{clean, 4}, {same_again, 3, {.cause = "'LOC'"}}},
+       "the same reply comes whatever is asked ('LOC'): end its local or other mode, or restart it",
        kAnswered},
       {{{one_behind, 2}, {clean, 1}, {one_behind, 2}, {clean, 1}, {one_behind, 2}},
        "its replies answer the request before: restart the serial server or radio in between, and "
@@ -327,7 +343,7 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        "its replies break off (4 of 7 bytes came): a driver lets go of the bus too early, or the "
        "buffer of a converter is too small"},
       {{{tail_lost, 9, {.bytes = 8, .cause = "its line end"}}},
-       "its replies break off before their line end (CR): a converter takes it out (set it to "
+       "its replies break off before their line end: a converter takes it out (set it to "
        "raw), or cuts them off"},
       {{{clean, 2, {.expected = 4}},
         {damaged, 5, {.bytes = 14, .specials = kEvenByte}},

@@ -56,6 +56,7 @@ Finding Look(const Row& row) {
 }
 
 const std::string kRtu = "010300000001840A";
+const std::string kAscii = "3A30313033303030303030303146420D0A";
 const std::string kRtuReply = "010302004BF873";
 const std::string kTcp = "000500000006010300000001";
 
@@ -63,6 +64,23 @@ TEST(Examine, SaysWhatCame) {
   const Row rows[] = {
       {"ModbusRtu19200", kRtu, {}, Outcome::no_reply, silence},
       {"ModbusRtu19200", kRtu, {{20ms, kRtuReply}}, Outcome::ok, clean},
+      {"ModbusRtu19200",
+       kRtu,
+       {{2ms, "00000001840A"}, {80ms, kRtuReply}},
+       Outcome::corrupt,
+       late_echo,
+       "cut"},
+      {"ModbusAscii9600",
+       kAscii,
+       {{20ms, "3031303330323030344241460D0A"}},
+       Outcome::partial,
+       head_lost},
+      {"ModbusAscii9600",
+       kAscii,
+       {{20ms, "3A303130333032303034424146"}},
+       Outcome::partial,
+       tail_lost,
+       "its line end"},
       {"ModbusRtu19200", kRtu, {{20ms, kRtuReply}, {30ms, kRtuReply}}, Outcome::ok, copies},
       {"ModbusRtu19200",
        kRtu,
@@ -274,7 +292,21 @@ TEST(Examine, SaysWhatCame) {
       {"ModbusRtu19200", kRtu, {{20ms, "010302"}, {120ms, "004BF873"}}, Outcome::partial, split},
       {"ModbusRtu19200", kRtu, {{20ms, "0302004BF873"}}, Outcome::partial, head_lost},
       {"ModbusRtu19200", kRtu, {{20ms, "01030200"}}, Outcome::partial, tail_lost},
-      {"ModbusRtu19200", kRtu, {{20ms, "010302004BF870"}}, Outcome::corrupt, bad_check},
+      {"ModbusRtu19200", kRtu, {{20ms, "010302004BF970"}}, Outcome::corrupt, bad_check},
+      {"ModbusRtu19200", kRtu, {{20ms, "010302004BF870"}}, Outcome::corrupt, end_lost, "garbled"},
+      {"ModbusRtu19200", kRtu, {{20ms, "F80302004BF873"}}, Outcome::corrupt, head_lost, "garbled"},
+      {"Dcon115200",
+       ToHex(ToBytes("$01MD2\r")),
+       {{20ms, "F0" + ToHex(ToBytes("01MV110B7\r"))}},
+       Outcome::corrupt,
+       head_lost,
+       "garbled"},
+      {"Dcon9600",
+       ToHex(ToBytes("#0184\r")),
+       {{20ms, ToHex(ToBytes(">+04,50+02,517D\r"))}},
+       Outcome::unexpected,
+       other_setting,
+       "a comma comes where a point is awaited ('>+04,50+02,517D\\r')"},
       {"ModbusRtu19200", kRtu, {{20ms, "9C7741E255D1"}}, Outcome::corrupt, noise},
       {"ModbusRtu19200", kRtu, {{20ms, "00FF0000"}}, Outcome::no_reply, zeros},
       {"ModbusRtu19200",
