@@ -45,7 +45,8 @@ TEST(TelegramRecognise, WhatComesInPlaceOfAnAwaitedOne) {
   } rows[] = {
       {"mt-sics", "SI\r\n", "N      100.00 g  \r\n", other_form,
        "its reply to weight is not as described ('N      100.00 g')"},
-      {"mt-sics", "SI\r\n", "S S     10.00 g\r\n", bytes_lost, ""},
+      {"mt-sics", "SI\r\n", "S S     10.00 g\r\n", bytes_lost,
+       "its reply to weight is not as described ('S S     10.00 g')"},
       {"scpi-instrument", "READ?\n", "1.23456789E-03\r\n", other_setting,
        "its reply to reading has no sign in front ('1.23456789E-03')"},
       {"nmea-0183-weather", "", "$WIMWV,214.8,R,0.1,N,A\r\n", other_setting,
