@@ -158,12 +158,16 @@ double OtherForm(const Evidence& evidence) {
   return IsDamageOnly(evidence) ? 0 : Always<other_form>(evidence);
 }
 
-/// Noise changes characters, and takes none away. Of many that are lost few can be proven so.
+/// Noise changes characters, and takes none away.
 double BytesLost(const Evidence& evidence) {
-  const std::size_t lost = evidence.Count(bytes_lost);
-  const bool many = 2 * lost >= evidence.failed || (lost > kFacts && 5 * lost >= evidence.failed);
-  if (!many) return Always<bytes_lost>(evidence);
+  if (2 * evidence.Count(bytes_lost) < evidence.failed) return Always<bytes_lost>(evidence);
   return evidence.Share({bytes_lost, bad_check, damaged, tail_lost, end_lost});
+}
+
+/// Beside good replies a wrong last byte is damage like any other.
+double EndLost(const Evidence& evidence) {
+  if (evidence.answered && !evidence.Last(end_lost).cause.empty()) return 0;
+  return Always<end_lost>(evidence);
 }
 
 double OneBehind(const Evidence& evidence) {
@@ -303,7 +307,7 @@ const std::vector<Hypothesis>& Hypotheses() {
       {"only characters of one parity come", OtherParity, SayOtherParity},
       {"the first byte of its replies is missing", Seen<head_lost>, SayHeadLost},
       {"its replies break off", BreaksOff, SayTailLost},
-      {"the last byte of its replies is missing", Always<end_lost>, SayEndLost},
+      {"the last byte of its replies is missing", EndLost, SayEndLost},
       {"bytes are missing inside its replies", BytesLost, SayBytesLost},
       {"its replies have bytes too many", Always<bytes_added>, SayBytesAdded},
       {"its replies have a wrong check value", BadCheck, SayBadCheck},

@@ -110,9 +110,13 @@ std::string SayHeadLost(const Evidence& evidence) {
 }
 
 std::string SayEndLost(const Evidence& evidence) {
-  return std::string("the last byte of its replies ") +
-         (evidence.Last(end_lost).cause == kGarbled ? "comes garbled" : "is missing") +
-         ": a driver lets go of the bus too early; use a converter with automatic direction";
+  if (evidence.Last(end_lost).cause == kGarbled) {
+    return "the last byte of its replies comes garbled: it computes another check value, or a "
+           "driver "
+           "lets go of the bus too early (use a converter with automatic direction)";
+  }
+  return "the last byte of its replies is missing: a driver lets go of the bus too early; use a "
+         "converter with automatic direction";
 }
 
 std::string SayTailLost(const Evidence& evidence) {
@@ -124,8 +128,9 @@ std::string SayTailLost(const Evidence& evidence) {
                    "too early; use a converter with automatic direction";
   }
   if (!finding.cause.empty()) {
-    return "its replies break off before their line end: a converter takes it out (set it to "
-           "raw), or cuts them off";
+    return "its replies break off before their line end, the last byte or two: a converter takes "
+           "it "
+           "out (set it to raw), or a driver lets go of the bus too early";
   }
   const std::string of =
       finding.expected > finding.bytes ? fmt::format(" of {}", finding.expected) : std::string();
@@ -140,7 +145,7 @@ std::string SayTailLost(const Evidence& evidence) {
 
 std::string SayBytesLost(const Evidence&) {
   return "bytes are missing inside its replies: a converter takes them out (set it to raw) or is "
-         "overrun (lower the bit rate, replace it)";
+         "overrun (replace it)";
 }
 
 std::string SayBytesAdded(const Evidence& evidence) {
