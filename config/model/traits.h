@@ -1,5 +1,5 @@
-// What is particular to the devices of a protocol, for parts that must not know protocols, such as
-// gateway/status. The plugin sets it (Protocol::traits), and the configuration hands it on.
+// The particulars of a protocol that other parts need and must not know by its name, such as
+// gateway/status. The plugin sets them (Protocol::traits), and the configuration hands them on.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

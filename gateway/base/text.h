@@ -21,6 +21,8 @@ std::string HexByte(std::uint8_t byte);
 /// Reads hex with or without spaces, either case. Nothing on an odd digit count or another
 /// character.
 std::optional<Bytes> ParseHex(std::string_view text);
+/// CR or LF.
+constexpr bool IsLineEnd(std::uint8_t byte) { return byte == '\r' || byte == '\n'; }
 /// 0…15, or nothing.
 std::optional<std::uint8_t> HexDigit(char c);
 

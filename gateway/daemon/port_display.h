@@ -12,7 +12,7 @@
 
 namespace baudgate {
 
-/// What is shown of a loan.
+/// A loan of the port, as people see it.
 struct ShownLoan {
   WallTime until{};
   bool to_client = false;  ///< over the network; else by hand to another program

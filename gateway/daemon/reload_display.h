@@ -1,5 +1,5 @@
-// What outputs are told of the configuration that runs: its state, its text, and until when it is
-// on trial. Written by the reloader's thread (gateway/daemon/reloader.h), read by any thread.
+// The configuration that runs, as outputs show it: its state, its text, and the end of its trial.
+// Written by the reloader's thread (gateway/daemon/reloader.h), read by any thread.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -294,8 +294,6 @@ bool LacksSome(View heard, View reply) {
   return at == heard.size();
 }
 
-bool IsLineEnd(std::uint8_t byte) { return byte == '\r' || byte == '\n'; }
-
 bool IsPrintable(std::uint8_t byte) {
   return (byte >= 0x20 && byte < 0x7F) || byte == '\r' || byte == '\n' || byte == '\t';
 }

@@ -24,7 +24,5 @@ std::optional<Finding> DoubledBytes(const Hearing& hearing, View heard);
 bool IsWhole(const Hearing& hearing, View heard);
 /// A character for people, or the end of a line.
 bool IsPrintable(std::uint8_t byte);
-/// CR or LF.
-bool IsLineEnd(std::uint8_t byte);
 
 }  // namespace baudgate

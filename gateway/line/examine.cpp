@@ -272,32 +272,6 @@ std::size_t LongestHeard(const Hearing& hearing) {
   return IsStanding(hearing) ? std::max(kEndless, most) : most;
 }
 
-/// Nothing but its check value is missing, of which the frame of a binary protocol has one.
-bool LacksCheck(const Hearing& hearing, View heard) {
-  const PduCarrier* const carrier = hearing.protocol->carrier;
-  if (carrier == nullptr || hearing.protocol->tcp || heard.size() <= kAFew) return false;
-  if (std::ranges::all_of(hearing.request, IsPrintable)) return false;
-  const Bytes whole = carrier->wrap(heard[0], heard.subspan(1));
-  const std::size_t check = whole.size() - heard.size();
-  const std::size_t rest = heard.size() - std::min(heard.size(), check);
-  const bool has_one =
-      rest > 1 && std::ranges::equal(carrier->wrap(heard[0], heard.subspan(1, rest - 1)), heard);
-  if (has_one) return false;
-  // With the first byte of its check value it would be whole as well, and one byte too long.
-  const Cut cut = hearing.protocol->reply_rule(whole, *hearing.expect, true);
-  return cut.kind == Cut::Kind::frame && cut.size == whole.size();
-}
-
-/// Its check value is missing; or, where the reply ends in it, as many bytes inside.
-std::optional<Finding> TooShort(const Hearing& hearing, View heard) {
-  if (!LacksCheck(hearing, heard)) return std::nullopt;
-  if (auto changed = ChangedBytes(hearing, heard)) return changed;
-  return Finding{
-      .symptom = Symptom::tail_lost,
-      .cause = "its check value",
-      .remedy = "the device or a converter does not keep to its protocol: update its firmware"};
-}
-
 /// Words that say what it is.
 bool IsTold(const Finding& words) { return !words.remedy.empty(); }
 

@@ -22,6 +22,8 @@ constexpr std::size_t kLongestTried = 80;
 constexpr std::size_t kCheckDigits = 2;
 /// The longest number in a reply that is taken for a name.
 constexpr std::size_t kMostDigits = 3;
+/// Fewer bytes are no reply but for its check value.
+constexpr std::size_t kShortestReply = 3;
 /// So much may stand behind a whole reply, as a line end.
 constexpr std::size_t kBehind = 3;
 /// The shortest text whose end may be missing.
@@ -119,7 +121,7 @@ bool HasLead(const Hearing& hearing, View heard) {
                              [&](const Shape& shape) { return shape.tag == heard.front(); });
 }
 
-/// What its first byte may be; nothing: any.
+/// The first byte of its reply, if that is known.
 std::optional<std::uint8_t> FirstOf(const Hearing& hearing) {
   // A binary reply begins with the address, as its request does.
   const bool named = !hearing.expect->address.empty() && !hearing.request.empty();
@@ -244,8 +246,24 @@ bool IsWholeWithOneMore(const Hearing& hearing, View heard) {
   return false;
 }
 
-/// The character in front of each Modbus ASCII frame; the check value proves the rest.
-bool LacksColon(const Hearing& hearing, View heard) {
+/// Nothing but its check value is missing, of which the frame of a binary protocol has one.
+bool LacksCheck(const Hearing& hearing, View heard) {
+  const PduCarrier* const carrier = hearing.protocol->carrier;
+  if (carrier == nullptr || hearing.protocol->tcp || heard.size() < kShortestReply) return false;
+  if (std::ranges::all_of(hearing.request, IsPrintable)) return false;
+  const Bytes whole = carrier->wrap(heard[0], heard.subspan(1));
+  const std::size_t check = whole.size() - heard.size();
+  const std::size_t rest = heard.size() - std::min(heard.size(), check);
+  const bool has_one =
+      rest > 1 && std::ranges::equal(carrier->wrap(heard[0], heard.subspan(1, rest - 1)), heard);
+  if (has_one) return false;
+  // With the first byte of its check value it would be whole as well, and one byte too long.
+  const Cut cut = hearing.protocol->reply_rule(whole, *hearing.expect, true);
+  return cut.kind == Cut::Kind::frame && cut.size == whole.size();
+}
+
+/// The character that stands in front of each frame; the check value proves the rest.
+bool LacksLead(const Hearing& hearing, View heard) {
   if (hearing.protocol->carrier == nullptr || hearing.request.empty() || heard.empty())
     return false;
   Bytes whole = {hearing.request.front()};
@@ -268,8 +286,17 @@ bool LacksCrLf(const Hearing& hearing, View heard) {
 
 bool LacksFirstByte(const Hearing& hearing, View heard) {
   if (hearing.protocol->tcp) return false;
-  if (std::ranges::all_of(hearing.request, IsPrintable)) return LacksColon(hearing, heard);
+  if (std::ranges::all_of(hearing.request, IsPrintable)) return LacksLead(hearing, heard);
   return IsWholeBehind(hearing, Bytes(1), 0, heard);
+}
+
+std::optional<Finding> TooShort(const Hearing& hearing, View heard) {
+  if (!LacksCheck(hearing, heard)) return std::nullopt;
+  if (auto changed = ChangedBytes(hearing, heard)) return changed;
+  return Finding{
+      .symptom = Symptom::tail_lost,
+      .cause = "its check value",
+      .remedy = "the device or a converter does not keep to its protocol: update its firmware"};
 }
 
 std::optional<Finding> NearlyReply(const Hearing& hearing, View heard) {

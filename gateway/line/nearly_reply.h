@@ -13,7 +13,9 @@
 namespace baudgate {
 
 std::optional<Finding> NearlyReply(const Hearing& hearing, View heard);
-/// A binary reply whose check value proves that its first byte alone is missing.
+/// The check value of a reply proves that its first byte alone is missing.
 bool LacksFirstByte(const Hearing& hearing, View heard);
+/// Its check value is missing; or, where the reply ends in it, as many bytes inside.
+std::optional<Finding> TooShort(const Hearing& hearing, View heard);
 
 }  // namespace baudgate

@@ -28,10 +28,7 @@ constexpr std::size_t kMisfits = 6;
 /// Fewer bytes may well be the same.
 constexpr std::size_t kShortest = 4;
 constexpr std::size_t kTransaction = 2;
-/// So many late replies came right behind other requests by no chance, where the times differ.
-constexpr std::size_t kLags = 4;
-constexpr Duration kSpread = 100ms;
-/// The line was silent for so many times as long before the request.
+/// The line was silent before the request, this many times longer than the reply took.
 constexpr int kRested = 8;
 /// Rests of a reply that come later than this belong to no exchange.
 constexpr Duration kLongestPause = 5s;
@@ -294,7 +291,8 @@ bool Examiner::IsOfFirstTry(const Finding& finding) {
   return true;
 }
 
-/// Of a text, with what came to the same request before: the same again is its form.
+/// A text that seems to lack a character. If the same comes to the same request again, the device
+/// sends another form.
 Finding Examiner::Compare(Finding finding) {
   if (finding.symptom != Symptom::bytes_lost || finding.cause.empty()) return finding;
   Taken& misfit = open_[*member_].misfit;
@@ -338,17 +336,12 @@ Finding Examiner::Look() {
   }
 }
 
-/// Its reply came `after` its first try; `soon`: and right behind this request. What is late comes
-/// at times of its own.
+/// Its reply came `after` its first try; `soon`: and right behind this request.
 Finding Examiner::Late(const Open& open, Duration after, bool soon) {
-  Lag& lag = open_[*open.member].lag;
-  if (!soon) lag = {};
-  if (soon)
-    lag = {lag.count + 1, lag.count > 0 ? std::min(lag.least, after) : after,
-           std::max(lag.most, after)};
-  if (lag.count < kLags || lag.most - lag.least < kSpread)
-    return {.symptom = Symptom::late, .time = after};
-  return {.symptom = Symptom::one_behind, .cause = "lags"};
+  if (open_[*open.member].lag.OnLate(after, soon)) {
+    return {.symptom = Symptom::one_behind, .cause = "lags"};
+  }
+  return {.symptom = Symptom::late, .time = after};
 }
 
 /// The finding of this exchange, where what came may be the reply to another request.

@@ -23,6 +23,7 @@
 #include "gateway/base/time.h"
 #include "gateway/line/examine.h"
 #include "gateway/poll/by_member.h"
+#include "gateway/poll/reply_lag.h"
 #include "gateway/poll/roster.h"
 
 namespace baudgate {
@@ -78,13 +79,6 @@ class Examiner {
     Bytes request;
     Bytes reply;
   };
-  /// Late replies of a member that came right behind another request, one after another: something
-  /// in between lets each reply go when the next request comes, or they are late by chance.
-  struct Lag {
-    std::size_t count = 0;
-    Duration least{};
-    Duration most{};
-  };
   /// The last exchange of a member, and the one before it; and what came to them.
   struct LastTwo {
     Open last;
@@ -95,7 +89,7 @@ class Examiner {
     std::size_t misfits = 0;  // exchanges that it came to and is no reply to
     bool right = false;       // it was the reply to one of them
     bool doubles = false;     // a first try had more than one reply
-    Lag lag;
+    ReplyLag lag;
     Taken misfit;  // a text that lacks a character, and none was good to that request since
   };
 

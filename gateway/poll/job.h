@@ -132,7 +132,7 @@ struct Job {
 bool IsPlanned(const Task& task, const Conversation& conversation);
 /// Writes, their read-backs, and short writes of routes.
 bool IsUrgent(const Job& job);
-/// What the time of the line is counted as.
+/// The kind of use that the time of the line counts as.
 LineUse UseOf(const Job& job);
 /// The latest moment at which its request may be sent, if there is one.
 std::optional<Instant> LatestStart(const Job& job);

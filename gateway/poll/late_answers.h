@@ -41,7 +41,7 @@ class LateAnswers {
   };
   Stray OnStray(const StrayBytes& stray, Instant now);
 
-  /// What the end means for the next requests. `in_vain`: no wait helps, because the device owes no
+  /// Decides how long the next requests wait. `in_vain`: no wait helps, because the device owes no
   /// reply, or always lags by a number of replies.
   void Conclude(const Asked& asked, const ExchangeEnd& end, bool in_vain, Instant now);
   /// The port closed with an exchange under way. Its reply may come after the port has opened

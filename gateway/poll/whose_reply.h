@@ -24,7 +24,7 @@ class WhoseReply {
  public:
   explicit WhoseReply(const Roster& roster) : roster_(roster), orders_(roster) {}
 
-  /// What is owed by the devices and by the line.
+  /// The replies that devices and the line still owe.
   ReplyOrders& orders() { return orders_; }
   const ReplyOrders& orders() const { return orders_; }
   /// Before the first request of a task of a device: whether a reply to an earlier request could

@@ -58,7 +58,7 @@ double OtherDevice(const Evidence& evidence) {
   return evidence.Share({other_device}) + (neighbour ? evidence.Share({one_behind}) : 0);
 }
 
-/// Of the messages that come unasked some are right, so the others are damaged.
+/// The device speaks unasked, and some of its messages are right: the others are damaged.
 bool IsDamageOnly(const Evidence& evidence) {
   const DeviceRecord& record = evidence.first();
   if (!evidence.answered || !record.status.unasked) return false;
@@ -86,7 +86,7 @@ double Text(const Evidence& evidence) {
 
 /// Where a gap splits replies, a rest that comes alone looks like a lost head or tail.
 double InPieces(const Evidence& evidence) {
-  // Of a message that comes unasked each piece is a bad one.
+  // If a message that comes unasked is torn, each piece counts as a bad message.
   if (evidence.first().status.unasked && evidence.Count(split) >= kFacts) {
     return evidence.Share({split, other_setting, damaged, noise, odd, other_form, tail_lost});
   }

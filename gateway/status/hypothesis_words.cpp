@@ -14,8 +14,6 @@ namespace {
 
 using enum Symptom;
 
-/// So many bytes are a reply, each character of which has a wrong parity.
-constexpr std::size_t kWholeReply = 6;
 /// A driver that lets go too early costs no more.
 constexpr std::size_t kFewLost = 4;
 /// Of the first or last byte: it is there.
@@ -198,36 +196,6 @@ std::string SayLongDamaged(const Evidence& evidence) {
       findings.DamagedLong().shortest, findings.LongestGood());
 }
 
-std::string SayEighthBit(const Evidence& evidence) {
-  const config::SerialSettings serial = SerialOf(evidence.first());
-  const bool mark = !evidence.Last(eighth_bit).cause.empty();
-  const std::string cause =
-      mark ? "the eighth bit of its characters is always 1: 7 data bits with mark parity, or two "
-             "stop bits; "
-           : "right once the eighth bit is taken away: it sends 7 data bits with parity; ";
-  const std::string set = mark ? "7M1 or 7N2" : "7E1 or 7O1";
-  if (IsBehindServer(evidence)) return cause + "set " + set + " at the port of the serial server";
-  if (serial.data_bits > 7)
-    return cause + "set serial: to " + set + " (now " + serial.ToString() + ")";
-  return cause + "the adapter does not do " + serial.ToString() + ": use another, or " +
-         (mark ? "7N2" : "7O1");
-}
-
-std::string SaySevenBits(const Evidence& evidence) {
-  const std::string cause = "no character of its replies has its eighth bit: ";
-  if (IsBehindServer(evidence)) {
-    return cause + "the port of the serial server has 7 data bits; set 8 there";
-  }
-  return cause + "the port or a converter in between has 7 data bits; set 8 (now " +
-         SerialOf(evidence.first()).ToString() + ")";
-}
-
-std::string SayOtherParity(const Evidence& evidence) {
-  return "only characters of one parity come, and FF in place of the others: its parity is another "
-         "one; set both alike (" +
-         SerialOf(evidence.first()).ToString() + ")";
-}
-
 std::string SayText(const Evidence& evidence) {
   const std::string& remedy = evidence.Last(text).remedy;
   return "text comes in place of replies (" + Brief(evidence.Last(text)) + "): " +
@@ -253,31 +221,6 @@ std::string SayLateEcho(const Evidence& evidence) {
          "between echoes; switch its echo off";
 }
 
-std::string SaySettings(const Evidence& evidence) {
-  const DeviceRecord& record = evidence.first();
-  const std::string serial = SerialOf(record).ToString();
-  if (record.status.unasked) {
-    return "bytes come, and no message: check bit rate, parity and data bits (" + serial +
-           " here), then what the profile says of its messages";
-  }
-  if (!evidence.healthy.empty()) {
-    return "its replies cannot be read: its bit rate or parity differs (" + serial +
-           "), or two devices have its address (" + record.device->address + ")";
-  }
-  if (IsBehindServer(evidence)) {
-    return "bytes come, and not one good frame: check bit rate and parity at the serial server (" +
-           serial + " here), then the protocol (" + record.device->protocol + ")";
-  }
-  return "bytes come, and not one good frame: check bit rate, parity and data bits (" + serial +
-         "), A and B, then the protocol (" + record.device->protocol + ")";
-}
-
-std::string SayNoTcp(const Evidence& evidence) {
-  const std::string other(evidence.traits().counterpart);
-  return "what comes is not " + Service(evidence) + ": check the port (" + evidence.line->port +
-         ")" + (other.empty() ? "" : "; a plain serial server needs protocol: " + other);
-}
-
 std::string SayNoise(const Evidence& evidence) {
   if (evidence.first().status.unasked) {
     return "they come damaged: noise or a bad wire, or its profile or options describe another "
@@ -290,23 +233,6 @@ std::string SayNoise(const Evidence& evidence) {
   return cause + (evidence.healthy.empty()
                       ? ": noise, bad termination or ground, or two devices with its address"
                       : ": noise or a bad wire at its end, or two devices with its address");
-}
-
-std::string SayZeros(const Evidence& evidence) {
-  const config::SerialSettings serial = SerialOf(evidence.first());
-  if (evidence.Last(zeros).bytes >= kWholeReply && serial.parity != config::Parity::none) {
-    return fmt::format(
-        "nothing but 00 or FF comes ({} bytes): each character has a wrong parity; set it alike "
-        "({}), or look for A and B swapped",
-        evidence.Last(zeros).bytes, serial.ToString());
-  }
-  if (serial.parity != config::Parity::none) {
-    return "nothing but 00 or FF comes: check the parity and the bit rate (" + serial.ToString() +
-           "), then A and B, the bias resistors and who drives the line";
-  }
-  return "nothing but 00 or FF comes: check A and B, the bias resistors and who drives the line, "
-         "then bit rate and parity (" +
-         serial.ToString() + ")";
 }
 
 std::string SayEndless(const Evidence&) {

@@ -20,8 +20,6 @@ constexpr std::size_t kQuoted = 24;
 constexpr const char* kOtherForm =
     "does the profile fit the device, and the mode that is set in it?";
 
-bool IsLineEnd(std::uint8_t byte) { return byte == '\r' || byte == '\n'; }
-
 /// The first line of text that is not empty, with its end; `only`: nothing stands behind it. Empty:
 /// there is none.
 View FirstLine(View heard, bool only) {

@@ -45,7 +45,7 @@ class ControlClient {
   std::size_t searched_ = 0;  // of buffer_, without a line end
 };
 
-/// What to do if the process that listens does not answer.
+/// The command that helps if the process that listens does not answer.
 std::string CureOfSilence(int process);
 
 /// Exit code: no gateway answers.

@@ -1,0 +1,39 @@
+// The table of reply_lag.h.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/poll/reply_lag.h"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+namespace baudgate {
+namespace {
+
+struct Late {
+  Duration after;
+  bool soon = true;
+};
+
+bool LagsBehind(const std::vector<Late>& replies) {
+  ReplyLag lag;
+  bool lags = false;
+  for (const Late& reply : replies) lags = lag.OnLate(reply.after, reply.soon);
+  return lags;
+}
+
+TEST(ReplyLag, Table) {
+  EXPECT_FALSE(LagsBehind({{620ms, false}}));
+  EXPECT_FALSE(LagsBehind({{900ms}, {1400ms}, {700ms}})) << "three may be chance";
+  EXPECT_TRUE(LagsBehind({{900ms}, {1400ms}, {700ms}, {950ms}}));
+  EXPECT_TRUE(LagsBehind({{900ms}, {900ms}, {900ms}, {1400ms}}));
+  EXPECT_FALSE(LagsBehind({{900ms}, {910ms}, {905ms}, {900ms}})) << "it is always as late";
+}
+
+TEST(ReplyLag, OneThatComesByItselfBeginsANewCount) {
+  const std::vector<Late> replies = {{900ms}, {1400ms}, {700ms}, {800ms, false},
+                                     {900ms}, {1400ms}, {700ms}};
+  EXPECT_FALSE(LagsBehind(replies));
+}
+
+}  // namespace
+}  // namespace baudgate
