@@ -2,10 +2,10 @@
 // rest. Such an end is no outage: the next request opens the connection again.
 //
 //   answered, ended while nothing is asked        rests; opened by the next request
-//   answered once, ended with a request           the same, and each of the next 4 requests gets
+//   answered once, ended with a request           the same, and each of the next 32 requests gets
 //   under way                                     its own connection: the next would be lost, too.
 //                                                 Then one connection is tried again. When the same
-//                                                 happens again it is 16 requests, then 64, up to
+//                                                 happens again it is 128 requests, then 512, then
 //                                                 1,024
 //   answered again and again, ended likewise      rests: a drop, or an end behind a rest
 //   ended before any answer, with a request       the same, four times at most: some servers close
@@ -111,7 +111,7 @@ class Rest {
 
  private:
   static constexpr int kMostInVain = 4;
-  static constexpr int kFewestAlone = 4;
+  static constexpr int kFewestAlone = 32;  // a lost request in so many is no trouble for the device
   static constexpr int kMostAlone = 1024;
   static constexpr Duration kBehindAnswer = 100ms;
   static constexpr Duration kShortestRest = 1s;
