@@ -211,6 +211,13 @@ std::optional<Finding> Inverted(const Hearing& hearing, View heard) {
                  .remedy = "swap A and B at it, or switch the inversion of its converter off"};
 }
 
+/// A character that is read twice as fast as it was sent: its start bit fills the first bit as
+/// well, and each other bit fills two.
+bool HasDoubledBits(std::uint8_t byte) {
+  const unsigned doubled = (byte ^ (byte >> 1U)) & 0b00101010U;
+  return byte % 0xFF == 0 || ((byte & 1U) == 0 && doubled == 0);
+}
+
 /// The driver gives FF for a character with wrong parity, and some 00, which no text has. Between
 /// them only such characters came whose number of ones is even, or only odd ones. A line that
 /// nobody drives gives 00 and FF as well, and nothing else.
@@ -229,6 +236,11 @@ std::optional<Finding> OtherParity(const Hearing& hearing, View heard) {
   const auto marks = std::ranges::count(heard, 0xFF) + zeros;
   if (hearing.connection || marks < kMarks || rest < kFewest) return std::nullopt;
   if (odd != 0 && odd != rest) return std::nullopt;
+  if (std::ranges::all_of(heard, HasDoubledBits)) {
+    return Finding{.symptom = Symptom::other_setting,
+                   .cause = "its characters come at half the bit rate that is set here",
+                   .remedy = "set both alike"};
+  }
   return Finding{.symptom = Symptom::other_setting,
                  .cause = "only characters of one parity come, and " +
                           std::string(zeros > 0 ? "00" : "FF") + " in place of the others",

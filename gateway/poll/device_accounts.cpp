@@ -169,12 +169,17 @@ void DeviceAccounts::OnPoll(const Device& device, std::size_t query, bool answer
 /// failures were no outages.
 void DeviceAccounts::OnPlan(const Device& device) {
   constexpr std::uint32_t kNever = 2;
-  Change(device, [](DeviceStatus& status) {
+  Change(device, [this](DeviceStatus& status) {
     const auto& queries = status.queries;
     const bool learned =
         std::ranges::any_of(queries, [](const auto& query) { return query.in_vain >= kNever; }) &&
         std::ranges::any_of(queries, [](const auto& query) { return query.in_vain == 0; });
-    if (learned) status.failures = {};
+    if (learned) {
+      status.failures = {};
+      for (const Instant when : {now_.instant - 1min, now_.instant}) {
+        status.hour.At(when).outages = 0;
+      }
+    }
     status.queries.clear();
   });
 }

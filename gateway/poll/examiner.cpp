@@ -43,11 +43,18 @@ void Examiner::Begin(const Member& member, const Request& request, const LineTim
   last_ = sent_;
   if (broken_.member == &member) ++broken_.began;
   LastTwo& asked = open_[member];
+  ++asked.since;
   const bool again = asked.last.member != nullptr && asked.last.request.bytes == request.bytes;
   Instant first = sent_;
+  Instant tried = sent_;
   Bytes vain;
-  if (again && !asked.last.answered) {
+  if (again && !asked.last.answered && !asked.last.late) {
     if (4 * (sent_ - asked.last.first) < 5 * times.ceiling) first = asked.last.first;
+    if (sent_ - asked.last.tried < kLongestPause) tried = asked.last.tried;
+    if (asked.last.silent) {
+      asked.lost = tried;
+      asked.since = 1;
+    }
     if (member_ == &member) vain = std::move(heard_);
   } else if (asked.last.member != nullptr && !again) {
     asked.before = std::move(asked.last);
@@ -56,6 +63,7 @@ void Examiner::Begin(const Member& member, const Request& request, const LineTim
                 .request = request,
                 .sent = sent_,
                 .first = first,
+                .tried = tried,
                 .vain = std::move(vain),
                 .reply = {}};
   member_ = &member;
@@ -117,11 +125,16 @@ Finding Examiner::End(Outcome outcome) {
   const bool greeted = !IsAnswered(finding.symptom) && !greeting_.empty();
   if (greeted) finding = Greeting(Heard(), greeting_).value_or(finding);
   finding.idle = idle_;
-  told_ = finding.symptom;
+  OnFound(finding.symptom);
   if (finding.symptom == Symptom::tail_lost || finding.symptom == Symptom::end_lost) {
     broken_ = {member_, request_, heard_, arrivals_.back().after + sent_, 0};
   }
   return finding;
+}
+
+void Examiner::OnFound(Symptom symptom) {
+  told_ = symptom;
+  if (symptom == Symptom::late) open_[*member_].last.late = true;
 }
 
 std::optional<Examiner::Earlier> Examiner::TakeEarlier() {
@@ -178,8 +191,24 @@ std::optional<Finding> Examiner::More() {
   Finding finding = Look();
   if (finding.symptom == told_) return std::nullopt;
   if (finding.symptom == Symptom::split) broken_ = {};  // that was its rest
-  told_ = finding.symptom;
+  OnFound(finding.symptom);
   return finding;
+}
+
+/// A form that fits several requests proves nothing; what it says may.
+bool Examiner::Fits(const Open& open, View frame) {
+  const Device* const device = open.member->device;
+  return device == nullptr || ProvesLife(device->conversation->Check(open.request.bytes, frame));
+}
+
+/// A gateway has waited for the device, and says why there is no reply.
+std::optional<Finding> Examiner::InItsPlace(const Open& open, View frame) {
+  const Device* const device = open.member->device;
+  if (device == nullptr || !open.request.distinct || Fits(open, frame)) return std::nullopt;
+  Answer said = device->conversation->Interpret(open.request.bytes, frame);
+  if (said.remedy.empty()) return std::nullopt;
+  return Finding{
+      .symptom = Symptom::odd, .cause = std::move(said.reason), .remedy = std::move(said.remedy)};
 }
 
 bool Examiner::Answers(Open& open) const {
@@ -187,16 +216,13 @@ bool Examiner::Answers(Open& open) const {
   const Expectation& expect = open.request.expect;
   const bool own = open.member->IsSame(*member_);
   if (own ? open.request.bytes == request_.bytes : expect.address.empty()) return false;
-  const Device* const device = open.member->device;
   Assembler assembler;
   assembler.Begin(open.member->protocol->reply_rule, expect);
   assembler.Feed(heard_);
   while (const auto frame = assembler.Next(true)) {
     if (*frame == frame_) continue;
-    // A form that fits several requests proves nothing; what it says may.
-    const bool fits =
-        device == nullptr || ProvesLife(device->conversation->Check(open.request.bytes, *frame));
-    if (own && !fits) continue;
+    open.in_its_place = InItsPlace(open, *frame);
+    if (own && !open.in_its_place && !Fits(open, *frame)) continue;
     open.repeated = *frame == open.reply;
     return true;
   }
@@ -279,15 +305,16 @@ Hearing Examiner::Heard() const {
           .foreign = roster_.foreign()};
 }
 
-/// A repeat has two replies: one of them answers the first try, and was late.
-bool Examiner::IsOfFirstTry(const Finding& finding) {
-  LastTwo& asked = open_[*member_];
-  const Open& last = asked.last;
-  const bool repeat = last.first != last.sent;
-  if (!repeat) asked.doubles = true;
-  if (!repeat || asked.doubles || !last.vain.empty() || finding.bytes == 0) return false;
-  const Duration after = sent_ + arrivals_.back().after - last.first;
-  earlier_.push_back({member_, {.symptom = Symptom::late, .time = after}, 1});
+/// A second reply of `member` has come. If one of its requests was lost and repeated lately, one of
+/// both replies answers that, and was late.
+bool Examiner::IsOfLostTry(const Member& member) {
+  LastTwo& asked = open_[member];
+  const Duration after = sent_ + arrivals_.back().after - asked.lost;
+  const bool lost = asked.lost != Instant{} && after < kLongestPause;
+  if (!lost) asked.doubles = true;
+  if (!lost || asked.doubles) return false;
+  earlier_.push_back({&member, {.symptom = Symptom::late, .time = after}, asked.since});
+  asked.lost = {};
   return true;
 }
 
@@ -314,7 +341,11 @@ Finding Examiner::Look() {
       return finding;
     case Symptom::others_beside:
     case Symptom::copies:
-      if (IsOfFirstTry(finding)) return {};
+      if (const Open* whose = FindEarlier(); whose != nullptr && whose->answered) {
+        if (IsOfLostTry(*whose->member)) return {};
+      } else if (finding.bytes > 0 && IsOfLostTry(*member_)) {
+        return {};
+      }
       return IsCopy() ? Finding{.symptom = Symptom::copies} : finding;
     case Symptom::bad_check:
     case Symptom::damaged:
@@ -336,9 +367,10 @@ Finding Examiner::Look() {
   }
 }
 
-/// Its reply came `after` its first try; `soon`: and right behind this request.
-Finding Examiner::Late(const Open& open, Duration after, bool soon) {
-  if (open_[*open.member].lag.OnLate(after, soon)) {
+/// Its reply came `after` its first try, and so soon behind the `next` request; empty: not soon.
+Finding Examiner::Late(const Open& open, Duration after, std::optional<Duration> next) {
+  if (open.in_its_place) return *open.in_its_place;
+  if (open_[*open.member].lag.OnLate(after, next)) {
     return {.symptom = Symptom::one_behind, .cause = "lags"};
   }
   return {.symptom = Symptom::late, .time = after};
@@ -357,16 +389,17 @@ Finding Examiner::Attribute(Finding finding) {
   // On a busy line every reply comes soon behind a request.
   const bool soon = came.after >= Duration::zero() && came.after < reply / 2 &&
                     idle_ != kLongIdle && idle_ > kRested * came.after;
+  const auto next = soon ? std::optional(came.after) : std::nullopt;
   if (whose->member->IsSame(*member_)) {
-    if (answered && !whose->answered) return {};
+    if (answered && (!whose->answered || IsOfLostTry(*whose->member))) return {};
     if (answered) return {.symptom = whose->repeated ? Symptom::copies : Symptom::others_beside};
     if (finding.symptom == Symptom::two_replies) {
-      return late && whose->silent ? Late(*whose, after, soon) : finding;
+      return late && whose->silent ? Late(*whose, after, next) : finding;
     }
     // Where replies are numbered, one that is late is known by that.
-    if (late && (whose->silent || request_.distinct)) return Late(*whose, after, soon);
+    if (late && (whose->silent || request_.distinct)) return Late(*whose, after, next);
     if (arrivals_.back().after < reply / 2) return {.symptom = Symptom::one_behind};
-    return late ? Late(*whose, after, soon) : finding;
+    return late ? Late(*whose, after, next) : finding;
   }
   // Its own address in a reply to another master's request is no second reply.
   const bool early = arrivals_.back().after < reply / 2;
@@ -376,10 +409,13 @@ Finding Examiner::Attribute(Finding finding) {
     return finding;
   }
   if (!late && !(answered && whose->answered)) return finding;
+  if (!late && IsOfLostTry(*whose->member)) return {};
   const Symptom again = whose->repeated ? Symptom::copies : Symptom::others_beside;
   const bool news = late && !std::exchange(whose->late, true);
-  Finding earlier = news ? Late(*whose, after, soon) : Finding{.symptom = again, .time = after};
-  if (late && !news) earlier = {.symptom = Symptom::late, .time = after};
+  Finding earlier = news ? Late(*whose, after, next) : Finding{.symptom = again, .time = after};
+  if (late && !news) {
+    earlier = whose->in_its_place.value_or(Finding{.symptom = Symptom::late, .time = after});
+  }
   const bool lags = earlier.symptom == Symptom::one_behind;
   earlier_.push_back(
       {whose->member, std::move(earlier), 0, news ? after - reply : Duration::zero()});

@@ -66,13 +66,15 @@ class Examiner {
     const Member* member = nullptr;
     Request request;
     Instant sent{};
-    Instant first{};  // the first try of those that have no answer
+    Instant first{};  // the first try of those that have no answer, within the ceiling
+    Instant tried{};  // the same, within some seconds
     Bytes vain;       // what came to the try before it
     bool answered = false;
     bool silent = false;    // and not a byte came
-    bool late = false;      // its reply has come in the exchange of another member
+    bool late = false;      // its reply has come late
     bool repeated = false;  // what was found is the same reply once more
     Bytes reply;
+    std::optional<Finding> in_its_place{};  // what came late says why there is no reply
   };
   /// A reply, and what it answered.
   struct Taken {
@@ -88,7 +90,9 @@ class Examiner {
     std::size_t others = 0;   // further ones in a row to which the same came
     std::size_t misfits = 0;  // exchanges that it came to and is no reply to
     bool right = false;       // it was the reply to one of them
-    bool doubles = false;     // a first try had more than one reply
+    bool doubles = false;     // more than one reply came, and none was lost before
+    Instant lost{};           // the first try of the last request that was repeated as nothing came
+    std::size_t since = 0;    // exchanges that began since its last try without an answer
     ReplyLag lag;
     Taken misfit;  // a text that lacks a character, and none was good to that request since
   };
@@ -109,12 +113,15 @@ class Examiner {
   bool IsRest(View rest) const;
   bool FindRest();
   Finding Look();
+  void OnFound(Symptom symptom);
   Finding Compare(Finding finding);
-  bool IsOfFirstTry(const Finding& finding);
+  bool IsOfLostTry(const Member& member);
   Finding Attribute(Finding finding);
-  Finding Late(const Open& open, Duration after, bool soon);
+  Finding Late(const Open& open, Duration after, std::optional<Duration> next);
   Open* FindEarlier();
   bool IsLateEcho() const;
+  static bool Fits(const Open& open, View frame);
+  static std::optional<Finding> InItsPlace(const Open& open, View frame);
   bool Answers(Open& open) const;
 
   const Roster& roster_;

@@ -2,17 +2,19 @@
 // comes? In the second case its replies come right behind the next requests, at all kinds of times
 // after their own. A part of gateway/poll/examiner.h.
 //
-//   behind its request    right behind the next one    it lags
-//   620 ms                no                           no
-//   900, 1400, 700 ms     yes, yes, yes                no: three may be chance
-//   900, 1400, 700, 950   yes, all four                yes
-//   900, 910, 905, 900    yes, all four                no: it is always as late
+//   behind its request       behind the next one    it lags
+//   620 ms                   not soon               no
+//   900, 1400, 700 ms        12 ms                  no: three may be chance
+//   900, 1400, 700, 950 ms   12 ms                  yes
+//   900, 900, 900, 950 ms    12, 12, 13, 12 ms      yes
+//   900, 910, 905, 900 ms    12, 22, 17, 12 ms      no: it is always as late
 //
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <algorithm>
 #include <cstddef>
+#include <optional>
 
 #include "gateway/base/time.h"
 
@@ -20,25 +22,38 @@ namespace baudgate {
 
 class ReplyLag {
  public:
-  /// A late reply came `after` its request; `soon`: right behind the next one. True: it lags.
-  bool OnLate(Duration after, bool soon) {
-    if (!soon) {
+  /// A late reply came `after` its request and so soon behind the `next` one; empty: not soon.
+  /// True: it lags.
+  bool OnLate(Duration after, std::optional<Duration> next) {
+    if (!next) {
       count_ = 0;
       return false;
     }
-    least_ = count_ == 0 ? after : std::min(least_, after);
-    most_ = count_ == 0 ? after : std::max(most_, after);
-    ++count_;
-    return count_ >= kNoChance && most_ - least_ >= kSpread;
+    if (count_++ == 0) after_ = next_ = {};
+    after_.Add(after);
+    next_.Add(*next);
+    return count_ >= kNoChance && after_.Spread() >= std::max(kSpread, kWider * next_.Spread());
   }
 
  private:
   static constexpr std::size_t kNoChance = 4;
-  static constexpr Duration kSpread = 100ms;
+  static constexpr Duration kSpread = 20ms;
+  static constexpr int kWider = 4;
+
+  struct Range {
+    void Add(Duration time) {
+      least = std::min(least, time);
+      most = std::max(most, time);
+    }
+    Duration Spread() const { return most - least; }
+
+    Duration least = Duration::max();
+    Duration most{};
+  };
 
   std::size_t count_ = 0;  // in a row
-  Duration least_{};
-  Duration most_{};
+  Range after_;
+  Range next_;
 };
 
 }  // namespace baudgate

@@ -15,9 +15,16 @@ constexpr double kChance = 0.001;
 constexpr double kFewest = 2;
 /// This many coincidences are no chance.
 constexpr std::size_t kOften = 2;
+/// What fails so soon behind a failure is struck by the same outage.
+constexpr Duration kSameOutage = 3s;
+/// Fewer failures at the same time may be chance.
+constexpr std::size_t kFewTogether = 3;
 /// A period needs this many beginnings, and its longest is at most this many times its shortest.
 constexpr std::size_t kBeginnings = 3;
 constexpr double kRegular = 1.4;
+/// So many single failures with so many answers between them come with a period by no chance.
+constexpr std::size_t kManyBeginnings = 5;
+constexpr std::uint32_t kRare = 5;
 /// A silence of more than this many times the longest before is a new trouble.
 constexpr double kUsual = 2;
 
@@ -38,6 +45,18 @@ double Chance(const FailureTally& tally) {
         std::exp(LogWays(tally.failed - 1, runs - 1) + LogWays(tally.answered + 1, runs) - all);
   }
   return chance;
+}
+
+/// The probability that this many or more of `all` happen, each by `chance`.
+double AtLeast(std::size_t some, std::size_t all, double chance) {
+  double sum = 0;
+  for (std::size_t i = some; i <= all; ++i) {
+    const auto count = static_cast<double>(i);
+    const auto rest = static_cast<double>(all - i);
+    sum += std::exp(LogWays(static_cast<double>(all), count) + count * std::log(chance) +
+                    rest * std::log1p(-chance));
+  }
+  return sum;
 }
 
 /// The mean of its shortest possible length (first failure to last) and its longest (answer to
@@ -69,6 +88,14 @@ std::optional<Duration> PeriodOf(const std::vector<FailureRuns::Run>& runs) {
   return (runs.back().first - runs.front().first) / count;
 }
 
+/// Failures that are rare and regular are short outages.
+bool ComeRegularly(const FailureRuns& failures) {
+  const auto& runs = failures.runs();
+  const auto is_rare = [](const FailureRuns::Run& run) { return run.answered >= kRare; };
+  return runs.size() >= kManyBeginnings && PeriodOf(runs) &&
+         std::all_of(runs.begin() + 1, runs.end(), is_rare);
+}
+
 }  // namespace
 
 FailureTally TallyOf(const FailureRuns& failures) {
@@ -89,11 +116,41 @@ std::optional<Absences> FindAbsences(const FailureRuns& failures) {
   const FailureTally tally = TallyOf(failures);
   // One long outage says nothing about the others.
   const bool others = tally.failed - tally.longest >= kFewest * (tally.runs - 1);
-  if (!others || Chance(tally) > kChance) return std::nullopt;
+  if ((!others || Chance(tally) > kChance) && !ComeRegularly(failures)) return std::nullopt;
   Duration length{};
   for (const FailureRuns::Run& run : ended) length += LengthOf(run);
   return Absences{ended.size(), length / static_cast<std::int64_t>(ended.size()),
                   PeriodOf(failures.runs())};
+}
+
+Coincidences CoincidencesOf(const FailureRuns& one, const FailureRuns& other) {
+  const std::vector<FailureRuns::Run> own = Ended(one);
+  const std::vector<FailureRuns::Run> its = Ended(other);
+  Coincidences found;
+  if (own.empty() || its.empty()) return found;
+  const auto begin = [](const FailureRuns::Run& run) { return run.before.value_or(run.first); };
+  const Instant from = std::max(begin(own.front()), begin(its.front()));
+  const Instant to = std::min(*own.back().after, *its.back().after);
+  if (from >= to) return found;
+  Duration failing{};
+  for (const FailureRuns::Run& run : its) {
+    failing += std::max(Duration(), std::min(*run.after, to) - std::max(begin(run), from));
+  }
+  for (const FailureRuns::Run& run : own) {
+    if (run.first < from || run.first > to) continue;
+    ++found.all;
+    found.together += std::ranges::any_of(its, [&](const FailureRuns::Run& that) {
+      return begin(that) < run.first && run.first < *that.after;
+    });
+  }
+  found.expected = static_cast<double>(found.all) * static_cast<double>(failing.count()) /
+                   static_cast<double>((to - from).count());
+  return found;
+}
+
+bool Coincidences::AreNoChance() const {
+  if (together < kFewTogether || expected >= static_cast<double>(all)) return false;
+  return AtLeast(together, all, expected / static_cast<double>(all)) < kChance;
 }
 
 bool AreAwayTogether(const FailureRuns& one, const FailureRuns& other) {
@@ -108,6 +165,27 @@ bool AreAwayTogether(const FailureRuns& one, const FailureRuns& other) {
     });
   }
   return together >= kOften && 2 * together > all;
+}
+
+std::optional<Duration> SharedPeriod(std::span<const FailureRuns* const> devices) {
+  std::vector<FailureRuns::Run> runs;
+  std::size_t most = 0;
+  for (const FailureRuns* const one : devices) {
+    runs.insert(runs.end(), one->runs().begin(), one->runs().end());
+    most = std::max(most, one->runs().size());
+  }
+  std::ranges::sort(runs, {}, &FailureRuns::Run::first);
+  std::vector<FailureRuns::Run> outages;
+  for (const FailureRuns::Run& run : runs) {
+    if (outages.empty() || run.first - outages.back().last > kSameOutage) {
+      outages.push_back(run);
+    } else {
+      outages.back().last = std::max(outages.back().last, run.last);
+    }
+  }
+  // If one device has them all, they are its own.
+  if (outages.size() < kManyBeginnings || most >= outages.size()) return std::nullopt;
+  return PeriodOf(outages);
 }
 
 bool IsUsualSilence(const FailureRuns& failures, Instant now) {

@@ -9,6 +9,7 @@
 
 #include <cstddef>
 #include <optional>
+#include <span>
 
 #include "gateway/base/time.h"
 #include "gateway/store/failure_runs.h"
@@ -35,6 +36,25 @@ struct Absences {
 std::optional<Absences> FindAbsences(const FailureRuns& failures);
 /// Again and again both fail in a row at the same time.
 bool AreAwayTogether(const FailureRuns& one, const FailureRuns& other);
+
+/// Failures of one device that stand where another one fails as well.
+struct Coincidences {
+  std::size_t all = 0;  ///< failures of the one, repeats apart
+  std::size_t together = 0;
+  double expected = 0;  ///< so many would be together by chance
+
+  bool AreNoChance() const;
+  void Add(const Coincidences& more) {
+    all += more.all;
+    together += more.together;
+    expected += more.expected;
+  }
+};
+Coincidences CoincidencesOf(const FailureRuns& one, const FailureRuns& other);
+
+/// From one failure of any of them to the next, where these come regularly and strike now one
+/// device and now another: an outage that they share may be as short as one request.
+std::optional<Duration> SharedPeriod(std::span<const FailureRuns* const> devices);
 /// It is silent now, and no longer than its failures have lasted before.
 bool IsUsualSilence(const FailureRuns& failures, Instant now);
 

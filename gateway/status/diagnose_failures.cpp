@@ -79,6 +79,20 @@ bool IsDamage(Symptom symptom) {
   return std::ranges::find(kDamage, symptom) != std::end(kDamage);
 }
 
+/// Whenever a request fails, all its repeats do: no matter of chance.
+bool FailsWithRepeats(const Evidence& evidence) {
+  const Findings& findings = evidence.device->status.findings;
+  const std::size_t longest = findings.LongestRun();
+  const std::size_t runs = findings.Runs();
+  return longest > 1 && runs >= kNeverAnswered && evidence.failed == longest * runs;
+}
+
+const char* TakeThemOut(const DeviceRecord& record) {
+  return record.device->traits->has_modes
+             ? "is it in the mode for it (remote)? Else take them out of the profile"
+             : "take these points out of the profile, or set access: none";
+}
+
 /// What is only asked seldom any more, because the device was silent to it beside answers to
 /// others.
 Sentences SilentPoints(const DeviceRecord& record, const Evidence& evidence) {
@@ -93,7 +107,7 @@ Sentences SilentPoints(const DeviceRecord& record, const Evidence& evidence) {
   if (!silent || answered || !evidence.Last(Symptom::refusal).cause.empty() ||
       IsAbsent(record.status))
     return {};
-  const bool tried = evidence.looked == Findings::kKept;
+  const bool tried = evidence.looked == Findings::kKept || FailsWithRepeats(evidence);
   const std::string points = PointsOf(record, [&](std::size_t point) {
     const Quality& said = record.points[point].reported;
     const config::Point& its = record.device->points[point];
@@ -102,7 +116,7 @@ Sentences SilentPoints(const DeviceRecord& record, const Evidence& evidence) {
   });
   if (points.empty()) return {};
   return {"does not answer the request for " + points +
-          ", and answers the others: take these points out of the profile, or set access: none"};
+          ", and answers the others: " + TakeThemOut(record)};
 }
 
 /// Other requests than those that fail are answered: polls, or such as no poll asks, as its name,
@@ -119,9 +133,7 @@ bool HasOthers(const DeviceRecord& record, const Evidence& evidence) {
   const bool never = std::ranges::none_of(queries, [&](const QueryCount& query) {
     return query.points > 0 && has_value(query.first_point);
   });
-  const bool any = std::ranges::any_of(
-      record.points, [](const PointRecord& point) { return HasValue(point.value); });
-  return never && any && record.status.findings.Runs() > 1 && evidence.looked > evidence.failed;
+  return never && record.status.findings.Runs() > 1 && evidence.looked > evidence.failed;
 }
 
 /// Requests that are never answered well, beside others that are.
@@ -143,10 +155,7 @@ Sentences DeadQueries(const DeviceRecord& record, const Evidence& evidence) {
     const auto first = std::ranges::find_if(status.queries, fails);
     const std::string& place = record.device->points[first->first_point].read;
     return {"does not answer the request for " + points + " (" + place + ")" +
-            ", and answers the others: " +
-            (record.device->traits->has_modes
-                 ? "is it in the mode for it (remote)? Else take them out of the profile"
-                 : "take these points out of the profile, or set access: none")};
+            ", and answers the others: " + TakeThemOut(record)};
   }
   const bool damaged = std::ranges::all_of(status.queries, [&](const QueryCount& query) {
     return !fails(query) || IsDamage(query.symptom);

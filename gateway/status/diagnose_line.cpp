@@ -23,6 +23,7 @@ using Sentences = std::vector<std::string>;
 constexpr double kNotableStray = 0.05;
 /// A greeting of a server is no noise.
 constexpr std::uint64_t kFewStray = 32;
+constexpr std::uint64_t kManyStray = 2048;
 /// Once may be chance.
 constexpr std::size_t kProof = 2;
 /// A server that ends so many connections in use does not do so by its settings alone.
@@ -65,9 +66,44 @@ const char* WhyNoData(const config::SerialSettings& serial) {
          "it";
 }
 
+/// The server ends the connection when a reply has begun.
+bool EndsInReplies(std::span<const DeviceRecord> devices) {
+  return std::ranges::any_of(devices, [](const DeviceRecord& one) {
+    const Findings& findings = one.status.findings;
+    return findings.Count(Symptom::tail_lost) >= kProof && findings.Last(Symptom::tail_lost).ended;
+  });
+}
+
+/// A request to which the server ends the connection, beside others that it answers.
+std::string EndingRequest(std::span<const DeviceRecord> devices) {
+  for (const DeviceRecord& one : devices) {
+    if (!one.status.findings.Last(Symptom::silence).ended) continue;
+    const auto& queries = one.status.queries;
+    const auto dead = [](const QueryCount& query) {
+      return query.points > 0 && query.in_vain >= kNeverAnswered;
+    };
+    const auto answered = [](const QueryCount& query) {
+      return query.points > 0 && query.in_vain == 0;
+    };
+    const auto found = std::ranges::find_if(queries, dead);
+    if (found == queries.end() || std::ranges::none_of(queries, answered)) continue;
+    const config::Point& point = one.device->points[found->first_point];
+    return one.device->name + ": the server ends the connection at the request for " + point.name +
+           " (" + point.read + ") and at no other: take its points out of the profile";
+  }
+  return {};
+}
+
 std::string Lost(const config::Line& line, const LineStatus& status, std::size_t times,
                  std::span<const DeviceRecord> devices) {
   if (std::string other = SayOtherService(line, devices); !other.empty()) return other;
+  if (std::string request = EndingRequest(devices); !request.empty()) return request;
+  if (line.is_network() && EndsInReplies(devices)) {
+    return fmt::format(
+        "the server ended the connection {} in the last hour, in the middle of replies: ask for "
+        "less at once (block), and update its firmware",
+        Times(times));
+  }
   if (line.is_network()) {
     return fmt::format(
         "the connection was lost {} in the last hour: look at the serial server (power, restarts, "
@@ -213,6 +249,17 @@ bool Echoes(const LineStatus& status) {
   return echoed > 0 && 2 * echoed >= std::min(kLooked, status.exchanges);
 }
 
+/// Bytes stand around nearly all replies, and more come than belong to replies.
+bool IsEndless(const LineStatus& status, std::span<const DeviceRecord> devices) {
+  return status.stray_bytes >= kManyStray && 2 * status.stray_bytes > status.bytes_in &&
+         std::ranges::any_of(devices, [](const DeviceRecord& one) {
+           const Findings& findings = one.status.findings;
+           const std::size_t beside =
+               findings.Count(Symptom::noise_before) + findings.Count(Symptom::noise_behind);
+           return 4 * beside >= 3 * findings.size() && findings.size() > 0;
+         });
+}
+
 /// A word of the devices explains them.
 bool IsExplained(std::span<const DeviceRecord> devices) {
   return std::ranges::any_of(devices, [](const DeviceRecord& one) {
@@ -273,6 +320,11 @@ Sentences DiagnoseLine(const config::Line& line, const LineStatus& status,
   for (std::string& sentence : DriverErrors(line, status, nobody)) {
     found.push_back(std::move(sentence));
   }
+  if (IsEndless(status, devices)) {
+    found.push_back(
+        "bytes come without an end, also when nothing was asked: a device or converter keeps "
+        "sending; unplug them one by one");
+  }
   const double stray =
       Share(static_cast<double>(status.stray_bytes), static_cast<double>(status.bytes_in));
   if (stray >= kNotableStray && status.stray_bytes >= kFewStray && !IsExplained(devices)) {
@@ -293,9 +345,13 @@ Sentences DiagnoseLine(const config::Line& line, const LineStatus& status,
   const bool refuses = std::ranges::any_of(devices, [](const DeviceRecord& one) {
     return 2 * one.status.findings.Count(Symptom::refusal) >= Findings::kKept;
   });
-  const bool misses = !refuses && std::ranges::any_of(devices, [&](const DeviceRecord& one) {
-    return Answers(one.status.state) && MissedShare(one, now, started) > 0;
-  });
+  // One that is gone has a sentence that names the cause.
+  const bool gone = std::ranges::any_of(
+      devices, [](const DeviceRecord& one) { return one.status.last_ok && IsAbsent(one.status); });
+  const bool misses =
+      !refuses && !gone && std::ranges::any_of(devices, [&](const DeviceRecord& one) {
+        return Answers(one.status.state) && MissedShare(one, now, started) > 0;
+      });
   const std::string why =
       misses ? WhyNoTime(status, devices, nullptr, now, started) : std::string();
   if (!why.empty()) found.push_back("polls are missed: " + why);

@@ -11,6 +11,8 @@ namespace {
 
 /// One of so many exchanges that were looked at may have failed.
 constexpr std::size_t kMostlyGood = 8;
+/// A neighbour fails as often as the device, if it does so at least once in so many times.
+constexpr std::size_t kOftenAlike = 3;
 
 void Add(Evidence& evidence, const DeviceRecord& record) {
   const DeviceStatus& status = record.status;
@@ -47,6 +49,15 @@ std::string Listed(const std::vector<std::string>& names) {
   }
   if (names.size() > kNamed) text += " and " + std::to_string(names.size() - kNamed) + " more";
   return text;
+}
+
+std::size_t FailedOf(const DeviceStatus& status) {
+  std::size_t failed = 0;
+  for (std::size_t i = 0; i < kSymptoms; ++i) {
+    const auto symptom = static_cast<Symptom>(i);
+    if (!IsAnswered(symptom)) failed += status.findings.Count(symptom);
+  }
+  return failed;
 }
 
 /// What most of its failures looked like; nothing: too few.
@@ -96,12 +107,7 @@ bool AbsentTogether(std::span<const DeviceRecord> all) {
 
 bool IsHealthy(const DeviceStatus& status) {
   if (!Answers(status.state) || status.findings.size() == 0) return false;
-  std::size_t failed = 0;
-  for (std::size_t i = 0; i < kSymptoms; ++i) {
-    const auto symptom = static_cast<Symptom>(i);
-    if (!IsAnswered(symptom)) failed += status.findings.Count(symptom);
-  }
-  return kMostlyGood * failed <= status.findings.size();
+  return kMostlyGood * FailedOf(status) <= status.findings.size();
 }
 
 Evidence Gather(const LineStatus& status, const DeviceRecord& device,
@@ -115,21 +121,40 @@ Evidence Gather(const LineStatus& status, const DeviceRecord& device,
   Add(evidence, device);
   std::vector<std::string> fell;
   std::vector<std::string> away;
+  std::vector<std::string> losing;
+  Coincidences coincidences;
+  std::vector<const FailureRuns*> failing;
+  std::vector<std::string> failing_names;
   for (const DeviceRecord& other : all) {
+    const FailureRuns& failures = other.status.failures;
+    if (!failures.runs().empty()) failing.push_back(&failures);
     if (other.device == device.device) continue;
+    if (!failures.runs().empty()) failing_names.push_back(other.device->name);
     if (FellTogether(device.status, other.status)) fell.push_back(other.device->name);
     if (AreAwayTogether(device.status.failures, other.status.failures)) {
       away.push_back(other.device->name);
     }
-    if (IsHealthy(other.status) && evidence.healthy.empty()) {
+    const auto both = CoincidencesOf(device.status.failures, other.status.failures);
+    coincidences.Add(both);
+    if (2 * both.together > both.all) losing.push_back(other.device->name);
+    const auto own = MostOften(device.status);
+    const bool alike = own && own == MostOften(other.status);
+    if (alike) evidence.alike = other.device->name;
+    // As often as the device, more or less.
+    const bool as_often = alike && kOftenAlike * FailedOf(other.status) >= evidence.failed;
+    if (IsHealthy(other.status) && !as_often && evidence.healthy.empty()) {
       evidence.healthy = other.device->name;
     }
-    const auto own = MostOften(device.status);
-    if (own && own == MostOften(other.status)) evidence.alike = other.device->name;
   }
   if (!evidence.healthy.empty()) evidence.alike.clear();
   evidence.fell = Listed(fell);
   evidence.away = Listed(away);
+  evidence.shared_period = SharedPeriod(failing);
+  if (evidence.shared_period) {
+    evidence.losing = Listed(failing_names);
+  } else if (coincidences.AreNoChance()) {
+    evidence.losing = Listed(losing);
+  }
   return evidence;
 }
 

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstddef>
 #include <initializer_list>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -20,11 +21,13 @@ struct Evidence {
   const LineStatus* status = nullptr;
   const DeviceRecord* device = nullptr;  ///< null: of all devices of the line together
   Instant now{};
-  bool absent = false;     ///< it does not answer at present
-  bool answered = false;   ///< it has, since the start
-  std::string healthy{};   ///< a neighbour that answers well; empty: none
-  std::string alike{};     ///< a neighbour that fails in the same way; empty: none
-  std::string away{};      ///< neighbours that are away at the same times: "d, e"; empty: none
+  bool absent = false;    ///< it does not answer at present
+  bool answered = false;  ///< it has, since the start
+  std::string healthy{};  ///< a neighbour that answers well; empty: none
+  std::string alike{};    ///< a neighbour that fails in the same way; empty: none
+  std::string away{};     ///< neighbours that are away at the same times: "d, e"; empty: none
+  std::string losing{};   ///< neighbours that lose requests at the same times; empty: none
+  std::optional<Duration> shared_period{};  ///< of those losses, where they come regularly
   std::string fell{};      ///< neighbours that fell silent with it: "d, e"; empty: none
   std::size_t looked = 0;  ///< exchanges that are kept
   std::size_t failed = 0;  ///< of those, without a good reply

@@ -72,8 +72,13 @@ bool IsDamageOnly(const Evidence& evidence) {
   return false;
 }
 
+/// Where a check value proves it often, what could not be proven is of the same kind.
 double OtherSetting(const Evidence& evidence) {
-  return IsDamageOnly(evidence) ? 0 : evidence.Share({other_setting});
+  if (IsDamageOnly(evidence)) return 0;
+  const std::size_t count = evidence.Count(other_setting);
+  if (count < kSilences || 3 * count < evidence.failed) return evidence.Share({other_setting});
+  return evidence.Share(
+      {other_setting, damaged, noise, bad_check, bytes_lost, tail_lost, end_lost, head_lost});
 }
 
 /// It may come when it likes, and the device is silent beside it. Where nothing was ever good, some
@@ -99,7 +104,11 @@ double InPieces(const Evidence& evidence) {
 
 double Late(const Evidence& evidence) {
   if (evidence.Count(late) == 0) return 0;
-  return evidence.Share({late, silence, other_reply, odd, head_lost});
+  // What is told of the others is no lateness.
+  const bool told = !evidence.Last(other_reply).cause.empty() &&
+                    evidence.Count(other_reply) > 2 * evidence.Count(late);
+  return evidence.Share({late, silence, odd, head_lost}) +
+         (told ? 0 : evidence.Share({other_reply}));
 }
 
 constexpr std::initializer_list<Symptom> kUnreadable = {
@@ -164,9 +173,10 @@ double BytesLost(const Evidence& evidence) {
   return evidence.Share({bytes_lost, bad_check, damaged, tail_lost, end_lost});
 }
 
-/// Beside good replies a wrong last byte is damage like any other.
+/// Beside good replies a wrong last byte is damage like any other, unless nothing else is damaged.
 double EndLost(const Evidence& evidence) {
-  if (evidence.answered && !evidence.Last(end_lost).cause.empty()) return 0;
+  const bool only = evidence.Count(end_lost) >= kMany && evidence.Share({end_lost}) > 0.9;
+  if (evidence.answered && !evidence.Last(end_lost).cause.empty() && !only) return 0;
   return Always<end_lost>(evidence);
 }
 
@@ -207,9 +217,11 @@ double OtherParity(const Evidence& evidence) {
 
 /// Its replies, each without the eighth bits.
 double SevenBits(const Evidence& evidence) {
-  if (evidence.device == nullptr || evidence.failed < kMany) return 0;
-  if (!OnWire(evidence) || !evidence.device->status.findings.IsSevenBit()) return 0;
-  return evidence.Share({bad_check, damaged});
+  if (evidence.failed < kMany || !OnWire(evidence)) return 0;
+  const bool all = std::ranges::all_of(evidence.records, [](const DeviceRecord* record) {
+    return record->status.findings.IsSevenBit();
+  });
+  return all ? evidence.Share({bad_check, damaged, noise}) : 0;
 }
 
 double Silent(const Evidence& evidence) { return 0.9 * evidence.Share({silence}); }
@@ -250,6 +262,7 @@ double TooFast(const Evidence& evidence) {
 double Asleep(const Evidence& evidence) {
   // The line rests as well while neighbours are silent.
   if (evidence.device == nullptr || evidence.absent || !evidence.away.empty()) return 0;
+  if (!evidence.losing.empty()) return 0;
   if (evidence.looked - evidence.failed < kMany || evidence.Count(silence) < kSilences) return 0;
   const Findings& findings = evidence.device->status.findings;
   if (findings.LongestRun() > kFacts) return 0;  // a repeat wakes it

@@ -141,7 +141,11 @@ std::string SayTailLost(const Evidence& evidence) {
                            "bad");
 }
 
-std::string SayBytesLost(const Evidence&) {
+std::string SayBytesLost(const Evidence& evidence) {
+  if (!evidence.healthy.empty()) {
+    return "bytes are missing inside its replies: a bad wire or fibre at its end, or a converter "
+           "that takes them out (set it to raw) or is overrun";
+  }
   return "bytes are missing inside its replies: a converter takes them out (set it to raw) or is "
          "overrun (replace it)";
 }
@@ -243,6 +247,10 @@ std::string SayEndless(const Evidence&) {
 std::string SaySaid(const Evidence& evidence) {
   if (evidence.Count(odd) > 0 && !evidence.Last(odd).remedy.empty()) {
     return WithRemedy(evidence.Last(odd));
+  }
+  if (evidence.answered) {
+    return "the server closes the connection behind some requests: look at its inactivity time, "
+           "its limit of connections and its other clients";
   }
   if (evidence.Count(silence) > 0 && OnWire(evidence)) {
     return "the server closes the connection behind the request: set its port to raw TCP, and "

@@ -43,6 +43,11 @@ std::string Unproven(const Evidence& evidence) {
   }
   if (evidence.answered && OnWire(evidence))
     return "check its power and its wire, or whether its settings were changed";
+  if (evidence.answered && !OnWire(evidence) && evidence.healthy.empty() &&
+      evidence.status->port == LineStatus::Port::open) {
+    return "the server at " + evidence.line->port +
+           " accepts connections and does not answer: restart it, or look at what is behind it";
+  }
   if (!OnWire(evidence)) {
     const bool other = !evidence.answered && evidence.healthy.empty() && !counterpart.empty();
     return "check its power, its unit (" + address + ") and what is behind " + evidence.line->port +
@@ -69,6 +74,14 @@ std::string Unproven(const Evidence& evidence) {
 
 /// Single losses at random.
 std::string SayLosses(const Evidence& evidence) {
+  if (evidence.shared_period) {
+    return "every " + FormatAge(*evidence.shared_period) + " requests to it or " + evidence.losing +
+           " get no answer: look at what they share: supply, branch of the line, radio or server";
+  }
+  if (!evidence.losing.empty()) {
+    return "requests get no answer when those of " + evidence.losing +
+           " get none: look at what they share: supply, branch of the line, radio or server";
+  }
   const std::string cause = "single requests get no answer: ";
   if (!OnWire(evidence)) {
     return cause + "the server or the network loses them, or it is asked too fast (raise its poll)";
@@ -87,8 +100,9 @@ std::string SayAbsences(const Evidence& evidence, const Absences& absences) {
       absences.period ? " every " + FormatAge(*absences.period) : std::string(" now and then");
   const std::string length = " away for about " + FormatAge(absences.length);
   const std::string away = absences.times > 1 ? "it is" + length + every : "it was" + length;
-  if (!evidence.away.empty()) {
-    return away + ", at the same time as " + evidence.away +
+  const std::string& others = evidence.away.empty() ? evidence.losing : evidence.away;
+  if (!others.empty()) {
+    return away + ", at the same time as " + others +
            ": look at the supply or the branch of the line that they share";
   }
   if (!OnWire(evidence)) {
@@ -117,8 +131,8 @@ std::string SaySilent(const Evidence& evidence) {
            std::string(fell ? ", " : ": ") + Unproven(evidence);
   }
   const auto absences = failures == nullptr ? std::nullopt : FindAbsences(*failures);
-  return absences && !HasDeadQuery(*evidence.device) ? SayAbsences(evidence, *absences)
-                                                     : SayLosses(evidence);
+  const bool own = absences && !evidence.shared_period && !HasDeadQuery(*evidence.device);
+  return own ? SayAbsences(evidence, *absences) : SayLosses(evidence);
 }
 
 }  // namespace baudgate::control

@@ -37,6 +37,12 @@ bool IsBare(std::string_view line, std::string_view asked, std::size_t width) {
   return (line.size() - 1) % width == 0;
 }
 
+/// ">03+01.234" where ">+01.234" is awaited.
+bool CarriesAddress(std::string_view line, std::string_view asked) {
+  return line[0] == '>' && line.size() > 3 && line.substr(1, 2) == asked.substr(1, 2) &&
+         (line[3] == '+' || line[3] == '-');
+}
+
 std::optional<Recognised> OfLine(std::string_view line, std::string_view asked,
                                  const Settings& settings) {
   const bool checksum = settings.checksum;
@@ -60,6 +66,10 @@ std::optional<Recognised> OfLine(std::string_view line, std::string_view asked,
                       "update its firmware, or set checksum: false here and in the module"};
   }
   if (!fits && checksum && IsBare(line, asked, settings.width)) return OtherChecksum(false);
+  if (!settings.data_address && fits == checksum && CarriesAddress(line, asked)) {
+    return Recognised{Recognised::What::other_setting, "its replies with '>' carry its address",
+                      "set data_address: true at the device"};
+  }
   if (line[0] != '>' && line.substr(1, 2) != asked.substr(1, 2) && fits == checksum) {
     return Recognised{Recognised::What::other_device,
                       "module " + std::string(line.substr(1, 2)) + " answers where " +

@@ -76,6 +76,7 @@ Result<std::string> Decode(View frame, const Settings& settings) {
 
 Result<int> ParseAddress(std::string_view text) {
   const bool hex = text.starts_with("0x");
+  if (text == kNoAddress) return 1;
   const auto number = ParseInteger<int>(hex ? text.substr(2) : text, hex ? 16 : 10);
   if (number && *number >= 1 && *number <= 255) return *number;
   return Error{"'" + std::string(text) +

@@ -101,6 +101,7 @@ Answer MeterReplies::TakeData(Step& step) {
   parts_.identification.Learn(reply.pdu, reply.data);
   if (Is(reply.pdu, kAskSerial)) {
     const auto serial = ByteReader(reply.data).U32Be(0).value_or(0);
+    if (parts_.session.Doubts(serial)) return AskAgain();
     if (!parts_.session.TakeSerial(serial)) return parts_.session.OtherMeter();
     parts_.archive.OnMeter(serial);
   }

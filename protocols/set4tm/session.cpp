@@ -2,6 +2,7 @@
 #include "protocols/set4tm/session.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "protocols/set4tm/codec.h"
 #include "protocols/set4tm/conversation_steps.h"
@@ -15,6 +16,8 @@ constexpr Duration kChannelTrust = 15s;
 /// In one task.
 constexpr int kReopens = 1;
 constexpr int kRepeats = 1;
+/// Until two equal ones come.
+constexpr int kDoubts = 3;
 constexpr Duration kWrongMeter = 1min;
 
 }  // namespace
@@ -75,10 +78,16 @@ Answer MeterSession::TakeOpened(std::uint8_t code, Answer answer, bool probe, In
   return answer;
 }
 
+bool MeterSession::Doubts(std::uint32_t serial) {
+  if (settings_.checksum == Checksum::crc || serial == Expected()) return false;
+  const bool again = std::exchange(doubted_, serial) == serial;
+  return !again && doubts_++ < kDoubts;
+}
+
 /// The right one is the meter that is configured, else the first that has answered since a person
 /// enabled it.
 bool MeterSession::TakeSerial(std::uint32_t serial) {
-  const auto expected = settings_.serial_number ? settings_.serial_number : memory_.serial();
+  const auto expected = Expected();
   if (!expected) memory_.OnSerial(serial);
   verified_ = serial == expected.value_or(serial);
   if (verified_) {

@@ -40,7 +40,11 @@ class MeterSession {
   /// Data have come: the channel lives on.
   void OnGood(Instant now) { last_good_ = now; }
   /// A task has ended.
-  void OnTaskEnd() { reopened_ = repeated_ = 0; }
+  void OnTaskEnd() {
+    reopened_ = repeated_ = 0;
+    doubted_.reset();
+    doubts_ = 0;
+  }
   /// A request was not answered; `opens`: it should have opened the channel.
   void OnFailure(bool opens, Outcome outcome, Instant now);
   void OnReconnect();
@@ -55,6 +59,8 @@ class MeterSession {
 
   /// The status `code` answers OpenPdu.
   Answer TakeOpened(std::uint8_t code, Answer answer, bool probe, Instant now);
+  /// A check value of one byte may fit a damaged reply: ask once more.
+  bool Doubts(std::uint32_t serial);
   /// False: it is another meter's.
   bool TakeSerial(std::uint32_t serial);
   /// The answer to whatever another meter was asked.
@@ -71,6 +77,9 @@ class MeterSession {
 
  private:
   std::string RefusedText() const;
+  std::optional<std::uint32_t> Expected() const {
+    return settings_.serial_number ? settings_.serial_number : memory_.serial();
+  }
 
   const Settings& settings_;
   bool open_ = false;
@@ -79,6 +88,8 @@ class MeterSession {
   Instant last_good_{};
   int reopened_ = 0;  // in the task under way
   int repeated_ = 0;
+  std::optional<std::uint32_t> doubted_;
+  int doubts_ = 0;
   // Kept over reconnects.
   MeterMemory memory_;
   DeviceTrouble trouble_;

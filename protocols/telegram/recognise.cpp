@@ -57,6 +57,14 @@ bool IsWhole(const Form& form, View line, const Bound& known) {
   return MatchAll(form, line, known).kind == Match::Kind::whole;
 }
 
+/// But for its check value, which stands behind a mark, it has the form.
+bool HasWrongSum(const Form& form, View line, const Bound& known) {
+  const auto& elements = form.pattern.elements;
+  const auto sum = std::ranges::find(elements, kChecksum, &Element::name);
+  if (sum == elements.begin() || sum == elements.end() || std::prev(sum)->is_field()) return false;
+  return MatchAll(form, line, known).bad_checksum;
+}
+
 bool LacksSum(const Form& form, View line, const Bound& known) {
   return std::ranges::any_of(std::initializer_list<bool>{false, true}, [&](bool mark) {
     const auto changed = WithoutSum(form, mark);
@@ -107,6 +115,7 @@ std::optional<Recognised> Recognise(View request, View heard, const Settings& se
   const std::string what = asked ? "its replies" : "its messages";
   std::size_t numbers = 0;
   for (const Form* form : awaited->forms) {
+    if (HasWrongSum(*form, line, awaited->known)) return std::nullopt;
     if (LacksSum(*form, line, awaited->known)) {
       return Recognised{Recognised::What::other_setting, what + " carry no check value" + quoted,
                         "switch it on at the device, or take {checksum} out of its telegrams"};

@@ -79,5 +79,35 @@ TEST_F(ReceptionTest, WhatComesBehindTheEndIsToldBeforeTheNextRequest) {
   EXPECT_TRUE(reception.TakeChanged().empty()) << "told once";
 }
 
+TEST_F(ReceptionTest, ASecondReplyBehindARepeatWasLateWhereverItIsFound) {
+  for (const bool repeated : {true, false}) {
+    Reception reception(config::Echo::off, roster, owed_.whose);
+    Job job = Ask("?A1\r");
+    const auto answer = [&](Job& to, std::string_view body, Instant now) {
+      const Bytes frame = ToyReply(body);
+      reception.OnBytes(frame, &to, now);
+      reception.Judge(to, frame, now);
+      to.doubted = false;
+      return End(reception, to, Outcome::ok).finding.symptom;
+    };
+    if (repeated) {
+      reception.OnSend(job, kStart);
+      End(reception, job, Outcome::no_reply);
+    }
+    reception.OnSend(job, kStart + 1s);
+    EXPECT_EQ(answer(job, "A1=5", kStart + 1100ms), Symptom::clean);
+    Job next = Ask("?A2\r");
+    reception.OnSend(next, kStart + 2s);
+    reception.OnBytes(ToyReply("A1=6"), &next, kStart + 2050ms);
+    EXPECT_EQ(answer(next, "A2=5", kStart + 2100ms),
+              repeated ? Symptom::clean : Symptom::others_beside);
+    const std::vector<Examiner::Earlier> changed = reception.TakeChanged();
+    ASSERT_EQ(changed.size(), repeated ? 1U : 0U);
+    if (!repeated) continue;
+    EXPECT_EQ(changed[0].finding.symptom, Symptom::late);
+    EXPECT_EQ(changed[0].back, 2U);
+  }
+}
+
 }  // namespace
 }  // namespace baudgate

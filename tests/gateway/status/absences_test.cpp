@@ -88,6 +88,67 @@ TEST(Absences, OfTwoDevicesAtTheSameTime) {
   }
 }
 
+bool FailTogether(const FailureRuns& one, const FailureRuns& other) {
+  return CoincidencesOf(one, other).AreNoChance();
+}
+
+TEST(Absences, SingleLossesOfTwoAtTheSameTime) {
+  const std::string seldom = Times(6, "ooooooooxooo") + "o";
+  EXPECT_TRUE(FailTogether(After(seldom), After(seldom)));
+  EXPECT_FALSE(FailTogether(After(seldom), After("oooo" + seldom)));
+  EXPECT_FALSE(FailTogether(After(seldom), After(Times(36, "ox") + "o")))
+      << "one fails all the time";
+  EXPECT_FALSE(FailTogether(After(seldom), After(Times(40, "o"))));
+  EXPECT_FALSE(FailTogether(After("ooooxoooo"), After("ooooxoooo"))) << "once may be chance";
+}
+
+TEST(Absences, OfManyAFewAreEnough) {
+  const FailureRuns few = After("oooooooooxooooooooxooooooooxoooooo");
+  EXPECT_FALSE(FailTogether(few, few));
+  Coincidences all = CoincidencesOf(few, few);
+  all.Add(CoincidencesOf(few, few));
+  all.Add(CoincidencesOf(few, few));
+  EXPECT_TRUE(all.AreNoChance());
+}
+
+TEST(Absences, OutagesThatStrikeNowOneAndNowAnother) {
+  const std::string quiet = "oooooooo";
+  const std::string fails = "xooooooo";
+  const FailureRuns one = After(quiet + fails + quiet + fails + quiet + fails + quiet);
+  const FailureRuns other = After(quiet + quiet + fails + quiet + fails + quiet + fails + "o");
+  const FailureRuns random = After("oxoooooooooxoooooxooooooooooooooooooooooxoooooooox");
+  const auto period = [](std::initializer_list<const FailureRuns*> devices) {
+    return SharedPeriod({devices.begin(), devices.size()});
+  };
+  EXPECT_EQ(period({&one, &other}), 8s);
+  EXPECT_EQ(period({&one}), std::nullopt);
+  EXPECT_EQ(period({&one, &random}), std::nullopt);
+  const FailureRuns always = After(quiet + fails + fails + fails + fails + fails);
+  EXPECT_EQ(period({&always, &always}), std::nullopt) << "they fail together, each time";
+}
+
+TEST(Absences, RareAndRegularFailuresAreOutages) {
+  EXPECT_EQ(Shown(After(Times(5, "ooooooooox") + "o")), "1.0 s every 10 s");
+  EXPECT_EQ(Shown(After(Times(4, "ooooooooox") + "o")), "");
+}
+
+TEST(Absences, TwoThatFailByChanceAreNotTogether) {
+  std::mt19937 random(2);
+  int wrong = 0;
+  for (int i = 0; i < 2000; ++i) {
+    std::bernoulli_distribution fails(0.05 + 0.04 * (i % 10));
+    const auto draw = [&] {
+      std::string exchanges;
+      for (int j = 0; j < 100; ++j) exchanges += fails(random) ? 'x' : 'o';
+      return After(exchanges);
+    };
+    const FailureRuns one = draw();
+    const FailureRuns other = draw();
+    wrong += FailTogether(one, other) ? 1 : 0;
+  }
+  EXPECT_LE(wrong, 4) << "of 2000";
+}
+
 TEST(Absences, SilenceIsUsualWhereItHasEndedBefore) {
   const struct {
     std::string exchanges;

@@ -29,6 +29,8 @@ TEST(Recognise, WhatIsNearlyTheirs) {
        "another master speaks on the line: it has sent '$07MD8'"},
       {"Dcon9600", "#0184\r", ">+100.23+034.05\r", "its replies carry no checksum"},
       {"Dcon9600", "#0184\r", ">+100.23+034.05FF\r", ""},
+      {"Dcon9600", "#0184\r", ">01+100.23+034.0543\r", "its replies with '>' carry its address"},
+      {"Dcon9600", "#0184\r", ">02+100.23+034.0544\r", ""},
       {"Spa9600", ">1RI1:17\r", "<7D:0.52:56\r\n", "slave 7 answers where slave 1 was asked"},
       {"Spa9600", ">1RI1:17\r", "<7D:0.52:67\r\n", ""},
       {"Spa9600", ">1RI1:17\r", "<1D:0.52:5A\r\n", "its checksums count the line feed in front"},

@@ -4,6 +4,7 @@
 
 #include "protocols/set4tm/conversation.h"
 #include "protocols/set4tm/frame_rule.h"
+#include "protocols/set4tm/session.h"
 #include "tests/protocols/set4tm/support.h"
 
 namespace baudgate::protocols::set4tm {
@@ -53,6 +54,22 @@ TEST(Set4tmKs, AStatusIsThreeBytesAndWaitsForSilence) {
   Bytes lengthened = status;
   lengthened.resize(whole.size());  // zeros keep KS good
   EXPECT_EQ(ReplyRule(lengthened, expect, true).kind, Cut::Kind::discard);
+}
+
+TEST(Set4tmKs, AnotherSerialNumberMustComeTwice) {
+  Settings settings;
+  settings.serial_number = 7;
+  settings.checksum = Checksum::ks;
+  MeterSession session(settings);
+  EXPECT_FALSE(session.Doubts(7));
+  EXPECT_TRUE(session.Doubts(9)) << "it may be damaged";
+  EXPECT_FALSE(session.Doubts(9));
+  session.OnTaskEnd();
+  for (const std::uint32_t serial : {11U, 12U, 13U}) EXPECT_TRUE(session.Doubts(serial));
+  EXPECT_FALSE(session.Doubts(14)) << "not without an end";
+  settings.checksum = Checksum::crc;
+  session.OnTaskEnd();
+  EXPECT_FALSE(session.Doubts(9));
 }
 
 TEST(Set4tmKs, MeterAndTwinSpeakIt) {

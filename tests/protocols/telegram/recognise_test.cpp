@@ -51,6 +51,7 @@ TEST(TelegramRecognise, WhatComesInPlaceOfAnAwaitedOne) {
        "its reply to reading has no sign in front ('1.23456789E-03')"},
       {"nmea-0183-weather", "", "$WIMWV,214.8,R,0.1,N,A\r\n", other_setting,
        "its messages carry no check value ('$WIMWV,214.8,R,0.1,N,A')"},
+      {"nmea-0183-weather", "", "$WIMWV,214.8,R,0.1,N,A*0A\r\n", bad_check, "a text"},
       {"owen-mv110-8a-telegrams", "#0386\r", ">+04.803+02.819F3\r", other_form,
        "2 of the 8 numbers that are described came ('>+04.803+02.819F3')"},
       {"owen-mv110-8a-telegrams", "#0386\r",
