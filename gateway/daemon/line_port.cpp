@@ -180,6 +180,10 @@ void LinePort::Release(Duration time, Now now) {
 void LinePort::TakeBack(Now now) {
   now_ = now;
   loan_.TakeBack(std::string(kTakenBack), now);
+  if (grace_.waits() && !stopping_) {  // it has not been lent yet
+    grace_.CallOff();
+    poller_.CallOffWindUp(now);
+  }
   EndLoan();
 }
 

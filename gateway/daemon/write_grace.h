@@ -28,6 +28,11 @@ class WriteGrace {
     until_.reset();
     std::exchange(then_, nullptr)();
   }
+  /// What waits is not called.
+  void CallOff() {
+    until_.reset();
+    then_ = nullptr;
+  }
   const std::optional<Instant>& until() const { return until_; }
 
  private:

@@ -17,8 +17,8 @@ constexpr std::uint32_t kPaceBurst = 100;
 constexpr Duration kEndInterval = 20us;
 constexpr Duration kEndTime = 700ms;
 constexpr std::size_t kDueBatch = 64;
-constexpr Duration kRetry = 1s;  // of the gateway and of an event
-constexpr std::size_t kEventBatch = 64;
+constexpr Duration kRetry = 1s;     // of what goes before values
+constexpr std::size_t kBatch = 64;  // of what goes before values
 
 // A reader that is connected in the middle of a long image gets its end before its beginning; one
 // on Fast DDS 2.9 then searches all that it holds for each sample, for ten seconds and more.
@@ -62,6 +62,7 @@ PublishPlan SampleSender::NewPlan(Instant now) const {
 void SampleSender::StartAnew(Instant now) {
   plan_ = NewPlan(now);
   round_ = {};
+  gone_.clear();
   pace_.ForgetHold();
   gateway_due_ = now;
   events_.StartAnew();
@@ -69,25 +70,25 @@ void SampleSender::StartAnew(Instant now) {
   alarms_due_ = events_due_ = now + kDiscoveryTime;
 }
 
-// One that finds no room for its end is lost, as at a stop.
+// A point that has come back under its name before its end was told has none.
 void SampleSender::OnReload(Instant now) {
-  std::vector<std::pair<std::string, PointRef>> sent;
-  for (std::uint32_t slot = 0; slot < slots_.size(); ++slot) {
-    if (!plan_.WasSent(slot)) continue;
-    const PointRef ref = slots_.RefOf(slot);
-    sent.emplace_back(NameOf(store_, ref), ref);
-  }
+  AddGone();
   slots_ = PointSlots(store_);
   plan_ = NewPlan(now);
   round_ = {};
   const auto slots = SlotsByName(store_, slots_);
-  for (const auto& [name, ref] : sent) {
-    const auto found = slots.find(name);
-    if (found == slots.end()) {
-      EndPoint(ref);
-    } else {
-      plan_.MarkSent(found->second);
-    }
+  std::erase_if(gone_, [&](const PointRef& ref) {
+    const auto found = slots.find(NameOf(store_, ref));
+    if (found != slots.end()) plan_.MarkSent(found->second);
+    return found != slots.end();
+  });
+  gone_due_ = now;
+}
+
+/// All that subscribers have been told of.
+void SampleSender::AddGone() {
+  for (std::uint32_t slot = 0; slot < slots_.size(); ++slot) {
+    if (plan_.WasSent(slot)) gone_.push_back(slots_.RefOf(slot));
   }
 }
 
@@ -110,7 +111,7 @@ bool SampleSender::idle() const {
 }
 
 Instant SampleSender::Send(Instant now) {
-  if (!SendGateway(now)) return pace_.ReadyAt();
+  if (!SendGateway(now) || !SendGone(now)) return pace_.ReadyAt();
   if (!SendFrom(events_, events_due_, now) || !SendFrom(alarms_, alarms_due_, now))
     return pace_.ReadyAt();
   if (!SendRound(now)) return pace_.ReadyAt();
@@ -119,7 +120,7 @@ Instant SampleSender::Send(Instant now) {
   if (!std::exchange(due_may_follow_, false)) return now;
   TakeDue(now);
   if (!SendRound(now)) return pace_.ReadyAt();
-  return std::min({plan_.NextDue(), gateway_due_, EventsDue()});
+  return std::min({plan_.NextDue(), gateway_due_, BehindDue()});
 }
 
 /// False: the pace or the writer does not allow it now.
@@ -133,12 +134,30 @@ bool SampleSender::SendGateway(Instant now) {
   return true;
 }
 
+/// False: the pace or the writer does not allow it now.
+bool SampleSender::SendGone(Instant now) {
+  if (now < gone_due_) return true;
+  for (std::size_t sent = 0; sent < kBatch && !gone_.empty(); ++sent) {
+    if (!pace_.MayWrite(now)) return false;
+    const PointRef ref = gone_.front();
+    const Sent said = EndPoint(ref);
+    if (!pace_.Took(said, now)) return false;
+    Count(said, "device ", store_.device(ref.device).name);
+    if (said == Sent::refused) {
+      gone_due_ = now + kRetry;
+      return true;
+    }
+    gone_.pop_front();
+  }
+  return true;
+}
+
 /// False: the pace or the writer does not allow it now. In their order: one that is refused holds
 /// up those behind it.
 template <typename Sender>
 bool SampleSender::SendFrom(Sender& sender, Instant& due, Instant now) {
   if (now < due) return true;
-  for (std::size_t sent = 0; sent < kEventBatch; ++sent) {
+  for (std::size_t sent = 0; sent < kBatch; ++sent) {
     const auto* sample = sender.Next();
     if (sample == nullptr) return true;
     if (!pace_.MayWrite(now)) return false;
@@ -154,9 +173,12 @@ bool SampleSender::SendFrom(Sender& sender, Instant& due, Instant now) {
   return true;
 }
 
-Instant SampleSender::EventsDue() {
+/// When what is left of ends, events and alarms may be sent.
+Instant SampleSender::BehindDue() {
+  const Instant gone = gone_.empty() ? Instant::max() : gone_due_;
   const Instant events = events_.Next() == nullptr ? Instant::max() : events_due_;
-  return std::min(events, alarms_.Next() == nullptr ? Instant::max() : alarms_due_);
+  const Instant alarms = alarms_.Next() == nullptr ? Instant::max() : alarms_due_;
+  return std::min({gone, events, alarms});
 }
 
 void SampleSender::TakeDue(Instant now) {
@@ -268,15 +290,16 @@ bool SampleSender::SendDevice(std::uint32_t device, Instant now) {
 }
 
 std::optional<Instant> SampleSender::End(Instant now) {
-  if (!ending_) ending_ = Ending{now + kEndTime, Pacer(kEndInterval, kPaceBurst)};
+  if (!ending_) {
+    ending_ = Ending{now + kEndTime, Pacer(kEndInterval, kPaceBurst)};
+    AddGone();
+  }
   if (const auto next = EndOf(events_, now)) return next;
   if (const auto next = EndOf(alarms_, now)) return next;
-  Ending& at = *ending_;
-  for (; at.slot < slots_.size(); ++at.slot) {
-    if (!plan_.WasSent(at.slot)) continue;
-    if (now >= at.deadline) return std::nullopt;
-    if (!at.pacer.Take(now)) return at.pacer.ReadyAt();
-    if (EndPoint(slots_.RefOf(at.slot)) == Sent::later) return now + WritePace::kLongestHold;
+  for (; !gone_.empty(); gone_.pop_front()) {
+    if (now >= ending_->deadline) return std::nullopt;
+    if (!ending_->pacer.Take(now)) return ending_->pacer.ReadyAt();
+    if (EndPoint(gone_.front()) == Sent::later) return now + WritePace::kLongestHold;
   }
   return std::nullopt;
 }

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <atomic>
+#include <deque>
 #include <functional>
 #include <optional>
 #include <span>
@@ -50,9 +51,9 @@ class SampleSender {
   /// `now` again.
   void StartAnew(Instant now);
 
-  /// A reload: the configuration has changed, and the store may have other devices. Subscribers are
-  /// told of points that are gone, and everything is due again, also what was added and is not sent
-  /// yet.
+  /// A reload: the configuration has changed, and the store may have other devices. The end of
+  /// points that are gone is due first. Everything else is due again, also what was added and is
+  /// not sent yet.
   void OnReload(Instant now);
 
   /// Takes over what has changed; also when nothing has. Only while idle, and before each Send
@@ -60,9 +61,9 @@ class SampleSender {
   void Add(Changes& changes);
   /// Everything added has been sent; false: the pace holds some of it back.
   bool idle() const;
-  /// Sends at most 64 events and alarms, what was added, then at most 64 points and 64 devices that
-  /// are due by themselves, as far as the pace allows. Returns when to call it again at the latest;
-  /// `now`: at once.
+  /// Sends at most 64 ends of points, events and alarms, what was added, then at most 64 points and
+  /// 64 devices that are due by themselves, as far as the pace allows. Returns when to call it
+  /// again at the latest; `now`: at once.
   Instant Send(Instant now);
 
   /// Tells subscribers that nobody reads the points any more: each that was ever sent goes out once
@@ -94,18 +95,19 @@ class SampleSender {
     std::vector<std::uint32_t> devices;
     std::size_t next_device = 0;
   };
-  /// How far the end has been told.
+  /// The end is being told.
   struct Ending {
     Instant deadline;
     Pacer pacer;
-    std::uint32_t slot = 0;
   };
 
   PublishPlan NewPlan(Instant now) const;
+  void AddGone();
   bool SendGateway(Instant now);
+  bool SendGone(Instant now);
   template <typename Sender>
   bool SendFrom(Sender& sender, Instant& due, Instant now);
-  Instant EventsDue();
+  Instant BehindDue();
   template <typename Sender>
   std::optional<Instant> EndOf(Sender& sender, Instant now);
   bool SendRound(Instant now);
@@ -126,6 +128,8 @@ class SampleSender {
   WritePace pace_;
   Round round_;
   bool due_may_follow_ = false;
+  std::deque<PointRef> gone_;       ///< points whose end subscribers have to be told
+  Instant gone_due_{};              ///< not before
   std::vector<std::uint32_t> due_;  ///< kept to save its memory
   DeviceSample device_sample_;      ///< so is this
   GatewaySample gateway_sample_;

@@ -22,8 +22,8 @@ LineUse UseOf(const Job& job) {
 bool IsUrgent(const Job& job) {
   if (job.As<Job::Write>() != nullptr || job.As<Job::ReadBack>() != nullptr) return true;
   const auto* routed = job.As<Job::Routed>();
-  return routed != nullptr && !routed->batch.empty() &&
-         RouteQueue::IsShortWrite(routed->batch.front());
+  const RoutedRequest* const first = routed != nullptr ? routed->first() : nullptr;
+  return first != nullptr && RouteQueue::IsShortWrite(*first);
 }
 
 std::optional<Instant> LatestStart(const Job& job) {

@@ -56,6 +56,9 @@ struct Job {
     bool odd = false;  ///< the slave has answered, but not in a form that fits its request
     LostReplies::Older older{};  ///< which lost requests its latest reply may answer instead
     std::size_t replies = 0;     ///< to this request
+
+    /// Null: all its clients have left.
+    const RoutedRequest* first() const { return batch.empty() ? nullptr : &batch.front(); }
   };
 
   Job(Member& who, std::variant<Poll, Events, Background, Probe, ReadBack, Write, Routed> kind,

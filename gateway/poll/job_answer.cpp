@@ -176,7 +176,9 @@ void JobRun::OnRoutedFailure(Job::Routed& routed, const ExchangeEnd& end) {
   const Member& member = *job.member;
   upkeep_.HoldBack(member);
   const bool damaged = end.outcome == Outcome::corrupt || end.outcome == Outcome::partial;
-  if (damaged && routed.is_read && !job.looks && routed.batch.front().tries < member.retries) {
+  const RoutedRequest* const first = routed.first();
+  const bool tries_left = first != nullptr && first->tries < member.retries;
+  if (damaged && routed.is_read && !job.looks && tries_left) {
     ledger_.devices.OnRetry(member);
     for (RoutedRequest& request : routed.batch) ++request.tries;
     agenda_.routes.queue().Return(std::move(routed.batch));

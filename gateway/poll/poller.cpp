@@ -220,6 +220,12 @@ void Poller::GoOn(Now now) {
   Settle();
 }
 
+void Poller::CallOffWindUp(Now now) {
+  hold_.CallOffWindUp();
+  Advance(now);
+  if (is_open()) Settle();
+}
+
 Speaking Poller::SpeakingAs(std::uint32_t index) const {
   const Device& device = roster_.DeviceAt(index);
   return {device.protocol, device.options, device.serial, device.times};

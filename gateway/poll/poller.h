@@ -85,6 +85,8 @@ class Poller : private LineClient {
 
   /// Nothing is begun any more until the port opens again: the write under way may end.
   void WindUp() { hold_.WindUp(); }
+  /// The port stays open after all.
+  void CallOffWindUp(Now now);
   bool IsWriting() const;
 
   /// Nothing is begun any more until GoOn: the line is wanted for something else. True: what was

@@ -52,6 +52,40 @@ TEST_F(LocalPort, IsLentAfterTheWriteUnderWay) {
   EXPECT_EQ(ends_.size(), 1U);
 }
 
+TEST_F(LocalPort, ThatIsTakenBackBeforeTheWriteHasEndedIsNotLent) {
+  Open();
+  Pass(2s);
+  answers_ = false;
+  Write();
+  Pass(20ms);
+  Handle([&] { line_->port.Release(10s, now_); });
+  Pass(100ms);
+  Handle([&] { line_->port.TakeBack(now_); });
+  answers_ = true;
+  Pass(5s);
+  EXPECT_TRUE(port_.open);
+  EXPECT_EQ(port_.opens, 1);
+  EXPECT_EQ(status().port, LineStatus::Port::open);
+  const int sends = port_.sends;
+  Pass(2s);
+  EXPECT_GT(port_.sends, sends) << "polls go on";
+}
+
+TEST_F(LocalPort, ThatIsTakenBackDuringTheStopStopsAllTheSame) {
+  Open();
+  Pass(2s);
+  answers_ = false;
+  Write();
+  Pass(20ms);
+  Handle([&] { line_->port.Release(10s, now_); });
+  int stopped = 0;
+  Handle([&] { line_->port.Stop("the gateway stops", now_, [&] { ++stopped; }); });
+  Handle([&] { line_->port.TakeBack(now_); });
+  Pass(1s);
+  EXPECT_EQ(stopped, 1);
+  EXPECT_FALSE(port_.open);
+}
+
 TEST_F(LocalPort, NothingOpensItAfterTheStop) {
   Open();
   Handle([&] { line_->port.Release(10s, now_); });

@@ -372,6 +372,69 @@ TEST(SampleSender, TellsTheEndOfWhatIsGoneAndGoesOnWithTheRest) {
   EXPECT_THAT(run.writer.points, SizeIs(2)) << "what is gone has no second end";
 }
 
+/// All points of a device are gone: 1000 ends, more than the pace and the writer take at once.
+struct Leaving : Sending {
+  explicit Leaving(Sent answer = Sent::later) : Sending(MakeConfig(1, 1000)) {
+    RunFor(1s);
+    writer.points.clear();
+    writer.answer = answer;
+    store.Append(other);
+    store.Retire(0);
+    sender.OnReload(now.instant);
+  }
+  std::size_t ends() const {
+    return static_cast<std::size_t>(std::ranges::count_if(writer.points, [](const auto& sample) {
+      return sample.device == "feeder-0" && sample.quality == 0x08;
+    }));
+  }
+  config::Line other = MakeConfig(1, 0).lines[0];
+};
+
+TEST(SampleSender, TellsEachEndEvenIfThereIsNoRoomForItAtFirst) {
+  for (const Sent answer : {Sent::yes, Sent::later, Sent::refused}) {
+    SCOPED_TRACE(static_cast<int>(answer));
+    Leaving run(answer);
+    run.RunFor(1ms);
+    EXPECT_LE(run.ends(), 200U) << "at the pace of all samples";
+    run.writer.answer = Sent::yes;
+    run.RunFor(2s);
+    EXPECT_EQ(run.ends(), 1000U);
+    run.writer.points.clear();
+    run.End();
+    EXPECT_EQ(run.ends(), 0U) << "once";
+  }
+}
+
+TEST(SampleSender, AnEndThatIsNotToldYetIsToldAtTheStop) {
+  Leaving run;
+  run.RunFor(1ms);
+  run.writer.answer = Sent::yes;
+  run.End();
+  EXPECT_EQ(run.ends(), 1000U);
+}
+
+TEST(SampleSender, TellsNoEndOfWhatHasComeBackMeanwhile) {
+  Leaving run;
+  run.RunFor(1ms);
+  run.store.Append(run.config.lines[0]);
+  run.Set(2, 0, 2.5);
+  run.sender.OnReload(run.now.instant);
+  run.writer.answer = Sent::yes;
+  run.RunFor(2s);
+  EXPECT_EQ(run.ends(), 0U);
+  EXPECT_EQ(run.writer.Latest("p0")->value, 2.5);
+  run.End();
+  EXPECT_EQ(run.ends(), 1000U);
+}
+
+TEST(SampleSender, ANewReceiverIsToldNoEnds) {
+  Leaving run;
+  run.writer.answer = Sent::yes;
+  run.sender.StartAnew(run.now.instant);
+  run.RunFor(2s);
+  EXPECT_EQ(run.ends(), 0U);
+}
+
 /// The reload has put devices into the store, and has not told the sender yet.
 TEST(SampleSender, ANewSessionDuringAReloadSendsWhatIsNumbered) {
   Sending run(MakeConfig(2, 3));

@@ -23,12 +23,14 @@ TEST(HoldTest, EndsAsTheTableSays) {
   };
   const auto go_on = [](Hold& hold) { EXPECT_TRUE(hold.GoOn()); };
   const auto close = [](Hold& hold) { hold.OnClosed(); };
+  const auto call_off = [](Hold& hold) { hold.CallOffWindUp(); };
   const auto open = [](Hold& hold) { hold.OnOpened(); };
   const HoldRow kRows[] = {
       {"a pause goes on", pause, go_on, false},
       {"a pause, and the port closes", pause, close, false},
       {"a wind-up, and the port closes", wind_up, close, true},
       {"a wind-up, and the port opens again", wind_up, open, false},
+      {"a wind-up that is called off", wind_up, call_off, false},
       {"a pause that goes on while the line winds up", both, go_on, true},
       {"both, and the port opens", both, open, false},
   };

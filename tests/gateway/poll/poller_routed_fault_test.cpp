@@ -58,6 +58,34 @@ TEST(PollerRoutedFaults, OneByteBehindAReplyDoesNotSlowTheNextReads) {
   EXPECT_GT(answered[1], answered[0] * 9 / 10);
 }
 
+TEST(PollerRoutedFaults, ADamagedReplyIsNotAskedForAgainIfItsClientHasLeft) {
+  struct Row {
+    const char* what;
+    Bytes noise;  // before the reply
+    bool stays;   // another client that has asked the same
+  };
+  const Bytes corrupt = {0x14, 0x03, 0x02, 0x00, 0x07, 0x00, 0x00};
+  const std::vector<Row> rows = {{"partial, nobody waits", kNoise, false},
+                                 {"corrupt, nobody waits", corrupt, false},
+                                 {"partial, another waits", kNoise, true}};
+  for (const Row& row : rows) {
+    SCOPED_TRACE(row.what);
+    RoutedLine line(DriveLine({Polled("20", 1, 1h)}), {});
+    line.RunFor(1s);
+    line.twin(0).manner.think = 300ms;
+    line.Ask("left", kRead, 20, 1);
+    if (row.stays) line.Ask("stays", kRead, 20, 2);
+    line.Inject(row.noise, 20ms);
+    line.RunFor(10ms);
+    line.poller().Abandon(1, line.now());
+    line.RunFor(3s);
+    EXPECT_EQ(line.StatusOf(0).retries > 0, row.stays);
+    EXPECT_TRUE(line.Of("left").sent);
+    if (!row.stays) continue;
+    EXPECT_EQ(line.Of("stays").outcome, Outcome::ok);
+  }
+}
+
 // Replies to function 16 look alike, and the PLC would take a running motor for a stopped one.
 TEST(PollerRoutedFaults, TheLateReplyToAStartDoesNotConfirmTheStop) {
   RoutedLine line;
