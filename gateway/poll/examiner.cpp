@@ -17,21 +17,11 @@ namespace {
 constexpr std::size_t kKept = 1024;
 constexpr std::size_t kArrivals = 256;
 constexpr std::size_t kTaken = 8;
-/// What begins as a reply has begun is another one.
-constexpr std::size_t kFront = 2;
-/// The same reply to this many other requests is no chance, where each of them may be answered
-/// alike; and where replies are numbered.
-constexpr std::size_t kSame = 4;
-constexpr std::size_t kSameNumbered = 2;
-/// So often in a row it came to requests that it cannot answer: more than a lag brings.
-constexpr std::size_t kMisfits = 6;
-/// Fewer bytes may well be the same.
-constexpr std::size_t kShortest = 4;
 constexpr std::size_t kTransaction = 2;
 /// The line was silent before the request, this many times longer than the reply took.
 constexpr int kRested = 8;
-/// Rests of a reply that come later than this belong to no exchange.
-constexpr Duration kLongestPause = 5s;
+/// A request that was sent earlier gets no reply any more.
+constexpr Duration kLongestLag = 5s;
 
 }  // namespace
 
@@ -41,7 +31,7 @@ void Examiner::Begin(const Member& member, const Request& request, const LineTim
   idle_ = last_ == Instant{} ? kLongIdle : std::max(now - last_, Duration());
   sent_ = now + static_cast<std::int64_t>(request.bytes.size()) * times.character;
   last_ = sent_;
-  if (broken_.member == &member) ++broken_.began;
+  broken_.OnBegin(member);
   LastTwo& asked = open_[member];
   ++asked.since;
   const bool again = asked.last.member != nullptr && asked.last.request.bytes == request.bytes;
@@ -50,7 +40,7 @@ void Examiner::Begin(const Member& member, const Request& request, const LineTim
   Bytes vain;
   if (again && !asked.last.answered && !asked.last.late) {
     if (4 * (sent_ - asked.last.first) < 5 * times.ceiling) first = asked.last.first;
-    if (sent_ - asked.last.tried < kLongestPause) tried = asked.last.tried;
+    if (sent_ - asked.last.tried < kLongestLag) tried = asked.last.tried;
     if (asked.last.silent) {
       asked.lost = tried;
       asked.since = 1;
@@ -127,7 +117,7 @@ Finding Examiner::End(Outcome outcome) {
   finding.idle = idle_;
   OnFound(finding.symptom);
   if (finding.symptom == Symptom::tail_lost || finding.symptom == Symptom::end_lost) {
-    broken_ = {member_, request_, heard_, arrivals_.back().after + sent_, 0};
+    broken_ = BrokenReply(*member_, request_, heard_, arrivals_.back().after + sent_);
   }
   return finding;
 }
@@ -154,32 +144,17 @@ std::pair<View, View> Examiner::BesideReply() const {
   return {View(heard.begin(), found), behind};
 }
 
-/// Behind the beginning it makes a whole reply, which is none by itself.
-bool Examiner::IsRest(View rest) const {
-  // Replies of a connection are whole, or their header says how much is missing.
-  if (rest.empty() || broken_.member->protocol->tcp) return false;
-  const std::size_t same = std::min({rest.size(), broken_.begin.size(), kFront});
-  if (std::ranges::equal(rest.first(same), View(broken_.begin).first(same))) return false;
-  Bytes whole = broken_.begin;
-  Append(whole, rest);
-  Assembler assembler;
-  assembler.Begin(broken_.member->protocol->reply_rule, broken_.request.expect);
-  assembler.Feed(whole);
-  const auto frame = assembler.Next(true);
-  return frame && whole.size() - assembler.held() - frame->size() < broken_.begin.size();
-}
-
 /// The rest of a reply that broke off has come, in this exchange.
 bool Examiner::FindRest() {
-  if (broken_.member == nullptr || heard_.empty()) return false;
+  if (heard_.empty() || !broken_.IsAwaited(member_)) return false;
   const Instant came = sent_ + arrivals_.back().after;
-  if (came - broken_.last > kLongestPause) return false;
   const auto [before, behind] = BesideReply();
-  if (!IsRest(before) && !IsRest(behind)) return false;
+  if (!broken_.IsRest(before, came) && !broken_.IsRest(behind, came)) return false;
   // One that was taken may stand in front of the rest.
   const Arrival& rest = frame_.empty() ? arrivals_.front() : arrivals_.back();
-  const Duration pause = sent_ + rest.after - broken_.last;
-  earlier_.push_back({broken_.member, {.symptom = Symptom::split, .time = pause}, broken_.began});
+  const Duration pause = sent_ + rest.after - broken_.last();
+  earlier_.push_back(
+      {&broken_.member(), {.symptom = Symptom::split, .time = pause}, broken_.began()});
   broken_ = {};
   return true;
 }
@@ -257,29 +232,13 @@ bool Examiner::IsCopy() const {
   return copies > 0 && others < 2;
 }
 
-/// What has come is what came to other requests before, one after another, and it was `right` once.
+/// What has come is what came to other requests before, without the number of its transaction.
 bool Examiner::IsSameAgain(bool right) {
-  LastTwo& asked = open_[*member_];
-  const View heard = heard_;
-  const View came =
-      heard.subspan(std::min(heard.size(), member_->protocol->tcp ? kTransaction : std::size_t{0}));
-  if (came.size() < kShortest) return false;
-  if (!std::ranges::equal(came, asked.came)) {
-    asked.came.assign(came.begin(), came.end());
-    asked.others = 0;
-    asked.misfits = 0;
-    asked.asked = request_.bytes;
-    asked.right = false;
-  } else if (request_.bytes != asked.asked) {
-    ++asked.others;
-    asked.asked = request_.bytes;
-  }
-  asked.right = asked.right || right;
+  const bool numbered = member_->protocol->tcp;
+  const View came = View(heard_).subspan(std::min(heard_.size(), numbered ? kTransaction : 0));
   // Texts of other values may well be alike; the length of a PDU follows from its request.
-  if (!ProvesLife(outcome_) && member_->protocol->carrier != nullptr) ++asked.misfits;
-  if (!asked.right || asked.others == 0) return false;
-  return asked.misfits >= kMisfits ||
-         asked.others >= (member_->protocol->tcp ? kSameNumbered : kSame);
+  const bool misfit = !ProvesLife(outcome_) && member_->protocol->carrier != nullptr;
+  return open_[*member_].same.OnCame(came, request_.bytes, right, misfit, numbered);
 }
 
 /// A request of this gateway has come back so late that it looks like another master's.
@@ -310,7 +269,7 @@ Hearing Examiner::Heard() const {
 bool Examiner::IsOfLostTry(const Member& member) {
   LastTwo& asked = open_[member];
   const Duration after = sent_ + arrivals_.back().after - asked.lost;
-  const bool lost = asked.lost != Instant{} && after < kLongestPause;
+  const bool lost = asked.lost != Instant{} && after < kLongestLag;
   if (!lost) asked.doubles = true;
   if (!lost || asked.doubles) return false;
   earlier_.push_back({&member, {.symptom = Symptom::late, .time = after}, asked.since});
@@ -331,7 +290,7 @@ Finding Examiner::Compare(Finding finding) {
 }
 
 Finding Examiner::Look() {
-  const bool rest = (broken_.member != member_ || broken_.began > 0) && FindRest();
+  const bool rest = FindRest();
   Finding finding = Examine(Heard());
   if (rest && IsAnswered(finding.symptom)) return Plain(Heard());
   switch (finding.symptom) {

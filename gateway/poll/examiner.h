@@ -22,9 +22,11 @@
 #include "gateway/base/outcome.h"
 #include "gateway/base/time.h"
 #include "gateway/line/examine.h"
+#include "gateway/poll/broken_reply.h"
 #include "gateway/poll/by_member.h"
 #include "gateway/poll/reply_lag.h"
 #include "gateway/poll/roster.h"
+#include "gateway/poll/same_again.h"
 
 namespace baudgate {
 
@@ -81,36 +83,22 @@ class Examiner {
     Bytes request;
     Bytes reply;
   };
-  /// The last exchange of a member, and the one before it; and what came to them.
+  /// The last exchange of a member, and the one before it; and what is known of its replies.
   struct LastTwo {
     Open last;
     Open before;
-    Bytes came;               // to the last one, without the number of its transaction
-    Bytes asked;              // by which request
-    std::size_t others = 0;   // further ones in a row to which the same came
-    std::size_t misfits = 0;  // exchanges that it came to and is no reply to
-    bool right = false;       // it was the reply to one of them
-    bool doubles = false;     // more than one reply came, and none was lost before
-    Instant lost{};           // the first try of the last request that was repeated as nothing came
-    std::size_t since = 0;    // exchanges that began since its last try without an answer
+    bool doubles = false;   // more than one reply came, and none was lost before
+    Instant lost{};         // the first try of the last request that was repeated as nothing came
+    std::size_t since = 0;  // exchanges that began since its last try without an answer
     ReplyLag lag;
+    SameAgain same;
     Taken misfit;  // a text that lacks a character, and none was good to that request since
-  };
-
-  /// The beginning of a reply, whose rest may follow.
-  struct Broken {
-    const Member* member = nullptr;
-    Request request;
-    Bytes begin;
-    Instant last{};         // when its last byte came
-    std::size_t began = 0;  // exchanges of the member since
   };
 
   Hearing Heard() const;
   bool IsCopy() const;
   bool IsSameAgain(bool right);
   std::pair<View, View> BesideReply() const;
-  bool IsRest(View rest) const;
   bool FindRest();
   Finding Look();
   void OnFound(Symptom symptom);
@@ -143,7 +131,7 @@ class Examiner {
   Bytes heard_;
   std::vector<Arrival> arrivals_;
   std::vector<Earlier> earlier_;
-  Broken broken_;
+  BrokenReply broken_;
 };
 
 }  // namespace baudgate

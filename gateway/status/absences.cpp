@@ -169,10 +169,8 @@ bool AreAwayTogether(const FailureRuns& one, const FailureRuns& other) {
 
 std::optional<Duration> SharedPeriod(std::span<const FailureRuns* const> devices) {
   std::vector<FailureRuns::Run> runs;
-  std::size_t most = 0;
   for (const FailureRuns* const one : devices) {
     runs.insert(runs.end(), one->runs().begin(), one->runs().end());
-    most = std::max(most, one->runs().size());
   }
   std::ranges::sort(runs, {}, &FailureRuns::Run::first);
   std::vector<FailureRuns::Run> outages;
@@ -183,9 +181,15 @@ std::optional<Duration> SharedPeriod(std::span<const FailureRuns* const> devices
       outages.back().last = std::max(outages.back().last, run.last);
     }
   }
-  // If one device has them all, they are its own.
-  if (outages.size() < kManyBeginnings || most >= outages.size()) return std::nullopt;
-  return PeriodOf(outages);
+  if (outages.size() < kManyBeginnings) return std::nullopt;
+  // If one device has them all, and the others hardly any, they are its own.
+  const auto has_many = [&](const FailureRuns* one) {
+    return 2 * one->runs().size() >= outages.size();
+  };
+  const auto has_all = [&](const FailureRuns* one) { return one->runs().size() >= outages.size(); };
+  const bool own =
+      std::ranges::any_of(devices, has_all) && std::ranges::count_if(devices, has_many) < 2;
+  return own ? std::nullopt : PeriodOf(outages);
 }
 
 bool IsUsualSilence(const FailureRuns& failures, Instant now) {

@@ -52,8 +52,8 @@ struct Coincidences {
 };
 Coincidences CoincidencesOf(const FailureRuns& one, const FailureRuns& other);
 
-/// From one failure of any of them to the next, where these come regularly and strike now one
-/// device and now another: an outage that they share may be as short as one request.
+/// From one failure of any of them to the next, where these come regularly and strike several
+/// devices, or now one and now another: an outage that they share may be as short as one request.
 std::optional<Duration> SharedPeriod(std::span<const FailureRuns* const> devices);
 /// It is silent now, and no longer than its failures have lasted before.
 bool IsUsualSilence(const FailureRuns& failures, Instant now);

@@ -78,7 +78,7 @@ class Findings {
     return (any_specials_ & kMark) != 0 && (parities == kEvenByte || parities == kOddByte);
   }
   /// In all that came no character had its eighth bit, although the protocol has such.
-  bool IsSevenBit() const { return any_bad_ && !any_high_; }
+  bool IsSevenBit() const { return any_bad_ && !any_high_ && any_specials_ != 0; }
 
   /// Around so many replies, one after another where anything was, the same bytes stood; and which.
   std::size_t SameAround() const { return same_around_; }

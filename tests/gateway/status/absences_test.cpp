@@ -124,7 +124,9 @@ TEST(Absences, OutagesThatStrikeNowOneAndNowAnother) {
   EXPECT_EQ(period({&one}), std::nullopt);
   EXPECT_EQ(period({&one, &random}), std::nullopt);
   const FailureRuns always = After(quiet + fails + fails + fails + fails + fails);
-  EXPECT_EQ(period({&always, &always}), std::nullopt) << "they fail together, each time";
+  EXPECT_EQ(period({&always, &always}), 8s);
+  const FailureRuns once = After(quiet + fails + quiet + quiet + quiet + quiet);
+  EXPECT_EQ(period({&always, &once}), std::nullopt) << "they are one device's own";
 }
 
 TEST(Absences, RareAndRegularFailuresAreOutages) {

@@ -48,9 +48,9 @@ TEST(Findings, BytesThatAreAlwaysTheSame) {
 TEST(Findings, CharactersWithoutTheirEighthBit) {
   Findings findings;
   EXPECT_FALSE(findings.IsSevenBit()) << "nothing has come";
-  findings.Add({.symptom = bad_check, .bytes = 7});
+  findings.Add({.symptom = bad_check, .bytes = 7, .specials = kEvenByte});
   EXPECT_TRUE(findings.IsSevenBit());
-  findings.Add({.symptom = bad_check, .bytes = 7, .specials = kHighBit});
+  findings.Add({.symptom = bad_check, .bytes = 7, .specials = kHighBit | kOddByte});
   EXPECT_FALSE(findings.IsSevenBit());
 }
 

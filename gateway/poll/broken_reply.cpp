@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/poll/broken_reply.h"
+
+#include <algorithm>
+
+#include "gateway/line/assembler.h"
+
+namespace baudgate {
+namespace {
+
+/// What begins as the reply has begun is another reply.
+constexpr std::size_t kFront = 2;
+/// A rest that comes later belongs to no exchange.
+constexpr Duration kLatest = 5s;
+
+}  // namespace
+
+bool BrokenReply::IsRest(View rest, Instant came) const {
+  // Replies of a connection are whole, or their header says how much is missing.
+  if (rest.empty() || member_->protocol->tcp || came - last_ > kLatest) return false;
+  const std::size_t same = std::min({rest.size(), begin_.size(), kFront});
+  if (std::ranges::equal(rest.first(same), View(begin_).first(same))) return false;
+  Bytes whole = begin_;
+  Append(whole, rest);
+  Assembler assembler;
+  assembler.Begin(member_->protocol->reply_rule, request_.expect);
+  assembler.Feed(whole);
+  const auto frame = assembler.Next(true);
+  return frame && whole.size() - assembler.held() - frame->size() < begin_.size();
+}
+
+}  // namespace baudgate

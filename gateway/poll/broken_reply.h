@@ -1,0 +1,48 @@
+// A reply that broke off, and whose rest may come in a later exchange. A part of
+// gateway/poll/examiner.h.
+//
+//   < 01 03 04 00 0B          kept
+//   > the next request
+//   < 00 16 6B F5             with what is kept it makes a whole reply: it is the rest
+//
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+
+#include "gateway/base/bytes.h"
+#include "gateway/base/time.h"
+#include "gateway/poll/roster.h"
+
+namespace baudgate {
+
+class BrokenReply {
+ public:
+  BrokenReply() = default;
+  /// `begin` came to a request; its last byte at `last`.
+  BrokenReply(const Member& member, const Request& request, View begin, Instant last)
+      : member_(&member), request_(request), begin_(begin.begin(), begin.end()), last_(last) {}
+
+  void OnBegin(const Member& member) { began_ += member_ == &member ? 1 : 0; }
+  /// A rest may come, and not in the exchange in which the reply broke off.
+  bool IsAwaited(const Member* now) const {
+    return member_ != nullptr && (member_ != now || began_ > 0);
+  }
+  /// Behind the beginning it makes a whole reply, and it is none by itself.
+  bool IsRest(View rest, Instant came) const;
+
+  const Member& member() const { return *member_; }
+  /// When its last byte came.
+  Instant last() const { return last_; }
+  /// Exchanges of the member that have begun since.
+  std::size_t began() const { return began_; }
+
+ private:
+  const Member* member_ = nullptr;
+  Request request_;
+  Bytes begin_;
+  Instant last_{};
+  std::size_t began_ = 0;
+};
+
+}  // namespace baudgate
