@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cctype>
 #include <initializer_list>
 #include <iterator>
 #include <optional>
@@ -147,6 +148,15 @@ std::optional<Finding> Recognise(const Hearing& hearing, View heard) {
                  .remedy = std::move(recognised->remedy)};
 }
 
+/// Digits and line ends, where replies are made of them.
+bool IsHexText(const Hearing& hearing, View part) {
+  const auto is_digit = [](std::uint8_t byte) {
+    return std::isxdigit(byte) != 0 || IsLineEnd(byte);
+  };
+  return hearing.protocol->carrier != nullptr && !hearing.protocol->tcp &&
+         std::ranges::all_of(hearing.request, IsPrintable) && std::ranges::all_of(part, is_digit);
+}
+
 /// What stands beside a reply that was taken.
 std::optional<Finding> Stranger(const Hearing& hearing, View part) {
   if (part.size() <= kHarmless) return std::nullopt;
@@ -163,6 +173,8 @@ std::optional<Finding> Stranger(const Hearing& hearing, View part) {
     foreign->symptom = Symptom::master_beside;
     return foreign;
   }
+  // In a protocol of hexadecimal digits these are the rest of a reply.
+  if (IsHexText(hearing, part)) return std::nullopt;
   auto words = Words(hearing, part, true);
   if (words) words->symptom = Symptom::text_beside;
   return words;

@@ -312,6 +312,7 @@ Finding Examiner::Look() {
       return Compare(std::move(finding));
     case Symptom::two_replies:
       if (IsCopy()) return {.symptom = Symptom::copies};
+      if (IsOfLostTry(*member_)) return earlier_.back().finding;
       [[fallthrough]];
     case Symptom::other_device:
     case Symptom::other_reply:

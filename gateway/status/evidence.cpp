@@ -51,15 +51,6 @@ std::string Listed(const std::vector<std::string>& names) {
   return text;
 }
 
-std::size_t FailedOf(const DeviceStatus& status) {
-  std::size_t failed = 0;
-  for (std::size_t i = 0; i < kSymptoms; ++i) {
-    const auto symptom = static_cast<Symptom>(i);
-    if (!IsAnswered(symptom)) failed += status.findings.Count(symptom);
-  }
-  return failed;
-}
-
 /// What most of its failures looked like; nothing: too few.
 std::optional<Symptom> MostOften(const DeviceStatus& status) {
   std::optional<Symptom> most;
@@ -93,6 +84,15 @@ config::SerialSettings SerialOf(const DeviceRecord& record) {
 bool IsAbsent(const DeviceStatus& status) {
   return status.state == DeviceState::offline ||
          (status.state == DeviceState::never_seen && status.exchanges > 0);
+}
+
+std::size_t FailedOf(const DeviceStatus& status) {
+  std::size_t failed = 0;
+  for (std::size_t i = 0; i < kSymptoms; ++i) {
+    const auto symptom = static_cast<Symptom>(i);
+    if (!IsAnswered(symptom)) failed += status.findings.Count(symptom);
+  }
+  return failed;
 }
 
 bool AbsentTogether(std::span<const DeviceRecord> all) {

@@ -61,6 +61,9 @@ inline constexpr std::uint32_t kNeverByChance = 8;
 /// Its own, or those of its line.
 config::SerialSettings SerialOf(const DeviceRecord& record);
 
+/// How many of its latest exchanges had no good reply.
+std::size_t FailedOf(const DeviceStatus& status);
+
 /// More than one device is in use, and none of them answers.
 bool AbsentTogether(std::span<const DeviceRecord> all);
 /// Asked, and not there.

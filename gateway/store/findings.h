@@ -70,15 +70,16 @@ class Findings {
     if (!any_bad_) return 0;
     return static_cast<std::uint8_t>(bad_specials_ & ~good_specials_ & kAllSpecials);
   }
-  /// In all that failed only characters of one parity came, and FF, which a driver gives for a
-  /// character with wrong parity.
+  /// In all that failed only characters of one parity came, beside 00 and FF, which a driver gives
+  /// for a character with wrong parity.
   bool IsOneParity() const {
-    constexpr unsigned kMark = 1U << (std::size(kSpecialBytes) - 1);
-    const unsigned parities = any_specials_ & (kEvenByte | kOddByte);
-    return (any_specials_ & kMark) != 0 && (parities == kEvenByte || parities == kOddByte);
+    const unsigned parities = any_specials_ & kBothParities;
+    return parities == kEvenByte || parities == kOddByte;
   }
   /// In all that came no character had its eighth bit, although the protocol has such.
-  bool IsSevenBit() const { return any_bad_ && !any_high_ && any_specials_ != 0; }
+  bool IsSevenBit() const {
+    return any_bad_ && !any_high_ && (any_specials_ & kBothParities) == kBothParities;
+  }
 
   /// Around so many replies, one after another where anything was, the same bytes stood; and which.
   std::size_t SameAround() const { return same_around_; }
@@ -124,6 +125,8 @@ class Findings {
   const Lengths& DamagedLong() const { return damaged_; }
 
  private:
+  static constexpr unsigned kBothParities = kEvenByte | kOddByte;
+
   void KeepLength(const Finding& finding) {
     const std::size_t length = std::max(finding.expected, finding.bytes);
     if (length == 0) return;

@@ -48,7 +48,7 @@ TEST(Findings, BytesThatAreAlwaysTheSame) {
 TEST(Findings, CharactersWithoutTheirEighthBit) {
   Findings findings;
   EXPECT_FALSE(findings.IsSevenBit()) << "nothing has come";
-  findings.Add({.symptom = bad_check, .bytes = 7, .specials = kEvenByte});
+  findings.Add({.symptom = bad_check, .bytes = 7, .specials = kEvenByte | kOddByte});
   EXPECT_TRUE(findings.IsSevenBit());
   findings.Add({.symptom = bad_check, .bytes = 7, .specials = kHighBit | kOddByte});
   EXPECT_FALSE(findings.IsSevenBit());
