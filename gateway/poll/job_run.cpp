@@ -170,7 +170,7 @@ bool JobRun::SetAside(Instant until) {
 
 Exchange JobRun::Start(Instant idle_since) {
   const Member& member = *job_->member;
-  if (idle_since + member.times.reply <= now_.instant) owed_.readings.OnRested();
+  if (idle_since + owed_.late.LongestReply() <= now_.instant) owed_.readings.OnRested();
   const Device* const device = member.device;
   const bool trusted = device != nullptr && device->config->trust_order;
   if (trusted && job_->attempts == 0) owed_.whose.OnTrusted(member);

@@ -192,6 +192,12 @@ Duration LateAnswers::Aftermath(const Asked& asked, Instant now) const {
   return std::min(std::max(since, state.trail), times.ceiling);
 }
 
+Duration LateAnswers::LongestReply() const {
+  Duration longest{};
+  for (const Member* one : roster_.everyone()) longest = std::max(longest, one->times.reply);
+  return longest;
+}
+
 Duration LateAnswers::WorstCase(const Member& member) const {
   const LineTimes& times = member.times;
   return times.quiet + 32 * times.character + times.reply + times.drain +

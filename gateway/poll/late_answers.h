@@ -72,6 +72,8 @@ class LateAnswers {
   Duration ExtraDrain(const Member& member) const;
   /// The silence that has to follow even a good reply.
   Duration Aftermath(const Asked& asked, Instant now) const;
+  /// The longest reply time of all members: after such a rest of the line, no reply comes.
+  Duration LongestReply() const;
   /// How long an exchange of it takes the line at most when it does not answer.
   Duration WorstCase(const Member& member) const;
   /// The member whose exchange ended last.
