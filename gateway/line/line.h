@@ -133,6 +133,7 @@ class Line {
 
  private:
   LineNews Told() { return std::exchange(news_, {}); }
+  bool IsHeldUp(Instant now) const;
   bool OwnTimer() const { return state_ != State::closed && state_ != State::idle; }
   void Hear(UnaskedInput heard, Instant now);
   void TakeBytes(View bytes, Instant now);
