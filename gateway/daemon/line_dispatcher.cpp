@@ -23,7 +23,7 @@ bool LineDispatcher::Submit(WriteCommand command) {
   return true;
 }
 
-void LineDispatcher::OnDenied(const DeniedWrite& denied) {
+void LineDispatcher::OnNotTaken(const DeniedWrite& denied) {
   if (denied.counts) Count(denied.device, denied.end);
 }
 

@@ -21,9 +21,8 @@
 
 namespace baudgate {
 
-/// Five of the six named times, resolved for one device (the sixth, the reopen ladder, belongs to
-/// the port: transports/port_keeper.h), and the time of one character. docs/timeouts.md has the
-/// diagram.
+/// The times of an exchange with one device (the pause before a port is reopened is in
+/// transports/port_keeper.h), and the time of one character. docs/timeouts.md has the diagram.
 struct LineTimes {
   Duration quiet{};      ///< silence before sending, from the last byte in or out
   Duration reply{};      ///< from the computed end of transmission to the first byte of the reply

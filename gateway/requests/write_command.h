@@ -119,7 +119,7 @@ class CommandSink {
   /// From any thread. False: the line's queue is full, or it is stopping; `End` is not called.
   virtual bool Submit(WriteCommand command) = 0;
   /// The gateway has refused it, as denied or as busy. From any thread; returns at once.
-  virtual void OnDenied(const DeniedWrite&) {}
+  virtual void OnNotTaken(const DeniedWrite&) {}
 };
 
 }  // namespace baudgate

@@ -144,7 +144,7 @@ void WriteGate::Deny(const Writer& writer, const WriteAsk& ask, const std::strin
                      WriteEnd end) {
   bool first = true;
   for (const WriteAsk::Part& part : ask.parts) {
-    sink_.OnDenied({writer.name, ask.device, part.point, part.value, reason, end, first});
+    sink_.OnNotTaken({writer.name, ask.device, part.point, part.value, reason, end, first});
     first = false;
   }
 }

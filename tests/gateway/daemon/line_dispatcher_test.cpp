@@ -102,9 +102,9 @@ TEST_F(LineDispatcherTest, AFullQueueIsBusyAndCounted) {
 }
 
 TEST_F(LineDispatcherTest, WhatTheGatewayRefusesIsCountedAsWhatItIs) {
-  dispatcher_->OnDenied({.client = "user:anna"});
-  dispatcher_->OnDenied({.client = "user:anna", .end = WriteEnd::busy});
-  dispatcher_->OnDenied({.client = "user:anna", .counts = false});
+  dispatcher_->OnNotTaken({.client = "user:anna"});
+  dispatcher_->OnNotTaken({.client = "user:anna", .end = WriteEnd::busy});
+  dispatcher_->OnNotTaken({.client = "user:anna", .counts = false});
   EXPECT_EQ(Counted(WriteEnd::denied), 1U) << "a command of two points is one write";
   EXPECT_EQ(Counted(WriteEnd::busy), 1U);
 }
