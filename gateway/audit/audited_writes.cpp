@@ -102,10 +102,10 @@ void AuditedWrites::NoteBusy(const WriteCommand& command, Now now) {
     record.reason = "too many writes wait for their records";
     log_.Note(std::move(record), now.instant);
   }
-  inner_.OnDenied({.client = command.client, .device = command.device, .end = WriteEnd::busy});
+  inner_.OnNotTaken({.client = command.client, .device = command.device, .end = WriteEnd::busy});
 }
 
-void AuditedWrites::OnDenied(const DeniedWrite& denied) {
+void AuditedWrites::OnNotTaken(const DeniedWrite& denied) {
   const Now now = clocks_();
   WriteRecord record = Named(Kind::denied, denied.device, denied.point);
   record.time = record.last = now.wall;
@@ -114,7 +114,7 @@ void AuditedWrites::OnDenied(const DeniedWrite& denied) {
   record.end = denied.end;
   record.reason = Clipped(denied.reason);
   log_.Note(std::move(record), now.instant);
-  inner_.OnDenied(denied);
+  inner_.OnNotTaken(denied);
 }
 
 void AuditedWrites::Stop() {
@@ -132,7 +132,7 @@ bool AuditedWrites::HandOn() {
       next->has_room && log_.WaitFor(next->last, next->until) == WriteLog::Written::yes;
   if (!kept && require_) {
     const std::string why = next->has_room ? log_.Trouble() : "too many records wait already";
-    inner_.OnDenied({.client = next->command.client, .device = next->command.device});
+    inner_.OnNotTaken({.client = next->command.client, .device = next->command.device});
     next->command.End({.end = WriteEnd::denied, .reason = "its record cannot be kept: " + why});
   } else if (!inner_.Submit(next->command)) {
     next->command.End({.end = WriteEnd::busy, .reason = "too many writes wait for the line"});

@@ -35,7 +35,7 @@ class AuditedWrites final : public CommandSink {
 
   /// From any thread; waits for nothing. A command may end on another thread than the line's.
   bool Submit(WriteCommand command) override;
-  void OnDenied(const DeniedWrite& denied) override;
+  void OnNotTaken(const DeniedWrite& denied) override;
 
   /// Begins to hand commands on, on a thread of its own.
   void Start() { worker_.Start(); }

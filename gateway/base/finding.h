@@ -16,19 +16,19 @@
 namespace baudgate {
 
 enum class Symptom : std::uint8_t {
-  // A good reply came:
-  clean,          ///< and nothing else
-  refusal,        ///< in which the device says no, or asks to wait
-  doubted,        ///< which was not taken, because it may answer an earlier request
-  no_number,      ///< which has no number where one belongs; `cause`: what stands there
-  few_beside,     ///< beside one to three bytes, which may be nothing
-  noise_before,   ///< after bytes that belong to nothing
-  noise_behind,   ///< in front of such bytes
-  text_beside,    ///< beside words or numbers for people
-  master_beside,  ///< beside a request that this gateway has not sent
-  device_beside,  ///< beside a whole reply of another device
-  copies,         ///< more than once
-  others_beside,  ///< and a second one with another content
+  // A good reply came.
+  clean,          ///< nothing else came
+  refusal,        ///< in it the device says no, or asks to wait
+  doubted,        ///< it was not taken, because it may answer an earlier request
+  no_number,      ///< it has no number where one belongs; `cause`: what stands there
+  few_beside,     ///< one to three bytes came as well, which may be nothing
+  noise_before,   ///< bytes that belong to nothing came before it
+  noise_behind,   ///< bytes that belong to nothing came behind it
+  text_beside,    ///< words or numbers for people came as well
+  master_beside,  ///< a request that this gateway has not sent came as well
+  device_beside,  ///< a whole reply of another device came as well
+  copies,         ///< it came more than once
+  others_beside,  ///< a second one with another content came as well
   // None came, or none that could be taken:
   silence,         ///< not a byte
   echo,            ///< the request itself, and nothing else

@@ -29,7 +29,10 @@ struct WriteResult {
   /// How many of several points were confirmed, in their order, before the first that was not.
   std::size_t written = 0;
   /// How many of several points belonged to exchanges that were begun. If not above `written`, the
-  /// end is that of the first point that was not begun, and of all after it.
+  /// end is that of the first point that was not begun, and of all after it. Of four points:
+  ///
+  ///   written 2, tried 3, refused    ok, ok, refused, not_sent
+  ///   written 2, tried 2, not_sent   ok, ok, not_sent, not_sent: the deadline came in between
   std::size_t tried = 0;
   /// Refused, and nothing was sent: the protocol has no form for the value (0.05 in steps of 0.1).
   bool unfit = false;

@@ -75,10 +75,10 @@ Status AskManually(const config::Config& config, LineControl& control, CommandSi
   telegram->reads = protocol->telegram->is_read(*bytes, options);
   telegram->shown = MaskedHex(*bytes, protocol->expect(*bytes, options));
   if (Status allowed = Allows(*to, telegram->reads, confirmed); !allowed) {
-    sink.OnDenied({.client = writer.name,
-                   .device = to->index,
-                   .value = telegram->shown,
-                   .reason = allowed.error()});
+    sink.OnNotTaken({.client = writer.name,
+                     .device = to->index,
+                     .value = telegram->shown,
+                     .reason = allowed.error()});
     return allowed;
   }
   WriteCommand command;

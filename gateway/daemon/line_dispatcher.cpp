@@ -9,7 +9,7 @@ bool LineDispatcher::Submit(WriteCommand command) {
   const std::uint32_t device = command.device;
   const bool writes = !command.writes().empty();
   bool taken = false;
-  const char* not_there = "its line does not run: a reload adds or has removed it";
+  const char* not_there = LineSlot::kNotThere;
   const bool there = lines_.OfDevice(device).With([&](LineRunner& runner) {
     not_there = runner.stuck_since() ? "the driver of its line does not answer" : nullptr;
     if (not_there == nullptr) taken = runner.Submit(std::move(command));
@@ -23,7 +23,9 @@ bool LineDispatcher::Submit(WriteCommand command) {
   return true;
 }
 
-void LineDispatcher::OnDenied(const DeniedWrite& denied) { Count(denied.device, denied.end); }
+void LineDispatcher::OnNotTaken(const DeniedWrite& denied) {
+  if (denied.counts) Count(denied.device, denied.end);
+}
 
 /// Counts a write that does not reach the poller, which counts all others.
 void LineDispatcher::Count(std::uint32_t device, WriteEnd end) {

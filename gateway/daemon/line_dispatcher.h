@@ -23,7 +23,7 @@ class LineDispatcher final : public CommandSink, public LineControl {
       : store_(store), catalog_(catalog), lines_(lines) {}
 
   bool Submit(WriteCommand command) override;
-  void OnDenied(const DeniedWrite& denied) override;
+  void OnNotTaken(const DeniedWrite& denied) override;
 
   void Release(std::uint32_t line, Duration time) override;
   void Offer(std::uint32_t line, config::PortServer server, Duration time) override;

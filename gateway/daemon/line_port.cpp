@@ -177,7 +177,7 @@ void LinePort::Release(Duration time, Now now) {
   AfterTheWrite([this, time] { Lend(time); });
 }
 
-void LinePort::TakeBack(Now now) {
+void LinePort::EndRelease(Now now) {
   now_ = now;
   loan_.TakeBack(std::string(kTakenBack), now);
   if (grace_.waits() && !stopping_) {  // it has not been lent yet

@@ -66,7 +66,7 @@ class LinePort final : public RequestPort, public PortLoan::Line {
 
   /// See LineControl; the write under way ends first.
   void Release(Duration time, Now now);
-  void TakeBack(Now now);
+  void EndRelease(Now now);
 
   /// To be called at Deadline(); earlier does nothing.
   void OnTimer(Now now);

@@ -93,7 +93,7 @@ void LineRunner::TakeBack() {
   Post([this](LineParts& line, Now now) {
     offer_end_.cancel();
     servers_.Withdraw(std::string(kTakenBack), now);
-    line.port.TakeBack(now);
+    line.port.EndRelease(now);
   });
 }
 

@@ -14,9 +14,13 @@ namespace baudgate {
 
 class LineSlot final : public RouteTarget {
  public:
+  /// Why a request for it ends while there is no line.
+  static constexpr const char* kNotThere = "its line does not run: a reload adds or has removed it";
+
   bool Submit(RoutedRequest request) override {
-    bool taken = false;
-    With([&](LineRunner& runner) { taken = runner.Submit(std::move(request)); });
+    bool taken = true;
+    const bool there = With([&](LineRunner& runner) { taken = runner.Submit(std::move(request)); });
+    if (!there) request.done({Outcome::line_down, {}, kNotThere});
     return taken;
   }
   void Abandon(std::uint64_t client) override {

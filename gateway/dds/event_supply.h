@@ -26,7 +26,7 @@ class EventSupply {
     std::uint64_t seq = 0;
     bool sure = false;  ///< subscribers have confirmed all up to there
   };
-  /// Where Keep was, the last time also before the start; empty: nowhere. Known with newest().
+  /// The place last given to Keep, kept over a restart; empty: none was. Known with newest().
   virtual std::optional<Place> place() const { return std::nullopt; }
   virtual void Keep(Place /*place*/) {}
   struct Alarm {

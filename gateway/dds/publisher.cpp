@@ -74,7 +74,7 @@ DdsPublisher::~DdsPublisher() {
 }
 
 void DdsPublisher::OnReload() {
-  renumbered_ = true;
+  reloaded_ = true;
   feed_->Wake();
 }
 
@@ -101,14 +101,14 @@ Instant DdsPublisher::Publish() {
   return rests_until_;
 }
 
-/// Another session, or other devices: the sender starts again, and at once.
+/// Another session, or a reload: the sender starts again, and at once.
 void DdsPublisher::Renew(std::uint64_t session) {
   const Instant now = ReadClocks().instant;
   const bool other_session = std::exchange(session_, session) != session;
-  const bool other_devices = renumbered_.exchange(false);
+  const bool reloaded = reloaded_.exchange(false);
   if (other_session) sender_.StartAnew(now);
-  if (other_devices) sender_.OnReload(now);
-  if (other_session || other_devices) next_sending_ = rests_until_ = {};
+  if (reloaded) sender_.OnReload(now);
+  if (other_session || reloaded) next_sending_ = rests_until_ = {};
 }
 
 Instant DdsPublisher::End() {

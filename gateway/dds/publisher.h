@@ -54,7 +54,7 @@ class DdsPublisher {
   std::shared_ptr<EventSupply> events_;  // null: there are none
   std::shared_ptr<ChangeFeed> feed_;
   SampleSender sender_;
-  std::atomic<bool> renumbered_ = false;
+  std::atomic<bool> reloaded_ = false;
   // Used by the thread.
   Pacer wakes_;
   Changes changes_;

@@ -91,7 +91,7 @@ class EventBook {
   std::uint64_t left_out() const { return shares_.left_out(); }
   std::int64_t newest() const { return last_; }       ///< that is on the disk
   std::uint64_t repeats() const { return repeats_; }  ///< events that came once more
-  /// Those that are not normal, on the disk.
+  /// Alarms on the disk that are active or unacknowledged.
   const std::map<AlarmKey, Alarm>& alarms() const { return alarms_; }
   /// As they will be when all that Due or Ahead returned last is kept.
   std::map<AlarmKey, Alarm> Expected() const;

@@ -41,7 +41,7 @@ constexpr std::uint64_t Ceiling(std::uint64_t limit) {
 struct TooMuch {
   std::string file;
   std::optional<Millis> day{};  ///< empty: it was put aside
-  bool old = false;             ///< else it is too much for the limit
+  bool old = false;             ///< true: past `keep`; false: too much for the size limit
 };
 
 /// Files that go, in that order: days that ended longer than `keep` before `sure`, then for the

@@ -112,6 +112,7 @@ LineNews Line::OnBytes(View bytes, Instant now) {
   if (!unasked_ || state_ == State::closed) {
     TakeBytes(bytes, now);
   } else {
+    if (IsHeldUp(now)) TakeTimer(now);
     last_activity_ = now;
     if (state_ == State::quiet) deadline_ = std::min(now + exchange_.times.quiet, limit_);
     if (state_ == State::receiving) deadline_ = std::min(now + exchange_.times.gap, limit_);
@@ -137,6 +138,7 @@ void Line::Hear(UnaskedInput heard, Instant now) {
   if (awaited && !heard.messages.empty()) {
     Finish(client_.Judge(heard.messages.front().bytes, now), {}, now);
   }
+  // What comes in idle counts as the speaker's, and as nobody's late reply.
   if (!heard.rest.empty() && state_ != State::idle) TakeBytes(heard.rest, now);
   heard.rest.clear();
   news_.unasked = std::move(heard);
@@ -172,7 +174,7 @@ void Line::TakeBytes(View bytes, Instant now) {
       break;
     case State::await_first:
     case State::receiving:
-      if (now >= deadline_ + kHeldUp) {
+      if (IsHeldUp(now)) {
         TakeTimer(now);
         TakeBytes(bytes, now);
       } else {
@@ -180,6 +182,11 @@ void Line::TakeBytes(View bytes, Instant now) {
       }
       break;
   }
+}
+
+/// The program was stopped while it waited for the reply: the silence before these bytes counts.
+bool Line::IsHeldUp(Instant now) const {
+  return (state_ == State::await_first || state_ == State::receiving) && now >= deadline_ + kHeldUp;
 }
 
 LineNews Line::OnCollision(Instant now) {

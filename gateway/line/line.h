@@ -21,9 +21,8 @@
 
 namespace baudgate {
 
-/// Five of the six named times, resolved for one device (the sixth, the reopen ladder, belongs to
-/// the port: transports/port_keeper.h), and the time of one character. docs/timeouts.md has the
-/// diagram.
+/// The times of an exchange with one device (the pause before a port is reopened is in
+/// transports/port_keeper.h), and the time of one character. docs/timeouts.md has the diagram.
 struct LineTimes {
   Duration quiet{};      ///< silence before sending, from the last byte in or out
   Duration reply{};      ///< from the computed end of transmission to the first byte of the reply
@@ -133,6 +132,7 @@ class Line {
 
  private:
   LineNews Told() { return std::exchange(news_, {}); }
+  bool IsHeldUp(Instant now) const;
   bool OwnTimer() const { return state_ != State::closed && state_ != State::idle; }
   void Hear(UnaskedInput heard, Instant now);
   void TakeBytes(View bytes, Instant now);

@@ -24,7 +24,7 @@ Turns::Waiting Chooser::Waiting() const {
 
 void Chooser::OnTime(Duration passed, const Member* busy_with) {
   const bool failing = busy_with != nullptr && busy_with->device != nullptr &&
-                       agenda_.schedule.doubted(busy_with->place);
+                       agenda_.schedule.failing(busy_with->place);
   turns_.OnTime(passed, failing);
 }
 
@@ -246,7 +246,7 @@ bool Chooser::MayRepeat(const Job& job, int more, Instant now) const {
   // It can wait, and a repetition may be as silent.
   const bool waits = job.goal().task.kind == Task::Kind::background;
   if (waits && more == 0 && !background_.HasRoom(member.place, now)) return false;
-  const bool fails = member.health.failing() || agenda_.schedule.AnotherDoubted(member.place);
+  const bool fails = member.health.failing() || agenda_.schedule.AnotherFails(member.place);
   if (fails && more == 0 && agenda_.schedule.HealthyDue(now)) return false;
   // What must not be repeated is followed by the request that makes it good, or its answer is lost:
   // PollerRoutedOrder.AStartDoesNotMakeADestructiveReadHappenTwice.

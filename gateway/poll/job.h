@@ -39,7 +39,7 @@ struct Job {
   struct Write {
     WriteCommand command;
     std::size_t first = 0;          ///< index in command.writes() of the first point under way
-    std::size_t next = 0;           ///< and of the first point that was not begun
+    std::size_t next = 0;           ///< index of the first point that was not begun
     std::optional<Outcome> told{};  ///< the latest answer to a request that does not only close
     bool may_have_acted = false;    ///< see Answer
     bool was_sent = false;          ///< sent(), before the present request
@@ -98,7 +98,8 @@ struct Job {
   std::variant<Poll, Events, Background, Probe, ReadBack, Write, Routed> kind;
   Task task;  ///< for the conversation
   Instant began;
-  std::optional<Probes::Kind> looks;  ///< its member is offline: the budget that allowed it
+  std::optional<Probes::Kind> looks;  ///< the probe budget that pays for it; empty: its member is
+                                      ///< not offline
   bool mute = false;                  ///< its end says nothing about the member
   bool renews = false;                ///< see Asked
   bool proved = false;                ///< a probe went before it
@@ -106,23 +107,23 @@ struct Job {
   Request request;
   bool sending = false;      ///< the request waits for the line to be idle
   int attempts = 0;          ///< of the present request, beyond the first
-  bool unheard = false;      ///< silence to a query that was never answered, while others are
+  bool unheard = false;      ///< its query was never answered, although others of the device are
   bool missed = false;       ///< a request of it had no answer: another device may answer since
   int steps = 0;             ///< requests of the task, without repetitions
   int broadcasts = 0;        ///< of these, broadcasts
   int parkings = 0;          ///< how often its device has said busy
   bool out = false;          ///< a request of it has been sent
-  bool was_out = false;      ///< and one before the present request
+  bool was_out = false;      ///< a request before the present one has been sent
   Instant exchange_began{};  ///< when the line was given its present request
   Instant sent_at{};         ///< see Asked
   std::optional<ExchangeEnd> end;  ///< of the present request
-  Answer answer;                   ///< to it
-  WhoseReply::Verdict verdict;     ///< on that
-  Now answered{};                  ///< when that came
-  Duration round_trip{};           ///< of it
+  Answer answer;                   ///< what the reply to the present request says
+  WhoseReply::Verdict verdict;     ///< whose that reply is
+  Now answered{};                  ///< when that reply came
+  Duration round_trip{};           ///< of that reply
   bool doubted = false;            ///< its reply was not taken: it may answer an earlier request
   std::string said{};              ///< the refusal in that reply, in words
-  Outcome says = Outcome::none;    ///< the same
+  Outcome says = Outcome::none;    ///< the refusal in that reply, as an outcome
   bool took_patience =
       false;        ///< the reply came after the reply time, while the line waited in patience
   Duration wire{};  ///< line time of its answered exchanges

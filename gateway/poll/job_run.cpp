@@ -18,6 +18,9 @@
 //   quiet, a routed read  a short write came                  back in its queue
 //   under way             a good reply, a step remains        waiting, for the next request
 //   under way             a good reply, nothing remains       ended: its outcome
+//   under way             a good reply with events or         postponed behind a probe of its device,
+//                         readings, to a repetition or        if that has a name: OnAnswered
+//                         after a miss
 //   under way             a broadcast out, a step remains     waiting, for the next request
 //   under way             busy, of a poll                     parked, as often as there are retries
 //   under way             silence, damage, another's reply    waiting, to be repeated: Chooser::MayRepeat
@@ -170,7 +173,7 @@ bool JobRun::SetAside(Instant until) {
 
 Exchange JobRun::Start(Instant idle_since) {
   const Member& member = *job_->member;
-  if (idle_since + member.times.reply <= now_.instant) owed_.readings.OnRested();
+  if (idle_since + owed_.late.LongestReply() <= now_.instant) owed_.readings.OnRested();
   const Device* const device = member.device;
   const bool trusted = device != nullptr && device->config->trust_order;
   if (trusted && job_->attempts == 0) owed_.whose.OnTrusted(member);
@@ -216,7 +219,7 @@ const Request& JobRun::Send() {
   return request;
 }
 
-void JobRun::TakeBack() {
+void JobRun::NeverLeft() {
   job_->out = job_->was_out;
   auto* const write = job_->As<Job::Write>();
   if (write != nullptr && write->sent() && !write->was_sent) {

@@ -6,7 +6,7 @@
 //   idle, and there is no job            Begin, with the job that goes first
 //   idle, and a job waits                TakeTurn; if that says send: Start
 //   quiet for long enough                Send
-//   a whole frame has come               ReplyJudge::Judge, with the job
+//   a whole frame has come               Reception::Judge, with the job (by Poller::Judge)
 //   the exchange has ended               OnEnd, and after all news of that input Conclude
 //
 // The table of all states of a job is in job_run.cpp.
@@ -62,11 +62,12 @@ class JobRun {
   Exchange Start(Instant idle_since);
   /// The line has been quiet long enough: the request to be sent now.
   const Request& Send();
-  /// Its request waits for a quiet line. True: it is not sent, or another goes first.
+  /// Its request waits for a quiet line. True: it is not sent now. The job has ended, has gone
+  /// back to its queue, or has another request that closes what it has opened.
   bool Withdraw();
 
   /// The request that Send gave has never left this machine, and never will.
-  void TakeBack();
+  void NeverLeft();
   /// The exchange has ended; Conclude decides what follows.
   void OnEnd(ExchangeEnd end);
   /// Empty: the exchange has not ended, or Conclude was called already.

@@ -128,7 +128,8 @@ bool LateAnswers::MayStillAnswer(const Asked& asked, const ExchangeEnd& end) con
          });
 }
 
-void LateAnswers::Conclude(const Asked& asked, const ExchangeEnd& end, bool in_vain, Instant now) {
+void LateAnswers::SetWait(const Asked& asked, const ExchangeEnd& end, bool nothing_to_wait_for,
+                          Instant now) {
   const Member& member = *asked.member;
   const LineTimes& times = member.times;
   State& state = states_[member];
@@ -149,7 +150,7 @@ void LateAnswers::Conclude(const Asked& asked, const ExchangeEnd& end, bool in_v
       ProvesLife(end.outcome) && asked.request->expect.reply != Expectation::Reply::none;
   if (!answered) return;
   // Where replies carry no address, a reply that is owed could pass for another device's.
-  const bool owed = state.unanswered_since && !in_vain && !asked.named();
+  const bool owed = state.unanswered_since && !nothing_to_wait_for && !asked.named();
   SetLate(member, owed ? SentAt(asked) + times.ceiling : Instant{});
   if (!asked.retry) patience_.OnAnswered(member, Lateness(asked, end));
   state.unanswered_since.reset();
@@ -190,6 +191,12 @@ Duration LateAnswers::Aftermath(const Asked& asked, Instant now) const {
   const LineTimes& times = asked.member->times;
   const Duration since = now - *state.unanswered_since + times.gap + state.more_drain;
   return std::min(std::max(since, state.trail), times.ceiling);
+}
+
+Duration LateAnswers::LongestReply() const {
+  Duration longest{};
+  for (const Member* one : roster_.everyone()) longest = std::max(longest, one->times.reply);
+  return longest;
 }
 
 Duration LateAnswers::WorstCase(const Member& member) const {

@@ -1,12 +1,14 @@
-// Until when a reply may still come to a request that was given up. Until then its device is not
-// asked; where replies carry no address, no device is. Numbers are in docs/timeouts.md.
-// whose_reply.h knows to which request a reply belongs that did come. For each exchange, in this
-// order:
+// Until when a reply may still come to a request that was given up. Until then nothing but
+// repetitions goes to its device; where replies carry no address, to no other device either.
+// Numbers are in docs/timeouts.md. whose_reply.h knows to which request a reply belongs that did
+// come. For each exchange, in this order:
 //
 //   OnEnd      at once, by job_answer.cpp
 //   OnStray    for whatever comes after it, by poller_line.cpp
-//   Conclude   when the input that ended it is done, by upkeep.cpp
+//   SetWait    when the input that ended it is done, by upkeep.cpp
 //
+// OnStray comes before OnEnd for bytes that came before the end of an exchange and do not belong to
+// it (LineNews::stray_before): they are counted for the exchange before.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -41,9 +43,9 @@ class LateAnswers {
   };
   Stray OnStray(const StrayBytes& stray, Instant now);
 
-  /// Decides how long the next requests wait. `in_vain`: no wait helps, because the device owes no
-  /// reply, or always lags by a number of replies.
-  void Conclude(const Asked& asked, const ExchangeEnd& end, bool in_vain, Instant now);
+  /// Decides how long the next requests wait. `nothing_to_wait_for`: waiting is useless, because
+  /// the device owes no reply, or always lags by a number of replies.
+  void SetWait(const Asked& asked, const ExchangeEnd& end, bool nothing_to_wait_for, Instant now);
   /// The port closed with an exchange under way. Its reply may come after the port has opened
   /// again: from the device within its reply time; from a serial server, which keeps what it
   /// receives, until the end of the ceiling.
@@ -72,6 +74,8 @@ class LateAnswers {
   Duration ExtraDrain(const Member& member) const;
   /// The silence that has to follow even a good reply.
   Duration Aftermath(const Asked& asked, Instant now) const;
+  /// The longest reply time of all members: after such a rest of the line, no reply comes.
+  Duration LongestReply() const;
   /// How long an exchange of it takes the line at most when it does not answer.
   Duration WorstCase(const Member& member) const;
   /// The member whose exchange ended last.
@@ -82,7 +86,7 @@ class LateAnswers {
     silent,     // or unexpected, or there was no exchange
     answered,   // bytes after it are a second copy, or noise
     corrupt,    // bytes after it are the rest of the damaged reply
-    cut_short,  // the same, of a reply that was cut short
+    cut_short,  // bytes after it are the rest of a reply that was cut short
   };
   struct State {
     Instant late_until{};                     // until then a reply to a failed request may come

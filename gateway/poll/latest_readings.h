@@ -1,5 +1,5 @@
-// The queries whose readings were stored since the line last rested for a reply time. If a reply
-// comes twice, one of these readings belongs to another request, and it is not known which.
+// The queries whose readings were stored since the line last rested for its longest reply time. If
+// a reply comes twice, one of these readings may belong to another request; which is not known.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -24,7 +24,7 @@ class Overheard {
   /// Empty: what came before was read, or looks as reported already.
   std::optional<Finding> Hear(View bytes, Instant now);
   Finding OnDamaged();
-  /// And this could be read: it belongs to it no more.
+  /// The next message could be read, so it is not the rest of the damaged one.
   void OnRead() { damaged_ = false; }
 
  private:
@@ -35,7 +35,7 @@ class Overheard {
   const Roster& roster_;
   const Expectation expect_;
   Bytes heard_;  // since the last silence
-  Bytes torn_;   // and before it, where that was damaged
+  Bytes torn_;   // before the last silence, if they were damaged
   Instant last_{};
   Duration pause_{};   // between these two
   Duration before_{};  // the silence before both

@@ -238,7 +238,8 @@ bool Poller::IsWriting() const {
   return job->As<Job::Write>() != nullptr || (routed != nullptr && !routed->is_read);
 }
 
-/// The request that waits for a quiet line may have become too late.
+/// The request that waits for a quiet line may have become too late. The line begins again with
+/// the next request, also if that is one of the same job that closes what it has opened.
 void Poller::Withdraw() {
   if (line_.state() == Line::State::quiet && run_.Withdraw()) line_.Cancel();
 }

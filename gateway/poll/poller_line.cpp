@@ -36,7 +36,7 @@ void Poller::Send() {
     ledger_.devices.OnMore(*changed.member, changed.finding, changed.back);
     // The line's patience with this device does not grow: its neighbours would pay for it.
     if (changed.lateness > Duration::zero()) {
-      upkeep_.OnLate(*changed.member, changed.lateness, now.instant);
+      upkeep_.CountLate(*changed.member, changed.lateness, now.instant);
     }
   }
   const Request& request = run_.Send();
@@ -63,7 +63,7 @@ void Poller::OnStray(const StrayBytes& stray) {
   const Instant now = time_.now().instant;
   const LateAnswers::Stray told = owed_.late.OnStray(stray, now);
   if (told.counts) ledger_.line.OnStray(stray.count);
-  if (told.late != nullptr) upkeep_.OnLate(*told.late, told.lateness, now);
+  if (told.late != nullptr) upkeep_.CountLate(*told.late, told.lateness, now);
   if (told.warned != nullptr) listener_.OnWarning(told.warned->index, told.warning);
 }
 
@@ -78,7 +78,7 @@ void Poller::Conclude() {
   if (!ProvesLife(end->outcome)) {
     const bool closed = end->outcome == Outcome::line_down;
     if (port_.IsUnsent()) {
-      run_.TakeBack();
+      run_.NeverLeft();
       if (!closed) end->reason = kNotConnected;
     }
     if (!closed) port_.DropUnsent();

@@ -119,7 +119,7 @@ void Schedule::Repeat(std::size_t index, config::Group group, Instant at) {
 void Schedule::Suspend(std::size_t index) {
   Device& device = devices_[index];
   device.suspended = true;
-  device.doubted = false;
+  device.failing = false;
   for (Round& round : device.rounds) round.Stop();
 }
 
@@ -148,12 +148,12 @@ std::uint32_t Schedule::Missed(std::size_t index, Instant now) const {
 }
 
 std::optional<Schedule::Pick> Schedule::Next(Instant now, bool healthy_first) {
-  const bool skip_doubted = healthy_first && HealthyDue(now);
+  const bool skip_failing = healthy_first && HealthyDue(now);
   Device* best_device = nullptr;
   Round* best = nullptr;
   std::optional<Duration> least;
   for (Device& device : devices_) {
-    if (device.suspended || (skip_doubted && device.doubted)) continue;
+    if (device.suspended || (skip_failing && device.failing)) continue;
     for (Round& round : device.rounds) {
       device.missed += round.StartIfDue(now);
       if (!round.active() || device.hold_until > now) continue;
@@ -203,12 +203,12 @@ bool Schedule::IsDue(const Device& device, Instant now) {
 
 bool Schedule::HealthyDue(Instant now) const {
   return std::ranges::any_of(
-      devices_, [now](const Device& device) { return !device.doubted && IsDue(device, now); });
+      devices_, [now](const Device& device) { return !device.failing && IsDue(device, now); });
 }
 
-bool Schedule::AnotherDoubted(std::size_t device) const {
+bool Schedule::AnotherFails(std::size_t device) const {
   return std::ranges::any_of(devices_, [one = &devices_[device]](const Device& other) {
-    return &other != one && other.doubted && !other.suspended;
+    return &other != one && other.failing && !other.suspended;
   });
 }
 

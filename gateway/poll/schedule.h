@@ -74,10 +74,10 @@ class Schedule {
   /// A poll of it has taken the line for `time`.
   void OnUsed(std::size_t device, Duration time) { devices_[device].used += time; }
   /// Its last exchange failed: others may go first. Suspend forgets it.
-  void Doubt(std::size_t device, bool doubted) { devices_[device].doubted = doubted; }
-  bool doubted(std::size_t device) const { return devices_[device].doubted; }
+  void SetFailing(std::size_t device, bool failing) { devices_[device].failing = failing; }
+  bool failing(std::size_t device) const { return devices_[device].failing; }
   /// A device that is offline or disabled does not count.
-  bool AnotherDoubted(std::size_t device) const;
+  bool AnotherFails(std::size_t device) const;
   /// Nothing of the device is picked before `until`; its rounds wait.
   void Hold(std::size_t device, Instant until);
   /// A person wants it to be polled now.
@@ -89,10 +89,10 @@ class Schedule {
   /// Its polls go before the next write, and one is due.
   bool GoesFirst(std::size_t device, Instant now) const;
 
-  /// The query to send now, if one is due. `healthy_first`: a query of a doubted device only if no
+  /// The query to send now, if one is due. `healthy_first`: a query of a failing device only if no
   /// other is due.
   std::optional<Pick> Next(Instant now, bool healthy_first = false);
-  /// Whether a query of a device that is not doubted is due.
+  /// Whether a query of a device that does not fail is due.
   bool HealthyDue(Instant now) const;
   /// When Next will have something; empty: no device is active. May lie in the past.
   std::optional<Instant> NextDue() const;
@@ -108,7 +108,7 @@ class Schedule {
     std::vector<Round> rounds;  // by NumberOf their groups, and kEvents
     Instant hold_until{};
     bool suspended = true;
-    bool doubted = false;
+    bool failing = false;
     Duration used{};  // line time; an idle device is credited with what others used meanwhile
     std::size_t go_first = 0;  // polls before the next write
     int at_once = 0;           // how often it may still be asked for events at once

@@ -61,7 +61,7 @@ class Turns {
   bool HealthyFirst() const { return debt_ > Duration::zero(); }
 
  private:
-  int urgent_in_row_ = 0;        // since anything else was sent
+  int urgent_in_row_ = 0;        // urgent jobs sent since the last job of another kind
   std::size_t high_in_row_ = 0;  // routed requests of high priority
   bool poll_next_ = false;       // polls and routed requests of normal priority take turns
   Duration debt_{};  // line time that failing devices took and the others have not yet got back

@@ -57,7 +57,7 @@ void Upkeep::OnExchange(const Job& job, const ExchangeEnd& end, const Finding& f
   if (cut_off) {
     owed_.late.OnClosed(member, now);
   } else {
-    owed_.late.Conclude(asked, end, in_step, now);
+    owed_.late.SetWait(asked, end, in_step, now);
   }
   ledger_.devices.OnPatience(member, owed_.late.PatienceFor(member));
   ledger_.devices.OnLags(member, owed_.whose.Lags(member));
@@ -79,10 +79,10 @@ void Upkeep::Charge(const Job& job, bool answered, Instant now) {
   const Member& member = *job.member;
   if (member.device == nullptr) return;
   const bool in_vain = !answered || member.health.refuses();
-  if (in_vain && !schedule_.doubted(member.place)) {
+  if (in_vain && !schedule_.failing(member.place)) {
     chooser_.turns().Charge(now - job.exchange_began);
   }
-  schedule_.Doubt(member.place, in_vain);
+  schedule_.SetFailing(member.place, in_vain);
   if (job.task.kind == Task::Kind::poll) schedule_.OnUsed(member.place, now - job.exchange_began);
 }
 
@@ -116,7 +116,7 @@ void Upkeep::OnTask(Member& member, Outcome outcome, const std::string& reason, 
   ledger_.states.OnState(member, reason.empty() ? std::string(why) : reason);
 }
 
-void Upkeep::OnLate(const Member& member, Duration lateness, Instant now) {
+void Upkeep::CountLate(const Member& member, Duration lateness, Instant now) {
   if (member.device != nullptr) member.device->heard.OnLate(now);
   ledger_.line.OnLate();
   ledger_.devices.OnLate(member, lateness);

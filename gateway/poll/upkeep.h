@@ -28,7 +28,7 @@ class Upkeep {
   /// A task has ended: a device may be offline now, or back.
   void OnTask(Member& member, Outcome outcome, const std::string& reason, Instant now);
   /// A reply of the member has come this long after its reply time.
-  void OnLate(const Member& member, Duration lateness, Instant now);
+  void CountLate(const Member& member, Duration lateness, Instant now);
   /// It has sent something unasked, with this outcome.
   void OnUnasked(Device& device, Outcome outcome, const std::string& reason, const Finding& finding,
                  Instant now);

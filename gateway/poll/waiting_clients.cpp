@@ -41,7 +41,7 @@ void WaitingClients::AnswerCommands(Instant now) {
   for (WriteQueue::Confirmed& one : expired.confirmed) Answer(one);
   for (WriteCommand& command : expired.unsent) {
     const Device& device = roster_.DeviceAt(command.device);
-    const bool in_vain = !Answers(device.health.state()) || agenda_.schedule.doubted(device.place);
+    const bool in_vain = !Answers(device.health.state()) || agenda_.schedule.failing(device.place);
     NotSent(command, in_vain ? "the device did not answer before the deadline of the command"
                              : "its deadline passed while it waited for the line");
   }

@@ -37,7 +37,7 @@ class WhoseReply {
   Instant ProofRenews(const Member& member) const {
     return states_[member].proven_at + kProofRenews;
   }
-  /// Nothing but its own reply can come: a reply of an odd form is its own as well.
+  /// Whether a reply of an odd form is accepted, because no other reply is owed.
   bool MayBeOdd(const Asked& asked) const {
     return states_[*asked.member].read && orders_.Owed(asked) == 1;
   }
@@ -64,9 +64,9 @@ class WhoseReply {
   struct Verdict {
     bool elsewhere = false;  ///< it belongs to another request
     bool proven = true;      ///< it belongs to this one, or to an earlier one of the same bytes
-    Duration older{};        ///< of such: how much earlier that was sent, at most
+    Duration older{};        ///< how much earlier, at most, the request was sent that it may answer
     bool replaced = false;   ///< another device answers in its place
-    bool shifted = false;    ///< nothing was owed, and it is not its own: one before it was a copy
+    bool shifted = false;    ///< nothing was owed and it does not fit: an earlier one came twice
   };
   /// A reply of the device itself came, good or not what was asked for.
   Verdict OnReply(const Asked& asked, View frame, Outcome outcome);

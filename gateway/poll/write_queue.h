@@ -20,7 +20,7 @@ namespace baudgate {
 
 class WriteQueue {
  public:
-  /// Most commands that wait, and most read-backs.
+  /// Most commands that wait. Read-backs are as many as queries at most.
   static constexpr std::size_t kLimit = 32;
 
   using MayGo = std::function<bool(const WriteCommand& command)>;

@@ -22,7 +22,8 @@ const config::Line* Find(const config::Config& config, const std::string& name) 
 
 /// Without the settings that can change while the line goes on: only outputs, alarms and the point
 /// store read them. A field that the poller, the roster or EventPath reads must not be listed here:
-/// these keep the configuration that the line began with.
+/// these keep the configuration that the line began with. `alarms` may be listed: EventPath gets
+/// their rules anew at each reload (Renumber).
 void WithoutWhatChangesInPlace(config::Line& line) {
   line.alarms = {};
   for (config::Device& device : line.devices) {

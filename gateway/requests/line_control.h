@@ -1,6 +1,7 @@
 // What may be done to lines while they run: lend a port, take a device out of use, look at the
-// bytes. Implemented by gateway/daemon/daemon.cpp, used by gateway/control (the local socket). All
-// calls are thread-safe. Lines are numbered as in the configuration, devices as in the point store.
+// bytes. Implemented by gateway/daemon/line_dispatcher.h, used by gateway/control (the local
+// socket). All calls are thread-safe. Lines are numbered as in the configuration, devices as in the
+// point store.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -21,8 +21,8 @@ struct RoutedReply {
   Outcome outcome = Outcome::none;
   Bytes pdu;
   std::string reason;
-  bool sent = false;    ///< false: its deadline passed in the queue, it was refused, or its client
-                        ///< had left before
+  bool sent = false;    ///< false: its deadline passed in the queue, it was refused, its client had
+                        ///< left before, or the port was closed
   bool shared = false;  ///< answered by the exchange of another client's identical read
   Duration waited{};    ///< from Submit to the first byte out
 };

@@ -110,6 +110,7 @@ struct DeniedWrite {
   Value value{};                         ///< as users see it
   std::string reason{};                  ///< one sentence
   WriteEnd end = WriteEnd::denied;       ///< or busy
+  bool counts = true;  ///< false: another point of a command that was counted with its first
 };
 
 class CommandSink {
@@ -117,8 +118,8 @@ class CommandSink {
   virtual ~CommandSink() = default;
   /// From any thread. False: the line's queue is full, or it is stopping; `End` is not called.
   virtual bool Submit(WriteCommand command) = 0;
-  /// From any thread; returns at once.
-  virtual void OnDenied(const DeniedWrite&) {}
+  /// The gateway has refused it, as denied or as busy. From any thread; returns at once.
+  virtual void OnNotTaken(const DeniedWrite&) {}
 };
 
 }  // namespace baudgate

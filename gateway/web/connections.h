@@ -44,7 +44,7 @@ class Connections {
   void Stream(Id id);
   /// Its answer has ended; the next request may take its time again.
   void End(Id id, Instant now);
-  /// Whose request takes too long to come, or whose answer to be taken.
+  /// Connections that send their request or take their answer too slowly.
   std::vector<Id> Overdue(Instant now) const;
 
   std::size_t size() const { return all_.size(); }

@@ -142,8 +142,10 @@ std::optional<WriteDenial> WriteGate::Select(const Writer& writer, std::uint32_t
 
 void WriteGate::Deny(const Writer& writer, const WriteAsk& ask, const std::string& reason,
                      WriteEnd end) {
+  bool first = true;
   for (const WriteAsk::Part& part : ask.parts) {
-    sink_.OnDenied({writer.name, ask.device, part.point, part.value, reason, end});
+    sink_.OnNotTaken({writer.name, ask.device, part.point, part.value, reason, end, first});
+    first = false;
   }
 }
 

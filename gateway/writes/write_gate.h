@@ -8,8 +8,10 @@
 //   do the interlocks hold?              locked        allow_when; checked again when it is sent
 //   is there room in the line's queue?   busy
 //
-// A denial is handed to the sink; busy is not, because the sink that said it records it
-// (AuditedWrites). For one thread; each output has its own gate. docs/writes.md.
+// That is the order of what is reported. A selection is taken before anything else, so it is used
+// up by the first try, whatever becomes of it. A denial is handed to the sink, as is what another
+// part denies or finds no room for (Deny). If the sink itself says busy, it has recorded that
+// already (AuditedWrites). For one thread; each output has its own gate. docs/writes.md.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -16,7 +16,7 @@ class KeepingSink final : public CommandSink {
     commands.push_back(std::move(command));
     return true;
   }
-  void OnDenied(const DeniedWrite& write) override { denied.push_back(write); }
+  void OnNotTaken(const DeniedWrite& write) override { denied.push_back(write); }
 
   bool full = false;
   std::vector<WriteCommand> commands;

@@ -135,8 +135,11 @@ void WriteService::Record(const WriteArrival& arrival, const std::string& reason
 Result<WriteService::Place> WriteService::Find(const RequestSample& request) {
   LearnDevices();
   const auto device = devices_.find(request.device);
-  if (device == devices_.end() || store_.gone(device->second)) {
+  if (device == devices_.end()) {
     return Error{Quoted(request.device) + " is no device of this gateway"};
+  }
+  if (store_.gone(device->second)) {
+    return Error{"a reload has removed " + Quoted(request.device) + ", or restarts its line"};
   }
   const std::vector<config::Point>& points = store_.device(device->second).points;
   const auto point = std::ranges::find(points, request.point, &config::Point::name);

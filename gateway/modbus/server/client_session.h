@@ -52,7 +52,7 @@ class ClientSession final : public ClientPoll::Client,
   /// Closes an idle or stalled client and decides what an RTU client has left unfinished. Answers
   /// requests whose deadline has passed, if the service has not done so.
   void Sweep(const Now& now);
-  /// When Sweep has a request to answer; none waits: nothing.
+  /// When Sweep has a request to answer. Empty: no request waits.
   std::optional<Instant> Deadline() const { return service_->Deadline(); }
 
  private:

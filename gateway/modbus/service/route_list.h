@@ -32,7 +32,7 @@ class RouteList {
 
   /// By number; also of a route that has gone.
   const config::Route& at(std::size_t number) const { return routes_[number]; }
-  /// So many numbers were ever given.
+  /// How many numbers have been given out.
   std::size_t size() const { return routes_.size(); }
   /// The routes of the running file, in its order.
   std::span<const std::size_t> numbers() const { return numbers_; }

@@ -73,8 +73,8 @@ class RequestsOnWire {
   /// The PDU of the request that a reply of this unit answers; empty: there is none.
   View PduOf(std::uint16_t id, std::uint8_t unit) const;
   struct Replied {
-    std::optional<Sent> sent{};  ///< maybe of another unit
-    bool late = false;           ///< none, but one whose deadline has passed
+    std::optional<Sent> sent{};  ///< the request with this id, possibly to another unit
+    bool late = false;           ///< no request waits, but an expired one had this id
   };
   Replied TakeReplied(std::uint16_t id, std::uint8_t unit);
 

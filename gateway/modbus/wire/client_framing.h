@@ -92,7 +92,7 @@ class SerialFraming final : public ClientFraming {
   bool settled_ = false;
 };
 
-/// Those of `framing` are there.
+/// `frames` must have an entry for `framing`.
 std::unique_ptr<ClientFraming> MakeFraming(Framing framing, const Frames& frames);
 
 }  // namespace baudgate::modbus

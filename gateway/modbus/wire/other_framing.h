@@ -15,7 +15,7 @@
 
 namespace baudgate::modbus {
 
-/// So many bytes of the first that came are looked at.
+/// How many of the first received bytes are examined.
 inline constexpr std::size_t kMostLookedAt = 520;
 
 /// What `heard`, which has no request in the framing `expected`, is in another. Empty: that

@@ -21,7 +21,7 @@ struct Lines final : CommandSink {
     commands.push_back(std::move(command));
     return true;
   }
-  void OnDenied(const DeniedWrite&) override { ++denied; }
+  void OnNotTaken(const DeniedWrite&) override { ++denied; }
   bool full = false;
   int denied = 0;
   std::vector<WriteCommand> commands;
@@ -215,17 +215,17 @@ TEST_F(AuditedWritesTest, OneRecordAPoint) {
 
 TEST_F(AuditedWritesTest, DeniedOnesAreNotedAndPassedOn) {
   Make();
-  writes_->OnDenied({"192.0.2.9:1", 0, 2, Value(99.0), "not selected"});
+  writes_->OnNotTaken({"192.0.2.9:1", 0, 2, Value(99.0), "not selected"});
   ASSERT_EQ(log_.noted.size(), 1U);
   EXPECT_EQ(log_.noted[0].kind, Kind::denied);
   EXPECT_EQ(log_.noted[0].end, WriteEnd::denied);
   EXPECT_EQ(log_.noted[0].point, "group");
   EXPECT_EQ(log_.noted[0].reason, "not selected");
   EXPECT_EQ(lines_.denied, 1);
-  writes_->OnDenied({"192.0.2.9:1", 0, 2, Value(99.0), "too many", WriteEnd::busy});
+  writes_->OnNotTaken({"192.0.2.9:1", 0, 2, Value(99.0), "too many", WriteEnd::busy});
   EXPECT_EQ(log_.noted.at(1).kind, Kind::denied);
   EXPECT_EQ(log_.noted.at(1).end, WriteEnd::busy);
-  writes_->OnDenied({.client = "user:anna", .value = std::string("3E **"), .reason = "no"});
+  writes_->OnNotTaken({.client = "user:anna", .value = std::string("3E **"), .reason = "no"});
   EXPECT_EQ(log_.noted.at(2).point, "telegram");
   EXPECT_EQ(ToText(log_.noted.at(2).value), "3E **");
 }

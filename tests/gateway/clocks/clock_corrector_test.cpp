@@ -118,7 +118,7 @@ class ClockCorrectorTest : public ::testing::Test, private CommandSink {
     asked_.push_back(std::move(command));
     return true;
   }
-  void OnDenied(const DeniedWrite& denied) override { denied_.push_back(denied); }
+  void OnNotTaken(const DeniedWrite& denied) override { denied_.push_back(denied); }
 };
 
 TEST_F(ClockCorrectorTest, ReadsItOnceMoreAndWrites) {

@@ -69,7 +69,7 @@ bool FakeLines::Submit(WriteCommand command) {
   return true;
 }
 
-void FakeLines::OnDenied(const DeniedWrite& denied) {
+void FakeLines::OnNotTaken(const DeniedWrite& denied) {
   Note(denied.client + " may not write " + ToText(denied.value) + ": " + denied.reason);
 }
 

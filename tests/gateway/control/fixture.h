@@ -41,7 +41,7 @@ class FakeLines final : public LineControl, public CommandSink {
 
   /// Answered at once with `result`, unless the queue is full, or it is to be held.
   bool Submit(WriteCommand command) override;
-  void OnDenied(const DeniedWrite& denied) override;
+  void OnNotTaken(const DeniedWrite& denied) override;
 
   WriteResult result{.read_back = true};
   std::promise<WriteCommand>* hold = nullptr;  ///< takes the next command

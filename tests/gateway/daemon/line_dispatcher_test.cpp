@@ -66,6 +66,20 @@ TEST_F(LineDispatcherTest, NorIsOneThatAReloadHasEnded) {
   EXPECT_EQ(Counted(WriteEnd::not_sent), 1U);
 }
 
+/// A reload waits for the end of a line before it tells the routes.
+TEST_F(LineDispatcherTest, NorIsItForARoutedRequest) {
+  const auto ended = lines_->at(0).Take();
+  std::optional<RoutedReply> reply;
+  RoutedRequest request;
+  request.pdu = {3, 0, 0, 0, 1};
+  request.done = [&](RoutedReply said) { reply = std::move(said); };
+  EXPECT_TRUE(lines_->at(0).Submit(std::move(request)));
+  ASSERT_TRUE(reply);
+  EXPECT_EQ(reply->outcome, Outcome::line_down);
+  EXPECT_EQ(reply->reason, LineSlot::kNotThere);
+  EXPECT_FALSE(reply->sent);
+}
+
 /// A reload puts a line into the store before it runs; DDS learns of it there.
 TEST_F(LineDispatcherTest, NorIsOneThatAReloadIsAdding) {
   config::Line added = config_.lines[0];
@@ -88,9 +102,10 @@ TEST_F(LineDispatcherTest, AFullQueueIsBusyAndCounted) {
 }
 
 TEST_F(LineDispatcherTest, WhatTheGatewayRefusesIsCountedAsWhatItIs) {
-  dispatcher_->OnDenied({.client = "user:anna"});
-  dispatcher_->OnDenied({.client = "user:anna", .end = WriteEnd::busy});
-  EXPECT_EQ(Counted(WriteEnd::denied), 1U);
+  dispatcher_->OnNotTaken({.client = "user:anna"});
+  dispatcher_->OnNotTaken({.client = "user:anna", .end = WriteEnd::busy});
+  dispatcher_->OnNotTaken({.client = "user:anna", .counts = false});
+  EXPECT_EQ(Counted(WriteEnd::denied), 1U) << "a command of two points is one write";
   EXPECT_EQ(Counted(WriteEnd::busy), 1U);
 }
 

@@ -32,9 +32,9 @@ TEST_F(LocalPort, ALoanCountsAnewAndEndsWhenItIsTakenBack) {
   Handle([&] { line_->port.Release(10s, now_); });
   Pass(8s);
   EXPECT_EQ(port_.opens, 1);
-  Handle([&] { line_->port.TakeBack(now_); });
+  Handle([&] { line_->port.EndRelease(now_); });
   EXPECT_EQ(port_.opens, 2);
-  Handle([&] { line_->port.TakeBack(now_); });
+  Handle([&] { line_->port.EndRelease(now_); });
   Pass(1min);
   EXPECT_EQ(port_.opens, 2);
 }
@@ -60,7 +60,7 @@ TEST_F(LocalPort, ThatIsTakenBackBeforeTheWriteHasEndedIsNotLent) {
   Pass(20ms);
   Handle([&] { line_->port.Release(10s, now_); });
   Pass(100ms);
-  Handle([&] { line_->port.TakeBack(now_); });
+  Handle([&] { line_->port.EndRelease(now_); });
   answers_ = true;
   Pass(5s);
   EXPECT_TRUE(port_.open);
@@ -80,7 +80,7 @@ TEST_F(LocalPort, ThatIsTakenBackDuringTheStopStopsAllTheSame) {
   Handle([&] { line_->port.Release(10s, now_); });
   int stopped = 0;
   Handle([&] { line_->port.Stop("the gateway stops", now_, [&] { ++stopped; }); });
-  Handle([&] { line_->port.TakeBack(now_); });
+  Handle([&] { line_->port.EndRelease(now_); });
   Pass(1s);
   EXPECT_EQ(stopped, 1);
   EXPECT_FALSE(port_.open);
@@ -92,7 +92,7 @@ TEST_F(LocalPort, NothingOpensItAfterTheStop) {
   int stopped = 0;
   Handle([&] { line_->port.Stop("the gateway stops", now_, [&] { ++stopped; }); });
   EXPECT_EQ(stopped, 1);
-  Handle([&] { line_->port.TakeBack(now_); });
+  Handle([&] { line_->port.EndRelease(now_); });
   Handle([&] { line_->port.Release(1s, now_); });
   Pass(1min);
   EXPECT_EQ(port_.opens, 1);
@@ -328,7 +328,7 @@ TEST_F(NetworkLoan, NobodyGetsAPortThatIsClosedReleasedOrEnds) {
   port_.open = false;
   Want(user_);
   EXPECT_EQ(user_.taken_back, 2);
-  Handle([&] { line_->port.TakeBack(now_); });
+  Handle([&] { line_->port.EndRelease(now_); });
   Open();
   Handle([&] { line_->port.Stop("the gateway stops", now_, [] {}); });
   Want(user_);
@@ -347,7 +347,7 @@ TEST_F(NetworkLoan, EndsWhereThePortIsLostReleasedOrTakenBack) {
   Lose("gone");
   EXPECT_EQ(user_.taken_back, 1);
   begin();
-  Handle([&] { line_->port.TakeBack(now_); });
+  Handle([&] { line_->port.EndRelease(now_); });
   EXPECT_EQ(user_.taken_back, 2);
   Pass(5s);
   EXPECT_FALSE(OutOfService());

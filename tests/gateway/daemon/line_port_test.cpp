@@ -54,7 +54,7 @@ TEST_F(LocalPort, TellsWhatIsToBeKept) {
   Open();
   Pass(10s);
   Handle([&] { line_->port.Release(1min, now_); });
-  Handle([&] { line_->port.TakeBack(now_); });
+  Handle([&] { line_->port.EndRelease(now_); });
   Open();
   EXPECT_THAT(sink_.news, ElementsAre(Pair(What::no_answer, false), Pair(What::port_down, false),
                                       Pair(What::port_down, true), Pair(What::no_answer, true),
@@ -215,7 +215,7 @@ TEST_F(LinePortTest, WhatWaitsForAConnectionInVainWasNotSent) {
       {"no connection within the reply time", [] {}},
       {"no connection", [this] { line_->port.OnOpenFailed("refused", now_); }},
       {"lent", [this] { line_->port.Release(1min, now_); }},
-      {"taken back", [this] { line_->port.TakeBack(now_); }},
+      {"taken back", [this] { line_->port.EndRelease(now_); }},
   };
   for (const bool telegram : {false, true}) {
     for (const auto& [what, happens] : kRows) {

@@ -91,7 +91,7 @@ TEST_F(SharedLoop, AReleasedPortComesBackAndTheOtherGoesOn) {
   runners_[0]->Post([](LineParts& line, Now now) { line.port.Release(1h, now); });
   EXPECT_TRUE(WaitFor([&] { return ends_[0]->ended(); }));
   EXPECT_TRUE(GoesOn(1));
-  runners_[0]->Post([](LineParts& line, Now now) { line.port.TakeBack(now); });
+  runners_[0]->Post([](LineParts& line, Now now) { line.port.EndRelease(now); });
   EXPECT_TRUE(WaitFor([&] { return accepted_[0] == 2; }));
   EXPECT_EQ(accepted_[1], 1);
 }

@@ -76,6 +76,22 @@ TEST_F(LineUnaskedTest, HearsInIdleAndIsReceivingMeanwhile) {
   EXPECT_EQ(strays_, 0U);
 }
 
+TEST_F(LineUnaskedTest, WhatComesInIdleIsTheSpeakersAndNoStray) {
+  Start(1s);
+  Bytes_(reply_, 1030ms);
+  ASSERT_EQ(frames_.size(), 1U);
+  Bytes_(reply_, 2s);
+  EXPECT_EQ(strays_, 0U) << "nor is it told as a late reply";
+}
+
+TEST_F(LineUnaskedTest, AReplyDoesNotGoOnAfterTheProgramWasStopped) {
+  Start(1s);
+  Bytes_(reply_.substr(0, 3), 1020ms);
+  Bytes_(reply_.substr(3), 1150ms);  // before the ceiling
+  EXPECT_THAT(frames_, ::testing::IsEmpty());
+  EXPECT_EQ(ends_, std::vector{Outcome::partial});
+}
+
 TEST_F(LineUnaskedTest, AMessageThatStopsIsDamagedAndTheLineIsFreeAgain) {
   Bytes_("<a", 1s);
   Timer(1020ms);

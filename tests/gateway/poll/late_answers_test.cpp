@@ -22,7 +22,7 @@ class LateAnswersTest : public ::testing::Test, protected ToyMembers {
               .probe = false,
               .lone_probe = false};
     late_.OnEnd(asked_, outcome, kStart + ended);
-    late_.Conclude(asked_, {outcome, {}, {}, 0}, true, kStart + ended);
+    late_.SetWait(asked_, {outcome, {}, {}, 0}, true, kStart + ended);
   }
   Duration LateUntil(const Member& member) const { return late_.LateUntil(member) - kStart; }
   Asked Next(const Member& member, bool named) {
@@ -65,7 +65,7 @@ TEST_F(LateAnswersTest, DamageIsFoundOutByTheProbeAndOwesNothing) {
 TEST_F(LateAnswersTest, AProbeOfADeviceThatIsOfflineKeepsNobodyWaiting) {
   asked_ = {.member = &a, .request = &request_, .sent = kStart, .probe = true, .lone_probe = true};
   late_.OnEnd(asked_, Outcome::no_reply, kStart + 200ms);
-  late_.Conclude(asked_, {Outcome::no_reply, {}, {}, 0}, true, kStart + 200ms);
+  late_.SetWait(asked_, {Outcome::no_reply, {}, {}, 0}, true, kStart + 200ms);
   EXPECT_TRUE(late_.IsClear(a, kStart + 200ms));
 }
 
@@ -81,7 +81,7 @@ TEST_F(LateAnswersTest, AReplyWithinTheTimeOfItsRequestIsInTime) {
   asked_ = {.member = &a, .request = &request_, .sent = kStart};
   for (int i = 0; i < 3; ++i) {
     late_.OnEnd(asked_, Outcome::ok, kStart + 2s);
-    late_.Conclude(asked_, {Outcome::ok, {}, 2s, 0}, true, kStart + 2s);
+    late_.SetWait(asked_, {Outcome::ok, {}, 2s, 0}, true, kStart + 2s);
   }
   EXPECT_EQ(late_.PatienceFor(a), 0ms);
   Exchange(a, 0ms, 3s, Outcome::no_reply);
@@ -104,14 +104,14 @@ TEST_F(LateAnswersTest, WhereRepliesNameNobodyNoAnswerIsTakenToBeInTime) {
   request_ = AskFor("UA1\r", false);
   Exchange(a, 0ms, 200ms, Outcome::no_reply);
   asked_.sent = kStart + 250ms;
-  late_.Conclude(asked_, {Outcome::ok, {}, {}, 0}, false, kStart + 300ms);
+  late_.SetWait(asked_, {Outcome::ok, {}, {}, 0}, false, kStart + 300ms);
   EXPECT_GT(LateUntil(a), 1250ms) << "the ceiling behind the repetition";
   EXPECT_LT(LateUntil(a), 1260ms);
 }
 
 TEST_F(LateAnswersTest, WhoseOrderIsProvenOwesNothing) {
   Exchange(a, 0ms, 200ms, Outcome::no_reply);
-  late_.Conclude(asked_, {Outcome::ok, {}, {}, 0}, true, kStart + 250ms);
+  late_.SetWait(asked_, {Outcome::ok, {}, {}, 0}, true, kStart + 250ms);
   EXPECT_TRUE(late_.IsClear(a, kStart + 250ms));
 }
 
@@ -227,7 +227,7 @@ TEST_F(LateAnswersTest, ALateReplyBehindTheProbeOfAnAbsentDeviceIsNotThatOnes) {
             .probe = true,
             .lone_probe = true};
   late_.OnEnd(asked_, Outcome::no_reply, kStart + 450ms);
-  late_.Conclude(asked_, {Outcome::no_reply, {}, {}, 0}, true, kStart + 450ms);
+  late_.SetWait(asked_, {Outcome::no_reply, {}, {}, 0}, true, kStart + 450ms);
   const LateAnswers::Stray told = late_.OnStray({9, 30ms}, kStart + 480ms);
   EXPECT_EQ(told.late, nullptr);
   EXPECT_EQ(told.warned, nullptr);

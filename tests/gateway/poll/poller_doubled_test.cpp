@@ -21,6 +21,32 @@ TEST(PollerFaults, DoubledRepliesDoNoHarm) {
   EXPECT_EQ(line.QualityOf(0, 1), Quality::good);
 }
 
+/// What the slow device has said last may be wrong as well: a rest that is long enough for the fast
+/// one proves nothing about the slow one.
+TEST(PollerFaults, ASecondReplyOfAFastDeviceDoubtsWhatASlowOneSaid) {
+  config::Line bus = ToyLine({ToyDevice("a", "A", {"1"}), ToyDevice("b", "B", {"1"})});
+  bus.devices[0].poll = 300ms;
+  bus.devices[1].poll = 20s;
+  bus.devices[1].timing.reply = 2s;
+  bus.devices[1].timing.ceiling = 4s;
+  VirtualLine line(std::move(bus), {&ToyProtocol()});
+  bool doubled = false;
+  const auto pieces = [&](View, Bytes reply, Instant) {
+    std::vector<TimedPiece> said = {{20ms, reply}};
+    if (std::exchange(doubled, false)) said.push_back({21ms, ToyReply("A1=77")});
+    return said;
+  };
+  line.Open();
+  line.twin(0).manner.deliver = pieces;
+  ASSERT_TRUE(line.RunUntil([&] { return line.QualityOf(1, 0) == Quality::good; }, 5s));
+  line.RunFor(500ms);
+  const std::uint64_t before = line.StatusOf(1).exchanges;
+  doubled = true;
+  ASSERT_TRUE(line.RunUntil([&] { return line.StatusOf(0).doubled > 0; }, 1s));
+  line.RunFor(2s);
+  EXPECT_GT(line.StatusOf(1).exchanges, before) << "read again, long before its period is over";
+}
+
 /// A copy that comes after the next request has been sent passes for its answer. The true one comes
 /// behind it: then what was read last is doubted at once, and read again.
 class SecondReply : public ::testing::TestWithParam<std::size_t> {};

@@ -119,6 +119,8 @@ TEST_F(WriteGateTest, OneThatMayNotBeWrittenStopsAll) {
   EXPECT_EQ(text_, "'off' is not in the device's 'write'");
   EXPECT_THAT(sink_.commands, IsEmpty());
   ASSERT_EQ(sink_.denied.size(), 3U) << "a record of each point";
+  EXPECT_TRUE(sink_.denied[0].counts);
+  EXPECT_FALSE(sink_.denied[1].counts) << "one write";
   EXPECT_EQ(sink_.denied[0].client, "192.0.2.5:40312");
   EXPECT_EQ(sink_.denied[0].point, kSetting);
   EXPECT_EQ(sink_.denied[0].value, Value(1.0));

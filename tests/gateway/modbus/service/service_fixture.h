@@ -41,7 +41,7 @@ class WriteSink final : public CommandSink {
     commands.push_back(std::move(command));
     return true;
   }
-  void OnDenied(const DeniedWrite& write) override { denied.push_back(write); }
+  void OnNotTaken(const DeniedWrite& write) override { denied.push_back(write); }
 
   std::vector<WriteCommand> commands;
   std::vector<DeniedWrite> denied;
