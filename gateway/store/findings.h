@@ -70,11 +70,12 @@ class Findings {
     if (!any_bad_) return 0;
     return static_cast<std::uint8_t>(bad_specials_ & ~good_specials_ & kAllSpecials);
   }
-  /// In all that failed only characters of one parity came, beside 00 and FF, which a driver gives
-  /// for a character with wrong parity.
+  /// In all that failed only characters of one parity came, and FF, which a driver gives for a
+  /// character with wrong parity.
   bool IsOneParity() const {
+    constexpr unsigned kMark = 1U << (std::size(kSpecialBytes) - 1);
     const unsigned parities = any_specials_ & kBothParities;
-    return parities == kEvenByte || parities == kOddByte;
+    return (any_specials_ & kMark) != 0 && (parities == kEvenByte || parities == kOddByte);
   }
   /// In all that came no character had its eighth bit, although the protocol has such.
   bool IsSevenBit() const {

@@ -57,6 +57,8 @@ TEST_F(MissedTest, TheDeviceWhoseTimeItIsIsNamed) {
 
 TEST_F(MissedTest, ANeighbourThatFailsIsNamed) {
   Neighbours().wasted = kWatched / 2;
+  EXPECT_THAT(Say(), IsEmpty()) << "what stands beside its good replies took the time";
+  Looked(neighbour_.status, Symptom::damaged, 4);
   EXPECT_THAT(
       Say(),
       ElementsAre(

@@ -342,9 +342,9 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        "its replies break off before their line end, the last byte or two: a converter takes it "
        "out (set it to raw), or a driver lets go of the bus too early"},
       {{{clean, 2, {.expected = 4}},
-        {damaged, 5, {.bytes = 14, .specials = kEvenByte}},
+        {damaged, 5, {.bytes = 14, .specials = kEvenByte | kOddByte}},
         {clean, 2, {.expected = 4}},
-        {damaged, 5, {.bytes = 14, .specials = kEvenByte}}},
+        {damaged, 5, {.bytes = 14, .specials = kEvenByte | kOddByte}}},
        "no character of its replies has its eighth bit: the port or a converter in between has 7 "
        "data bits; set 8 (now 9600 7E1)",
        kAnswered | kHere},
