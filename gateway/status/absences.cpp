@@ -25,6 +25,8 @@ constexpr double kRegular = 1.4;
 /// So many single failures with so many answers between them come with a period by no chance.
 constexpr std::size_t kManyBeginnings = 5;
 constexpr std::uint32_t kRare = 5;
+/// One of several requests is lost more often.
+constexpr Duration kShortestPeriod = 4s;
 /// A silence of more than this many times the longest before is a new trouble.
 constexpr double kUsual = 2;
 
@@ -92,7 +94,8 @@ std::optional<Duration> PeriodOf(const std::vector<FailureRuns::Run>& runs) {
 bool ComeRegularly(const FailureRuns& failures) {
   const auto& runs = failures.runs();
   const auto is_rare = [](const FailureRuns::Run& run) { return run.answered >= kRare; };
-  return runs.size() >= kManyBeginnings && PeriodOf(runs) &&
+  const Duration period = PeriodOf(runs).value_or(Duration());
+  return runs.size() >= kManyBeginnings && period >= kShortestPeriod &&
          std::all_of(runs.begin() + 1, runs.end(), is_rare);
 }
 

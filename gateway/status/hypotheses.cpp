@@ -221,7 +221,7 @@ double SevenBits(const Evidence& evidence) {
   const bool all = std::ranges::all_of(evidence.records, [](const DeviceRecord* record) {
     return record->status.findings.IsSevenBit();
   });
-  return all ? evidence.Share({bad_check, damaged, tail_lost, bytes_lost}) : 0;
+  return all ? evidence.Share({bad_check, damaged}) : 0;
 }
 
 double Silent(const Evidence& evidence) { return 0.9 * evidence.Share({silence}); }

@@ -108,6 +108,10 @@ std::string SayHeadLost(const Evidence& evidence) {
 }
 
 std::string SayEndLost(const Evidence& evidence) {
+  if (evidence.Last(end_lost).cause == kGarbled && evidence.answered) {
+    return "the last byte of its replies comes garbled: a driver lets go of the bus too early (use "
+           "one with automatic direction), or its replies come damaged: noise, a bad wire";
+  }
   if (evidence.Last(end_lost).cause == kGarbled) {
     return "the last byte of its replies comes garbled: it computes another check value, or a "
            "driver "
@@ -143,8 +147,8 @@ std::string SayTailLost(const Evidence& evidence) {
 
 std::string SayBytesLost(const Evidence& evidence) {
   if (!evidence.healthy.empty()) {
-    return "bytes are missing inside its replies: a bad wire or fibre at its end, or a converter "
-           "that takes them out (set it to raw) or is overrun";
+    return "bytes are missing inside its replies: a bad wire or fibre at its end, two devices with "
+           "its address, or a converter loses them (set it to raw)";
   }
   return "bytes are missing inside its replies: a converter takes them out (set it to raw) or is "
          "overrun (replace it)";
