@@ -7,7 +7,7 @@ namespace baudgate {
 namespace {
 
 /// This many outages in this many minutes are frequent.
-constexpr std::size_t kFlapping = 3;
+constexpr std::uint32_t kFlapping = 3;
 constexpr std::size_t kFlappingMinutes = 5;
 
 }  // namespace
@@ -18,7 +18,6 @@ DeviceStates::DeviceStates(const Roster& roster, PointStore& store, PollerListen
 }
 
 void DeviceStates::OnClosed(Override why) {
-  if (open_) closures_.Add(now_.instant);
   open_ = false;
   closed_as_ = why;
   const std::string reason = WhyClosed();
@@ -58,9 +57,7 @@ void DeviceStates::OnState(const Member& member, const std::string& reason) {
 void DeviceStates::Show(DeviceState state, DeviceState from, DeviceStatus& status) const {
   status.state = state;
   const bool back = Answers(state) && !Answers(from);
-  const std::size_t closed = closures_.Since(now_.instant - kFlappingMinutes * 1min);
-  const std::size_t outages = status.hour.Sum(now_.instant, kFlappingMinutes).outages;
-  if (back && outages < kFlapping && closed < kFlapping) {
+  if (back && status.hour.Sum(now_.instant, kFlappingMinutes).outages < kFlapping) {
     status.findings = {};
   }
 }

@@ -12,7 +12,6 @@
 #include "gateway/poll/roster.h"
 #include "gateway/store/device_status.h"
 #include "gateway/store/point_store.h"
-#include "gateway/store/recent_times.h"
 #include "gateway/trace/tap.h"
 
 namespace baudgate {
@@ -59,7 +58,6 @@ class DeviceStates {
   ByMember<State> states_;
   Now now_{};
   bool open_ = false;
-  RecentTimes closures_;  // of the port
   Override closed_as_ = Quality::bad_not_connected;
 };
 

@@ -66,44 +66,9 @@ const char* WhyNoData(const config::SerialSettings& serial) {
          "it";
 }
 
-/// The server ends the connection when a reply has begun.
-bool EndsInReplies(std::span<const DeviceRecord> devices) {
-  return std::ranges::any_of(devices, [](const DeviceRecord& one) {
-    const Findings& findings = one.status.findings;
-    return findings.Count(Symptom::tail_lost) >= kProof && findings.Last(Symptom::tail_lost).ended;
-  });
-}
-
-/// A request to which the server ends the connection, beside others that it answers.
-std::string EndingRequest(std::span<const DeviceRecord> devices) {
-  for (const DeviceRecord& one : devices) {
-    if (!one.status.findings.Last(Symptom::silence).ended) continue;
-    const auto& queries = one.status.queries;
-    const auto dead = [](const QueryCount& query) {
-      return query.points > 0 && query.in_vain >= kNeverAnswered;
-    };
-    const auto answered = [](const QueryCount& query) {
-      return query.points > 0 && query.in_vain == 0;
-    };
-    const auto found = std::ranges::find_if(queries, dead);
-    if (found == queries.end() || std::ranges::none_of(queries, answered)) continue;
-    const config::Point& point = one.device->points[found->first_point];
-    return one.device->name + ": the server ends the connection at the request for " + point.name +
-           " (" + point.read + ") and at no other: take its points out of the profile";
-  }
-  return {};
-}
-
 std::string Lost(const config::Line& line, const LineStatus& status, std::size_t times,
                  std::span<const DeviceRecord> devices) {
   if (std::string other = SayOtherService(line, devices); !other.empty()) return other;
-  if (std::string request = EndingRequest(devices); !request.empty()) return request;
-  if (line.is_network() && EndsInReplies(devices)) {
-    return fmt::format(
-        "the server ended the connection {} in the last hour, in the middle of replies: ask for "
-        "less at once (block), and update its firmware",
-        Times(times));
-  }
   if (line.is_network()) {
     return fmt::format(
         "the connection was lost {} in the last hour: look at the serial server (power, restarts, "
