@@ -28,7 +28,7 @@ class WriteGrace {
     until_.reset();
     std::exchange(then_, nullptr)();
   }
-  /// What waits is not called.
+  /// Drops the call that waits.
   void CallOff() {
     until_.reset();
     then_ = nullptr;

@@ -138,7 +138,7 @@ void Line::Hear(UnaskedInput heard, Instant now) {
   if (awaited && !heard.messages.empty()) {
     Finish(client_.Judge(heard.messages.front().bytes, now), {}, now);
   }
-  // What comes in idle counts as the speaker's, and as nobody's late reply.
+  // Bytes in idle belong to the device that speaks unasked. They count as no late reply.
   if (!heard.rest.empty() && state_ != State::idle) TakeBytes(heard.rest, now);
   heard.rest.clear();
   news_.unasked = std::move(heard);

@@ -8,7 +8,7 @@
 namespace baudgate {
 namespace {
 
-/// What begins as the reply has begun is another reply.
+/// Bytes that begin like the broken reply are a new reply, not its rest.
 constexpr std::size_t kFront = 2;
 /// A rest that comes later belongs to no exchange.
 constexpr Duration kLatest = 5s;

@@ -232,7 +232,7 @@ bool Examiner::IsCopy() const {
   return copies > 0 && others < 2;
 }
 
-/// What has come is what came to other requests before, without the number of its transaction.
+/// The same bytes came to other requests before. The transaction number is not compared.
 bool Examiner::IsSameAgain(bool right) {
   const bool numbered = member_->protocol->tcp;
   const View came = View(heard_).subspan(std::min(heard_.size(), numbered ? kTransaction : 0));

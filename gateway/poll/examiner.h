@@ -69,7 +69,7 @@ class Examiner {
     Request request;
     Instant sent{};
     Instant first{};  // the first try of those that have no answer, within the ceiling
-    Instant tried{};  // the same, within some seconds
+    Instant tried{};  // the first try of the last seconds
     Bytes vain;       // what came to the try before it
     bool answered = false;
     bool silent = false;    // and not a byte came

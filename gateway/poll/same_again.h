@@ -4,7 +4,7 @@
 //   asked            came             it is the same again
 //   A, B             x, x             no: two replies may be alike
 //   A, B, C, D, E    x, x, x, x, x    yes, if x was right once
-//   A, B, A, B, A, B …    x           the same, where x cannot be right for some of them
+//   A, B, B, B, B, B, B    each x     yes, if x cannot answer B
 //
 // SPDX-License-Identifier: Apache-2.0
 #pragma once

@@ -15,7 +15,7 @@ constexpr double kChance = 0.001;
 constexpr double kFewest = 2;
 /// This many coincidences are no chance.
 constexpr std::size_t kOften = 2;
-/// What fails so soon behind a failure is struck by the same outage.
+/// Failures this close together belong to one outage.
 constexpr Duration kSameOutage = 3s;
 /// Fewer failures at the same time may be chance.
 constexpr std::size_t kFewTogether = 3;
@@ -25,7 +25,7 @@ constexpr double kRegular = 1.4;
 /// So many single failures with so many answers between them come with a period by no chance.
 constexpr std::size_t kManyBeginnings = 5;
 constexpr std::uint32_t kRare = 5;
-/// One of several requests is lost more often.
+/// Failures with a shorter period are single losses.
 constexpr Duration kShortestPeriod = 4s;
 /// A silence of more than this many times the longest before is a new trouble.
 constexpr double kUsual = 2;
@@ -185,7 +185,7 @@ std::optional<Duration> SharedPeriod(std::span<const FailureRuns* const> devices
     }
   }
   if (outages.size() < kManyBeginnings) return std::nullopt;
-  // If one device has them all, and the others hardly any, they are its own.
+  // If one device has all of these outages and the others hardly any, they are not shared.
   const auto has_many = [&](const FailureRuns* one) {
     return 2 * one->runs().size() >= outages.size();
   };

@@ -310,7 +310,7 @@ Sentences DiagnoseLine(const config::Line& line, const LineStatus& status,
   const bool refuses = std::ranges::any_of(devices, [](const DeviceRecord& one) {
     return 2 * one.status.findings.Count(Symptom::refusal) >= Findings::kKept;
   });
-  // One that is gone has a sentence that names the cause.
+  // An absent device has a sentence that names the cause.
   const bool gone = std::ranges::any_of(
       devices, [](const DeviceRecord& one) { return one.status.last_ok && IsAbsent(one.status); });
   const bool misses =

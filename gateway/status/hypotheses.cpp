@@ -72,7 +72,7 @@ bool IsDamageOnly(const Evidence& evidence) {
   return false;
 }
 
-/// Where a check value proves it often, what could not be proven is of the same kind.
+/// If check values prove it for a third of the failures, other damaged replies have the same cause.
 double OtherSetting(const Evidence& evidence) {
   if (IsDamageOnly(evidence)) return 0;
   const std::size_t count = evidence.Count(other_setting);
@@ -104,7 +104,7 @@ double InPieces(const Evidence& evidence) {
 
 double Late(const Evidence& evidence) {
   if (evidence.Count(late) == 0) return 0;
-  // What is told of the others is no lateness.
+  // If another cause is known for most of the others, they are not late.
   const bool told = !evidence.Last(other_reply).cause.empty() &&
                     evidence.Count(other_reply) > 2 * evidence.Count(late);
   return evidence.Share({late, silence, odd, head_lost}) +

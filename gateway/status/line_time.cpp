@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "gateway/status/diagnose_failures.h"
 #include "gateway/status/evidence.h"
 #include "gateway/status/words.h"
 
@@ -23,8 +24,6 @@ constexpr double kSomeWaste = 0.03;
 constexpr double kFull = 0.8;
 constexpr double kBusy = 0.5;
 constexpr double kMuchOfOne = 0.4;
-/// A single failure is no cause.
-constexpr std::size_t kFailures = 2;
 
 /// The time that the last minutes have had so far.
 double Watched(Now now, Instant started) {
@@ -38,7 +37,7 @@ bool IsWireTime(const LineStatus& status, const config::Line& line) {
   return 2 * characters * line.serial.CharacterTime() > status.busy;
 }
 
-bool FailsOften(const DeviceRecord& record) { return FailedOf(record.status) >= kFailures; }
+bool FailsOften(const DeviceRecord& record) { return FailedOf(record.status) >= kNotableFailures; }
 
 }  // namespace
 
@@ -78,11 +77,11 @@ std::string WhyNoTime(const LineStatus& line, std::span<const DeviceRecord> devi
     return findings.Count(Symptom::other_master) + findings.Count(Symptom::master_beside) > 1;
   });
   if (disturbed) return {};  // and the line has a sentence about that
-  // Its time goes to what it has a sentence about.
+  // The device has a sentence about its own failures.
   if (device != nullptr && FailsOften(*device)) return {};
   // It has a sentence of its own, and so needs no other.
   if (waste >= kMuchWaste && (device == nullptr || wasteful->device == device->device)) return {};
-  // What comes beside good replies takes time as well.
+  // Stray bytes beside good replies take time as well, and there is no failure to mend.
   if (waste >= kMuchWaste && !FailsOften(*wasteful)) return {};
   if (waste >= kMuchWaste) {
     return fmt::format("{} takes {} of the line's time with exchanges that fail: mend that first",

@@ -11,6 +11,18 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::Pair;
 
+class PortInAWrite : public LocalPort {
+ protected:
+  void ReleaseDuringAWrite() {
+    Open();
+    Pass(2s);
+    answers_ = false;
+    Write();
+    Pass(20ms);
+    Handle([&] { line_->port.Release(10s, now_); });
+  }
+};
+
 TEST_F(LocalPort, ThatIsLentComesBackByItself) {
   Open();
   Pass(2s);
@@ -39,26 +51,16 @@ TEST_F(LocalPort, ALoanCountsAnewAndEndsWhenItIsTakenBack) {
   EXPECT_EQ(port_.opens, 2);
 }
 
-TEST_F(LocalPort, IsLentAfterTheWriteUnderWay) {
-  Open();
-  Pass(2s);
-  answers_ = false;
-  Write();
-  Pass(20ms);
-  Handle([&] { line_->port.Release(10s, now_); });
+TEST_F(PortInAWrite, IsLentAfterTheWriteUnderWay) {
+  ReleaseDuringAWrite();
   EXPECT_TRUE(port_.open);
   Pass(1s);
   EXPECT_FALSE(port_.open) << "nobody waits longer than a second";
   EXPECT_EQ(ends_.size(), 1U);
 }
 
-TEST_F(LocalPort, ThatIsTakenBackBeforeTheWriteHasEndedIsNotLent) {
-  Open();
-  Pass(2s);
-  answers_ = false;
-  Write();
-  Pass(20ms);
-  Handle([&] { line_->port.Release(10s, now_); });
+TEST_F(PortInAWrite, ThatIsTakenBackBeforeTheWriteHasEndedIsNotLent) {
+  ReleaseDuringAWrite();
   Pass(100ms);
   Handle([&] { line_->port.EndRelease(now_); });
   answers_ = true;
@@ -71,13 +73,8 @@ TEST_F(LocalPort, ThatIsTakenBackBeforeTheWriteHasEndedIsNotLent) {
   EXPECT_GT(port_.sends, sends) << "polls go on";
 }
 
-TEST_F(LocalPort, ThatIsTakenBackDuringTheStopStopsAllTheSame) {
-  Open();
-  Pass(2s);
-  answers_ = false;
-  Write();
-  Pass(20ms);
-  Handle([&] { line_->port.Release(10s, now_); });
+TEST_F(PortInAWrite, ThatIsTakenBackDuringTheStopStopsAllTheSame) {
+  ReleaseDuringAWrite();
   int stopped = 0;
   Handle([&] { line_->port.Stop("the gateway stops", now_, [&] { ++stopped; }); });
   Handle([&] { line_->port.EndRelease(now_); });

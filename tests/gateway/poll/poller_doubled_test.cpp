@@ -21,8 +21,8 @@ TEST(PollerFaults, DoubledRepliesDoNoHarm) {
   EXPECT_EQ(line.QualityOf(0, 1), Quality::good);
 }
 
-/// What the slow device has said last may be wrong as well: a rest that is long enough for the fast
-/// one proves nothing about the slow one.
+/// The last reading of the slow device may be wrong as well. After a rest that is longer than the
+/// reply time of the fast device, a reply of the slow one may still come.
 TEST(PollerFaults, ASecondReplyOfAFastDeviceDoubtsWhatASlowOneSaid) {
   config::Line bus = ToyLine({ToyDevice("a", "A", {"1"}), ToyDevice("b", "B", {"1"})});
   bus.devices[0].poll = 300ms;

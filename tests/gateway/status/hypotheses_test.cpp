@@ -348,6 +348,28 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        "no character of its replies has its eighth bit: the port or a converter in between has 7 "
        "data bits; set 8 (now 9600 7E1)",
        kAnswered | kHere},
+      {{{clean, 9},
+        {other_setting, 4, {.cause = "bytes 11 are missing inside its replies", .remedy = "raw"}},
+        {damaged, 7, {.bytes = 8}}},
+       "bytes 11 are missing inside its replies: raw",
+       kAnswered | kHere},
+      {{{clean, 9},
+        {other_setting, 2, {.cause = "bytes 11 are missing inside its replies", .remedy = "raw"}},
+        {damaged, 9, {.bytes = 8}}},
+       "its replies come damaged: noise, bad termination or ground, or two devices with its "
+       "address",
+       kAnswered | kHere},
+      {{{clean, 9}, {end_lost, 9, {.cause = "garbled"}}},
+       "the last byte of its replies comes garbled: a driver lets go of the bus too early (use one "
+       "with automatic direction), or its replies come damaged: noise, a bad wire",
+       kAnswered | kHere},
+      {{{clean, 9}, {end_lost, 5, {.cause = "garbled"}}, {damaged, 4}},
+       "its replies come damaged: noise, bad termination or ground, or two devices with its "
+       "address",
+       kAnswered | kHere},
+      {{{late, 1, {.time = 1200ms}},
+        {other_reply, 9, {.cause = "its replies carry another number", .remedy = "update it"}}},
+       "its replies carry another number: update it"},
       {{{clean, 32}}, ""},
   };
   for (const Row& row : rows) EXPECT_EQ(SayOf(row), row.says);
