@@ -192,7 +192,7 @@ std::unique_ptr<Job> Chooser::TakeProbe(const Idle& idle) {
   const auto when = probes_.NextAt(facts);
   if (!when || *when > idle.now) return nullptr;
   Member& member = *probes_.Next(facts);
-  probes_.OnTaken(member);
+  const Probes::Kind kind = probes_.OnTaken(member, idle.now);
   std::unique_ptr<Job> job;
   if (member.device != nullptr && member.in_use) {
     job = std::make_unique<Job>(member, Job::Probe{}, Task{.kind = Task::Kind::probe}, idle.now);
@@ -203,7 +203,7 @@ std::unique_ptr<Job> Chooser::TakeProbe(const Idle& idle) {
       job = ForRoute(agenda_.routes.RepeatRead(member), idle.now);
     }
   }
-  if (job) job->looks = Probes::Kind::look;
+  if (job) job->looks = kind;
   return job;
 }
 

@@ -27,8 +27,8 @@ void ProbeBudget::OnProbe(Instant from, Instant to, Duration waited) {
   if (waited > Duration::zero()) share_free_at_ = from + TimeToEarn(waited, share_);
 }
 
-Duration ProbeBudget::Interval(Duration cost, Duration waited) {
-  return std::max(cost + kPause, TimeToEarn(waited, kShare));
+Duration ProbeBudget::Interval(Duration cost, Duration waited, double share) {
+  return std::max(cost + kPause, TimeToEarn(waited, share));
 }
 
 }  // namespace baudgate

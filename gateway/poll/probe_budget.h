@@ -33,7 +33,7 @@ class ProbeBudget {
   Instant earned_at() const { return std::max(pause_until_, share_free_at_); }
 
   /// From a probe that took `cost` and made others wait for `waited` to the next one, at most.
-  static Duration Interval(Duration cost, Duration waited);
+  static Duration Interval(Duration cost, Duration waited, double share = kShare);
 
  private:
   double share_;

@@ -7,18 +7,32 @@
 namespace baudgate {
 
 void Probes::OnOpened() {
+  first_looks_ = ProbeBudget(kFirstShare);
   looks_ = ProbeBudget();
   writes_ = ProbeBudget(kWriteShare);
 }
 
+bool Probes::HasFirstLook(const Member& member, Instant now) const {
+  const State& state = states_[member];
+  return state.first_looks > 0 && now < state.first_until;
+}
+
+ProbeBudget& Probes::BudgetOf(Kind kind) {
+  if (kind == Kind::short_write) return writes_;
+  return kind == Kind::first_look ? first_looks_ : looks_;
+}
+
 Member* Probes::Next(const Facts& facts) const {
   const auto& everyone = roster_.everyone();
+  Member* next = nullptr;
   for (std::size_t i = 0; i < everyone.size(); ++i) {
     Member* member = everyone[(turn_ + i) % everyone.size()];
     const bool can = member->health.offline() && late_.IsClear(*member, facts.now);
-    if (can && facts.is_looked_for(*member)) return member;
+    if (!can || !facts.is_looked_for(*member)) continue;
+    if (HasFirstLook(*member, facts.now)) return member;
+    if (next == nullptr) next = member;
   }
-  return nullptr;
+  return next;
 }
 
 std::optional<Instant> Probes::NextAt(const Facts& facts) const {
@@ -33,11 +47,12 @@ std::optional<Instant> Probes::NextAt(const Facts& facts) const {
     }
     return soonest;
   }
+  const ProbeBudget& budget = HasFirstLook(*next, facts.now) ? first_looks_ : looks_;
   const auto when =
-      looks_.NextProbe(facts.now, facts.next_wanted, facts.idle_since, late_.WorstCase(*next));
+      budget.NextProbe(facts.now, facts.next_wanted, facts.idle_since, late_.WorstCase(*next));
   if (when) return when;
   // A client that waits for its answer is there now, but perhaps not when the line is idle again.
-  if (facts.client_waits(*next)) return std::max(facts.now, looks_.earned_at());
+  if (facts.client_waits(*next)) return std::max(facts.now, budget.earned_at());
   // When the clients have stayed away for this long, the line counts as free.
   return facts.clients_gone && *facts.clients_gone > facts.now ? facts.clients_gone : std::nullopt;
 }
@@ -48,6 +63,13 @@ Instant Probes::NextWriteAt(const Member& member, const Facts& facts) const {
   return free.value_or(std::max(facts.now, writes_.earned_at()));
 }
 
+Probes::Kind Probes::OnTaken(const Member& member, Instant now) {
+  turn_ = member.place + 1;
+  if (!HasFirstLook(member, now)) return Kind::look;
+  --states_[member].first_looks;
+  return Kind::first_look;
+}
+
 std::optional<Instant> Probes::began() const {
   return ended_.member == nullptr ? std::nullopt : std::optional(ended_.began);
 }
@@ -55,8 +77,7 @@ std::optional<Instant> Probes::began() const {
 void Probes::OnIdle(Duration waited, Instant now) {
   const Ended ended = std::exchange(ended_, {});
   State& state = states_[*ended.member];
-  ProbeBudget& budget = ended.kind == Kind::look ? looks_ : writes_;
-  budget.OnProbe(ended.began, now, waited);
+  BudgetOf(ended.kind).OnProbe(ended.began, now, waited);
   state.waited = waited;
   if (state.probed_at) state.gap = ended.began - *state.probed_at;
   state.probed_at = ended.began;
@@ -66,6 +87,8 @@ Duration Probes::NoticeBound(Instant now) const {
   Duration turn{};
   Duration period{};
   Duration seen{};
+  Duration first{};
+  Instant first_until = now;
   std::optional<Duration> known;  // the longest wait for any of them
   for (const Member* member : roster_.everyone()) {
     if (member->in_use && member->health.offline())
@@ -78,13 +101,17 @@ Duration Probes::NoticeBound(Instant now) const {
       const Duration worst = late_.WorstCase(*member);
       turn += ProbeBudget::Interval(worst, state.waited.value_or(known.value_or(worst)));
       seen = std::max(seen, state.gap + worst);
+      if (!HasFirstLook(*member, now)) continue;
+      first += state.first_looks *
+               ProbeBudget::Interval(worst, state.waited.value_or(worst), kFirstShare);
+      first_until = std::max(first_until, state.first_until);
     } else if (const Device* device = member->device) {
       period = std::max(period, device->config->poll);
     }
   }
   if (turn == Duration::zero()) return turn;
   const Duration blocked = std::max<Duration>(looks_.earned_at() - now, {});
-  return std::max(blocked + turn + period, seen);
+  return std::max(std::min(first, first_until - now) + blocked + turn + period, seen);
 }
 
 }  // namespace baudgate

@@ -22,9 +22,15 @@ class Probes {
   /// is back must get it before the probes have found the slave. Needed by
   /// PollerRoutedFaults.AStopReachesASlaveThatHasReturnedBeforeTheProbesHaveFoundIt.
   static constexpr double kWriteShare = 0.1;
+  /// A device that has just gone offline may only have lost a few requests. Its first probes go
+  /// before those of other members and have a share of their own, for a minute at most. A routed
+  /// slave is asked by its clients.
+  static constexpr double kFirstShare = 0.2;
+  static constexpr int kFirstLooks = 2;
+  static constexpr Duration kFirstTime = 1min;
 
   /// Why an offline member is asked.
-  enum class Kind : std::uint8_t { look, short_write };
+  enum class Kind : std::uint8_t { first_look, look, short_write };
 
   /// How things are on the line.
   struct Facts {
@@ -41,14 +47,18 @@ class Probes {
 
   void OnOpened();
   /// It has just gone offline: what its earlier probes cost no longer counts.
-  void OnOffline(const Member& member) { states_[member] = {}; }
+  void OnOffline(const Member& member, Instant now) {
+    states_[member] = {.first_looks = member.device == nullptr ? 0 : kFirstLooks,
+                       .first_until = now + kFirstTime};
+  }
 
   /// The member to probe next, if there is time. Null: no offline member is wanted, or a late reply
   /// of each may still come.
   Member* Next(const Facts& facts) const;
   /// When; may change with anything that happens on the line.
   std::optional<Instant> NextAt(const Facts& facts) const;
-  void OnTaken(const Member& member) { turn_ = member.place + 1; }
+  /// It is probed now; on which share that counts.
+  Kind OnTaken(const Member& member, Instant now);
   /// When a short write may be tried at this member: as soon as its share allows, even if others
   /// wait, because its client waits for nothing else.
   Instant NextWriteAt(const Member& member, const Facts& facts) const;
@@ -65,14 +75,16 @@ class Probes {
   /// the pause, or the time that it takes to earn what others waited for its last probe. A probe
   /// that makes others wait is sent only after an exchange of theirs, so the longest of their
   /// periods is added once. If the polls leave too little room for that, the turn that was measured
-  /// counts. A share that is used up must be earned first.
+  /// counts. A share that is used up must be earned first. First probes of others go before.
   Duration NoticeBound(Instant now) const;
 
  private:
   struct State {
-    std::optional<Duration> waited;    // how long others waited for its last probe
-    std::optional<Instant> probed_at;  // when that was sent
-    Duration gap{};                    // since the one before
+    std::optional<Duration> waited{};    // how long others waited for its last probe
+    std::optional<Instant> probed_at{};  // when that was sent
+    Duration gap{};                      // since the one before
+    int first_looks = 0;                 // that it still has
+    Instant first_until{};               // how long it has them
   };
   /// A probe whose cost is known once the line is idle again.
   struct Ended {
@@ -81,9 +93,13 @@ class Probes {
     Instant began{};
   };
 
+  bool HasFirstLook(const Member& member, Instant now) const;
+  ProbeBudget& BudgetOf(Kind kind);
+
   const Roster& roster_;
   const LateAnswers& late_;
   ByMember<State> states_;
+  ProbeBudget first_looks_{kFirstShare};
   ProbeBudget looks_;
   ProbeBudget writes_{kWriteShare};
   Ended ended_;

@@ -95,7 +95,7 @@ void Upkeep::OnTask(Member& member, Outcome outcome, const std::string& reason, 
   if (offline && !was_offline) {
     ledger_.devices.OnOffline(member);
     chooser_.parked().Drop(member);
-    chooser_.probes().OnOffline(member);
+    chooser_.probes().OnOffline(member, now);
     owed_.late.OnOffline(member);
     if (device != nullptr) {
       schedule_.Suspend(device->place);

@@ -39,9 +39,9 @@ TEST_F(ProbesTest, ThoseThatAreOfflineTakeTurns) {
   PutOffline(a);
   PutOffline(b);
   EXPECT_EQ(probes_.Next(At(0s)), &a);
-  probes_.OnTaken(a);
+  probes_.OnTaken(a, kStart);
   EXPECT_EQ(probes_.Next(At(0s)), &b);
-  probes_.OnTaken(b);
+  probes_.OnTaken(b, kStart);
   EXPECT_EQ(probes_.Next(At(0s)), &a);
 }
 
@@ -71,6 +71,34 @@ TEST_F(ProbesTest, WhatMadeOthersWaitIsEarnedFirst) {
   EXPECT_FALSE(probes_.began());
   EXPECT_FALSE(probes_.NextAt(At(9s))) << "2 % of ten seconds";
   EXPECT_EQ(probes_.NextAt(At(10s)), kStart + 10s);
+}
+
+/// It may have lost two requests only: it is not left alone until 2 % of the time are earned.
+TEST_F(ProbesTest, OneThatHasJustGoneIsAskedSoonTwice) {
+  PutOffline(a);
+  PutOffline(b);
+  probes_.OnOffline(b, kStart);
+  next_wanted_ = kStart;
+  Duration at = 0s;
+  for (int i = 0; i < Probes::kFirstLooks; ++i) {
+    EXPECT_FALSE(i > 0 && probes_.NextAt(At(at - 1ms))) << "20 % of a second";
+    ASSERT_EQ(probes_.NextAt(At(at)), kStart + at);
+    EXPECT_EQ(probes_.Next(At(at)), &b) << "before all others";
+    ASSERT_EQ(probes_.OnTaken(b, kStart + at), Probes::Kind::first_look);
+    probes_.OnEnd(b, Probes::Kind::first_look, kStart + at);
+    probes_.OnIdle(200ms, kStart + at + 200ms);
+    at += 1s;
+  }
+  EXPECT_EQ(probes_.Next(At(at)), &a) << "then they take turns";
+  EXPECT_EQ(probes_.OnTaken(a, kStart + at), Probes::Kind::look);
+}
+
+TEST_F(ProbesTest, AfterAMinuteItHasNotJustGone) {
+  PutOffline(a);
+  PutOffline(b);
+  probes_.OnOffline(b, kStart);
+  EXPECT_EQ(probes_.Next(At(59s)), &b);
+  EXPECT_EQ(probes_.Next(At(1min)), &a);
 }
 
 TEST_F(ProbesTest, ShortWritesHaveAShareOfTheirOwn) {
