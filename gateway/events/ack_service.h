@@ -1,5 +1,5 @@
 // Acknowledgements that wait for the disk: the client is told when they are saved, or why they are
-// not. No lock: gateway/events/event_queue.h has it.
+// not. No lock: gateway/events/pending_events.h has it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,8 +16,8 @@ class AckService {
  public:
   using Done = std::function<void(const Acknowledged&)>;
 
-  /// Puts an event into the book for each alarm that is meant and waits to be acknowledged. Returns
-  /// how many.
+  /// Adds an event to the book for each unacknowledged alarm that the query means. Returns their
+  /// number.
   static std::size_t Tell(const AckQuery& query, const std::vector<Alarm>& alarms, EventBook& book,
                           WallTime at);
 
@@ -29,7 +29,7 @@ class AckService {
   void Wait(Ack ack) { acks_.push_back(std::move(ack)); }
   /// Takes all that wait now.
   std::vector<Ack> Take() { return std::exchange(acks_, {}); }
-  /// Without a lock. `trouble` empty: they are on the disk.
+  /// To be called without the lock. `trouble`: why they are not on the disk; empty: they are.
   static void Answer(const std::vector<Ack>& acks, const std::string& trouble);
 
  private:

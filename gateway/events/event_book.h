@@ -1,6 +1,6 @@
 // Events that are not on the disk yet: the writing thread takes them from here, and they wait here
 // while the disk fails. Gives out the numbers, and recognises a batch that comes twice. No thread,
-// no lock, no disk: gateway/events/event_queue.h has them.
+// no lock, no disk: gateway/events/event_log.h has them.
 //
 //   Add({source 3, "12.345 0E1", again, {r}})
 //   Due()   → {source 3, {r, seq 1}}     to be inserted; without events where the last batch of

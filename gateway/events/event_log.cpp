@@ -9,19 +9,21 @@ namespace baudgate::events {
 EventLog::EventLog(Options options)
     : options_(std::move(options)),
       writer_(options_.writer ? options_.writer : std::make_shared<EventsWriter>()),
-      queue_(options_, [this] { worker_.Wake(); }),
+      pending_(options_, [this] { worker_.Wake(); }),
+      queue_(options_, pending_),
+      rounds_(options_, pending_),
       sources_(options_.sources),
       file_(options_.file, sources_, options_.vfs, writer_),
       worker_(writer_->thread, [this](bool last) { return Round(last); }) {
-  if (options_.feed) options_.feed->ServeWith([this](bool now) { queue_.Look(now); });
+  if (options_.feed) options_.feed->ServeWith([this](bool now) { rounds_.Look(now); });
   worker_.Start();
 }
 
 EventLog::~EventLog() {
   if (options_.feed) options_.feed->ServeWith({});
-  queue_.TellEndOnce();
+  queue_.TellEnd();
   worker_.Stop();
-  for (const std::string& line : queue_.LeftBehind()) options_.warn(line);
+  for (const std::string& line : rounds_.LeftBehind()) options_.warn(line);
 }
 
 EventsState EventLog::state() const {
@@ -39,7 +41,7 @@ Result<Page> EventLog::Read(const PageQuery& query) const {
   if (state().disk == Disk::opening) return Page{.records = {}, .next = query.after};
   bool damaged = false;
   auto page = ReadPage(options_.file, query, &damaged);
-  if (damaged) queue_.Doubt();
+  if (damaged) rounds_.Doubt();
   return page;
 }
 
@@ -48,44 +50,44 @@ Result<PastPage> EventLog::ReadPast(const PastQuery& query) const {
   if (state().disk == Disk::opening) return PastPage{.rows = {}, .next = query.after};
   bool damaged = false;
   auto page = events::ReadPast(options_.file, query, &damaged);
-  if (damaged) queue_.Doubt();
+  if (damaged) rounds_.Doubt();
   return page;
 }
 
-/// The end of a trouble is told as well, in a commit behind the one that has ended it.
+/// The commit that ends a trouble of the disk adds an event, so the last round needs another
+/// commit.
 Instant EventLog::Round(bool last) {
-  if (!last && !queue_.Begin()) return queue_.NextRound();
+  if (!last && !rounds_.Begin()) return rounds_.NextRound();
   do {
     WriteDue();
-  } while (last && queue_.goes_on());
-  return queue_.NextRound();
+  } while (last && rounds_.goes_on());
+  return rounds_.NextRound();
 }
 
 void EventLog::WriteDue() {
-  if (auto numbers = queue_.TakeNumbers()) sources_ = std::move(*numbers);
+  if (auto numbers = rounds_.TakeNumbers()) sources_ = std::move(*numbers);
   Status status = Open();
   if (status && file_.lacks_alarms()) status = file_.WriteAlarms(queue_.Alarms());
-  EventQueue::Round round;
+  EventRounds::Round round;
   if (status) status = Write(round);
   if (status) Feed(round.batches);
   if (status) TellOwed(round.batches);
-  const std::vector<Source> kept = queue_.Done(round, status, file_.oldest());
-  TellAlarms(status ? round.batches : queue_.Unsaved());
+  const std::vector<Source> kept = rounds_.Done(round, status, file_.oldest());
+  TellAlarms(status ? round.batches : rounds_.Unsaved());
   if (status) ReadBacklog();
   if (!kept.empty()) options_.kept(kept);
   AckService::Answer(round.acks, status ? std::string() : status.error());
 }
 
-/// All that is due, where it is due.
-Status EventLog::Write(EventQueue::Round& round) {
+Status EventLog::Write(EventRounds::Round& round) {
   const auto cursors = options_.feed ? options_.feed->cursors().Due() : std::nullopt;
-  round = queue_.Take();
+  round = rounds_.Take();
   if (round.numbers) sources_ = std::move(*round.numbers);
   if (options_.in_memory) return {};
   if (round.look.whole) {
     if (Status status = file_.Check(); !status) return status;
   }
-  if (round.look.due) queue_.SetPutAside(file_.PutAside());
+  if (round.look.due) rounds_.SetPutAside(file_.PutAside());
   Status status = file_.Write(round.batches, cursors ? &*cursors : nullptr, round.records);
   if (status && cursors) options_.feed->cursors().OnKept(*cursors);
   return status;
@@ -103,7 +105,7 @@ void EventLog::TellAlarms(const std::vector<Batch>& batches) const {
 
 Status EventLog::Open() {
   if (options_.in_memory) {
-    if (!queue_.opened()) queue_.OnOpened({});
+    if (!queue_.opened()) rounds_.OnOpened({});
     return {};
   }
   if (options_.file.empty()) return Error{options_.why_no_file};
@@ -112,27 +114,27 @@ Status EventLog::Open() {
   if (!opened->put_aside.empty()) options_.warn("events: " + opened->put_aside);
   if (opened->lost) options_.warn("events: " + *opened->lost);
   if (!opened->ok) return Error{opened->error};
-  queue_.SetPutAside(file_.PutAside());
+  rounds_.SetPutAside(file_.PutAside());
   if (options_.feed) {
     options_.feed->cursors().OnOpened(opened->contents.cursors);
     options_.feed->Begin(std::move(opened->contents.image));
   }
-  const bool first = queue_.OnOpened(opened->contents);
+  const bool first = rounds_.OnOpened(opened->contents);
   if (first && options_.owed && !opened->contents.owed.empty()) {
     options_.owed(opened->contents.owed);
   }
   return {};
 }
 
-/// One page a round: the audit does not wait for all of it.
+/// Reads one page a round, so that the audit, which shares the thread, need not wait for all pages.
 void EventLog::ReadBacklog() {
   const auto after = options_.feed ? options_.feed->wanted() : std::nullopt;
   if (!after) return;
   auto events = options_.in_memory ? Result<std::vector<FedEvent>>(std::vector<FedEvent>())
                                    : file_.ReadBehind(*after);
-  if (!events) return queue_.Look(false);
+  if (!events) return rounds_.Look(false);
   options_.feed->Supply(*after, std::move(*events));
-  if (options_.feed->wanted()) queue_.Look(true);
+  if (options_.feed->wanted()) rounds_.Look(true);
 }
 
 void EventLog::TellOwed(const std::vector<Batch>& batches) const {
@@ -147,7 +149,7 @@ void EventLog::TellOwed(const std::vector<Batch>& batches) const {
   if (options_.owed && !owed.empty()) options_.owed(owed);
 }
 
-/// What the gateway has seen of a device is shown with that device.
+/// An event of the gateway about a device is shown as an event of that device.
 void EventLog::Feed(const std::vector<Batch>& batches) {
   if (!options_.feed) return;
   std::vector<FedEvent> fed;

@@ -1,8 +1,13 @@
-// The events while the gateway runs: batches come from the lines, and the thread of events.db
-// writes them. The first batch of an idle queue is written at once; all that come while the disk is
-// busy share the next commit. While the disk fails they wait in memory, and it is tried again every
-// second; their devices are not asked for more, and keep their events. Without a file (in_memory) a
-// batch is done at once.
+// The events while the gateway runs: lines add batches, and the thread of events.db writes them. If
+// nothing else waits, a batch is written at once. Batches that come during a commit share the next
+// one. While the disk fails, batches wait in memory, and the disk is tried again every second;
+// their devices are not asked for more events, and keep them. Without a file (in_memory), a batch
+// counts as written at once.
+//
+//   EventLog       this: the thread
+//   EventQueue     the way in, for any thread       EventRounds  the way out, for the thread
+//   PendingEvents  what both share, with its lock   EventBook    batches not on the disk yet
+//   EventFile      opens the file                   EventTable   writes its rows
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,6 +18,7 @@
 
 #include "gateway/events/event_file.h"
 #include "gateway/events/event_queue.h"
+#include "gateway/events/event_rounds.h"
 #include "gateway/events/event_source.h"
 #include "gateway/events/log_options.h"
 
@@ -22,15 +28,14 @@ class EventLog final : public EventSource {
  public:
   using Options = LogOptions;
   explicit EventLog(Options options);
-  /// Writes what is left; as long as the disk takes.
+  /// Writes the events that wait, however long the disk takes.
   ~EventLog() override;
 
-  /// The entrance of all events.
   EventQueue& queue() { return queue_; }
 
   /// Once a second, from any thread but the writing one. If the disk does not answer in time, this
   /// reports it, and reports the alarms that wait.
-  void Watch() { TellAlarms(queue_.Watch()); }
+  void Watch() { TellAlarms(rounds_.Watch()); }
 
   EventsState state() const override;
   std::vector<Alarm> Alarms() const override { return queue_.Alarms(); }
@@ -45,7 +50,7 @@ class EventLog final : public EventSource {
   Instant Round(bool last);
   void WriteDue();
   Status Open();
-  Status Write(EventQueue::Round& round);
+  Status Write(EventRounds::Round& round);
   void TellAlarms(const std::vector<Batch>& batches) const;
   void Feed(const std::vector<Batch>& batches);
   void TellOwed(const std::vector<Batch>& batches) const;
@@ -53,7 +58,9 @@ class EventLog final : public EventSource {
 
   const Options options_;
   const std::shared_ptr<EventsWriter> writer_;
+  PendingEvents pending_;
   EventQueue queue_;
+  EventRounds rounds_;
   SourceNames sources_;  // of the writing thread
   EventFile file_;       // of the writing thread
   Worker worker_;

@@ -28,13 +28,15 @@ struct LogOptions {
   std::shared_ptr<EventFeed> feed{};  ///< gets what is on the disk; null: there is none
   bool tells_own = false;             ///< the gateway's own events are kept, too
   Watched watches{};
-  /// They are on the disk, so that their sources may be asked for more; on the writing thread.
+  /// The last batches of these sources are on the disk, so the sources may be asked for more.
+  /// Called on the writing thread.
   std::function<void(const std::vector<Source>& sources)> kept;
-  /// These are on the disk, too, and their records are still to be read: when the file has opened
-  /// first, and before `kept`; on the writing thread. Empty: they are not read.
+  /// The events of these records are on the disk, and the records are still to be read. Called on
+  /// the writing thread: when the file first opens, and after a commit, before `kept`. Empty:
+  /// records are not read.
   std::function<void(const std::vector<OwedRecord>& owed)> owed{};
-  /// An alarm has changed, or was `raised`. While the disk fails it is reported once, too; on
-  /// the writing thread, or from Watch. Empty: not wanted.
+  /// An alarm has changed, or was `raised`. Each change is reported once, also while the disk
+  /// fails. Called on the writing thread, or from Watch. Empty: not wanted.
   std::function<void(const Alarm& alarm, bool raised)> alarm{};
   /// One line when the disk begins to fail, and one when it is well again; from any thread.
   std::function<void(const std::string&)> warn;

@@ -1,5 +1,5 @@
 // The start and the end of the gateway itself as events, once each; the start says how the previous
-// run ended. No lock, no clock: gateway/events/event_queue.h has them.
+// run ended. No clock, and no lock: gateway/events/pending_events.h has it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

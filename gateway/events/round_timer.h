@@ -1,4 +1,4 @@
-// When the thread that writes events is due again. A part of gateway/events/event_queue.h.
+// When the thread that writes events is due again. A part of gateway/events/event_rounds.h.
 //
 //   the disk           there is work          there is none
 //   fails              after a rest           after a rest

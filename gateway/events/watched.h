@@ -20,7 +20,7 @@ std::optional<config::AlarmPriority> PriorityOf(const config::Config& config, co
 /// Without a function all alarms stay as they are.
 using Watched = std::function<std::optional<config::AlarmPriority>(const Alarm&)>;
 
-/// Makes alarms what the configuration says of them. No lock: gateway/events/event_queue.h has it.
+/// Brings alarms into line with the configuration. No lock: gateway/events/pending_events.h has it.
 class WatchedAlarms {
  public:
   explicit WatchedAlarms(Watched watched) : watched_(std::move(watched)) {}
