@@ -24,7 +24,7 @@ struct Asked {
   bool retry = false;       ///< the same request had failed before
   bool probe = false;       ///< the task is a probe
   bool lone_probe = false;  ///< no task waits for it: it finds out whether the device is back
-  bool renews = false;      ///< the line has time, so the proof of the device is renewed early
+  bool renews_proof_early = false;  ///< because the line has time
 
   /// From its last byte to the first one of its reply. A reply that takes longer is late.
   Duration reply_time() const { return std::max(member->times.reply, request->reply); }

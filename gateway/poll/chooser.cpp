@@ -115,7 +115,7 @@ std::unique_ptr<Job> Chooser::TakeWriteProbe(const Idle& idle) {
     const auto to_it = [slave](const RoutedRequest& request) { return request.slave == slave; };
     auto job = ForRoute(agenda_.routes.queue().TakeUrgent(to_it), idle.now);
     if (!job) continue;
-    job->looks = Probes::Kind::short_write;
+    job->probe_budget = Probes::Kind::short_write;
     return job;
   }
   return nullptr;
@@ -170,7 +170,7 @@ std::unique_ptr<Job> Chooser::TakeBackground(Background::Which which, Instant no
   background_.OnTaken(*place, now);
   auto job =
       std::make_unique<Job>(device, Job::Background{}, Task{.kind = Task::Kind::background}, now);
-  job->renews = renews;
+  job->renews_proof_early = renews;
   return job;
 }
 
@@ -203,7 +203,7 @@ std::unique_ptr<Job> Chooser::TakeProbe(const Idle& idle) {
       job = ForRoute(agenda_.routes.RepeatRead(member), idle.now);
     }
   }
-  if (job) job->looks = kind;
+  if (job) job->probe_budget = kind;
   return job;
 }
 
@@ -241,7 +241,7 @@ bool Chooser::MayRepeat(const Job& job, int more, Instant now) const {
   const Member& member = *job.member;
   const bool looked_for = job.is_probe() && !job.postponed;
   const bool once = looked_for || member.health.state() == DeviceState::never_seen;
-  if (job.attempts >= (once ? 0 : member.retries) + more) return false;
+  if (job.step.retries >= (once ? 0 : member.retries) + more) return false;
   if (const auto* write = job.goal().As<Job::Write>()) return now < write->command.deadline;
   // It can wait, and a repetition may be as silent.
   const bool waits = job.goal().task.kind == Task::Kind::background;
@@ -250,7 +250,7 @@ bool Chooser::MayRepeat(const Job& job, int more, Instant now) const {
   if (fails && more == 0 && agenda_.schedule.HealthyDue(now)) return false;
   // What must not be repeated is followed by the request that makes it good, or its answer is lost:
   // PollerRoutedOrder.AStartDoesNotMakeADestructiveReadHappenTwice.
-  return !(agenda_.routes.queue().HasShortWrite() && job.request.expect.repeatable);
+  return !(agenda_.routes.queue().HasShortWrite() && job.step.request.expect.repeatable);
 }
 
 // ---------------------------------------------------------------- routed requests
@@ -296,9 +296,8 @@ std::unique_ptr<Job> Chooser::ForRoute(RouteQueue::Batch batch, Instant now) {
       Job::Routed{
           .batch = std::move(batch), .every_slave_answers = common, .reply = {}, .is_read = read},
       Task{}, now);
-  job->request = std::move(request);
-  job->steps = 1;
-  job->sending = true;
+  job->step = {.request = std::move(request), .waiting = true};
+  job->requests = 1;
   return job;
 }
 

@@ -29,7 +29,7 @@ void DeviceAccounts::OnOpened() {
 void DeviceAccounts::OnExchange(const Member& member, const ExchangeEnd& end,
                                 const Finding& finding, About about) {
   const bool life = ProvesLife(end.outcome);
-  const bool answered = life && !about.mute;
+  const bool answered = life && !about.broadcast;
   const bool cut_off = end.outcome == Outcome::line_down;
   const Outcome outcome = about.routed && life ? Outcome::ok : end.outcome;
   states_[member].symptom = finding.symptom;
@@ -44,8 +44,8 @@ void DeviceAccounts::OnExchange(const Member& member, const ExchangeEnd& end,
     status.learned = member.device->conversation->WhatIsLearned();
     status.lacks_time = member.device->conversation->LacksTime();
     // The part that has ended the connection may have reported why.
-    if (!about.mute && (!cut_off || finding.bytes > 0)) status.findings.Add(finding);
-    if (!about.mute && !cut_off) Count(member, answered, status);
+    if (!about.broadcast && (!cut_off || finding.bytes > 0)) status.findings.Add(finding);
+    if (!about.broadcast && !cut_off) Count(member, answered, status);
     if (!answered) return;
     status.last_ok = now_.instant;
     status.last_ok_wall = now_.wall;

@@ -35,9 +35,9 @@ class DeviceAccounts {
 
   /// What the end of an exchange says about the member.
   struct About {
-    bool mute = false;    ///< its end says nothing about the member
-    bool probe = false;   ///< it finds out whether an offline member is back
-    bool routed = false;  ///< of a client: a refusal says nothing about the member
+    bool broadcast = false;  ///< nothing answers
+    bool probe = false;      ///< it finds out whether an offline member is back
+    bool routed = false;     ///< of a client: a refusal says nothing about the member
   };
   void OnExchange(const Member& member, const ExchangeEnd& end, const Finding& finding,
                   About about);

@@ -26,18 +26,19 @@ std::optional<Job::Write> EffectApplier::OnEnd(Job& done, EndEffects effects, co
     chooser_.background().OnEnd(member.place, effects.background->took, effects.background->proved);
   }
   if (device != nullptr) upkeep_.PlanBackground(*device);
-  if (done.looks) chooser_.probes().OnEnd(member, *done.looks, done.began);
+  if (done.probe_budget) chooser_.probes().OnEnd(member, *done.probe_budget, done.began);
   if (effects.fast_poll) ledger_.rounds.OnPoll(member, *effects.fast_poll, now);
   if (effects.poll) {
     const auto& [query, answered] = *effects.poll;
-    ledger_.devices.OnPoll(*device, query, answered, done.missed);
+    ledger_.devices.OnPoll(*device, query, answered, done.had_failure);
   }
   if (effects.repeat) upkeep_.Repeat(*device, *effects.repeat, now);
   if (effects.doubt) upkeep_.Doubt(*effects.doubt, now);
   if (effects.polls_first && device != nullptr) agenda_.schedule.GoFirst(member.place);
   // Silence to a query that was never answered says something about the query, not about the
   // device.
-  if (effects.judges_member && !done.unheard) upkeep_.OnTask(member, end.outcome, end.reason, now);
+  if (effects.judges_member && !done.blames_query)
+    upkeep_.OnTask(member, end.outcome, end.reason, now);
   for (auto& [request, reply] : effects.replies) request.done(std::move(reply));
   if (!effects.write) return std::nullopt;
   return OnWriteEnd(*done.As<Job::Write>(), *device, *effects.write, now);

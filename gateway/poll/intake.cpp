@@ -22,7 +22,7 @@ bool SpoilsOnce(const Answer& answer, const config::Device& device) {
 /// twice counts as it comes. A probe that reads a point is no better proof of it than a poll.
 JumpCheck::Result CheckJumps(const Job& job, Device& device, std::vector<Sample>& samples,
                              ReplyEffects& effects) {
-  if (job.task.kind == Task::Kind::write || !job.request.expect.repeatable) return {};
+  if (job.task.kind == Task::Kind::write || !job.step.request.expect.repeatable) return {};
   const std::vector<std::uint32_t> points = PointsOf(samples);
   JumpCheck::Result result = device.jumps.Check(samples);
   effects.rechecked = result.ask_again;
@@ -55,12 +55,13 @@ ReplyEffects Intake::Take(const Job& job, Device& device, Answer answer, Instant
 /// as old as its request.
 void Intake::Store(const Job& job, Device& device, const Answer& answer, Instant now,
                    ReplyEffects& effects) {
-  const Duration older = job.verdict.older + (job.took_patience ? job.round_trip : Duration());
+  const Job::Attempt& attempt = job.attempt;
+  const Duration older = attempt.verdict.older + (attempt.late ? attempt.round_trip : Duration());
   std::vector<Sample> samples = SamplesOf(*device.config, answer.readings);
   if (samples.empty()) return;
   const JumpCheck::Result jumps = CheckJumps(job, device, samples, effects);
-  const Now at{job.answered.instant - older, job.answered.wall - older};
-  store_.Update(device.index, samples, at, job.round_trip);
+  const Now at{attempt.answered_at.instant - older, attempt.answered_at.wall - older};
+  store_.Update(device.index, samples, at, attempt.round_trip);
   store_.Doubt(device.index, jumps.doubtful, now);
   if (SpoilsOnce(answer, *device.config)) effects.repeat.push_back(config::Group::once);
   if (jumps.spoils) effects.repeat.push_back(*jumps.spoils);
@@ -69,7 +70,7 @@ void Intake::Store(const Job& job, Device& device, const Answer& answer, Instant
 }
 
 void Intake::Report(const Job& job, const Device& device, EventBatch batch, ReplyEffects& effects) {
-  const EventDelivery::Exchange exchange{job.exchange_began, job.answered,
+  const EventDelivery::Exchange exchange{job.attempt.began, job.attempt.answered_at,
                                          job.task.kind == Task::Kind::background};
   const bool drained = batch.drained;
   std::optional<ReportedEvents> events = delivery_.Take(device, std::move(batch), exchange);

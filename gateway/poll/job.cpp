@@ -27,7 +27,7 @@ bool IsUrgent(const Job& job) {
 }
 
 std::optional<Instant> LatestStart(const Job& job) {
-  if (job.request.closes) return std::nullopt;
+  if (job.step.request.closes) return std::nullopt;
   if (const auto* write = job.As<Job::Write>()) return write->command.deadline;
   const auto* routed = job.As<Job::Routed>();
   if (routed == nullptr) return std::nullopt;
@@ -37,7 +37,7 @@ std::optional<Instant> LatestStart(const Job& job) {
 
 std::optional<Withheld> WhyNotSend(const Job& job, Instant now) {
   constexpr auto kNotSent = WriteEnd::not_sent;
-  if (job.request.closes) return std::nullopt;
+  if (job.step.request.closes) return std::nullopt;
   if (job.As<Job::Routed>() == nullptr && !job.member->in_use) {
     return Withheld{kNotSent, "the device is disabled"};
   }

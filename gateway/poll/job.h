@@ -42,7 +42,7 @@ struct Job {
     std::size_t next = 0;           ///< index of the first point that was not begun
     std::optional<Outcome> told{};  ///< the latest answer to a request that does not only close
     bool may_have_acted = false;    ///< see Answer
-    bool was_sent = false;          ///< sent(), before the present request
+    bool sent_before = false;       ///< sent(), before the latest try
     std::optional<Withheld> withheld{};  ///< a request was not sent; what is open is closed now
 
     /// Whether a request was sent that may have written the points under way.
@@ -61,6 +61,31 @@ struct Job {
     const RoutedRequest* first() const { return batch.empty() ? nullptr : &batch.front(); }
   };
 
+  /// The present request. Lives as long as this is asked and repeated.
+  struct Step {
+    Request request{};
+    bool waiting = false;  ///< for the line to be idle
+    int retries = 0;       ///< tries beyond the first
+  };
+  /// The reply was not taken: it may answer an earlier request.
+  struct Doubt {
+    std::string refusal{};               ///< what it refuses, in words; empty: nothing
+    Outcome refused_as = Outcome::none;  ///< the same as an outcome
+  };
+  /// The latest try of that request, and its reply. Lives from JobRun::Start to the next one.
+  struct Attempt {
+    Instant began{};
+    Instant sent_at{};                 ///< see Asked
+    bool sent_before = false;          ///< another request of the job, or an earlier try
+    std::optional<ExchangeEnd> end{};  ///< until JobRun::TakeEnd
+    Answer answer{};                   ///< what the reply says
+    WhoseReply::Verdict verdict{};     ///< whose it is
+    std::optional<Doubt> doubt{};      ///< about that
+    Now answered_at{};
+    Duration round_trip{};
+    bool late = false;  ///< it came after the reply time, while the line waited in patience
+  };
+
   Job(Member& who, std::variant<Poll, Events, Background, Probe, ReadBack, Write, Routed> kind,
       Task what, Instant now)
       : member(&who), kind(std::move(kind)), task(std::move(what)), began(now) {}
@@ -76,57 +101,46 @@ struct Job {
   /// The job itself, or the postponed job if this is the probe before it.
   const Job& goal() const { return postponed ? *postponed : *this; }
   /// Something of it has been sent.
-  bool begun() const { return steps > 1 || attempts > 0; }
+  bool begun() const { return requests > 1 || step.retries > 0; }
+  /// No reply is due to its request.
+  bool is_broadcast() const { return step.request.expect.reply == Expectation::Reply::none; }
   bool is_probe() const { return task.kind == Task::Kind::probe; }
   /// Its answer has values or events that would be stored for the device.
   bool has_news() const {
+    const Answer& answer = attempt.answer;
     return answer.batch || (task.kind == Task::Kind::poll && !answer.readings.empty());
   }
 
   Asked asked() const {
     return {.member = member,
-            .request = &request,
-            .sent = sent_at,
-            .first = steps == 1 + broadcasts && attempts == 0 && !is_probe(),
-            .retry = attempts > 0,
+            .request = &step.request,
+            .sent = attempt.sent_at,
+            .first = requests == 1 + broadcasts && step.retries == 0 && !is_probe(),
+            .retry = step.retries > 0,
             .probe = is_probe(),
             .lone_probe = is_probe() && !postponed,
-            .renews = renews};
+            .renews_proof_early = renews_proof_early};
   }
 
+  // These live as long as the job.
   Member* member;
   std::variant<Poll, Events, Background, Probe, ReadBack, Write, Routed> kind;
   Task task;  ///< for the conversation
   Instant began;
-  std::optional<Probes::Kind> looks;  ///< the probe budget that pays for it; empty: its member is
-                                      ///< not offline
-  bool mute = false;                  ///< its end says nothing about the member
-  bool renews = false;                ///< see Asked
-  bool proved = false;                ///< a probe went before it
+  std::optional<Probes::Kind> probe_budget;  ///< pays for it; empty: its member is not offline
+  bool renews_proof_early = false;           ///< see Asked
+  bool proved = false;                       ///< a probe went before it
+  int requests = 0;                          ///< of the task, without repetitions
+  int broadcasts = 0;                        ///< of these, broadcasts
+  int parkings = 0;                          ///< how often its device has said busy
+  bool was_sent = false;                     ///< a request of it
+  bool had_failure = false;   ///< an exchange has failed: another device may answer since
+  bool judges_member = true;  ///< its end says whether the member answers
+  bool blames_query = false;  ///< its query was never answered, although others of the device are
+  Duration wire{};            ///< line time of its answered exchanges
 
-  Request request;
-  bool sending = false;      ///< the request waits for the line to be idle
-  int attempts = 0;          ///< of the present request, beyond the first
-  bool unheard = false;      ///< its query was never answered, although others of the device are
-  bool missed = false;       ///< a request of it had no answer: another device may answer since
-  int steps = 0;             ///< requests of the task, without repetitions
-  int broadcasts = 0;        ///< of these, broadcasts
-  int parkings = 0;          ///< how often its device has said busy
-  bool out = false;          ///< a request of it has been sent
-  bool was_out = false;      ///< a request before the present one has been sent
-  Instant exchange_began{};  ///< when the line was given its present request
-  Instant sent_at{};         ///< see Asked
-  std::optional<ExchangeEnd> end;  ///< of the present request
-  Answer answer;                   ///< what the reply to the present request says
-  WhoseReply::Verdict verdict;     ///< whose that reply is
-  Now answered{};                  ///< when that reply came
-  Duration round_trip{};           ///< of that reply
-  bool doubted = false;            ///< its reply was not taken: it may answer an earlier request
-  std::string said{};              ///< the refusal in that reply, in words
-  Outcome says = Outcome::none;    ///< the refusal in that reply, as an outcome
-  bool took_patience =
-      false;        ///< the reply came after the reply time, while the line waited in patience
-  Duration wire{};  ///< line time of its answered exchanges
+  Step step;
+  Attempt attempt;
 
   std::unique_ptr<Job> postponed;  ///< goes on when this probe has shown that replies are in order
 };

@@ -10,39 +10,40 @@ namespace baudgate {
 namespace {
 
 bool IsReading(const Job& job) {
-  return job.task.kind == Task::Kind::poll && !job.answer.readings.empty();
+  return job.task.kind == Task::Kind::poll && !job.attempt.answer.readings.empty();
 }
 
 }  // namespace
 
 void JobRun::OnEnd(ExchangeEnd end) {
   owed_.late.OnEnd(job_->asked(), end.outcome, now_.instant);
-  job_->end = std::move(end);
+  job_->attempt.end = std::move(end);
 }
 
 std::optional<ExchangeEnd> JobRun::TakeEnd() {
-  return job_ ? std::exchange(job_->end, std::nullopt) : std::nullopt;
+  return job_ ? std::exchange(job_->attempt.end, std::nullopt) : std::nullopt;
 }
 
 void JobRun::Conclude(ExchangeEnd end, const Finding& finding) {
   Job& job = *job_;
   const bool cut_off = end.outcome == Outcome::line_down;
-  if (!cut_off && !job.answer.reason.empty()) end.reason = job.answer.reason;
-  job.mute = job.request.expect.reply == Expectation::Reply::none;
+  if (!cut_off && !job.attempt.answer.reason.empty()) end.reason = job.attempt.answer.reason;
+  job.judges_member = !job.is_broadcast();
   const bool answered = ProvesLife(end.outcome);
   upkeep_.OnExchange(job, end, finding, now_.instant);
-  if (answered) job.wire += now_.instant - job.exchange_began;
+  if (answered) job.wire += now_.instant - job.attempt.began;
   if (cut_off) return Finish(end.outcome, end.reason);
-  if (answered && GoesOnBehindBroadcast()) return Ask(job.attempts);
+  if (answered && GoesOnBehindBroadcast()) return Ask(job.step.retries);
   answered ? OnAnswered(end) : OnFailed(end);
 }
 
 /// The request was a broadcast: there was no answer, and none is due.
 bool JobRun::GoesOnBehindBroadcast() {
   Job& job = *job_;
-  if (!job.mute || job.As<Job::Routed>() != nullptr) return false;
+  if (!job.is_broadcast() || job.As<Job::Routed>() != nullptr) return false;
   Conversation& conversation = *job.member->device->conversation;
-  if (conversation.OnSent(job.task, job.request, now_.instant) != Then::ask_again) return false;
+  if (conversation.OnSent(job.task, job.step.request, now_.instant) != Then::ask_again)
+    return false;
   ++job.broadcasts;
   return true;
 }
@@ -57,24 +58,27 @@ void JobRun::OnAnswered(const ExchangeEnd& end) {
   Job& job = *job_;
   if (job.As<Job::Routed>() != nullptr) return OnRoutedAnswer(end);
   Device& device = *job.member->device;
-  job.answered = {now_.instant - end.since_reply, now_.wall - end.since_reply};
-  job.round_trip = end.round_trip;
-  job.took_patience = LateAnswers::Lateness(job.asked(), end) > Duration::zero();
-  if (job.verdict.replaced) {
+  Job::Attempt& attempt = job.attempt;
+  attempt.answered_at = {now_.instant - end.since_reply, now_.wall - end.since_reply};
+  attempt.round_trip = end.round_trip;
+  attempt.late = LateAnswers::Lateness(job.asked(), end) > Duration::zero();
+  if (attempt.verdict.replaced) {
     upkeep_.OnReplaced(device, now_);
     intake_.OnReplaced(device);
-    if (job.postponed) job.postponed->answer = {};
+    if (job.postponed) job.postponed->attempt.answer = {};
   }
-  const bool reads = IsReading(job) && job.request.expect.repeatable;
-  const bool late = owed_.whose.Lags(*job.member) && job.verdict.older > job.member->times.ceiling;
-  const bool old = reads && late && chooser_.MayRepeat(job, kMostTriesMore, now_.instant);
-  const bool peace = job.answer.outcome == Outcome::busy || job.answer.wait > Duration::zero();
+  const bool reads = IsReading(job) && job.step.request.expect.repeatable;
+  const bool lags = owed_.whose.Lags(*job.member);
+  const bool much_older = lags && attempt.verdict.older > job.member->times.ceiling;
+  const bool old = reads && much_older && chooser_.MayRepeat(job, kMostTriesMore, now_.instant);
+  const bool peace =
+      attempt.answer.outcome == Outcome::busy || attempt.answer.wait > Duration::zero();
   const bool alike = job.postponed && !peace && !owed_.whose.orders().IsOfLatest(job.asked()) &&
                      chooser_.MayRepeat(job, kMostProbesMore, now_.instant);
   if (old || alike) {
-    ++job.attempts;
-    job.sending = true;
-  } else if (job.has_news() && (job.missed || job.attempts > 0) &&
+    ++job.step.retries;
+    job.step.waiting = true;
+  } else if (job.has_news() && (job.had_failure || job.step.retries > 0) &&
              owed_.whose.HasName(*job.member)) {
     PutProbeFirst();
   } else {
@@ -93,14 +97,14 @@ void JobRun::OnRoutedAnswer(const ExchangeEnd& end) {
   Job::Routed& routed = *job.As<Job::Routed>();
   Member& member = *job.member;
   agenda_.routes.OnAnswered(now_.instant);
-  const bool own =
-      member.device != nullptr
-          ? job.verdict.proven || routed.odd
-          : owed_.whose.lost().OnReply(member, job.request.bytes, routed.older, ++routed.replies);
+  const bool own = member.device != nullptr
+                       ? job.attempt.verdict.proven || routed.odd
+                       : owed_.whose.lost().OnReply(member, job.step.request.bytes, routed.older,
+                                                    ++routed.replies);
   if (own) return Finish(end.outcome, {});
-  if (routed.is_read && job.attempts < kMostTriesMore) {
-    ++job.attempts;
-    job.sending = true;
+  if (routed.is_read && job.step.retries < kMostTriesMore) {
+    ++job.step.retries;
+    job.step.waiting = true;
     return ledger_.devices.OnRetry(member);
   }
   Finish(Outcome::unexpected, "the reply may belong to an earlier request that got none");
@@ -109,12 +113,12 @@ void JobRun::OnRoutedAnswer(const ExchangeEnd& end) {
 void JobRun::TakeAnswer() {
   Job& job = *job_;
   Device& device = *job.member->device;
-  const Outcome outcome = job.answer.outcome;
-  Answer answer = std::exchange(job.answer, {});
+  const Outcome outcome = job.attempt.answer.outcome;
+  Answer answer = std::exchange(job.attempt.answer, {});
   upkeep_.OnHeard(device, now_.instant);
   if (auto* const write = job.As<Job::Write>(); write != nullptr) {
     write->may_have_acted = answer.may_have_acted;
-    if (write->sent() && !job.request.closes) write->told = outcome;
+    if (write->sent() && !job.step.request.closes) write->told = outcome;
   }
   const Duration wait = answer.wait;
   const Then then = answer.then;
@@ -141,7 +145,7 @@ void JobRun::TakeAnswer() {
                      device.in_use && !chooser_.parked().Has(device);
   if (!parks) return Finish(outcome, reason);
   ++job.parkings;
-  --job.steps;
+  --job.requests;
   const Instant until = now_.instant + std::max<Duration>(wait, device.times.quiet);
   agenda_.schedule.Hold(device.place, until);
   chooser_.parked().Park(std::move(job_), until);
@@ -150,8 +154,8 @@ void JobRun::TakeAnswer() {
 void JobRun::OnFailed(const ExchangeEnd& end) {
   Job& job = *job_;
   Member& member = *job.member;
-  const bool heard_itself = std::exchange(job.answer, {}).outcome == Outcome::unexpected;
-  job.missed = true;
+  const bool heard_itself = std::exchange(job.attempt.answer, {}).outcome == Outcome::unexpected;
+  job.had_failure = true;
   if (auto* routed = job.As<Job::Routed>()) return OnRoutedFailure(*routed, end);
   // The reply to another request has come, so the awaited one is nearer. A reply in the name of a
   // device that owes none brings nothing nearer.
@@ -160,11 +164,12 @@ void JobRun::OnFailed(const ExchangeEnd& end) {
                       (heard_itself || !asked.named() || owed_.whose.orders().OthersOwe(asked));
   const int more = nearer ? std::min(owed_.whose.orders().Owed(asked), kMostTriesMore) : 0;
   if (!chooser_.MayRepeat(job, more, now_.instant)) return GiveUp(end);
-  const auto instead = member.device->conversation->Instead(job.request, end.outcome, now_.instant);
-  if (!instead && !job.request.expect.repeatable) return GiveUp(end);
-  if (instead) job.request = *instead;
-  ++job.attempts;
-  job.sending = true;
+  Request& request = job.step.request;
+  const auto instead = member.device->conversation->Instead(request, end.outcome, now_.instant);
+  if (!instead && !request.expect.repeatable) return GiveUp(end);
+  if (instead) request = *instead;
+  ++job.step.retries;
+  job.step.waiting = true;
   ledger_.devices.OnRetry(member);
 }
 
@@ -178,14 +183,14 @@ void JobRun::OnRoutedFailure(Job::Routed& routed, const ExchangeEnd& end) {
   const bool damaged = end.outcome == Outcome::corrupt || end.outcome == Outcome::partial;
   const RoutedRequest* const first = routed.first();
   const bool tries_left = first != nullptr && first->tries < member.retries;
-  if (damaged && routed.is_read && !job.looks && tries_left) {
+  if (damaged && routed.is_read && !job.probe_budget && tries_left) {
     ledger_.devices.OnRetry(member);
     for (RoutedRequest& request : routed.batch) ++request.tries;
     agenda_.routes.queue().Return(std::move(routed.batch));
     job_.reset();
     return;
   }
-  job.mute = job.mute || !routed.every_slave_answers || routed.odd;
+  if (!routed.every_slave_answers || routed.odd) job.judges_member = false;
   Finish(end.outcome, end.reason);
 }
 
@@ -193,10 +198,10 @@ void JobRun::GiveUp(const ExchangeEnd& end) {
   Device& device = *job_->member->device;
   const auto queries = device.conversation->Queries();
   const bool silent = job_->task.kind == Task::Kind::poll && end.outcome == Outcome::no_reply;
-  job_->unheard = silent && job_->task.query < queries.size() &&
-                  !device.heard.TellsOfDevice(queries[job_->task.query].points, now_.instant);
+  job_->blames_query = silent && job_->task.query < queries.size() &&
+                       !device.heard.TellsOfDevice(queries[job_->task.query].points, now_.instant);
   const Then then =
-      device.conversation->OnFailure(job_->task, job_->request, end.outcome, now_.instant);
+      device.conversation->OnFailure(job_->task, job_->step.request, end.outcome, now_.instant);
   upkeep_.OnHeard(device, now_.instant);
   if (then == Then::ask_again) return Ask();
   if (then == Then::replan) {

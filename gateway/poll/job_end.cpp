@@ -20,7 +20,7 @@ void EndOfPoll(const Job& job, const Job::Poll& poll, const JobEnd& end, EndEffe
   if (poll.group == config::Group::fast) {
     effects.fast_poll = EndEffects::FastPoll{job.wire, answered, poll.last_of_round};
   }
-  if (!job.mute) effects.poll = EndEffects::Poll{job.task.query, answered};
+  if (job.judges_member) effects.poll = EndEffects::Poll{job.task.query, answered};
   if (IsUnread(end) && IsSeldom(poll.group)) effects.repeat = poll.group;
 }
 
@@ -48,7 +48,7 @@ EndEffects::Write EndOfWrite(const Job& job, const Job::Write& write, const JobE
                              Instant now) {
   using Next = EndEffects::Write::Next;
   // If the closing request is not answered, the write keeps the outcome that it had.
-  const bool closing = job.request.closes && !ProvesLife(end.outcome);
+  const bool closing = job.step.request.closes && !ProvesLife(end.outcome);
   const Outcome outcome = closing ? write.told.value_or(end.outcome) : end.outcome;
   const WriteEnd how =
       write.withheld ? EndWithheld(write) : WriteEndOf(outcome, write.sent(), write.may_have_acted);
@@ -64,7 +64,7 @@ EndEffects::Write EndOfWrite(const Job& job, const Job::Write& write, const JobE
     effects.result = {what, why.empty() && what != WriteEnd::ok ? std::string(Name(outcome)) : why,
                       false, ok ? write.next : write.first, write.next};
     // The conversation could not encode the first point, so nothing was sent for it.
-    effects.result.unfit = outcome == Outcome::unsupported && !job.out && write.first == 0;
+    effects.result.unfit = outcome == Outcome::unsupported && !job.was_sent && write.first == 0;
   };
   const bool closed = end.outcome == Outcome::line_down;
   if (write.withheld) {
@@ -94,9 +94,9 @@ void EndOfRouted(const Job& job, Job::Routed& routed, const JobEnd& end, EndEffe
     RoutedReply reply{
         end.outcome, {}, end.reason.empty() ? std::string(Name(end.outcome)) : end.reason};
     if (end.outcome == Outcome::ok || end.outcome == Outcome::refused) reply.pdu = routed.reply;
-    reply.sent = job.out;
+    reply.sent = job.was_sent;
     reply.shared = std::exchange(shared, true);
-    if (job.out) reply.waited = job.sent_at - request.arrived;
+    if (job.was_sent) reply.waited = job.attempt.sent_at - request.arrived;
     effects.replies.emplace_back(std::move(request), std::move(reply));
   }
 }
@@ -105,7 +105,7 @@ void EndOfRouted(const Job& job, Job::Routed& routed, const JobEnd& end, EndEffe
 
 EndEffects EffectsOf(Job& job, const JobEnd& end, Instant now) {
   EndEffects effects;
-  effects.judges_member = !job.mute;
+  effects.judges_member = job.judges_member;
   const bool in_vain = !ProvesLife(end.outcome);
   if (const auto* poll = job.As<Job::Poll>()) {
     EndOfPoll(job, *poll, end, effects);

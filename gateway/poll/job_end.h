@@ -11,7 +11,7 @@
 //                answered. Not answered: polls go before the next write
 //   routed       its clients are answered. An unanswered write: as above
 //
-// For all kinds the end says whether the member is there, unless the job is `mute`.
+// For all kinds the end says whether the member is there, unless the job does not judge it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -37,12 +37,12 @@ void JobRun::Resume(Job& probe, Outcome outcome, const std::string& reason) {
   if (life && member.in_use && owed_.whose.orders().MayBeInStep(job_->asked()) && allowed) {
     if (job_->As<Job::Routed>() != nullptr) return;  // its request is as it was
     if (job_->has_news()) return TakeAnswer();       // only its proof was awaited
-    job_->steps = job_->broadcasts = 0;
+    job_->requests = job_->broadcasts = 0;
     return Ask();
   }
-  job_->mute = true;
-  if (job_->answer.batch) {
-    member.device->conversation->OnFailure(job_->task, job_->request, Outcome::unexpected,
+  job_->judges_member = false;
+  if (job_->attempt.answer.batch) {
+    member.device->conversation->OnFailure(job_->task, job_->step.request, Outcome::unexpected,
                                            now_.instant);
   }
   if (!member.in_use) return Finish(Outcome::no_reply, "the device is disabled");

@@ -48,15 +48,15 @@ void JobRun::OnClosed(const std::string& reason) {
 }
 
 bool JobRun::IsReadingBack() const {
-  return job_ && job_->goal().As<Job::ReadBack>() != nullptr && !job_->goal().missed &&
-         !job_->missed;
+  return job_ && job_->goal().As<Job::ReadBack>() != nullptr && !job_->goal().had_failure &&
+         !job_->had_failure;
 }
 
 void JobRun::Abandon(std::uint64_t client, bool unsent) {
   for (Job* job = job_.get(); job != nullptr; job = job->postponed.get()) {
     auto* routed = job->As<Job::Routed>();
     if (routed == nullptr) continue;
-    const bool out = unsent && job == job_.get() ? job->was_out : job->out;
+    const bool out = unsent && job == job_.get() ? job->attempt.sent_before : job->was_sent;
     std::erase_if(routed->batch, [client, out](const RoutedRequest& request) {
       if (request.client == client) request.done(Abandoned(out));
       return request.client == client;
@@ -68,7 +68,7 @@ void JobRun::Abandon(std::uint64_t client, bool unsent) {
 
 void JobRun::Begin(std::unique_ptr<Job> job) {
   job_ = std::move(job);
-  if (job_->looks) ledger_.line.OnProbe();
+  if (job_->probe_budget) ledger_.line.OnProbe();
   if (job_->As<Job::Write>() != nullptr) {
     NextWrite();
   } else if (job_->As<Job::Routed>() == nullptr) {
@@ -76,26 +76,24 @@ void JobRun::Begin(std::unique_ptr<Job> job) {
   }
 }
 
-void JobRun::Ask(int attempts) {
-  if (++job_->steps > kMostSteps) {
+void JobRun::Ask(int retries) {
+  if (++job_->requests > kMostSteps) {
     return Finish(Outcome::unexpected,
                   "the task needed more than " + std::to_string(kMostSteps) + " requests");
   }
   Conversation& conversation = *job_->member->device->conversation;
   if (!IsPlanned(job_->task, conversation)) {
-    job_->mute = true;
+    job_->judges_member = false;
     return Finish(Outcome::busy,
                   "the query no longer exists: the points of the device were planned again");
   }
   auto request = conversation.Ask(job_->task, now_.instant);
   if (!request) {
-    job_->mute = true;
+    job_->judges_member = false;
     ledger_.devices.OnUnsupported(*job_->member, request.error());
     return Finish(Outcome::unsupported, request.error());
   }
-  job_->request = std::move(*request);
-  job_->attempts = attempts;
-  job_->sending = true;
+  job_->step = {.request = std::move(*request), .waiting = true, .retries = retries};
 }
 
 /// The points of the command before the next one are written; as many as one exchange carries come
@@ -147,14 +145,14 @@ JobRun::Turn JobRun::TakeTurn() {
     BreakOff(*withheld);
     return Turn::next;
   }
-  owed_.whose.orders().Recognise(*job_->member, job_->request.expect.address);
+  owed_.whose.orders().Recognise(*job_->member, job_->step.request.expect.address);
   if (owed_.whose.NeedsProbeFirst(job_->asked(), now_.instant)) {
     PutProbeFirst();
     return Turn::next;
   }
   // A retry may be met by the answer to its first try, which is as good.
   const Instant clear = owed_.late.ClearAt(job_->asked());
-  if (job_->attempts > 0 || clear <= now_.instant) return Turn::send;
+  if (job_->step.retries > 0 || clear <= now_.instant) return Turn::send;
   return SetAside(clear) ? Turn::next : Turn::wait;
 }
 
@@ -176,21 +174,18 @@ Exchange JobRun::Start(Instant idle_since) {
   if (idle_since + owed_.late.LongestReply() <= now_.instant) owed_.readings.OnRested();
   const Device* const device = member.device;
   const bool trusted = device != nullptr && device->config->trust_order;
-  if (trusted && job_->attempts == 0) owed_.whose.OnTrusted(member);
-  job_->sending = false;
-  job_->verdict = {};
-  job_->doubted = false;
-  job_->said.clear();
-  job_->exchange_began = job_->sent_at = now_.instant;
-  Exchange exchange{job_->request, member.protocol->reply_rule, member.times, {}, {}};
+  if (trusted && job_->step.retries == 0) owed_.whose.OnTrusted(member);
+  job_->step.waiting = false;
+  job_->attempt = {.began = now_.instant, .sent_at = now_.instant, .sent_before = job_->was_sent};
+  Exchange exchange{job_->step.request, member.protocol->reply_rule, member.times, {}, {}};
   exchange.lags = owed_.whose.Lags(member);
   exchange.times.reply += owed_.late.MoreReply(job_->asked());
-  const Duration more = job_->request.reply - exchange.times.reply;
+  const Duration more = job_->step.request.reply - exchange.times.reply;
   if (more > Duration::zero()) {
     exchange.times.reply += more;
     exchange.times.ceiling += more;
   }
-  exchange.times.quiet = std::max(exchange.times.quiet, job_->request.quiet);
+  exchange.times.quiet = std::max(exchange.times.quiet, job_->step.request.quiet);
   exchange.times.drain += owed_.late.ExtraDrain(member);
   exchange.aftermath = owed_.late.Aftermath(job_->asked(), now_.instant);
   // Its own comes with the next request; a longer silence shows nothing.
@@ -199,7 +194,7 @@ Exchange JobRun::Start(Instant idle_since) {
 }
 
 const Request& JobRun::Send() {
-  Request& request = job_->request;
+  Request& request = job_->step.request;
   if (request.stamped) {
     const auto characters = static_cast<std::int64_t>(request.bytes.size());
     const Duration character = job_->member->times.character;
@@ -208,21 +203,21 @@ const Request& JobRun::Send() {
                                               character);
   }
   if (auto* const write = job_->As<Job::Write>()) {
-    write->was_sent = write->sent();
+    write->sent_before = write->sent();
     if (!request.prepares && !request.closes) NoteWriting(*job_->member->device);
   }
   chooser_.turns().OnSent(IsUrgent(job_->goal()));
   owed_.whose.OnSent(job_->asked(), now_.instant);
   ledger_.line.OnSent(*job_->member, request);
-  job_->sent_at = now_.instant;
-  job_->was_out = std::exchange(job_->out, true);
+  job_->attempt.sent_at = now_.instant;
+  job_->was_sent = true;
   return request;
 }
 
 void JobRun::NeverLeft() {
-  job_->out = job_->was_out;
+  job_->was_sent = job_->attempt.sent_before;
   auto* const write = job_->As<Job::Write>();
-  if (write != nullptr && write->sent() && !write->was_sent) {
+  if (write != nullptr && write->sent() && !write->sent_before) {
     write->command.MoveTo(WriteState::queued);
   }
 }
@@ -230,7 +225,7 @@ void JobRun::NeverLeft() {
 /// A read whose line is not quiet yet lets a short write pass, and a request that has become too
 /// late, or is forbidden by now, is not sent.
 bool JobRun::Withdraw() {
-  if (!job_ || job_->end) return false;
+  if (!job_ || job_->attempt.end) return false;
   if (const auto withheld = WhyNotSend(*job_, now_.instant)) {
     BreakOff(*withheld);
     return true;
@@ -251,12 +246,13 @@ bool JobRun::Withdraw() {
 /// The waiting request is not sent. What the job has begun is closed properly.
 void JobRun::BreakOff(const Withheld& withheld) {
   Job& job = *job_;
-  job.mute = true;
+  job.judges_member = false;
   if (auto* const write = job.As<Job::Write>()) write->withheld = withheld;
   const bool asks = job.As<Job::Routed>() == nullptr;
   if (asks && job.begun()) {
     Conversation& conversation = *job.member->device->conversation;
-    const Then then = conversation.OnFailure(job.task, job.request, Outcome::busy, now_.instant);
+    const Then then =
+        conversation.OnFailure(job.task, job.step.request, Outcome::busy, now_.instant);
     if (then == Then::ask_again) return Ask();
   }
   Finish(Outcome::no_reply, withheld.why);

@@ -79,7 +79,7 @@ class JobRun {
 
  private:
   // job_run.cpp: to the request
-  void Ask(int attempts = 0);
+  void Ask(int retries = 0);
   void NextWrite();
   void PutProbeFirst();
   bool SetAside(Instant until);

@@ -41,12 +41,13 @@ void LineAccount::Count(Outcome outcome) {
   ++counters_.outcomes[static_cast<std::size_t>(outcome)];
 }
 
-void LineAccount::OnExchange(const Member& member, const ExchangeEnd& end, bool mute, LineUse use) {
+void LineAccount::OnExchange(const Member& member, const ExchangeEnd& end, bool broadcast,
+                             LineUse use) {
   const bool life = ProvesLife(end.outcome);
   minute_.OnEnd(life ? use : LineUse::silence);
   Count(end.outcome);
   counters_.echoed = counters_.echoed << 1U | (std::exchange(echoes_, false) ? 1U : 0U);
-  if (life && !mute) {
+  if (life && !broadcast) {
     counters_.round_trips.Add(end.round_trip);
     silent_from_.reset();
   } else if (!life && end.outcome != Outcome::line_down) {

@@ -35,8 +35,8 @@ class LineAccount {
 
   void OnSent(const Member& member, const Request& request);
   void OnReceived(View bytes);
-  /// `mute`: its end says nothing about whether a device answers. `use`: what it was for.
-  void OnExchange(const Member& member, const ExchangeEnd& end, bool mute, LineUse use);
+  /// `broadcast`: nothing has answered. `use`: what it was for.
+  void OnExchange(const Member& member, const ExchangeEnd& end, bool broadcast, LineUse use);
   /// A device has sent something unasked, with this outcome.
   void OnUnasked(Outcome outcome) { Count(outcome); }
   void OnProbe() { ++counters_.probes; }

@@ -33,7 +33,7 @@ void Poller::Advance(Now now) {
   const bool idle = line_.idle();
   const Duration passed = time_.OnInput(now, idle);
   const Job* const job = run_.job();
-  const bool asks = job != nullptr && !job->sending;
+  const bool asks = job != nullptr && !job->step.waiting;
   const Member* const member = asks ? job->member : owed_.late.last();
   ledger_.OnTime(now, !idle, member, !asks);
   chooser_.OnTime(passed, idle ? nullptr : member);
@@ -195,7 +195,7 @@ std::optional<Instant> Poller::Deadline() const {
   if (line_.state() == Line::State::quiet && job != nullptr) sooner(LatestStart(*job));
   if (!line_.idle()) return soonest;
   if (job != nullptr) {  // waits until no late answer can meet its request
-    if (job->attempts == 0) sooner(owed_.late.ClearAt(job->asked()));
+    if (job->step.retries == 0) sooner(owed_.late.ClearAt(job->asked()));
     sooner(LatestStart(job->goal()));
     return soonest;
   }
@@ -233,7 +233,7 @@ Speaking Poller::SpeakingAs(std::uint32_t index) const {
 
 bool Poller::IsWriting() const {
   const Job* const job = run_.job();
-  if (job == nullptr || (job->sending && !job->begun())) return false;
+  if (job == nullptr || (job->step.waiting && !job->begun())) return false;
   const auto* const routed = job->As<Job::Routed>();
   return job->As<Job::Write>() != nullptr || (routed != nullptr && !routed->is_read);
 }

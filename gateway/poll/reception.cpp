@@ -19,24 +19,25 @@ std::vector<Examiner::Earlier> Reception::TakeChanged() {
 }
 
 void Reception::OnSend(const Job& job, Instant now) {
-  examiner_.Begin(*job.member, job.request, job.member->times, now);
-  echo_.OnSent(job.request.bytes);
+  examiner_.Begin(*job.member, job.step.request, job.member->times, now);
+  echo_.OnSent(job.step.request.bytes);
 }
 
 EchoWatch::Received Reception::OnBytes(View bytes, const Job* job, Instant now) {
-  EchoWatch::Received heard = echo_.OnReceived(bytes, job != nullptr ? &job->request : nullptr);
+  EchoWatch::Received heard =
+      echo_.OnReceived(bytes, job != nullptr ? &job->step.request : nullptr);
   if (!heard.bytes.empty()) examiner_.Hear(heard.bytes, now);
   return heard;
 }
 
 Outcome Reception::Judge(Job& job, View frame, Instant now) {
   examiner_.Take(frame);
-  return judge_.Judge(job, frame, echo_.MayBeEcho(job.request, frame), now);
+  return judge_.Judge(job, frame, echo_.MayBeEcho(job.step.request, frame), now);
 }
 
 Reception::Seen Reception::OnEnd(const Job& job, ExchangeEnd& end) {
   Seen seen;
-  seen.no_echo = echo_.OnExchangeEnd(job.request, end);
+  seen.no_echo = echo_.OnExchangeEnd(job.step.request, end);
   seen.cut = echo_.is_cut();
   seen.finding = examiner_.End(end.outcome);
   seen.negotiates = examiner_.TakeNegotiation();

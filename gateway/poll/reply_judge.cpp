@@ -22,8 +22,9 @@ std::string Quoted(const Request& request, View frame) {
 }  // namespace
 
 Outcome ReplyJudge::Judge(Job& job, View frame, bool may_be_echo, Instant now) {
-  Answer& answer = job.answer;
-  answer = {};
+  const Request& request = job.step.request;
+  Job::Attempt& attempt = job.attempt;
+  Answer& answer = attempt.answer;
   if (may_be_echo) {
     answer.reason =
         "a good reply equals its request, and this bus echoes requests: perhaps nobody has "
@@ -33,35 +34,34 @@ Outcome ReplyJudge::Judge(Job& job, View frame, bool may_be_echo, Instant now) {
   Device* const device = job.member->device;
   const bool routed = job.As<Job::Routed>() != nullptr;
   Outcome outcome =
-      routed ? JudgeRouted(job, frame) : device->conversation->Check(job.request.bytes, frame);
+      routed ? JudgeRouted(job, frame) : device->conversation->Check(request.bytes, frame);
   if (device == nullptr) return answer.outcome = outcome;
   // A form that was not asked for, as where a profile is wrong, and yet its own.
   if (!routed && outcome == Outcome::unexpected && whose_reply_.MayBeOdd(job.asked())) {
-    outcome = device->conversation->Interpret(job.request.bytes, frame).outcome;
+    outcome = device->conversation->Interpret(request.bytes, frame).outcome;
   }
   if (ProvesLife(outcome) || outcome == Outcome::unexpected) {
-    job.verdict = whose_reply_.OnReply(job.asked(), frame, outcome);
+    attempt.verdict = whose_reply_.OnReply(job.asked(), frame, outcome);
   }
   if (!ProvesLife(outcome)) return routed ? answer.outcome = outcome : Refuse(job, frame, outcome);
   const bool asks = !routed && !job.is_probe();
-  if (job.verdict.elsewhere || (asks && !job.verdict.proven)) {
+  if (attempt.verdict.elsewhere || (asks && !attempt.verdict.proven)) {
     answer.reason =
         "the reply may belong to an earlier request; it is asked again until that is certain";
-    job.doubted = true;
+    attempt.doubt.emplace();
     if (outcome != Outcome::ok && !routed) {
-      Answer said = device->conversation->Interpret(job.request.bytes, frame);
-      job.said = std::move(said.reason);
-      job.says = outcome;
+      Answer said = device->conversation->Interpret(request.bytes, frame);
+      attempt.doubt = {.refusal = std::move(said.reason), .refused_as = outcome};
       answer.remedy = std::move(said.remedy);
     }
     return answer.outcome = Outcome::unexpected;
   }
   if (routed) return answer.outcome = outcome;
   const bool planned = IsPlanned(job.task, *device->conversation);
-  answer = planned ? device->conversation->OnFrame(job.task, job.request, frame, now)
-                   : device->conversation->Interpret(job.request.bytes, frame);
+  answer = planned ? device->conversation->OnFrame(job.task, request, frame, now)
+                   : device->conversation->Interpret(request.bytes, frame);
   // What a probe reads may be nobody's, and a query that no longer exists was not checked.
-  if (!planned || !job.verdict.proven) {
+  if (!planned || !attempt.verdict.proven) {
     answer.readings.clear();
     answer.batch.reset();
   }
@@ -70,14 +70,16 @@ Outcome ReplyJudge::Judge(Job& job, View frame, bool may_be_echo, Instant now) {
 
 /// Not a good reply, in the words of its conversation.
 Outcome ReplyJudge::Refuse(Job& job, View frame, Outcome outcome) {
-  Answer said = job.member->device->conversation->Interpret(job.request.bytes, frame);
-  job.answer.reason = std::move(said.reason);
-  job.answer.remedy = std::move(said.remedy);
-  if (job.answer.reason.empty()) {
-    job.answer.reason = Quoted(job.request, frame) + "not the form that was asked for";
-    job.answer.reason += "; does the profile fit?";
+  const Request& request = job.step.request;
+  Answer& answer = job.attempt.answer;
+  Answer said = job.member->device->conversation->Interpret(request.bytes, frame);
+  answer.reason = std::move(said.reason);
+  answer.remedy = std::move(said.remedy);
+  if (answer.reason.empty()) {
+    answer.reason = Quoted(request, frame) + "not the form that was asked for";
+    answer.reason += "; does the profile fit?";
   }
-  return job.answer.outcome = outcome;
+  return answer.outcome = outcome;
 }
 
 /// Where nothing else is owed, a reply of the right slave and function is the reply, whatever its
@@ -86,7 +88,7 @@ Outcome ReplyJudge::Refuse(Job& job, View frame, Outcome outcome) {
 Outcome ReplyJudge::JudgeRouted(Job& job, View frame) {
   Job::Routed& routed = *job.As<Job::Routed>();
   const PduCarrier& carrier = *job.member->protocol->carrier;
-  const Bytes& request = job.request.bytes;
+  const Bytes& request = job.step.request.bytes;
   const Outcome outcome = carrier.unwrap(request, frame, routed.reply);
   routed.older = {};
   if (outcome != Outcome::unexpected) {
@@ -94,7 +96,7 @@ Outcome ReplyJudge::JudgeRouted(Job& job, View frame) {
       Bytes pdu;
       return ProvesLife(carrier.unwrap(lost, frame, pdu));
     };
-    routed.older = whose_reply_.lost().MayBe(*job.member, request, job.sent_at, fits);
+    routed.older = whose_reply_.lost().MayBe(*job.member, request, job.attempt.sent_at, fits);
     return outcome;
   }
   routed.odd = true;
@@ -105,30 +107,32 @@ Outcome ReplyJudge::JudgeRouted(Job& job, View frame) {
 
 void ReplyJudge::OnEnd(const Job& job, const ExchangeEnd& end, bool echoed, Finding& finding) {
   const bool answered = ProvesLife(end.outcome);
-  if (answered && !job.request.expect.mirrors) echo_free_ = !echoed;
-  const std::string& reason = job.answer.reason.empty() ? end.reason : job.answer.reason;
+  if (answered && !job.step.request.expect.mirrors) echo_free_ = !echoed;
+  const Answer& answer = job.attempt.answer;
+  const auto& doubt = job.attempt.doubt;
+  const std::string& reason = answer.reason.empty() ? end.reason : answer.reason;
   const bool refuses = answered && end.outcome != Outcome::ok;
   finding.outcome = end.outcome;
   finding.ended = end.ended;
-  if (refuses || (job.doubted && !job.said.empty())) {
+  if (refuses || (doubt && !doubt->refusal.empty())) {
     finding.symptom = Symptom::refusal;
-    if (!refuses) finding.outcome = job.says;
-    finding.cause = refuses ? reason : job.said;
-    finding.remedy = job.answer.remedy;
-  } else if (job.doubted) {
+    if (!refuses) finding.outcome = doubt->refused_as;
+    finding.cause = refuses ? reason : doubt->refusal;
+    finding.remedy = answer.remedy;
+  } else if (doubt) {
     finding.symptom = Symptom::doubted;
-  } else if (finding.symptom == Symptom::clean && !reason.empty() && !job.answer.remedy.empty()) {
+  } else if (finding.symptom == Symptom::clean && !reason.empty() && !answer.remedy.empty()) {
     finding.symptom = Symptom::no_number;
-    finding.cause = job.answer.reason;
-    finding.remedy = job.answer.remedy;
-  } else if (finding.symptom == Symptom::clean && job.answer.no_number) {
+    finding.cause = answer.reason;
+    finding.remedy = answer.remedy;
+  } else if (finding.symptom == Symptom::clean && answer.no_number) {
     finding.symptom = Symptom::no_number;
-    finding.cause = Printable(ToBytes(*job.answer.no_number));
+    finding.cause = Printable(ToBytes(*answer.no_number));
   } else if (finding.symptom == Symptom::odd) {
     // Without a reason: the reply was good, and an earlier exchange has met it.
     if (reason.empty()) finding.symptom = Symptom::silence;
     finding.cause = reason;
-    finding.remedy = job.answer.remedy;
+    finding.remedy = answer.remedy;
   } else if (finding.symptom == Symptom::one_behind && finding.cause.empty()) {
     finding.cause = reason;
   }

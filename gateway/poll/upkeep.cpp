@@ -51,7 +51,8 @@ void Upkeep::OnExchange(const Job& job, const ExchangeEnd& end, const Finding& f
   const Asked asked = job.asked();
   const bool answered = ProvesLife(end.outcome);
   const bool cut_off = end.outcome == Outcome::line_down;
-  if (!job.mute) member.health.OnExchange(end.outcome);
+  const bool broadcast = job.is_broadcast();
+  if (!broadcast) member.health.OnExchange(end.outcome);
   // A device that lags by a number of replies keeps lagging; waiting does not help.
   const bool in_step = owed_.whose.Lags(member) || owed_.whose.orders().Of(member).IsInStep();
   if (cut_off) {
@@ -62,14 +63,14 @@ void Upkeep::OnExchange(const Job& job, const ExchangeEnd& end, const Finding& f
   ledger_.devices.OnPatience(member, owed_.late.PatienceFor(member));
   ledger_.devices.OnLags(member, owed_.whose.Lags(member));
   if (answered && !owed_.late.IsClear(member, now)) HoldBack(member);
-  owed_.whose.OnEnd(asked, end.outcome, !cut_off && !job.mute, now);
-  if (!job.mute && !cut_off) Charge(job, answered, now);
-  if (job.verdict.shifted) DoubtLatest(now);
+  owed_.whose.OnEnd(asked, end.outcome, !cut_off && !broadcast, now);
+  if (!broadcast && !cut_off) Charge(job, answered, now);
+  if (job.attempt.verdict.shifted) DoubtLatest(now);
   ledger_.devices.OnExchange(member, end, finding,
-                             {.mute = job.mute,
+                             {.broadcast = broadcast,
                               .probe = job.is_probe() && member.health.offline(),
                               .routed = job.As<Job::Routed>() != nullptr});
-  ledger_.line.OnExchange(member, end, job.mute, UseOf(job));
+  ledger_.line.OnExchange(member, end, broadcast, UseOf(job));
   ShowLine(now);
 }
 
@@ -80,10 +81,10 @@ void Upkeep::Charge(const Job& job, bool answered, Instant now) {
   if (member.device == nullptr) return;
   const bool in_vain = !answered || member.health.refuses();
   if (in_vain && !schedule_.failing(member.place)) {
-    chooser_.turns().Charge(now - job.exchange_began);
+    chooser_.turns().Charge(now - job.attempt.began);
   }
   schedule_.SetFailing(member.place, in_vain);
-  if (job.task.kind == Task::Kind::poll) schedule_.OnUsed(member.place, now - job.exchange_began);
+  if (job.task.kind == Task::Kind::poll) schedule_.OnUsed(member.place, now - job.attempt.began);
 }
 
 void Upkeep::OnTask(Member& member, Outcome outcome, const std::string& reason, Instant now) {

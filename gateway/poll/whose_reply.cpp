@@ -50,7 +50,7 @@ bool WhoseReply::NeedsProbeFirst(const Asked& asked, Instant now) const {
   const bool answered = asked.request->expect.reply == Expectation::Reply::one;
   if (!asked.first || !answered || !member.in_use || member.device == nullptr) return false;
   const State& state = states_[member];
-  const Duration holds = asked.renews ? kProofRenews : kProofHolds;
+  const Duration holds = asked.renews_proof_early ? kProofRenews : kProofHolds;
   if (!state.answered_probe || now - state.proven_at > holds) return true;
   if (IsSafe(asked) || IsUnprovable(member)) return false;
   // If the lag has not grown, at most four repeats reach the right reply. More repeats would not

@@ -76,7 +76,7 @@ TEST_F(ChooserTest, ADeviceThatIsOfflineIsProbed) {
   const auto job = NextAt(0s);
   ASSERT_NE(job, nullptr);
   EXPECT_TRUE(job->is_probe());
-  EXPECT_EQ(job->looks, Probes::Kind::look);
+  EXPECT_EQ(job->probe_budget, Probes::Kind::look);
   a.in_use = false;
   EXPECT_EQ(NextAt(1s), nullptr) << "nobody looks for it";
 }

@@ -58,7 +58,7 @@ TEST_F(JobEndTest, OfAPoll) {
 
 TEST_F(JobEndTest, AMuteJobSaysNothingOfItsMemberOrItsQuery) {
   Job job = Make(Job::Poll{});
-  job.mute = true;
+  job.judges_member = false;
   const EndEffects effects = EffectsOf(job, {Outcome::no_reply}, kStart);
   EXPECT_FALSE(effects.judges_member);
   EXPECT_FALSE(effects.poll);
@@ -139,8 +139,8 @@ TEST_F(JobEndTest, OfARoutedRequest) {
                                .is_read = !IsWrite(request)});
     job.As<Job::Routed>()->batch.push_back(std::move(request));
     job.As<Job::Routed>()->batch.push_back(std::move(same));
-    job.sent_at = kStart;
-    job.out = true;
+    job.attempt.sent_at = kStart;
+    job.was_sent = true;
     return End(std::move(job), outcome);
   };
   const EndEffects read = end("03 00 00 00 01", Outcome::ok);

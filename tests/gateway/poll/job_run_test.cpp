@@ -92,7 +92,7 @@ class Rig : private PollerListener {
   /// The request that waits, or what has become of the job.
   std::string Next() {
     if (run_.job() == nullptr) return chooser_.parked().Has(a()) ? "parked" : "ended";
-    const std::string request(AsText(run_.job()->request.bytes));
+    const std::string request(AsText(run_.job()->step.request.bytes));
     return request.substr(0, request.size() - 1);
   }
   std::string Value(std::size_t point) const {
@@ -260,7 +260,7 @@ TEST(JobRunTest, WhatIsForbiddenMeanwhileIsWithdrawnFromALineThatIsNotQuietYet) 
 TEST(JobRunTest, WhatIsForbiddenMeanwhileIsNotRepeated) {
   Rig rig("1");
   rig.Write({0});
-  rig.run().job()->request.expect.repeatable = true;
+  rig.run().job()->step.request.expect.repeatable = true;
   rig.Hear("silence");
   ASSERT_EQ(rig.Next(), "WA1=7");
   rig.why_not = "an interlock";

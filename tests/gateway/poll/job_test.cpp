@@ -68,7 +68,7 @@ TEST_F(JobTest, WhatNobodyWaitsForIsNotSent) {
 
 TEST_F(JobTest, WhatEndsWhatWasBegunIsSentInAnyCase) {
   Job job = Make(WriteUntil(kStart));
-  job.request.closes = true;
+  job.step.request.closes = true;
   EXPECT_FALSE(WhyNotSend(job, kStart + 1h));
 }
 
@@ -82,7 +82,7 @@ TEST_F(JobTest, AWriteWhoseClientHasLeftIsNotBegunButEnded) {
   Job::Write write = WriteUntil(kStart + 1s);
   write.command.abandoned = std::make_shared<std::atomic<bool>>(true);
   Job job = Make(std::move(write));
-  job.steps = 1;
+  job.requests = 1;
   EXPECT_EQ(WhyNotSend(job, kStart)->why, "its client has left");
   job.As<Job::Write>()->command.state = WriteState::sent;
   EXPECT_FALSE(WhyNotSend(job, kStart)) << "it has been sent";

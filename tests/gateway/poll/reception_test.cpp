@@ -18,8 +18,8 @@ class ReceptionTest : public ::testing::Test, protected ToyMembers {
  protected:
   Job Ask(std::string_view bytes, bool mirrors = false) {
     Job job(a, Job::Poll{}, Task{}, kStart);
-    job.request = AskFor(bytes);
-    job.request.expect.mirrors = mirrors;
+    job.step.request = AskFor(bytes);
+    job.step.request.expect.mirrors = mirrors;
     return job;
   }
   Reception::Seen End(Reception& reception, const Job& job, Outcome outcome) {
@@ -39,14 +39,14 @@ TEST_F(ReceptionTest, AReplyThatEqualsItsRequestIsRefusedOnceTheBusWasSeenToEcho
     Reception reception(config::Echo::off, roster, owed_.whose);
     Job read = Ask("?A1\r");
     reception.OnSend(read, kStart);
-    if (echoes) reception.OnBytes(read.request.bytes, &read, kStart);
+    if (echoes) reception.OnBytes(read.step.request.bytes, &read, kStart);
     End(reception, read, Outcome::no_reply);
     Job write = Ask("!A1=7\r", true);
     reception.OnSend(write, kStart + 1s);
-    const Bytes frame = write.request.bytes;
+    const Bytes frame = write.step.request.bytes;
     EXPECT_EQ(reception.OnBytes(frame, &write, kStart + 1s).bytes, frame) << "it may be the reply";
     reception.Judge(write, frame, kStart + 1s);
-    EXPECT_EQ(write.answer.reason.find("echoes requests") != std::string::npos, echoes);
+    EXPECT_EQ(write.attempt.answer.reason.find("echoes requests") != std::string::npos, echoes);
   }
 }
 
@@ -54,7 +54,7 @@ TEST_F(ReceptionTest, TheEndSaysThatTheEchoIsMissing) {
   Reception reception(config::Echo::verify, roster, owed_.whose);
   Job job = Ask("?A1\r");
   reception.OnSend(job, kStart);
-  EXPECT_TRUE(reception.OnBytes(job.request.bytes, &job, kStart).bytes.empty());
+  EXPECT_TRUE(reception.OnBytes(job.step.request.bytes, &job, kStart).bytes.empty());
   EXPECT_FALSE(End(reception, job, Outcome::no_reply).no_echo);
   for (const bool cut : {false, false, true}) {
     reception.OnSend(job, kStart + 1s);
@@ -87,7 +87,7 @@ TEST_F(ReceptionTest, ASecondReplyBehindARepeatWasLateWhereverItIsFound) {
       const Bytes frame = ToyReply(body);
       reception.OnBytes(frame, &to, now);
       reception.Judge(to, frame, now);
-      to.doubted = false;
+      to.attempt.doubt.reset();
       return End(reception, to, Outcome::ok).finding.symptom;
     };
     if (repeated) {
