@@ -75,10 +75,12 @@ struct Request {
   /// them: its name or serial number, not a measurement. Other bytes come from another device. The
   /// poller uses such replies to find out whether replies still come in the order of the requests.
   bool steady = false;
-  /// The reply to this probe differs from the replies to all polls of the device, by its length or
-  /// form, but is not always the same. Example: three registers, where polls read two. Also true of
-  /// any request whose reply carries its number, as in Modbus TCP.
-  bool distinct = false;
+  /// The reply differs from the replies to all polls of the device, by its length or form, but is
+  /// not always the same. Example: a probe that reads three registers, where polls read two.
+  bool unlike_polls = false;
+  /// A reply that comes late or twice does no harm: it carries the number of its request, as in
+  /// Modbus TCP, or is true whichever request it answers.
+  bool any_order = false;
   /// Ends what an earlier request has begun, as "close the password" does. It is sent even if the
   /// client has gone or the time for its task is over.
   bool closes = false;
@@ -91,6 +93,9 @@ struct Request {
   Duration reply{};
   /// The silence that the device needs before this request, if that is longer than usual.
   Duration quiet{};
+
+  /// No reply to a poll could pass for the reply to this.
+  bool is_proof() const { return steady || unlike_polls || any_order; }
 };
 
 /// One value out of a reply, still raw: the gateway applies scale, offset and sentinels.

@@ -122,7 +122,7 @@ void CheckLoad(const Line& line, const Catalog& catalog, Problems& problems) {
 bool HasProof(const Device& device, const Protocol& protocol, Bus* bus) {
   const auto conversation = MakeConversation(protocol, device, bus);
   const auto probe = conversation->Ask({Task::Kind::probe, 0, kNoPoint, {}}, Instant{});
-  return !probe || probe->steady || probe->distinct;
+  return !probe || probe->is_proof();
 }
 
 void CheckOrder(const Line& line, const Catalog& catalog, Problems& problems) {

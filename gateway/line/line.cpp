@@ -282,7 +282,7 @@ void Line::TakeFrame(bool idle, Instant now) {
   }
   if (behind == 0) return;
   TellStray(behind, Duration::zero());
-  const bool harmless = exchange_.request.distinct && second_.only_copies();
+  const bool harmless = exchange_.request.any_order && second_.only_copies();
   if (state_ == State::idle && !harmless) Drain(exchange_.times.drain, now);
 }
 

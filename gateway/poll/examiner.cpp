@@ -179,7 +179,7 @@ bool Examiner::Fits(const Open& open, View frame) {
 /// A gateway has waited for the device, and says why there is no reply.
 std::optional<Finding> Examiner::InItsPlace(const Open& open, View frame) {
   const Device* const device = open.member->device;
-  if (device == nullptr || !open.request.distinct || Fits(open, frame)) return std::nullopt;
+  if (device == nullptr || !open.request.any_order || Fits(open, frame)) return std::nullopt;
   Answer said = device->conversation->Interpret(open.request.bytes, frame);
   if (said.remedy.empty()) return std::nullopt;
   return Finding{
@@ -357,7 +357,7 @@ Finding Examiner::Attribute(Finding finding) {
       return late && whose->silent ? Late(*whose, after, next) : finding;
     }
     // Where replies are numbered, one that is late is known by that.
-    if (late && (whose->silent || request_.distinct)) return Late(*whose, after, next);
+    if (late && (whose->silent || request_.any_order)) return Late(*whose, after, next);
     if (arrivals_.back().after < reply / 2) return {.symptom = Symptom::one_behind};
     return late ? Late(*whose, after, next) : finding;
   }

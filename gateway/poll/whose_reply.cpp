@@ -33,15 +33,13 @@
 namespace baudgate {
 namespace {
 
-bool IsProof(const Request& request) { return request.steady || request.distinct; }
-
 /// "No", "not now": the device is there, but any request may be answered so.
 bool IsRefusal(Outcome outcome) { return ProvesLife(outcome) && outcome != Outcome::ok; }
 
 }  // namespace
 
 bool WhoseReply::IsSafe(const Asked& asked) const {
-  if (IsProof(*asked.request)) return true;
+  if (asked.request->is_proof()) return true;
   return orders_.IsSafe(asked);
 }
 
@@ -67,7 +65,7 @@ void WhoseReply::OnTrusted(const Member& member) { orders_.Reset(member); }
 
 void WhoseReply::OnSent(const Asked& asked, Instant now) {
   if (asked.request->expect.reply == Expectation::Reply::none) return;  // nothing is owed to it
-  const SentRequest sent{asked.member->place, asked.request->bytes, now, IsProof(*asked.request)};
+  const SentRequest sent{asked.member->place, asked.request->bytes, now, asked.request->is_proof()};
   orders_.OnSent(*asked.member, sent);
 }
 
@@ -101,7 +99,7 @@ bool WhoseReply::IsReplaced(const Asked& asked, View frame, Outcome outcome,
   const Request& request = *asked.request;
   State& state = states_[*asked.member];
   if (asked.probe && ProvesLife(outcome)) {
-    state.proofless = IsProof(request) ? 0 : state.proofless + 1;
+    state.proofless = request.is_proof() ? 0 : state.proofless + 1;
   }
   if (request.steady && ProvesLife(outcome) && !Fits(asked, frame, outcome)) {
     if (orders_.Of(*asked.member).MayBeEarlier(may_answer)) return false;
@@ -117,7 +115,7 @@ bool WhoseReply::IsReplaced(const Asked& asked, View frame, Outcome outcome,
 void WhoseReply::Count(const Asked& asked, bool fits, Outcome outcome,
                        const AnswerOrder::MayAnswer& may_answer) {
   // Without a proof, replies to strangers cannot be told from its own.
-  const bool nameless = asked.probe && ProvesLife(outcome) && !IsProof(*asked.request);
+  const bool nameless = asked.probe && ProvesLife(outcome) && !asked.request->is_proof();
   if (nameless) orders_.Of(*asked.member).ForgetStrangers();
   orders_.OnAnswer(*asked.member, fits, may_answer);
 }
@@ -134,14 +132,14 @@ void WhoseReply::Learn(const Asked& asked, View frame, Outcome outcome) {
   }
   // ? ? ? P P P P: of four replies three at most were to strangers, so the last was to a P. One
   // that is owed to another P could be told.
-  if (state.strangers && IsProof(request) && outcome == Outcome::ok && order.IsOfLatest()) {
+  if (state.strangers && request.is_proof() && outcome == Outcome::ok && order.IsOfLatest()) {
     order.Reset();
     state.strangers = false;
   }
 }
 
 WhoseReply::Verdict WhoseReply::OnReply(const Asked& asked, View frame, Outcome outcome) {
-  const bool proof = IsProof(*asked.request);
+  const bool proof = asked.request->is_proof();
   const auto may_answer = [&](const SentRequest& sent) { return MayAnswer(sent, frame, outcome); };
   State& state = states_[*asked.member];
   Verdict verdict;
@@ -170,7 +168,7 @@ void WhoseReply::OnEnd(const Asked& asked, Outcome outcome, bool silent, Instant
   if (silent && outcome == Outcome::no_reply) state.answered_probe = false;  // another may come now
   if (!asked.probe || !ProvesLife(outcome)) return;
   state.proven_at = now;
-  state.answered_probe = IsProof(*asked.request) || !state.identity.known();
+  state.answered_probe = asked.request->is_proof() || !state.identity.known();
 }
 
 void WhoseReply::OnOpened(const Member& member, Instant now) {

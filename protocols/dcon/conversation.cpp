@@ -111,7 +111,7 @@ Request DconConversation::AskProbe() {
   const std::string command = probing_.Command(identification_);
   Request request = requests_.Own(command);
   request.steady = command == kAskName;
-  request.distinct = probing_.IsOwn(command);
+  request.unlike_polls = probing_.IsOwn(command);
   return request;
 }
 
@@ -262,7 +262,7 @@ Then DconConversation::OnFailure(const Task& task, const Request& request, Outco
   }
   if (outcome == Outcome::unexpected) identification_.AskMaskAgain();
   if (task.kind == Task::Kind::probe) {
-    return probing_.OnFailed(request.distinct, silent) ? Then::ask_again : Then::done;
+    return probing_.OnFailed(request.unlike_polls, silent) ? Then::ask_again : Then::done;
   }
   if (task.kind != Task::Kind::poll || !silent) return Then::done;
   return plan_.OnSilent(task.query) == PlanChange::nothing ? Then::done : Then::replan;

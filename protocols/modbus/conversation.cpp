@@ -92,8 +92,8 @@ Request ModbusConversation::MakeRequest(View pdu) const {
   Request request;
   request.bytes = Wrap(framing_, slave_, pdu, transactions_ != nullptr ? transactions_->Next() : 0);
   request.expect = Expect(framing_, request.bytes);
-  request.distinct = framing_ == Framing::tcp;
-  request.steady = IsLoopback(pdu) && !request.distinct;
+  request.any_order = framing_ == Framing::tcp;
+  request.steady = IsLoopback(pdu) && !request.any_order;
   const auto time = settings_.reply_times.find(pdu[0]);
   if (time != settings_.reply_times.end()) request.reply = time->second;
   return request;
@@ -119,7 +119,7 @@ Result<Request> ModbusConversation::Ask(const Task& task, Instant) {
   const auto read = probes_.Next(plan_.queries().size());
   if (read) return MakeRequest(PollPdu(*read));
   Request request = MakeRequest(OwnProbe());
-  request.distinct = !request.steady;
+  request.unlike_polls = !request.steady;
   return request;
 }
 

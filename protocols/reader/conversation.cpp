@@ -122,7 +122,7 @@ Result<Request> ReaderConversation::Ask(const Task& task, Instant) {
   Request request;
   request.bytes = EncodeCommand(information ? Command::information : Command::read);
   request.expect = Expect(request.bytes, settings_);
-  request.distinct = true;  // a message says what is, whichever command it answers
+  request.any_order = true;  // a message says what is, whichever command it answers
   request.stamped = true;
   request.reply = settings_.answer;
   return request;

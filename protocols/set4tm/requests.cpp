@@ -51,7 +51,7 @@ std::optional<Request> MeterRequests::ForSession(const Task& task, Instant now) 
       return Make(RequestKind::link, kLinkOnly);
     case MeterSession::Need::open:
       request = Make(RequestKind::open, parts_.session.OpenPdu());
-      request.distinct = true;  // answered by a status; "00" answers nothing else
+      request.unlike_polls = true;  // answered by a status; "00" answers nothing else
       // A meter that answers too late must not get a wrong password three times.
       request.expect.repeatable = parts_.session.accepted();
       request.prepares = writes;

@@ -168,7 +168,7 @@ Result<Request> TelegramConversation::AskStep() {
   request.expect = Expect(request.bytes, settings_);
   if (step.part == Part::meant) {
     request.steady = own_ && identifies_;
-    request.distinct = own_ && !identifies_;
+    request.unlike_polls = own_ && !identifies_;
   }
   request.prepares = step.part == Part::before || identifies_;
   request.closes = step.part == Part::behind;

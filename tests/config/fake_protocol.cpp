@@ -56,7 +56,7 @@ class FakeConversation : public Conversation {
   std::span<const Query> Queries() const override { return queries_; }
   Result<Request> Ask(const Task& task, Instant) override {
     Request request;
-    request.distinct = task.kind == Task::Kind::probe;
+    request.unlike_polls = task.kind == Task::Kind::probe;
     request.bytes = Bytes(10, address_.value_or(0));
     request.expect.shapes = {{0, 30, 40}, {1, 10, 20}};
     return request;

@@ -243,7 +243,7 @@ TEST_F(LateAnswersTest, WhatFollowsAGoodAnswerLengthensTheSilenceBehindGoodAnswe
 }
 
 TEST_F(LateAnswersTest, NobodyWaitsForCopiesOfAReplyThatPassesForNothingElse) {
-  request_.distinct = true;
+  request_.any_order = true;
   Exchange(a, 0ms, 200ms, Outcome::no_reply);
   Exchange(a, 300ms, 500ms, Outcome::no_reply, true);
   EXPECT_EQ(late_.Aftermath(asked_, kStart + 650ms), 0ms);

@@ -208,7 +208,7 @@ TEST(ModbusProbe, IsAReadOfALengthThatNoPollHas) {
   Talk talk(ModbusRtuProtocol(), device);
   const auto request = talk->Ask(Probe(), Instant{});
   ASSERT_TRUE(request);
-  EXPECT_TRUE(request->distinct);
+  EXPECT_TRUE(request->unlike_polls);
   EXPECT_FALSE(request->steady);
   EXPECT_EQ(Asked(talk, Probe()), "03 00 05 00 02");
   EXPECT_EQ(Exchange(talk, Probe(), "03 04 0001 0002").outcome, Outcome::ok);
@@ -244,7 +244,7 @@ TEST(ModbusProbe, ADeviceThatIsSilentToALoopbackIsFoundByARead) {
     EXPECT_EQ(Asked(talk, Probe()), kLoopback) << round;
     EXPECT_EQ(Exchange(talk, Probe(), "").outcome, Outcome::no_reply);
     EXPECT_EQ(Asked(talk, Probe()), "03 00 05 00 01");
-    EXPECT_FALSE(talk->Ask(Probe(), Instant{})->distinct);
+    EXPECT_FALSE(talk->Ask(Probe(), Instant{})->unlike_polls);
     EXPECT_EQ(Exchange(talk, Probe(), "03 02 0001").outcome, Outcome::ok);
   }
   EXPECT_EQ(Asked(talk, Probe()), "03 00 05 00 01") << "it does not know the loopback";

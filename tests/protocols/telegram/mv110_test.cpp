@@ -95,7 +95,7 @@ TEST_F(BothPlugins, SendTheSameBytes) {
   ASSERT_EQ(described->Queries().size(), plugin->Queries().size());
   EXPECT_EQ(described.Ask(Poll(0))->bytes, plugin.Ask(Poll(0))->bytes);
   EXPECT_EQ(described.Ask(Probe())->bytes, plugin.Ask(Probe())->bytes);
-  EXPECT_EQ(described.request().distinct, plugin.request().distinct);
+  EXPECT_EQ(described.request().unlike_polls, plugin.request().unlike_polls);
 }
 
 TEST_F(BothPlugins, ReadTheSameFromEveryRecordedAnswer) {
