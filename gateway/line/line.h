@@ -1,6 +1,6 @@
 // One exchange at a time on one bus: the line discipline as a state machine without sockets, clock
 // or YAML. Bytes and time come in as arguments; their effect is returned as LineNews. The client is
-// asked one thing only: what a frame means. Driven by gateway/poll/poller.cpp, in tests under
+// asked one thing only: what a frame means. Driven by gateway/poll/line_side.cpp, in tests under
 // virtual time.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once

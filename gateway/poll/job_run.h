@@ -1,12 +1,12 @@
 // Carries out one job after the other, from the first request to the end: what is asked, whether it
 // is repeated, what a reply leads to, and which clients are answered. Knows nothing of bytes on the
-// line; gateway/poll/poller_line.cpp calls it:
+// line; gateway/poll/poller.cpp and line_side.cpp call it:
 //
 //   on the line                          call
 //   idle, and there is no job            Begin, with the job that goes first
 //   idle, and a job waits                TakeTurn; if that says send: Start
 //   quiet for long enough                Send
-//   a whole frame has come               Reception::Judge, with the job (by Poller::Judge)
+//   a whole frame has come               Reception::Judge, with the job (by LineSide::Judge)
 //   the exchange has ended               OnEnd, and after all news of that input Conclude
 //
 // The table of all states of a job is in job_run.cpp.

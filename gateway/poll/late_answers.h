@@ -4,7 +4,7 @@
 // come. For each exchange, in this order:
 //
 //   OnEnd      at once, by job_answer.cpp
-//   OnStray    for whatever comes after it, by poller_line.cpp
+//   OnStray    for whatever comes after it, by upkeep.cpp
 //   SetWait    when the input that ended it is done, by upkeep.cpp
 //
 // OnStray comes before OnEnd for bytes that came before the end of an exchange and do not belong to

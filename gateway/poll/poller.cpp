@@ -1,30 +1,26 @@
-// The poller's inputs. How the line and the job under way come together is in poller_line.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/poll/poller.h"
 
+#include <memory>
 #include <utility>
 
 namespace baudgate {
 
 Poller::Poller(const config::Line& line, std::uint32_t first_device, const FindProtocol& find,
                PointStore& store, RequestPort& port, PollerListener& listener)
-    : port_(port),
-      listener_(listener),
-      line_(*this),
+    : listener_(listener),
       roster_(line, first_device, find),
       owed_(roster_),
-      reception_(line.echo, roster_, owed_.whose),
       ledger_(roster_, agenda_.schedule, store, store.LineIndex(line), listener),
       chooser_(line, roster_, agenda_, owed_.late),
       upkeep_(roster_, store, owed_, chooser_, ledger_),
       clients_(store, roster_, chooser_, ledger_.devices),
       intake_(store, listener),
       unasked_(roster_, ledger_, upkeep_, intake_),
-      run_(owed_, chooser_, ledger_, upkeep_, intake_) {
-  const Speaker& speaker = unasked_.speaker();
-  if (speaker.device() == nullptr) return;
-  line_.Listen(*speaker.standing());
-  ledger_.devices.OnSpeaks(*speaker.device());
+      run_(owed_, chooser_, ledger_, upkeep_, intake_),
+      line_(Reception(line.echo, roster_, owed_.whose), run_, unasked_, upkeep_, ledger_, port,
+            listener) {
+  if (const Device* const device = unasked_.speaker().device()) ledger_.devices.OnSpeaks(*device);
 }
 
 // ---------------------------------------------------------------- inputs
@@ -49,13 +45,12 @@ void Poller::Recall(std::uint32_t index, std::string memory, Now now) {
 }
 
 void Poller::OnOpened(Now now, bool keeps_bit_rate) {
-  if (is_open()) OnClosed(now);
+  if (line_.is_open()) OnClosed(now);
   Advance(now);
   hold_.OnOpened();
   time_.Restart();
   ledger_.OnOpened();
-  reception_.OnOpened();
-  line_.OnOpened(now.instant, keeps_bit_rate);
+  line_.OnOpened(now, keeps_bit_rate);
   chooser_.probes().OnOpened();
   upkeep_.OnOpened(now.instant);
   if (const Device* const device = unasked_.speaker().device()) {
@@ -70,12 +65,7 @@ void Poller::OnClosed(Now now, Override why) {
   ledger_.line.OnClosed();
   ledger_.states.OnClosed(why);
   const std::string reason = ledger_.states.WhyClosed();
-  LineNews news = line_.OnClosed();
-  if (news.end) news.end->reason = reason;
-  Hear(std::move(news));
-  Conclude();
-  reception_.OnClosed();
-  run_.OnClosed(reason);
+  line_.OnClosed(reason, now);
   for (const auto& device : roster_.devices()) {
     chooser_.parked().Drop(*device);
     agenda_.schedule.Suspend(device->place);
@@ -88,41 +78,27 @@ void Poller::OnClosed(Now now, Override why) {
 void Poller::SetInUse(std::uint32_t index, bool in_use, Now now) {
   Advance(now);
   Device& device = roster_.DeviceAt(index);
-  if (in_use) upkeep_.OnEnabled(device, is_open(), now.instant);
-  if (device.in_use != in_use) upkeep_.SetInUse(device, in_use, is_open(), now.instant);
-  if (is_open()) Settle();
+  if (in_use) upkeep_.OnEnabled(device, line_.is_open(), now.instant);
+  if (device.in_use != in_use) upkeep_.SetInUse(device, in_use, line_.is_open(), now.instant);
+  if (line_.is_open()) Settle();
 }
 
 void Poller::OnBytes(View bytes, Now now) {
   Advance(now);
-  const Job* const job = run_.job();
-  const EchoWatch::Received heard = reception_.OnBytes(bytes, job, now.instant);
-  if (heard.echo) ledger_.line.OnEcho();
-  if (heard.warning != nullptr) listener_.OnWarning(job->member->index, heard.warning);
-  if (heard.collision) {
-    ledger_.line.OnCollision();
-    ledger_.line.OnSecondMaster();
-    Hear(line_.OnCollision(now.instant));
-  }
-  if (!heard.bytes.empty()) {
-    ledger_.line.OnReceived(heard.bytes);
-    unasked_.OnBytes(heard.bytes, now.instant);
-    Hear(line_.OnBytes(heard.bytes, now.instant));
-  }
+  line_.OnBytes(bytes, now);
   Settle();
 }
 
 void Poller::OnEnded(Now now) {
   Advance(now);
-  Hear(line_.OnEnded(now.instant));
+  line_.OnEnded(now);
   Settle();
 }
 
 void Poller::OnTimer(Now now) {
   Advance(now);
-  Withdraw();  // the program may have been stopped since the line began to wait for its quiet
-  Hear(line_.OnTimer(now.instant));
-  if (is_open()) unasked_.OnTimer(now);
+  line_.OnTimer(now);
+  if (line_.is_open()) unasked_.OnTimer(now);
   Settle();
 }
 
@@ -130,7 +106,7 @@ bool Poller::Submit(WriteCommand command, Now now) {
   Advance(now);
   clients_.AnswerCommands(now.instant);  // those of clients that have left take no room
   if (agenda_.write_queue.full()) return false;
-  if (!is_open()) {
+  if (!line_.is_open()) {
     clients_.NotSent(command, ledger_.states.WhyClosed());
   } else if (command.writes().empty()) {
     clients_.ReadNow(std::move(command), unasked_.speaker().device(), now.instant);
@@ -144,7 +120,7 @@ bool Poller::Submit(WriteCommand command, Now now) {
 
 void Poller::Submit(RoutedRequest request, Now now) {
   Advance(now);
-  if (!is_open() || roster_.carrier() == nullptr) {
+  if (!line_.is_open() || roster_.carrier() == nullptr) {
     request.done({Outcome::line_down, {}, ledger_.states.WhyClosed()});
     return;
   }
@@ -172,18 +148,18 @@ void Poller::OnEventsKept(std::uint32_t index, const std::string& said, Now now)
                                  intake_.OnKept(device, said), now.instant);
   chooser_.background().Release(device.place);
   upkeep_.PlanBackground(device);
-  if (is_open()) Settle();
+  if (line_.is_open()) Settle();
 }
 
 void Poller::Abandon(std::uint64_t client, Now now) {
   Advance(now);
   agenda_.routes.queue().Abandon(client);
-  run_.Abandon(client, port_.IsUnsent());
-  if (is_open()) Settle();
+  run_.Abandon(client, line_.is_unsent());
+  if (line_.is_open()) Settle();
 }
 
 std::optional<Instant> Poller::Deadline() const {
-  if (!is_open()) return std::nullopt;
+  if (!line_.is_open()) return std::nullopt;
   std::optional<Instant> soonest = line_.Deadline();
   const auto sooner = [&](std::optional<Instant> other) {
     if (other && (!soonest || *other < *soonest)) soonest = other;
@@ -192,7 +168,7 @@ std::optional<Instant> Poller::Deadline() const {
   sooner(agenda_.routes.queue().Deadline());
   sooner(unasked_.speaker().DueAt());
   const Job* const job = run_.job();
-  if (line_.state() == Line::State::quiet && job != nullptr) sooner(LatestStart(*job));
+  if (line_.waits_for_quiet() && job != nullptr) sooner(LatestStart(*job));
   if (!line_.idle()) return soonest;
   if (job != nullptr) {  // waits until no late answer can meet its request
     if (job->step.retries == 0) sooner(owed_.late.ClearAt(job->asked()));
@@ -205,7 +181,7 @@ std::optional<Instant> Poller::Deadline() const {
 
 bool Poller::Pause() {
   hold_.Pause();
-  return is_open() && line_.idle() && run_.job() == nullptr;
+  return line_.is_open() && line_.idle() && run_.job() == nullptr;
 }
 
 bool Poller::MayGoOut(Now now) const {
@@ -214,7 +190,7 @@ bool Poller::MayGoOut(Now now) const {
 }
 
 void Poller::GoOn(Now now) {
-  if (!hold_.GoOn() || !is_open()) return;
+  if (!hold_.GoOn() || !line_.is_open()) return;
   Advance(now);
   time_.Restart();
   Settle();
@@ -223,7 +199,7 @@ void Poller::GoOn(Now now) {
 void Poller::CallOffWindUp(Now now) {
   hold_.CallOffWindUp();
   Advance(now);
-  if (is_open()) Settle();
+  if (line_.is_open()) Settle();
 }
 
 Speaking Poller::SpeakingAs(std::uint32_t index) const {
@@ -238,31 +214,49 @@ bool Poller::IsWriting() const {
   return job->As<Job::Write>() != nullptr || (routed != nullptr && !routed->is_read);
 }
 
-/// The request that waits for a quiet line may have become too late. The line begins again with
-/// the next request, also if that is one of the same job that closes what it has opened.
-void Poller::Withdraw() {
-  if (line_.state() == Line::State::quiet && run_.Withdraw()) line_.Cancel();
-}
+// ---------------------------------------------------------------- after each input
 
 void Poller::Settle() {
-  Conclude();
+  line_.Conclude();
   time_.OnHandled(line_.idle());
   const Instant now = time_.now().instant;
   Probes& probes = chooser_.probes();
   if (const auto began = probes.began(); began && line_.idle()) {
     probes.OnIdle(chooser_.Waited(*began, now), now);
   }
-  Withdraw();
+  line_.Withdraw();
   clients_.AnswerCommands(now);
   clients_.AnswerRouted(time_.idle(), run_.job() == nullptr);
   const auto answer_confirmed = [&] {
-    clients_.AnswerConfirmed(is_open() && run_.IsReadingBack());
+    clients_.AnswerConfirmed(line_.is_open() && run_.IsReadingBack());
   };
   answer_confirmed();  // before the next write is to be read back
   Pump();
   answer_confirmed();
   const Speaker& speaker = unasked_.speaker();
   if (speaker.drained()) listener_.OnDrained(speaker.device()->index, now);
+}
+
+/// As long as the line is idle: the job takes its turn, or the next one is chosen.
+void Poller::Pump() {
+  while (line_.idle()) {
+    if (run_.job() == nullptr) {
+      if (hold_.holds()) return;
+      std::unique_ptr<Job> job = chooser_.Next(time_.idle());
+      if (!job) return;
+      run_.Begin(std::move(job));
+      continue;
+    }
+    switch (run_.TakeTurn()) {
+      case JobRun::Turn::send:
+        line_.Start(time_.idle().since, time_.now());
+        break;
+      case JobRun::Turn::next:
+        break;
+      case JobRun::Turn::wait:
+        return;
+    }
+  }
 }
 
 }  // namespace baudgate

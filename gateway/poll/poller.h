@@ -1,5 +1,5 @@
 // Runs one line: takes in bytes, time and requests, has the next job chosen whenever the line is
-// idle (chooser.h) and carried out (job_run.h), and has those answered who wait
+// idle (chooser.h) and carried out (line_side.h, job_run.h), and has those answered who wait
 // (waiting_clients.h). The composition root of this room. Sans-I/O like gateway/line/line.h: bytes
 // and time come in as arguments. One thread at a time.
 // SPDX-License-Identifier: Apache-2.0
@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "config/model/line.h"
-#include "gateway/line/line.h"
 #include "gateway/poll/agenda.h"
 #include "gateway/poll/chooser.h"
 #include "gateway/poll/hold.h"
@@ -21,9 +20,9 @@
 #include "gateway/poll/intake.h"
 #include "gateway/poll/job_run.h"
 #include "gateway/poll/ledger.h"
+#include "gateway/poll/line_side.h"
 #include "gateway/poll/owed_replies.h"
 #include "gateway/poll/poller_listener.h"
-#include "gateway/poll/reception.h"
 #include "gateway/poll/roster.h"
 #include "gateway/poll/telegram_exchange.h"
 #include "gateway/poll/unasked_side.h"
@@ -36,7 +35,7 @@
 
 namespace baudgate {
 
-class Poller : private LineClient {
+class Poller {
  public:
   using FindProtocol = Roster::FindProtocol;
   /// `first_device`: the index of line.devices[0] in the store. `find` names the descriptor of a
@@ -102,27 +101,14 @@ class Poller : private LineClient {
   const Ledger& ledger() const { return ledger_; }
 
  private:
-  // poller.cpp: inputs
   void Advance(Now now);
   void Settle();
-  void Withdraw();
-
-  // poller_line.cpp: between the line and the job under way
   void Pump();
-  void Send();
-  Outcome Judge(View frame, Instant now) override;
-  void Hear(LineNews news);
-  void OnStray(const StrayBytes& stray);
-  void Conclude();
-  bool is_open() const { return line_.state() != Line::State::closed; }
 
-  RequestPort& port_;
   PollerListener& listener_;
-  Line line_;
   Roster roster_;
   Agenda agenda_;
   OwedReplies owed_;
-  Reception reception_;
   Ledger ledger_;
   Chooser chooser_;
   Upkeep upkeep_;
@@ -130,6 +116,7 @@ class Poller : private LineClient {
   Intake intake_;
   UnaskedSide unasked_;
   JobRun run_;
+  LineSide line_;
   Hold hold_;
   IdleTime time_;
 };

@@ -1,6 +1,6 @@
 // Handles the bytes that come back for the request under way: its echo is taken out
 // (gateway/line/echo_watch.h), what the rest looks like is kept for the status (examiner.h), and a
-// whole frame is judged (reply_judge.h). Driven by gateway/poll/poller.cpp:
+// whole frame is judged (reply_judge.h). Driven by gateway/poll/line_side.cpp:
 //
 //   on the line                          call
 //   a request is to be sent              TakeChanged, then OnSend

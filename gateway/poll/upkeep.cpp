@@ -185,6 +185,22 @@ void Upkeep::OnHeard(Device& device, Instant now) {
   schedule_.Restart(device.place, now);
 }
 
+LateAnswers::Stray Upkeep::OnStray(const StrayBytes& stray, Instant now) {
+  LateAnswers::Stray told = owed_.late.OnStray(stray, now);
+  if (told.counts) ledger_.line.OnStray(stray.count);
+  if (told.late != nullptr) CountLate(*told.late, told.lateness, now);
+  return told;
+}
+
+void Upkeep::OnSecondReply(Instant now) {
+  const Member* const last = owed_.late.last();
+  if (last == nullptr) return;
+  ledger_.devices.OnSecondReply(*last);
+  owed_.whose.OnSecondReply(*last);
+  DoubtLatest(now);
+}
+
+/// One of the latest replies belonged to another request; it is not known which.
 void Upkeep::DoubtLatest(Instant now) {
   for (const auto& device : roster_.devices()) {
     if (device->conversation->ForgetRefusals()) Plan(*device);

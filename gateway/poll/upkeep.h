@@ -1,6 +1,6 @@
 // What every exchange means for its device, and what follows when a device comes, goes, or may be
 // another one: its plan, its schedule, its state, and which of its values are in doubt. Driven by
-// gateway/poll/poller.cpp and job_run.cpp.
+// gateway/poll/poller.cpp, line_side.cpp and job_run.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -40,8 +40,10 @@ class Upkeep {
   void OnHeard(Device& device, Instant now);
   /// Its conversation has its memory from before a restart.
   void OnRecalled(Device& device);
-  /// One of the latest replies belonged to another request; it is not known which.
-  void DoubtLatest(Instant now);
+  /// Bytes have come that belong to no exchange. May return a warning for the user.
+  LateAnswers::Stray OnStray(const StrayBytes& stray, Instant now);
+  /// A second, different reply has come after the one that was taken.
+  void OnSecondReply(Instant now);
   /// The points of this query are uncertain until they are read again. False: there is no such
   /// query.
   bool Doubt(const QueryRef& read, Instant now);
@@ -63,6 +65,7 @@ class Upkeep {
  private:
   void Charge(const Job& job, bool answered, Instant now);
   void Reconnect(Device& device, Instant now);
+  void DoubtLatest(Instant now);
   void DoubtAll(const Device& device, Instant now);
   void DoubtSeldom(Device& device, Instant now);
 
