@@ -146,9 +146,7 @@ void JobRun::TakeAnswer() {
   if (!parks) return Finish(outcome, reason);
   ++job.parkings;
   --job.requests;
-  const Instant until = now_.instant + std::max<Duration>(wait, device.times.quiet);
-  agenda_.schedule.Hold(device.place, until);
-  chooser_.parked().Park(std::move(job_), until);
+  Park(now_.instant + std::max<Duration>(wait, device.times.quiet));
 }
 
 void JobRun::OnFailed(const ExchangeEnd& end) {

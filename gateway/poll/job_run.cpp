@@ -6,7 +6,7 @@
 //   chosen                it asks, or its request is ready    waiting
 //   chosen                the conversation will not ask       ended: unsupported
 //   waiting, a poll, a    a late reply of its device is due   parked, where replies name their sender:
-//   read-back, events or                                      SetAside
+//   read-back, events or                                      MayPark
 //   background
 //   waiting, another kind the same, or replies name nobody    the line waits: Turn::wait
 //   waiting               line idle, a reply to an earlier    postponed behind a probe of its device
@@ -153,20 +153,23 @@ JobRun::Turn JobRun::TakeTurn() {
   // A retry may be met by the answer to its first try, which is as good.
   const Instant clear = owed_.late.ClearAt(job_->asked());
   if (job_->step.retries > 0 || clear <= now_.instant) return Turn::send;
-  return SetAside(clear) ? Turn::next : Turn::wait;
+  if (!MayPark()) return Turn::wait;
+  Park(clear);
+  return Turn::next;
 }
 
-/// The next step of a poll waits for a late reply of its device. If replies carry an address, the
+/// The next step of a read waits for a late reply of its device. If replies carry an address, the
 /// line does not wait.
-bool JobRun::SetAside(Instant until) {
-  const Member& member = *job_->member;
+bool JobRun::MayPark() const {
   const Task::Kind kind = job_->task.kind;
   const bool reads =
       kind == Task::Kind::poll || kind == Task::Kind::events || kind == Task::Kind::background;
-  if (!reads || !job_->asked().named() || chooser_.parked().Has(member)) return false;
-  agenda_.schedule.Hold(member.place, until);
+  return reads && job_->asked().named() && !chooser_.parked().Has(*job_->member);
+}
+
+void JobRun::Park(Instant until) {
+  agenda_.schedule.Hold(job_->member->place, until);
   chooser_.parked().Park(std::move(job_), until);
-  return true;
 }
 
 Exchange JobRun::Start(Instant idle_since) {

@@ -82,7 +82,8 @@ class JobRun {
   void Ask(int retries = 0);
   void NextWrite();
   void PutProbeFirst();
-  bool SetAside(Instant until);
+  bool MayPark() const;
+  void Park(Instant until);
   void BreakOff(const Withheld& withheld);
   void NoteWriting(const Device& device);
 

@@ -87,7 +87,7 @@ Sentences DiagnosePoints(const LineStatus& line, const DeviceRecord& record, Now
     const auto group = static_cast<std::size_t>(record.device->points[i].group);
     const AgeLimits& limits = record.age_limits[group];
     // The port is open for a shorter time than that: the polls have not had their chance.
-    const bool waits = limits.ages() && open < limits.max_age;
+    const bool waits = limits.ages() && open < limits.uncertain_after;
     if (!said && !in_doubt && waits) continue;
     ++(said ? reported : in_doubt ? doubted : stale);
     if (said && quality.reason != Reason::none) ++reasons[quality.reason];

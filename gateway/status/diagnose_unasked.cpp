@@ -26,7 +26,7 @@ std::optional<Duration> MustSpeakWithin(const DeviceRecord& record) {
   if (!record.device->max_age && !record.device->never_old) {
     for (const config::Point& point : record.device->points) {
       const auto group = static_cast<std::size_t>(point.group);
-      shortest = std::min(shortest, record.age_limits[group].max_age);
+      shortest = std::min(shortest, record.age_limits[group].uncertain_after);
     }
   }
   return shortest <= kLongestAge ? std::optional(shortest) : std::nullopt;

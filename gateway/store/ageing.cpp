@@ -10,10 +10,10 @@ AgeLimits LimitsOfGroup(const config::Device& device, config::Group group, Durat
   const std::optional<Duration> max_age = MaxAgeOf(device, group);
   if (!max_age) return {};
   AgeLimits limits;
-  limits.max_age = std::max(*max_age, 2 * line_cycle);
-  limits.dead_age = 3 * limits.max_age;
+  limits.uncertain_after = std::max(*max_age, 2 * line_cycle);
+  limits.bad_after = 3 * limits.uncertain_after;
   if (device.dead_age && group != config::Group::daily) {
-    limits.dead_age = std::max(*device.dead_age, limits.max_age);
+    limits.bad_after = std::max(*device.dead_age, limits.uncertain_after);
   }
   return limits;
 }
@@ -39,8 +39,8 @@ Quality AgedQuality(const DeviceRecord& record, std::size_t point, Instant now) 
   if (IsBad(known)) return known;
   const AgeLimits& limits = LimitsAt(record, point);
   const Duration age = now - *held.read_at;
-  if (age > limits.dead_age) return Quality::bad_communication;
-  if (age > limits.max_age) return Quality::uncertain_last_usable;
+  if (age > limits.bad_after) return Quality::bad_communication;
+  if (age > limits.uncertain_after) return Quality::uncertain_last_usable;
   return known;
 }
 
@@ -60,7 +60,7 @@ std::optional<Instant> NextAgeing(const DeviceRecord& record, std::size_t point,
   if (!held.read_at || IsBad(std::min(held.reported, held.at_best))) return std::nullopt;
   const AgeLimits& limits = LimitsAt(record, point);
   if (!limits.ages()) return std::nullopt;
-  for (const Duration limit : {limits.max_age, limits.dead_age}) {
+  for (const Duration limit : {limits.uncertain_after, limits.bad_after}) {
     const Instant due = *held.read_at + limit + 1ns;
     if (due > now) return due;
   }

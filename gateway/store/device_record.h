@@ -26,13 +26,13 @@ struct PointRecord {
   std::uint32_t rtt_us = 0;         ///< round trip of the exchange that read it
 };
 
-/// The ages from which values of one group are uncertain, and then bad.
+/// For the values of one group.
 struct AgeLimits {
   static constexpr Duration kNever = Duration::max();
-  Duration max_age = kNever;
-  Duration dead_age = kNever;
+  Duration uncertain_after = kNever;
+  Duration bad_after = kNever;
 
-  bool ages() const { return max_age != kNever; }
+  bool ages() const { return uncertain_after != kNever; }
   bool operator==(const AgeLimits&) const = default;
 };
 

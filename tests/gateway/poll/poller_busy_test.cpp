@@ -65,7 +65,8 @@ TEST(Poller, WaitingMakesNoValueLastLonger) {
   };
   line.always = [&] {
     line.store().Read(0, [](const DeviceRecord& record) {
-      EXPECT_EQ(record.age_limits[static_cast<std::size_t>(config::Group::fast)].max_age, 3s);
+      EXPECT_EQ(record.age_limits[static_cast<std::size_t>(config::Group::fast)].uncertain_after,
+                3s);
     });
   };
   line.RunFor(1min);

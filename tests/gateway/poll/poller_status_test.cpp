@@ -175,7 +175,7 @@ TEST(InUse, ADeviceTakenOutStretchesNobodysMaxAge) {
   const auto max_age = [&] {
     Duration age{};
     line.store().Read(0, [&](const DeviceRecord& record) {
-      age = record.age_limits[static_cast<std::size_t>(config::Group::fast)].max_age;
+      age = record.age_limits[static_cast<std::size_t>(config::Group::fast)].uncertain_after;
     });
     return age;
   };

@@ -384,7 +384,8 @@ TEST_F(DiagnoseTest, AClockThatIsNotSet) {
 TEST_F(DiagnoseTest, ASpeakerThatNeverSaysWhatIsWanted) {
   device().unasked = true;
   record_.points[0] = {};
-  record_.age_limits[static_cast<std::size_t>(record_.device->points[0].group)].max_age = 6s;
+  record_.age_limits[static_cast<std::size_t>(record_.device->points[0].group)].uncertain_after =
+      6s;
   EXPECT_THAT(Say(), ElementsAre(::testing::HasSubstr("nothing that it sends has them")));
 }
 

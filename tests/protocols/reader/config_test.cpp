@@ -58,9 +58,9 @@ TEST(ReaderConfig, NothingGrowsOldUnlessItIsSaid) {
                     {})[static_cast<std::size_t>(config::Group::fast)];
   };
   EXPECT_FALSE(limits("").ages());
-  EXPECT_EQ(limits(", max_age: 5s").max_age, 5s);
-  EXPECT_EQ(limits(", max_age: 5s").dead_age, 15s);
-  EXPECT_EQ(limits(", max_age: 200ms").max_age, 200ms) << "it is not polled every second";
+  EXPECT_EQ(limits(", max_age: 5s").uncertain_after, 5s);
+  EXPECT_EQ(limits(", max_age: 5s").bad_after, 15s);
+  EXPECT_EQ(limits(", max_age: 200ms").uncertain_after, 200ms) << "it is not polled every second";
   EXPECT_THAT(ProblemsOf("{ name: g, address: 1, profile: weighing, dead_age: 5s }"),
               HasSubstr("error: dead_age: give max_age too"));
 }
