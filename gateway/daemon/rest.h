@@ -11,8 +11,10 @@
 //   ended before any answer, with a request       the same, four times at most: some servers close
 //   under way, where the line has several         for a device that they do not know, and the
 //   devices                                       others are asked next
-//   ended before any answer otherwise             an outage
-//   ended although it is wanted all the time      an outage
+//   the same, with the request that ended the     the same, four times at most: the server closes
+//   at connection before                             this request and serves others ended before
+//   any answer otherwise             an outage ended although it is wanted all the time      an
+//   outage
 //
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -37,6 +39,7 @@ class Rest {
     if (answers > answers_before_) in_vain_ = 0;
     answers_before_ = answers;
     is_used_ = asks_ = false;
+    survived_ = {};
     unanswered_ = 0;
     return std::exchange(rests_, false);
   }
@@ -46,7 +49,8 @@ class Rest {
     if (rests_ || wanted_) return false;
     const std::uint64_t its = answers - answers_before_;
     const bool answered = its > 0;
-    const bool in_vain = several && asks_ && in_vain_ < kMostInVain;
+    const bool in_vain = (several || IsSameEnd()) && asks_ && in_vain_ < kMostInVain;
+    if (asks_) ended_by_ = request_;
     if (!answered && !in_vain) {
       in_vain_ = 0;
       return false;
@@ -60,21 +64,23 @@ class Rest {
     }
     return rests_ = true;
   }
-  /// Whether the server has ended a connection that was in use: not after each answer, and not
-  /// after a rest.
+  /// Whether the server has ended a connection that was in use: not after each answer, not after a
+  /// rest as long as any before, and not at the request that has ended the connection before.
   bool IsDrop(std::uint64_t answers, Instant now) const {
     const Duration since = now - used_;
     const std::uint64_t its = answers - answers_before_;
-    return asks_ ? its > 1 : its > 0 && since >= kBehindAnswer && since < kShortestRest;
+    if (asks_) return its > 1 && !IsSameEnd();
+    return its > 0 && since >= kBehindAnswer && since < survived_;
   }
   void OnBytes(Instant now) {
-    used_ = now;
+    OnUsed(now);
     asks_ = false;
     unanswered_ = 0;
   }
   /// A request is to be sent. True: it waits for a connection to be opened.
   bool Holds(View request, Instant now) {
-    used_ = now;
+    OnUsed(now);
+    request_.assign(request.begin(), request.end());
     const bool holds = rests_ || (alone_ > 0 && is_used_);
     if (alone_ > 0) --alone_;
     if (holds) {
@@ -110,15 +116,28 @@ class Rest {
   bool in_vain() const { return in_vain_ > 0; }
 
  private:
+  /// The first two bytes of a Modbus TCP request are its number, another one each time.
+  bool IsSameEnd() const {
+    constexpr std::ptrdiff_t kNumber = 2;
+    return request_.size() > kNumber && request_.size() == ended_by_.size() &&
+           std::equal(request_.begin() + kNumber, request_.end(), ended_by_.begin() + kNumber);
+  }
+  void OnUsed(Instant now) {
+    if (is_used_) survived_ = std::max(survived_, now - used_);
+    used_ = now;
+  }
+
   static constexpr int kMostInVain = 4;
   static constexpr int kFewestAlone = 32;  // a lost request in so many is no trouble for the device
   static constexpr int kMostAlone = 1024;
   static constexpr Duration kBehindAnswer = 100ms;
-  static constexpr Duration kShortestRest = 1s;
 
   const bool wanted_;
   std::uint64_t answers_before_ = 0;
-  Instant used_{};  // the last byte in or out
+  Instant used_{};       // the last byte in or out
+  Duration survived_{};  // the longest rest after which this connection was still there
+  Bytes request_;        // the latest
+  Bytes ended_by_;       // the latest request that met the end of a connection
   bool rests_ = false;
   int alone_ = 0;  // requests that still get a connection each
   int next_alone_ = kFewestAlone;

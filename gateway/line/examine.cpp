@@ -99,11 +99,23 @@ std::size_t OnlyLength(const Hearing& hearing) {
   return length;
 }
 
+/// A reply of this form with its check value would be whole, where the check value can be computed.
+bool HasForm(const Hearing& hearing, View heard) {
+  const PduCarrier* const carrier = hearing.protocol->carrier;
+  if (carrier == nullptr || heard.size() < 2) return true;
+  const Bytes nothing = carrier->wrap(heard[0], {});
+  if (heard.size() <= nothing.size()) return true;
+  const Bytes whole = carrier->wrap(heard[0], heard.subspan(1, heard.size() - nothing.size()));
+  return hearing.protocol->reply_rule(whole, *hearing.expect, true).kind == Cut::Kind::frame;
+}
+
 /// As long as a reply that has but one length.
 bool HasOnlyLength(const Hearing& hearing, View heard) {
-  return std::ranges::any_of(hearing.expect->shapes, [&](const Shape& shape) {
+  const bool fits = std::ranges::any_of(hearing.expect->shapes, [&](const Shape& shape) {
     return shape.min_length == shape.max_length && shape.max_length == heard.size();
   });
+  // The length of a refusal may be that of a reply that lacks a few bytes.
+  return fits && (heard.size() == OnlyLength(hearing) || HasForm(hearing, heard));
 }
 
 /// Text from its start to its end.
@@ -303,7 +315,8 @@ Finding Unreadable(const Hearing& hearing, View heard) {
   const bool ends = std::ranges::find(heard, '\n') != heard.end();
   if (heard.size() > LongestHeard(hearing) && !(ends && IsLine(hearing, heard)))
     return {.symptom = Symptom::endless};
-  if (auto words = Words(hearing, heard); words && (!other_form || IsTold(*words))) return *words;
+  auto words = IsHexText(hearing, heard) ? std::nullopt : Words(hearing, heard);
+  if (words && (!other_form || IsTold(*words))) return *words;
   if (auto nearly = NearlyReply(hearing, heard)) {
     // Where it comes again and again, it is its form (gateway/poll/examiner.cpp).
     if (other_form && nearly->symptom == Symptom::bytes_lost) {

@@ -28,6 +28,8 @@ constexpr std::size_t kShortestReply = 3;
 constexpr std::size_t kBehind = 3;
 /// The shortest text whose end may be missing.
 constexpr std::size_t kShortestLine = 4;
+/// What the end of a text is made of that has values and perhaps a check value.
+constexpr std::string_view kOfValues = "0123456789ABCDEF.+-/:";
 
 /// A whole reply of more than `least` bytes stands at the front. One look of the rule, however much
 /// there is.
@@ -208,6 +210,23 @@ std::size_t LostHead(const Hearing& hearing, View heard) {
   return IsWholeBehind(hearing, {request[0], request[1], 0}, 2, heard) ? 3 : 0;
 }
 
+/// A line of values without the character that a reply begins with. Its beginning is longer than
+/// LostHead can prove.
+bool IsEndOfText(const Hearing& hearing, View heard) {
+  const bool standing = hearing.expect->reply == Expectation::Reply::standing;
+  if (standing || hearing.request.empty() || !IsText(hearing, heard)) return false;
+  heard = WithoutLineEndBefore(heard);
+  const std::string_view text = AsText(heard);
+  const std::size_t size = text.find_last_not_of("\r\n") + 1;
+  if (size < kShortestLine || size == text.size()) return false;
+  const std::string_view line = text.substr(0, size);
+  const bool values = line.find_first_not_of(kOfValues) == std::string_view::npos;
+  const std::string_view check = line.substr(size - kCheckDigits);
+  const bool checked = line[size - kCheckDigits - 1] == ':' &&
+                       check.find_first_not_of(kOfValues) == std::string_view::npos;
+  return (values || checked) && std::ispunct(line.front()) == 0 && !HasLead(hearing, heard);
+}
+
 /// A text that is whole with other digits in front of its line end, and with no others. A check
 /// value of one byte fits almost any text once a character is put in, so that this goes before.
 bool IsWholeWithOtherCheck(const Hearing& hearing, View heard) {
@@ -312,6 +331,7 @@ std::optional<Finding> NearlyReply(const Hearing& hearing, View heard) {
   if (const std::size_t lost = LostHead(hearing, heard); lost > 0) {
     return Finding{.symptom = Symptom::head_lost, .cause = lost > 1 ? "a few" : ""};
   }
+  if (IsEndOfText(hearing, heard)) return Finding{.symptom = Symptom::head_lost, .cause = "a few"};
   if (LacksCrLf(hearing, heard)) {
     return Finding{.symptom = Symptom::tail_lost, .cause = "its line end"};
   }

@@ -9,8 +9,11 @@
 namespace baudgate {
 
 std::optional<Finding> OtherFrame(const Hearing& hearing, View heard) {
-  if (!std::ranges::all_of(hearing.request, IsPrintable)) return std::nullopt;
+  // Binary protocols have the same check value in frames of other forms.
+  const bool binary = !std::ranges::all_of(hearing.request, IsPrintable);
+  if (binary && !std::ranges::all_of(heard, IsPrintable)) return std::nullopt;
   for (const ForeignRule foreign : hearing.foreign) {
+    if (foreign == hearing.protocol->foreign) continue;
     auto cause = foreign(heard);
     if (!cause) continue;
     return Finding{.symptom = Symptom::other_master,

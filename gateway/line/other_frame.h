@@ -1,4 +1,5 @@
-// Messages of another protocol on a line of a text protocol, as their check value proves.
+// Messages of another protocol: binary ones on a line of a text protocol, as their check value
+// proves, and texts on any line, as their form proves.
 // Pure; used by gateway/line/examine.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -11,7 +12,7 @@
 
 namespace baudgate {
 
-/// Empty: there is none, or the protocol of the line is not a text protocol.
+/// Empty: none is recognised.
 std::optional<Finding> OtherFrame(const Hearing& hearing, View heard);
 
 }  // namespace baudgate

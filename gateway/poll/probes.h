@@ -22,12 +22,12 @@ class Probes {
   /// is back must get it before the probes have found the slave. Needed by
   /// PollerRoutedFaults.AStopReachesASlaveThatHasReturnedBeforeTheProbesHaveFoundIt.
   static constexpr double kWriteShare = 0.1;
-  /// A device that has just gone offline may only have lost a few requests. Its first probes go
-  /// before those of other members and have a share of their own, for a minute at most. A routed
-  /// slave is asked by its clients.
+  /// A device that has not answered its first request may only have lost it. Its next probes go
+  /// before those of other members and have a share of their own, for some seconds. A routed slave
+  /// is asked by its clients.
   static constexpr double kFirstShare = 0.2;
   static constexpr int kFirstLooks = 2;
-  static constexpr Duration kFirstTime = 1min;
+  static constexpr Duration kFirstTime = 10s;
 
   /// Why an offline member is asked.
   enum class Kind : std::uint8_t { first_look, look, short_write };
@@ -48,9 +48,12 @@ class Probes {
   void OnOpened();
   /// It has just gone offline: what its earlier probes cost no longer counts.
   void OnOffline(const Member& member, Instant now) {
-    states_[member] = {.first_looks = member.device == nullptr ? 0 : kFirstLooks,
-                       .first_until = now + kFirstTime};
+    const bool first = member.device != nullptr && member.health.state() == DeviceState::never_seen;
+    states_[member] = {.first_looks = first ? kFirstLooks : 0, .first_until = now + kFirstTime};
   }
+
+  /// A late reply of it has come: its requests are not lost.
+  void OnLate(const Member& member) { states_[member].first_looks = 0; }
 
   /// The member to probe next, if there is time. Null: no offline member is wanted, or a late reply
   /// of each may still come.

@@ -119,6 +119,7 @@ void Upkeep::OnTask(Member& member, Outcome outcome, const std::string& reason, 
 
 void Upkeep::CountLate(const Member& member, Duration lateness, Instant now) {
   if (member.device != nullptr) member.device->heard.OnLate(now);
+  chooser_.probes().OnLate(member);
   ledger_.line.OnLate();
   ledger_.devices.OnLate(member, lateness);
   ledger_.devices.OnPatience(member, owed_.late.PatienceFor(member));

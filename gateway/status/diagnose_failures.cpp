@@ -115,8 +115,9 @@ Sentences SilentPoints(const DeviceRecord& record, const Evidence& evidence) {
     return said.reason == Reason::not_fitted || (tried && polled && said == Quality::bad_waiting);
   });
   if (points.empty()) return {};
-  return {"does not answer the request for " + points +
-          ", and answers the others: " + TakeThemOut(record)};
+  const bool ends = evidence.Last(Symptom::silence).ended;
+  return {(ends ? "ends the connection at the request for " : "does not answer the request for ") +
+          points + ", and answers the others: " + TakeThemOut(record)};
 }
 
 /// Other requests than those that fail are answered: polls, or such as no poll asks, as its name,
@@ -154,8 +155,10 @@ Sentences DeadQueries(const DeviceRecord& record, const Evidence& evidence) {
   if (silent) {
     const auto first = std::ranges::find_if(status.queries, fails);
     const std::string& place = record.device->points[first->first_point].read;
-    return {"does not answer the request for " + points + " (" + place + ")" +
-            ", and answers the others: " + TakeThemOut(record)};
+    const bool ends = evidence.Last(Symptom::silence).ended;
+    return {
+        (ends ? "ends the connection at the request for " : "does not answer the request for ") +
+        points + " (" + place + ")" + ", and answers the others: " + TakeThemOut(record)};
   }
   const bool damaged = std::ranges::all_of(status.queries, [&](const QueryCount& query) {
     return !fails(query) || IsDamage(query.symptom);

@@ -56,6 +56,16 @@ std::string SayOtherService(const config::Line& line, std::span<const DeviceReco
          (other->remedy.empty() ? "check the port" : other->remedy);
 }
 
+/// No device has ever answered, and what came broke off with its connection. Empty: it is not so.
+std::string SayEndsInside(const config::Line& line, std::span<const DeviceRecord> devices) {
+  const auto breaks_off = [](const DeviceRecord& one) {
+    return !one.status.last_ok && one.status.findings.Count(Symptom::tail_lost) >= kDrops;
+  };
+  if (!line.is_network() || !std::ranges::any_of(devices, breaks_off)) return {};
+  return "the server closes the connection inside replies: look at it and the device behind it "
+         "(firmware, limits)";
+}
+
 /// Why a port holds what is sent.
 const char* WhyNoData(const config::SerialSettings& serial) {
   if (serial.rtscts) return "it takes no data: is the CTS line of the device connected and active?";
@@ -69,6 +79,7 @@ const char* WhyNoData(const config::SerialSettings& serial) {
 std::string Lost(const config::Line& line, const LineStatus& status, std::size_t times,
                  std::span<const DeviceRecord> devices) {
   if (std::string other = SayOtherService(line, devices); !other.empty()) return other;
+  if (std::string inside = SayEndsInside(line, devices); !inside.empty()) return inside;
   if (line.is_network()) {
     return fmt::format(
         "the connection was lost {} in the last hour: look at the serial server (power, restarts, "
@@ -98,6 +109,7 @@ std::string Closed(const config::Line& line, const LineStatus& status,
         ClockText(status.released_until), line.name);
   }
   if (std::string other = SayOtherService(line, devices); !other.empty()) return other;
+  if (std::string inside = SayEndsInside(line, devices); !inside.empty()) return inside;
   // Made anew as nobody answers: that is what is wrong.
   const auto absent = [](const DeviceRecord& one) { return IsAbsent(one.status); };
   if (status.silent && std::ranges::any_of(devices, absent)) {

@@ -167,9 +167,22 @@ double OtherForm(const Evidence& evidence) {
   return IsDamageOnly(evidence) ? 0 : Always<other_form>(evidence);
 }
 
+/// Of short replies nothing readable is left.
+double HeadLost(const Evidence& evidence) {
+  const std::size_t lost = evidence.Count(head_lost);
+  const bool all = !evidence.answered && lost >= kMany && 2 * lost >= evidence.failed;
+  return all ? evidence.Share({head_lost, noise, zeros}) : evidence.Share({head_lost});
+}
+
+/// A reply of which two bytes are lost may look like one that breaks off before its check value.
+bool LacksBytes(const Evidence& evidence) {
+  return !evidence.answered && evidence.Count(bytes_lost) >= kMany;
+}
+
 /// Noise changes characters, and takes none away.
 double BytesLost(const Evidence& evidence) {
-  if (2 * evidence.Count(bytes_lost) < evidence.failed) return Always<bytes_lost>(evidence);
+  const bool some = 2 * evidence.Count(bytes_lost) >= evidence.failed || LacksBytes(evidence);
+  if (!some) return Always<bytes_lost>(evidence);
   return evidence.Share({bytes_lost, bad_check, damaged, tail_lost, end_lost});
 }
 
@@ -204,7 +217,7 @@ double OtherProtocol(const Evidence& evidence) {
 /// A buffer that is too small may leave a reply that lacks its last byte alone.
 double BreaksOff(const Evidence& evidence) {
   if (evidence.Count(tail_lost) == 0) return 0;
-  const double share = evidence.Share({tail_lost, end_lost, bytes_lost});
+  const double share = LacksBytes(evidence) ? 0 : evidence.Share({tail_lost, end_lost, bytes_lost});
   return evidence.answered && share < 0.6 ? 0 : share;
 }
 
@@ -318,7 +331,7 @@ const std::vector<Hypothesis>& Hypotheses() {
       {"no character of its replies has its eighth bit", SevenBits, SaySevenBits},
       {"long replies come damaged", LongDamaged, SayLongDamaged, false, true},
       {"only characters of one parity come", OtherParity, SayOtherParity},
-      {"the first byte of its replies is missing", Seen<head_lost>, SayHeadLost},
+      {"the first byte of its replies is missing", HeadLost, SayHeadLost},
       {"its replies break off", BreaksOff, SayTailLost},
       {"the last byte of its replies is missing", EndLost, SayEndLost},
       {"bytes are missing inside its replies", BytesLost, SayBytesLost},

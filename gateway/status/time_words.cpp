@@ -67,15 +67,18 @@ std::string SayTooFast(const Evidence& evidence) {
   const auto known = findings.ShortestAnswered();
   const std::string cause = fmt::format(
       "requests get no answer that come soon ({} ms) behind a telegram: ", Milliseconds(pause));
-  if (!known || *known > kLongestQuiet) {
-    return cause + "try timing: { quiet: " + Suggest(std::max<Duration>(kPause, 2 * pause)) +
-           " } at the device, then more";
-  }
+  const Duration probable = std::max<Duration>(kPause, 2 * pause);
+  const auto set = [](Duration quiet, double margin) {
+    return "timing: { quiet: " + Suggest(quiet, margin) + " } at the device";
+  };
+  if (!known || *known > kLongestQuiet)
+    return cause + "try " + set(probable, kMargin) + ", then more";
   // It has answered behind this pause, and behind no shorter one.
-  const std::string quiet =
-      "timing: { quiet: " + Suggest(std::max<Duration>(kPause, *known), 1) + " } at the device";
-  return cause +
-         (pause < kUsualPause ? "set " + quiet : "it loses every other one, or needs " + quiet);
+  const Duration enough = std::max<Duration>(kPause, *known);
+  if (pause >= kUsualPause) return cause + "it loses every other one, or needs " + set(enough, 1);
+  if (enough <= kMargin * kWideMargin * probable) return cause + "set " + set(enough, 1);
+  return cause + "try " + set(probable, kMargin) + ", then more (" + Suggest(enough, 1) +
+         " is enough)";
 }
 
 std::string SayAsleep(const Evidence& evidence) {

@@ -147,7 +147,7 @@ SITES = family(
     Fault("mark parity", "dcon", m.sends(lambda x: bytes(c | 0x80 for c in x.reply)), "eighth bit", "7M1|7N2", "7E1|7O1|gap|power"),
     Fault("refuses all since 12 s", "dcon", m.dies_at(12, m.sends(lambda x: x.slave.wrap(b"?01"))), r"\?01", "answered before", "profile|gap|bit rate"),
     Fault("refuses all since 12 s", "rtu tcp", m.dies_at(12, m.sends(m.exception(2))), "exception 02", "answered before", "profile|gap|bit rate"),
-    Fault("needs 400 ms", "rtu", m.needs_pause(0.4), "soon", "quiet: ([5-9]|1\\d)\\d0ms", "second master|bit rate|gap:"),
+    Fault("needs 400 ms", "rtu", m.needs_pause(0.4), "soon", "quiet.*\\b([5-9]|1\\d)\\d0ms", "second master|bit rate|gap:"),
     Fault("one register fewer", MODBUS, m.sends(m.pdu(m.fewer_registers)), "fewer registers", "block", "profile|gap|power"),
     Fault("one value fewer", "spa", m.sends(lambda x: x.slave.wrap(x.address, x.slave.body_of(x.reply).rsplit(b"/", 1)[0])), "values where", "max_items", "gap|power|bit rate"),
 )

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Does `baudgate status` name what is wrong? Every fault of faults.py on a line of its own, over ptys and sockets.
+"""Does `baudgate status` name what is wrong? Every fault of faults*.py on a line of its own, over ptys and sockets.
 
 usage: named_faults.py [--only WORD] [--well] [--times 1] [--seconds 40] [--lines 140] [--show] [--least 0.95] build/release/baudgate
 
@@ -16,6 +16,7 @@ import sys
 import tempfile
 
 from faults import FAULTS
+from faults_blind import BLIND
 from faults_invented import INVENTED
 from faults_sites import SITES
 from rig import Rig
@@ -109,7 +110,7 @@ def judge(fault, said):
 
 def cases_of(only, well):
     found = []
-    for fault in FAULTS + SITES + INVENTED:
+    for fault in FAULTS + SITES + INVENTED + BLIND:
         if well and not fault.well:
             continue
         for kind in fault.on.split():

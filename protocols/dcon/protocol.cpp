@@ -170,6 +170,7 @@ const Protocol& DconProtocol() {
       .parse = ParseWith<ReadSettings>,
       .expect = kWithSettings<Expect>,
       .recognise = kWithSettings<Recognise>,
+      .foreign = ForeignDcon,
       .weak_check = true,
       .traits = kTraits,
       .remembers = HasTotals,

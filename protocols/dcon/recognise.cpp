@@ -17,6 +17,7 @@ constexpr std::string_view kAnswers = ">!?";
 
 /// "$01A1".
 constexpr std::size_t kLongestRead = 5;
+constexpr std::size_t kChecksumDigits = 2;
 
 bool IsText(std::string_view line) {
   return std::ranges::all_of(line, [](char c) { return c >= 0x20 && c < 0x7F; });
@@ -91,6 +92,22 @@ std::optional<Recognised> Recognise(View request, View heard, const Settings& se
       return found;
     }
     text.remove_prefix(end + 1);
+  }
+  return std::nullopt;
+}
+
+std::optional<std::string> ForeignDcon(View heard) {
+  std::string_view text = AsText(heard);
+  for (auto end = text.find('\r'); end != std::string_view::npos; end = text.find('\r')) {
+    std::string_view line = text.substr(0, end);
+    text.remove_prefix(end + 1);
+    const auto lead = line.find_last_of(kAsks);
+    if (lead == std::string_view::npos) continue;
+    line.remove_prefix(lead);
+    const auto is_digit = [](char c) { return (c >= '0' && c <= '9') || (c >= 'A' && c <= 'F'); };
+    const bool fits = line.size() >= 3 && line.size() <= kLongestRead + kChecksumDigits;
+    if (!fits || !IsText(line) || !is_digit(line[1]) || !is_digit(line[2])) continue;
+    return "requests of DCON come ('" + std::string(line) + "')";
   }
   return std::nullopt;
 }

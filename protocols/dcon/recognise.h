@@ -4,6 +4,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 
 #include "gateway/base/bytes.h"
 #include "protocols/dcon/settings.h"
@@ -12,5 +13,8 @@
 namespace baudgate::protocols::dcon {
 
 std::optional<Recognised> Recognise(View request, View heard, const Settings& settings);
+
+/// See ForeignRule: a request to read, "#01" and a carriage return.
+std::optional<std::string> ForeignDcon(View heard);
 
 }  // namespace baudgate::protocols::dcon

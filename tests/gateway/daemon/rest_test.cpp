@@ -59,6 +59,24 @@ TEST(Rest, FourConnectionsInVainAreNoOutageWhereOthersAreAskedNext) {
   }
 }
 
+/// It serves the others.
+TEST(Rest, AnEndAtTheSameRequestIsNeitherADropNorAnOutage) {
+  Rest rest(false);
+  rest.OnOpened(0);
+  rest.Holds(kRequest, kStart);
+  EXPECT_TRUE(rest.IsDrop(8, kStart));
+  EXPECT_TRUE(rest.OnEnded(8, false));
+  for (int again = 0; again < 4; ++again) {
+    rest.OnOpened(8);
+    EXPECT_FALSE(rest.Holds(kRequest, kStart));
+    EXPECT_FALSE(rest.IsDrop(8, kStart));
+    EXPECT_TRUE(rest.OnEnded(8, false));
+  }
+  rest.OnOpened(8);
+  rest.Holds(kRequest, kStart);
+  EXPECT_FALSE(rest.OnEnded(8, false)) << "it has served nothing else meanwhile";
+}
+
 TEST(Rest, TheEndOfAConnectionThatIsAlwaysWantedIsAnOutage) {
   Rest rest(true);
   rest.OnOpened(0);
@@ -74,15 +92,18 @@ TEST(Rest, AnEndInUseIsADrop) {
     Duration since;
     bool drops;
   } rows[] = {
-      {1, false, 2ms, false},   // behind each answer
-      {8, false, 300ms, true},  // between two requests
-      {8, false, 20s, false},   // after a rest
-      {1, true, 2ms, false},    // a request had met the end behind an answer
-      {8, true, 2ms, true},    {0, true, 300ms, false},  // it never answers
+      {1, false, 2ms, false},    // behind each answer
+      {8, false, 300ms, true},   // between two requests
+      {8, false, 500ms, false},  // after a rest that is longer than those before
+      {8, false, 20s, false},    // the same
+      {1, true, 2ms, false},     // a request had met the end behind an answer
+      {8, true, 2ms, true},     {0, true, 300ms, false},  // it never answers
   };
   for (const auto& row : rows) {
     Rest rest(false);
     rest.OnOpened(100);
+    rest.Holds(kRequest, kStart - 500ms);
+    rest.OnBytes(kStart - 450ms);
     rest.Holds(kRequest, kStart);
     if (!row.asks) rest.OnBytes(kStart);
     EXPECT_EQ(rest.IsDrop(100 + row.answers, kStart + row.since), row.drops) << row.answers;

@@ -73,8 +73,8 @@ TEST_F(ProbesTest, WhatMadeOthersWaitIsEarnedFirst) {
   EXPECT_EQ(probes_.NextAt(At(10s)), kStart + 10s);
 }
 
-/// It may have lost two requests only: it is not left alone until 2 % of the time are earned.
-TEST_F(ProbesTest, OneThatHasJustGoneIsAskedSoonTwice) {
+/// It may have lost its first requests only: it is not left alone until 2 % of the time are earned.
+TEST_F(ProbesTest, OneThatHasNotAnsweredYetIsAskedSoonTwice) {
   PutOffline(a);
   PutOffline(b);
   probes_.OnOffline(b, kStart);
@@ -93,12 +93,12 @@ TEST_F(ProbesTest, OneThatHasJustGoneIsAskedSoonTwice) {
   EXPECT_EQ(probes_.OnTaken(a, kStart + at), Probes::Kind::look);
 }
 
-TEST_F(ProbesTest, AfterAMinuteItHasNotJustGone) {
+TEST_F(ProbesTest, LaterItTakesTurnsAsOthersDo) {
   PutOffline(a);
   PutOffline(b);
   probes_.OnOffline(b, kStart);
-  EXPECT_EQ(probes_.Next(At(59s)), &b);
-  EXPECT_EQ(probes_.Next(At(1min)), &a);
+  EXPECT_EQ(probes_.Next(At(9s)), &b);
+  EXPECT_EQ(probes_.Next(At(10s)), &a);
 }
 
 TEST_F(ProbesTest, ShortWritesHaveAShareOfTheirOwn) {

@@ -208,8 +208,15 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
         {silence, 2, {.idle = 20ms}},
         {clean, 4, {.idle = 600ms}},
         {silence, 2, {.idle = 90ms}}},
+       "requests get no answer that come soon (90 ms) behind a telegram: try timing: { quiet: "
+       "250ms } at the device, then more (650ms is enough)",
+       kAnswered | kHere},
+      {{{clean, 4, {.idle = 190ms}},
+        {silence, 2, {.idle = 20ms}},
+        {clean, 4, {.idle = 190ms}},
+        {silence, 2, {.idle = 90ms}}},
        "requests get no answer that come soon (90 ms) behind a telegram: set timing: { quiet: "
-       "650ms } at the device",
+       "200ms } at the device",
        kAnswered | kHere},
       {{{clean, 4, {.idle = 600ms}},
         {silence, 2, {.idle = 20ms}},

@@ -76,7 +76,7 @@ TEST_P(Neighbour, KeepsItsPolls) {
       break;
   }
   rig->Open();
-  constexpr Duration kTime = 2min;
+  constexpr Duration kTime = 3min;
   std::size_t reads = 0;
   rig->read = [&](std::uint32_t device, Instant) { reads += device == 1 ? 1 : 0; };
   rig->RunFor(kTime);

@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Faults that were not named when strangers invented them from the documents alone."""
+
+import manners as m
+import ports as p
+from fault import Fault, family
+
+OTHER = "gap|second master|power|bit rate"
+BLOCKS = tuple(f"{{ name: p{i}, read: holding {i}, type: uint16 }}" for i in range(10)) + tuple(
+    f"{{ name: q{i}, read: holding {500 + i}, type: uint16 }}" for i in range(10))
+
+
+def first_lost(count):
+    return m.sends(lambda x: x.reply.lstrip(b"\n")[count:])
+
+
+def two_lost(x):
+    middle = len(x.reply) // 2
+    return x.reply[:middle - 1] + x.reply[middle + 1:]
+
+
+def in_second_block(change):
+    """The values of one block have a special byte now and then."""
+
+    def changed(x):
+        if int.from_bytes(x.slave.request_pdu(x.request)[1:3], "big") < 500 or x.number % 4 < 2:
+            return x.reply
+        x.number = 0
+        return change(x)
+
+    return changed
+
+
+def both_pull(x):
+    """Two devices speak at once, and each bit is 0 where one of them says so."""
+    other = m.other_value(x)
+    return bytes(a & b for a, b in zip(x.reply, other))
+
+
+def closes_behind(seconds):
+    return lambda x: m.well(x) + [(m.THINK + seconds, p.CLOSE)]
+
+
+def closes_inside(x):
+    return [(m.THINK, m.half(x)), (m.THINK + 0.001, p.CLOSE)]
+
+
+BLIND = family(
+    "found blind",
+    Fault("two bytes lost inside", "rtu", m.sends(two_lost), "missing|too few|short", "raw|converter|wire|firmware", OTHER + "|noise", "alone beside"),
+    Fault("two bytes lost inside now and then", "rtu set", m.now_and_then(m.sends(two_lost)), "missing|too few|short", "raw|converter|wire", OTHER, "alone beside"),
+    Fault("first 5 lost", "spa ascii dcon", first_lost(5), "first bytes", "converter|direction|delay", OTHER, "alone beside"),
+    Fault("first 8 lost", "spa ascii", first_lost(8), "first bytes", "converter|direction|delay", OTHER, "alone beside"),
+    Fault("a DCON master", "rtu spa", m.well, "DCON", "line of its own|separate|take", "gap|power|bit rate", "alone beside", events=((0.77, lambda s: b"#01\r"),)),
+    Fault("11 swallowed in one block", "rtu", m.sends(in_second_block(m.valued(0x11, lambda r: r.replace(b"\x11", b"")))), "11|missing", "XON|raw", OTHER, points=BLOCKS),
+    Fault("13 swallowed in one block", "rtu", m.sends(in_second_block(m.valued(0x13, lambda r: r.replace(b"\x13", b"")))), "13|missing", "XON|raw", OTHER, points=BLOCKS),
+    Fault("two pull at once", "rtu ascii dcon", m.sends(both_pull), "two devices|check value|damaged", "address|noise|computes|wire", "gap|second master|power|Modbus TCP", "alone beside"),
+    Fault("7 bits after one good reply", "rtu", lambda x: m.well(x) if x.number == 0 else m.sends(m.seven_bits)(x), "data bits|eighth bit", "serial server", "gap|power|second master", line="TCP"),
+    Fault("closes after 0.5 s", "tcp rtu", closes_behind(0.5), "", "", line="TCP", well=True),
+    Fault("closes at one request", "tcp", lambda x: p.CLOSE if b"\0\x28" in x.request else m.well(x), "ends the connection at the request for torque", "take|points|profile", OTHER, "alone beside"),
+    Fault("closes inside replies", "tcp rtu", closes_inside, "break off|inside|half-way|clos(ed?|es|ing)", "server|firmware|buffer", "gap|second master", line="TCP"),
+    Fault("a quarter lost, slow to be given up", "dcon dcon0 rtu", lambda x: m.well(x) if x.random.random() > 0.25 else [], "single requests get no answer", "wire|plug|noise", "gap|away|restart|bit rate", "alone beside", device="timing: { reply: 1s }"),
+)
