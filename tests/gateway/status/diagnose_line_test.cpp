@@ -109,6 +109,19 @@ TEST_F(DiagnoseTest, AConnectionHasNoPlug) {
                   "(power, restarts, inactivity time, another client) and at the network"));
 }
 
+TEST_F(DiagnoseTest, AConnectionThatEndsInsideReplies) {
+  config_.lines[0].port = "tcp://10.0.0.9:4001";
+  for (int i = 0; i < 3; ++i) line_.losses.Add(kNow.instant - 1min + i * 10s);
+  NeverAnswered();
+  Looked(device(), Symptom::tail_lost, 3);
+  const auto says = ElementsAre(
+      "the server closes the connection inside replies: look at it and the device behind it "
+      "(firmware, limits)");
+  EXPECT_THAT(SayOfLine(), says);
+  line_.port = LineStatus::Port::closed;
+  EXPECT_THAT(SayOfLine(), says);
+}
+
 TEST_F(DiagnoseTest, AConnectionThatIsJustMadeAnew) {
   config_.lines[0].port = "tcp://10.0.0.9:4001";
   line_.port = LineStatus::Port::closed;

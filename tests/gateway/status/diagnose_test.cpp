@@ -135,6 +135,11 @@ TEST_F(DiagnoseTest, ARequestThatIsNeverAnsweredBesideOthers) {
                                  record_.device->points[1].read +
                                  "), and answers the others: take these points out "
                                  "of the profile, or set access: none"));
+  Looked(device(), Symptom::silence, 1, {.ended = true});
+  EXPECT_THAT(Say(), ElementsAre(::testing::StartsWith("ends the connection at the request for " +
+                                                       name + " and 2 more (")));
+  device().findings = {};
+  Looked(device(), Symptom::clean, 24);
   device().queries[1].symptom = Symptom::damaged;
   Looked(device(), Symptom::damaged, 8);
   EXPECT_THAT(Say(), ElementsAre(::testing::StartsWith(

@@ -155,6 +155,12 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
       {{{end_lost, 9, {.cause = "garbled"}}},
        "the last byte of its replies comes garbled: it computes another check value, or a driver "
        "lets go of the bus too early (use a converter with automatic direction)"},
+      {{{head_lost, 9, {.cause = "a few"}}, {noise, 9}},
+       "the first bytes of its replies are missing: use a converter with automatic direction, or "
+       "raise the answer delay of the device"},
+      {{{tail_lost, 20, {.cause = "its check value", .remedy = "update it"}}, {bytes_lost, 8}},
+       "bytes are missing inside its replies: a converter takes them out (set it to raw) or is "
+       "overrun (replace it)"},
       {{{head_lost, 9, {.cause = "garbled"}}},
        "the first byte of its replies comes garbled: use a converter with automatic direction, or "
        "raise the answer delay of the device"},
