@@ -220,7 +220,7 @@ std::optional<std::string> LinePort::WhyNot() const {
   return std::nullopt;
 }
 
-bool LinePort::Quiet() { return !telegrams_.is_busy() && poller_.Pause(); }
+bool LinePort::Quiet() { return !telegrams_.is_busy() && poller_.Pause(now_); }
 
 void LinePort::OnLent(const std::string& text, WallTime until, Now now) {
   now_ = now;

@@ -1,6 +1,7 @@
 // Connections of a server that ends them by itself, as some do after each answer and others after a
 // rest. Such an end is no outage: the next request opens the connection again.
 //
+// clang-format off
 //   answered, ended while nothing is asked        rests; opened by the next request
 //   answered once, ended with a request           the same, and each of the next 32 requests gets
 //   under way                                     its own connection: the next would be lost, too.
@@ -11,10 +12,11 @@
 //   ended before any answer, with a request       the same, four times at most: some servers close
 //   under way, where the line has several         for a device that they do not know, and the
 //   devices                                       others are asked next
-//   the same, with the request that ended the     the same, four times at most: the server closes
-//   at connection before                             this request and serves others ended before
-//   any answer otherwise             an outage ended although it is wanted all the time      an
-//   outage
+//   ended before any answer, with the request     the same, four times at most: the server closes
+//   that ended the connection before              at this request, and serves others
+//   ended before any answer otherwise             an outage
+//   ended although it is wanted all the time      an outage
+// clang-format on
 //
 // SPDX-License-Identifier: Apache-2.0
 #pragma once

@@ -59,7 +59,7 @@ void TelegramQueue::Settle(Now now) {
     poller_.GoOn(now);
     return;
   }
-  if (!poller_.Pause()) return;
+  if (!poller_.Pause(now)) return;
   command_ = std::move(waiting_.front());
   waiting_.pop_front();
   const Speaking as = poller_.SpeakingAs(command_->device);
@@ -107,6 +107,7 @@ void TelegramQueue::End(Now now) {
   exchange_.reset();
   WriteCommand done = std::move(*std::exchange(command_, std::nullopt));
   const bool unsent = done.state == WriteState::queued;
+  if (!unsent && !ProvesLife(end.outcome)) poller_.OnUnansweredTelegram(now);
   Answer(done, EndOf(done, end.outcome), unsent ? kNotConnected : end.reason, end.outcome);
   Settle(now);
 }

@@ -3,6 +3,9 @@
 //
 //   poll under way → its end → the telegram and its reply → silence → the next poll
 //
+// It waits until no late reply to a poll can come, which would pass for its own. If it gets no
+// reply, one may still come and pass for that of a poll: probes go before the next polls.
+//
 // One thread, the line's.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once

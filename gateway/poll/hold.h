@@ -8,7 +8,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <utility>
+
+#include "gateway/base/time.h"
 
 namespace baudgate {
 
@@ -18,15 +21,25 @@ class Hold {
   void OnClosed() { paused_ = false; }
   void WindUp() { winding_up_ = true; }
   void CallOffWindUp() { winding_up_ = false; }
-  void Pause() { paused_ = true; }
+  void Pause(Instant now) {
+    if (!std::exchange(paused_, true)) since_ = now;
+  }
   /// False: there was no pause.
   bool GoOn() { return std::exchange(paused_, false); }
 
+  /// Until when late replies are waited for in a pause, at most; empty: there is no pause.
+  std::optional<Instant> WaitsUntil() const {
+    return paused_ ? std::optional(since_ + kMostWait) : std::nullopt;
+  }
   bool holds() const { return winding_up_ || paused_; }
 
  private:
+  /// Who asks by hand does not wait longer.
+  static constexpr Duration kMostWait = 4s;
+
   bool winding_up_ = false;
   bool paused_ = false;
+  Instant since_{};
 };
 
 }  // namespace baudgate

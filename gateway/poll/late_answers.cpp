@@ -168,6 +168,14 @@ void LateAnswers::OnClosed(const Member& member, Instant now) {
   SetLate(member, now + (roster_.is_network() ? times.ceiling : times.reply + times.drain));
 }
 
+Instant LateAnswers::AllClearAt() const {
+  Instant clear{};
+  for (const Member* member : roster_.everyone()) {
+    clear = std::max(clear, states_[*member].late_until);
+  }
+  return clear;
+}
+
 Instant LateAnswers::ClearAt(const Asked& asked) const {
   Instant clear{};
   for (const Member* other : roster_.everyone()) {

@@ -50,6 +50,10 @@ class LateAnswers {
   /// again: from the device within its reply time; from a serial server, which keeps what it
   /// receives, until the end of the ceiling.
   void OnClosed(const Member& member, Instant now);
+  /// A request that the poller does not know got no reply: one may come until its ceiling.
+  void OnUnknownRequest(const Member& member, Instant now) {
+    SetLate(member, now + member.times.ceiling);
+  }
   /// How much later than its reply time the first byte of its reply came; not above zero: in time.
   static Duration Lateness(const Asked& asked, const ExchangeEnd& end);
   /// It is offline: silent, not late. If it is late after all, its bytes will show it again.
@@ -60,6 +64,8 @@ class LateAnswers {
 
   Instant LateUntil(const Member& member) const;
   bool IsClear(const Member& member, Instant now) const { return LateUntil(member) <= now; }
+  /// From then on no late reply of any member can come.
+  Instant AllClearAt() const;
   /// The earliest moment at which this request can be sent without a late reply to another one
   /// being taken for its reply. A reply that carries its sender's address is taken for no other
   /// device's.

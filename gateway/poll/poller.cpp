@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/poll/poller.h"
 
+#include <algorithm>
 #include <memory>
 #include <utility>
 
@@ -175,13 +176,23 @@ std::optional<Instant> Poller::Deadline() const {
     sooner(LatestStart(job->goal()));
     return soonest;
   }
+  if (const auto until = hold_.WaitsUntil()) {
+    const Instant clear = std::min(owed_.late.AllClearAt(), *until);
+    if (clear > time_.now().instant) sooner(clear);
+  }
   if (!hold_.holds()) sooner(chooser_.NextAt(time_.idle()));
   return soonest;
 }
 
-bool Poller::Pause() {
-  hold_.Pause();
-  return line_.is_open() && line_.idle() && run_.job() == nullptr;
+bool Poller::Pause(Now now) {
+  hold_.Pause(now.instant);
+  const bool idle = line_.is_open() && line_.idle() && run_.job() == nullptr;
+  return idle && std::min(owed_.late.AllClearAt(), *hold_.WaitsUntil()) <= now.instant;
+}
+
+void Poller::OnUnansweredTelegram(Now now) {
+  Advance(now);
+  upkeep_.OnUnansweredTelegram(now.instant);
 }
 
 bool Poller::MayGoOut(Now now) const {

@@ -88,11 +88,14 @@ class Poller {
   void CallOffWindUp(Now now);
   bool IsWriting() const;
 
-  /// Nothing is begun any more until GoOn: the line is wanted for something else. True: what was
-  /// under way has ended, and the line is silent.
-  bool Pause();
+  /// Nothing is begun any more until GoOn: the line is wanted for a telegram by hand. True: what
+  /// was under way has ended, the line is silent, and no late reply can come, or was waited for
+  /// long enough.
+  bool Pause(Now now);
   /// The request that it has sent may still go out: it has waited for a connection until now.
   bool MayGoOut(Now now) const;
+  /// Before GoOn: the telegram was sent, and got no reply.
+  void OnUnansweredTelegram(Now now);
   /// Without a Pause: nothing.
   void GoOn(Now now);
   /// As whom a telegram by hand to this device goes out.

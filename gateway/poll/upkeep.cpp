@@ -45,6 +45,13 @@ void Upkeep::OnOpened(Instant now) {
   }
 }
 
+void Upkeep::OnUnansweredTelegram(Instant now) {
+  for (const auto& device : roster_.devices()) {
+    owed_.whose.OnOpened(*device, now);
+    owed_.late.OnUnknownRequest(*device, now);
+  }
+}
+
 void Upkeep::OnExchange(const Job& job, const ExchangeEnd& end, const Finding& finding,
                         Instant now) {
   Member& member = *job.member;

@@ -23,6 +23,9 @@ class Upkeep {
 
   /// The port has opened.
   void OnOpened(Instant now);
+  /// A telegram by hand got no reply. That of any device may still come, and look like one to a
+  /// poll: probes go first.
+  void OnUnansweredTelegram(Instant now);
   /// An exchange has ended, whatever it was for.
   void OnExchange(const Job& job, const ExchangeEnd& end, const Finding& finding, Instant now);
   /// A task has ended: a device may be offline now, or back.

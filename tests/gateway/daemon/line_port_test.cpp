@@ -110,6 +110,50 @@ TEST_F(LocalPort, NobodyKnowsWhatBecameOfATelegramThatWasNotAnswered) {
   EXPECT_THAT(ends_, ElementsAre(WriteEnd::ok));
 }
 
+/// Its replies do not say what they answer, as those of Modbus RTU do not.
+struct UntaggedPort : LinePortTest {
+  UntaggedPort() : LinePortTest("/dev/ttyUSB0", {ToyDevice("a", "A", {"U1"})}) {}
+
+  /// Until this many requests have been sent, and none was answered.
+  void PassUntilSent(int sends) {
+    for (int i = 0; i < 5000 && port_.sends < sends; ++i) Pass(1ms);
+    ASSERT_EQ(port_.sends, sends);
+  }
+};
+
+TEST_F(UntaggedPort, TheLateReplyToATelegramIsNoValue) {
+  Open();
+  Pass(2s);
+  answers_ = false;
+  ends_.clear();
+  Ask("UA2\r");
+  PassUntilSent(port_.sends + 1);
+  const Bytes reply = twin_->Answer(port_.last, now_.instant);
+  const std::string late(AsText(reply));
+  for (int i = 0; i < 5000 && ends_.empty(); ++i) Pass(1ms);
+  sink_.read.clear();
+  PassUntilSent(port_.sends + 1);
+  Say(late);
+  Pass(1ms);
+  EXPECT_THAT(sink_.read, IsEmpty());
+}
+
+TEST_F(UntaggedPort, TheLateReplyToAPollIsNoReplyToATelegram) {
+  Open();
+  Pass(2s);
+  answers_ = false;
+  PassUntilSent(port_.sends + 1);
+  const Bytes reply = twin_->Answer(port_.last, now_.instant);
+  const std::string late(AsText(reply));
+  const auto telegram = Ask("UA2\r");
+  for (int i = 0; i < 5000 && port_.last != ToBytes("UA2\r"); ++i) {
+    Pass(1ms);
+    if (i == 450) Say(late);
+  }
+  ASSERT_EQ(port_.last, ToBytes("UA2\r"));
+  EXPECT_THAT(telegram->reply, IsEmpty());
+}
+
 TEST_F(LocalPort, ATelegramOnALineThatGoesAwayIsAnswered) {
   Ask("?A1\r");
   EXPECT_THAT(ends_, ElementsAre(WriteEnd::not_sent)) << "the port is not open yet";

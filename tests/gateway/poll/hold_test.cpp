@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/times.h"
+
 namespace baudgate {
 namespace {
 
@@ -16,9 +18,9 @@ struct HoldRow {
 
 TEST(HoldTest, EndsAsTheTableSays) {
   const auto wind_up = [](Hold& hold) { hold.WindUp(); };
-  const auto pause = [](Hold& hold) { hold.Pause(); };
+  const auto pause = [](Hold& hold) { hold.Pause(kStart); };
   const auto both = [](Hold& hold) {
-    hold.Pause();
+    hold.Pause(kStart);
     hold.WindUp();
   };
   const auto go_on = [](Hold& hold) { EXPECT_TRUE(hold.GoOn()); };
