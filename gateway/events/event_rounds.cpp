@@ -92,11 +92,6 @@ void EventRounds::SetPutAside(std::vector<std::string> files) {
   pending_.disk.SetPutAside(std::move(files));
 }
 
-std::optional<SourceNames> EventRounds::TakeNumbers() {
-  const MutexLock lock(pending_.mutex);
-  return pending_.numbers.Take();
-}
-
 EventRounds::Round EventRounds::Take() {
   const Now now = options_.clocks();
   const MutexLock lock(pending_.mutex);
@@ -106,7 +101,6 @@ EventRounds::Round EventRounds::Take() {
           .batches = pending_.book.Due(),
           .records = pending_.records,
           .acks = pending_.acks.Take(),
-          .numbers = pending_.numbers.Take(),
           .ends_alarms = pending_.watched.TakeDue()};
 }
 
@@ -118,7 +112,9 @@ std::vector<Source> EventRounds::Done(Round& round, const Status& status, std::i
     watch_.End();
     pending_.book.TakeTold(round.batches);
     if (status) {
-      kept = pending_.book.Kept(round.batches.size());
+      for (const SourceName& name : pending_.book.Kept(round.batches.size())) {
+        if (const auto source = pending_.numbers.Find(name)) kept.push_back(*source);
+      }
       pending_.records.erase(
           pending_.records.begin(),
           pending_.records.begin() + static_cast<std::ptrdiff_t>(round.records.size()));

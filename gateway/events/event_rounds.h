@@ -7,7 +7,6 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -39,15 +38,12 @@ class EventRounds {
   bool OnOpened(const EventTable::Contents& contents);
   void SetPutAside(std::vector<std::string> files);
 
-  /// The names of the sources, if a reload has changed them since the last call of this or of Take.
-  std::optional<SourceNames> TakeNumbers();
   /// The content of one commit, and the requests that wait for it.
   struct Round {
     FileWatch::Look look{};
     std::vector<Batch> batches{};
     std::vector<KeptRecord> records{};
     std::vector<AckService::Ack> acks{};
-    std::optional<SourceNames> numbers{};  ///< of the sources of `batches`; see TakeNumbers
     bool ends_alarms = false;  ///< after this commit, alarms that nobody watches any more end
   };
   Round Take();

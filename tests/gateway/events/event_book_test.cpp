@@ -9,8 +9,16 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
+SourceName NameOf(Source source) { return {"bay", std::to_string(source)}; }
+
 Batch BatchOf(Source source, const std::string& said, std::size_t events, bool again = false) {
-  return {source, said, again, std::vector<EventRecord>(events)};
+  const auto [line, device] = NameOf(source);
+  return {.source = source,
+          .said = said,
+          .again = again,
+          .events = std::vector<EventRecord>(events),
+          .line = line,
+          .device = device};
 }
 
 std::vector<std::int64_t> Numbers(const std::vector<Batch>& batches) {
@@ -29,7 +37,7 @@ TEST(EventBook, GivesNumbersWithoutAGapInTheOrderOfComing) {
   EXPECT_THAT(Numbers(book.Due()), ElementsAre(1, 2, 3));
   EXPECT_THAT(Numbers(book.Due()), ElementsAre(1, 2, 3)) << "the same until they are kept";
   EXPECT_EQ(book.newest(), 0);
-  EXPECT_THAT(book.Kept(2), ElementsAre(1, 0));
+  EXPECT_THAT(book.Kept(2), ElementsAre(NameOf(1), NameOf(0)));
   EXPECT_EQ(book.newest(), 3);
   book.Add(BatchOf(1, "c", 1));
   EXPECT_THAT(Numbers(book.Due()), ElementsAre(4));
@@ -48,12 +56,13 @@ TEST(EventBook, GoesOnBehindWhatTheFileHolds) {
 
 TEST(EventBook, KnowsWhatComesOnceMore) {
   EventBook book;
-  book.OnOpened(7, {{0, "a"}, {1, "x"}});
+  book.OnOpened(7, {{NameOf(0), "a"}, {NameOf(1), "x"}});
   book.Add(BatchOf(0, "a", 2, true));  // of before the restart
   book.Add(BatchOf(1, "y", 1, true));  // that was not kept then
   book.Add(BatchOf(2, "a", 1, true));  // another device's
   EXPECT_THAT(Numbers(book.Due()), ElementsAre(8, 9));
-  EXPECT_THAT(book.Kept(3), ElementsAre(0, 1, 2)) << "all may be asked for more";
+  EXPECT_THAT(book.Kept(3), ElementsAre(NameOf(0), NameOf(1), NameOf(2)))
+      << "all may be asked for more";
   EXPECT_EQ(book.repeats(), 2U);
   book.Add(BatchOf(0, "a", 1));
   EXPECT_THAT(Numbers(book.Due()), ElementsAre(10)) << "not asked again: it has happened again";
@@ -72,7 +81,7 @@ TEST(EventBook, TakesMoreWhileSomeAreWritten) {
   book.Add(BatchOf(0, "a", 1));
   const std::size_t written = book.Due().size();
   book.Add(BatchOf(1, "b", 1));
-  EXPECT_THAT(book.Kept(written), ElementsAre(0));
+  EXPECT_THAT(book.Kept(written), ElementsAre(NameOf(0)));
   EXPECT_EQ(book.waiting(), 1U);
   EXPECT_THAT(Numbers(book.Due()), ElementsAre(2));
 }
@@ -87,7 +96,7 @@ TEST(EventBook, TakesTheGatewaysOwnAmongTheOthers) {
   EXPECT_THAT(Numbers(book.Due()), ElementsAre(1, 2, 3, 4));
   EXPECT_EQ(book.waiting(), 2U) << "of devices";
   EXPECT_EQ(book.waiting_own(), 2U);
-  EXPECT_THAT(book.Kept(4), ElementsAre(1, 2));
+  EXPECT_THAT(book.Kept(4), ElementsAre(NameOf(1), NameOf(2)));
   EXPECT_TRUE(book.empty());
   EXPECT_EQ(book.newest(), 4);
 }
@@ -127,9 +136,11 @@ TEST(EventBook, FollowsAlarmsAsTheyAreKept) {
   kept.name = "0:1";
   kept.state = AlarmState::active;
   kept.seq = 2;
-  book.Add({1, "a", true, {AlarmEvent(Step::clear)}});  // came before the restart, and is kept
+  Batch before = BatchOf(1, "a", 0, true);  // came before the restart, and is kept
+  before.events = {AlarmEvent(Step::clear)};
+  book.Add(before);
   book.TellAlways(AlarmEvent(Step::raise, true));
-  book.OnOpened(4, {{1, "a"}}, {kept});
+  book.OnOpened(4, {{NameOf(1), "a"}}, {kept});
   EXPECT_THAT(Numbers(book.Due()), IsEmpty()) << "nothing of it is new";
   book.Kept(2);
   book.TellAlways(AlarmEvent(Step::acknowledge));
