@@ -83,7 +83,7 @@ bool EventBook::Counts(EventRecord& event) {
   return true;
 }
 
-std::vector<Batch> EventBook::Due() {
+std::vector<Batch> EventBook::Prepare() {
   after_ = {.last = last_, .said = said_, .repeats = repeats_};
   std::vector<Batch> due(waiting_.begin(), waiting_.end());
   for (Batch& batch : due) {
@@ -104,7 +104,7 @@ std::vector<Batch> EventBook::Due() {
 
 std::vector<Batch> EventBook::Ahead() {
   After being_written = std::exchange(after_, {});
-  std::vector<Batch> batches = Due();
+  std::vector<Batch> batches = Prepare();
   after_ = std::move(being_written);
   return batches;
 }

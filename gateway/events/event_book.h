@@ -3,7 +3,7 @@
 // no lock, no disk: gateway/events/event_log.h has them.
 //
 //   Add({source 3, "12.345 0E1", again, {r}})
-//   Due() → {source 3, {r, seq 1}}   to be inserted; without events if the last batch that was
+//   Prepare() → {source 3, {r, seq 1}}   to be inserted; without events if the last batch that was
 //                                        kept of this source said the same
 //   Kept()    → {"bay-1", "feeder-2"}    it may be asked for more
 //
@@ -62,7 +62,7 @@ class EventBook {
   void Tell(EventRecord record, Instant now);
   /// The same, and never left out.
   void TellAlways(EventRecord record);
-  /// The same, in front of all that waits. Not between Due and Kept.
+  /// The same, in front of all that waits. Not between Prepare and Kept.
   void TellFirst(EventRecord record);
   /// Adds what was left out and may be told by now.
   void TellLeftOut(Now now, bool all = false);
@@ -74,12 +74,12 @@ class EventBook {
 
   /// Gives what waits its numbers and the new states of alarms, and returns it in the order of Add.
   /// The same again until it is kept. After OnOpened.
-  std::vector<Batch> Due();
-  /// The same, while what Due returned last is still being written.
+  std::vector<Batch> Prepare();
+  /// The same, while what Prepare returned last is still being written.
   std::vector<Batch> Ahead();
   /// Marks those of the first batches that wait whose alarms were reported meanwhile.
   void TakeTold(std::vector<Batch>& batches) const;
-  /// The `batches` that Due returned last are on the disk. Returns their sources, in their
+  /// The `batches` that Prepare returned last are on the disk. Returns their sources, in their
   /// order, without kGateway.
   std::vector<SourceName> Kept(std::size_t batches);
 
@@ -97,7 +97,7 @@ class EventBook {
   std::uint64_t repeats() const { return repeats_; }  ///< events that came once more
   /// Alarms on the disk that are active or unacknowledged.
   const std::map<AlarmKey, Alarm>& alarms() const { return alarms_; }
-  /// As they will be when all that Due or Ahead returned last is kept.
+  /// As they will be when all that Prepare or Ahead returned last is kept.
   std::map<AlarmKey, Alarm> Expected() const;
   /// `expected`: as they will be, else as they are on the disk.
   std::vector<Alarm> Alarms(bool expected) const;

@@ -98,7 +98,7 @@ EventRounds::Round EventRounds::Take() {
   if (auto start = pending_.run.TakeStart()) pending_.book.TellFirst(std::move(*start));
   if (pending_.disk.is_fine()) pending_.book.TellLeftOut(now);
   return {.look = watch_.TakeLook(),
-          .batches = pending_.book.Due(),
+          .batches = pending_.book.Prepare(),
           .records = pending_.records,
           .acks = pending_.acks.Take(),
           .ends_alarms = pending_.watched.TakeDue()};
@@ -133,7 +133,7 @@ std::vector<Source> EventRounds::Done(Round& round, const Status& status, std::i
 
 std::vector<Batch> EventRounds::Unsaved() {
   const MutexLock lock(pending_.mutex);
-  std::vector<Batch> batches = pending_.book.Due();
+  std::vector<Batch> batches = pending_.book.Prepare();
   pending_.book.OnTold(batches.size());
   return batches;
 }

@@ -1,5 +1,6 @@
 // The rounds of the thread that writes events: when a round is due, what it takes, and what follows
-// from its end. Only that thread calls this, except for Watch, Look and Doubt.
+// from its end. Only that thread calls this, except for Watch, Look and Doubt, and for LeftBehind,
+// which is called after its end.
 //
 //   Begin → OnOpened, if the file was closed → Take → (to the disk) → Done
 //
@@ -54,7 +55,7 @@ class EventRounds {
   std::vector<Batch> Unsaved();
   /// There is more to write, and the disk works.
   bool goes_on() const;
-  /// After the last round: one line for each kind of events that are not on the disk.
+  /// When the thread has ended: one line for each kind of events that are not on the disk.
   std::vector<std::string> LeftBehind() const;
 
  private:

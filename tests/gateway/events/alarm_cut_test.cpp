@@ -66,7 +66,7 @@ class Life {
       if (!opened->ok) return;
       book_.OnOpened(opened->contents.last, opened->contents.said, opened->contents.alarms);
     }
-    const auto due = book_.Due();
+    const auto due = book_.Prepare();
     if (file_.Write(due)) book_.Kept(due.size());
   }
 

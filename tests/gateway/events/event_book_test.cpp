@@ -34,24 +34,24 @@ TEST(EventBook, GivesNumbersWithoutAGapInTheOrderOfComing) {
   book.OnOpened(0, {});
   book.Add(BatchOf(1, "a", 2));
   book.Add(BatchOf(0, "b", 1));
-  EXPECT_THAT(Numbers(book.Due()), ElementsAre(1, 2, 3));
-  EXPECT_THAT(Numbers(book.Due()), ElementsAre(1, 2, 3)) << "the same until they are kept";
+  EXPECT_THAT(Numbers(book.Prepare()), ElementsAre(1, 2, 3));
+  EXPECT_THAT(Numbers(book.Prepare()), ElementsAre(1, 2, 3)) << "the same until they are kept";
   EXPECT_EQ(book.newest(), 0);
   EXPECT_THAT(book.Kept(2), ElementsAre(NameOf(1), NameOf(0)));
   EXPECT_EQ(book.newest(), 3);
   book.Add(BatchOf(1, "c", 1));
-  EXPECT_THAT(Numbers(book.Due()), ElementsAre(4));
+  EXPECT_THAT(Numbers(book.Prepare()), ElementsAre(4));
 }
 
 TEST(EventBook, GoesOnBehindWhatTheFileHolds) {
   EventBook book;
   book.Add(BatchOf(0, "a", 1));
   book.OnOpened(41, {});
-  EXPECT_THAT(Numbers(book.Due()), ElementsAre(42));
+  EXPECT_THAT(Numbers(book.Prepare()), ElementsAre(42));
   book.Kept(1);
   book.OnOpened(0, {});
   book.Add(BatchOf(0, "b", 1));
-  EXPECT_THAT(Numbers(book.Due()), ElementsAre(43)) << "in a new file no number comes twice";
+  EXPECT_THAT(Numbers(book.Prepare()), ElementsAre(43)) << "in a new file no number comes twice";
 }
 
 TEST(EventBook, KnowsWhatComesOnceMore) {
@@ -60,16 +60,16 @@ TEST(EventBook, KnowsWhatComesOnceMore) {
   book.Add(BatchOf(0, "a", 2, true));  // of before the restart
   book.Add(BatchOf(1, "y", 1, true));  // that was not kept then
   book.Add(BatchOf(2, "a", 1, true));  // another device's
-  EXPECT_THAT(Numbers(book.Due()), ElementsAre(8, 9));
+  EXPECT_THAT(Numbers(book.Prepare()), ElementsAre(8, 9));
   EXPECT_THAT(book.Kept(3), ElementsAre(NameOf(0), NameOf(1), NameOf(2)))
       << "all may be asked for more";
   EXPECT_EQ(book.repeats(), 2U);
   book.Add(BatchOf(0, "a", 1));
-  EXPECT_THAT(Numbers(book.Due()), ElementsAre(10)) << "not asked again: it has happened again";
+  EXPECT_THAT(Numbers(book.Prepare()), ElementsAre(10)) << "not asked again: it has happened again";
   book.Kept(1);
   book.Add(BatchOf(0, "b", 1));
   book.Add(BatchOf(0, "b", 1, true));
-  EXPECT_THAT(Numbers(book.Due()), ElementsAre(11)) << "behind one that waits";
+  EXPECT_THAT(Numbers(book.Prepare()), ElementsAre(11)) << "behind one that waits";
   book.Kept(2);
   EXPECT_EQ(book.newest(), 11);
   EXPECT_EQ(book.repeats(), 3U);
@@ -79,11 +79,11 @@ TEST(EventBook, TakesMoreWhileSomeAreWritten) {
   EventBook book;
   book.OnOpened(0, {});
   book.Add(BatchOf(0, "a", 1));
-  const std::size_t written = book.Due().size();
+  const std::size_t written = book.Prepare().size();
   book.Add(BatchOf(1, "b", 1));
   EXPECT_THAT(book.Kept(written), ElementsAre(NameOf(0)));
   EXPECT_EQ(book.waiting(), 1U);
-  EXPECT_THAT(Numbers(book.Due()), ElementsAre(2));
+  EXPECT_THAT(Numbers(book.Prepare()), ElementsAre(2));
 }
 
 TEST(EventBook, TakesTheGatewaysOwnAmongTheOthers) {
@@ -93,7 +93,7 @@ TEST(EventBook, TakesTheGatewaysOwnAmongTheOthers) {
   book.Tell({}, Instant());
   book.Add(BatchOf(2, "a", 1));
   book.TellFirst({});
-  EXPECT_THAT(Numbers(book.Due()), ElementsAre(1, 2, 3, 4));
+  EXPECT_THAT(Numbers(book.Prepare()), ElementsAre(1, 2, 3, 4));
   EXPECT_EQ(book.waiting(), 2U) << "of devices";
   EXPECT_EQ(book.waiting_own(), 2U);
   EXPECT_THAT(book.Kept(4), ElementsAre(NameOf(1), NameOf(2)));
@@ -111,7 +111,7 @@ TEST(EventBook, HasRoomForSoManyOfItsOwn) {
   }
   EXPECT_EQ(book.waiting_own(), EventBook::kMostOwn);
   EXPECT_EQ(book.left_out(), 5U);
-  book.Kept(book.Due().size());
+  book.Kept(book.Prepare().size());
   EXPECT_TRUE(book.LeftOutAt().has_value());
   book.TellLeftOut({});
   EXPECT_EQ(book.waiting_own(), 5U);
@@ -141,13 +141,13 @@ TEST(EventBook, FollowsAlarmsAsTheyAreKept) {
   book.Add(before);
   book.TellAlways(AlarmEvent(Step::raise, true));
   book.OnOpened(4, {{NameOf(1), "a"}}, {kept});
-  EXPECT_THAT(Numbers(book.Due()), IsEmpty()) << "nothing of it is new";
+  EXPECT_THAT(Numbers(book.Prepare()), IsEmpty()) << "nothing of it is new";
   book.Kept(2);
   book.TellAlways(AlarmEvent(Step::acknowledge));
   book.TellAlways(AlarmEvent(Step::acknowledge));
   book.TellAlways(AlarmEvent(Step::clear));
-  book.Due();
-  const auto due = book.Due();
+  book.Prepare();
+  const auto due = book.Prepare();
   EXPECT_THAT(Numbers(due), ElementsAre(5, 6)) << "acknowledged once; the same again";
   EXPECT_EQ(due[0].events[0].alarm->state, AlarmState::acknowledged);
   EXPECT_EQ(due[2].events[0].alarm->state, AlarmState::normal);

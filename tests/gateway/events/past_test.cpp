@@ -49,7 +49,7 @@ class Gateway {
                .past = std::move(records),
                .line = line,
                .device = device});
-    const auto due = book_.Due();
+    const auto due = book_.Prepare();
     if (!file_.Write(due)) return false;
     book_.Kept(due.size());
     return true;

@@ -67,7 +67,7 @@ bool EventKeeper::Open() {
 
 bool EventKeeper::Write() {
   if (!Open()) return false;
-  const auto due = book_->Due();
+  const auto due = book_->Prepare();
   const auto cursors = feed_ ? feed_->cursors().Due() : std::nullopt;
   if (!file_->Write(due, cursors ? &*cursors : nullptr)) return false;
   for (const events::Batch& batch : due) {
