@@ -149,8 +149,13 @@ void EventPath::OnReported(ReportedEvents reported) {
   const Place& place = places_[reported.device];
   auto records = events::RecordsOf(reported.batch, place.line->name, *place.device,
                                    reported.received.wall, reported.oldest);
-  queue().Add({reported.device, std::move(reported.batch.said), reported.batch.again,
-               std::move(records), std::move(reported.batch.past)});
+  queue().Add({.source = reported.device,
+               .said = std::move(reported.batch.said),
+               .again = reported.batch.again,
+               .events = std::move(records),
+               .past = std::move(reported.batch.past),
+               .line = place.line->name,
+               .device = place.device->name});
 }
 
 void EventPath::OnNews(const config::Line& line, const News& news, Now at) {

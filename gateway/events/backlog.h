@@ -15,14 +15,9 @@
 #include <set>
 #include <vector>
 
-#include "gateway/events/event_book.h"
+#include "gateway/events/event_record.h"
 
 namespace baudgate::events {
-
-struct FedEvent {
-  Source source = kGateway;  ///< also if the device is no longer configured
-  EventRecord record{};
-};
 
 class Backlog {
  public:
@@ -30,13 +25,13 @@ class Backlog {
   static constexpr std::size_t kMostPages = 8;
 
   /// nullopt: it is requested now. An empty list: the file has no event after `after` either.
-  std::optional<std::vector<FedEvent>> Take(std::int64_t after, std::size_t most);
+  std::optional<std::vector<EventRecord>> Take(std::int64_t after, std::size_t most);
   std::optional<std::int64_t> wanted() const;
-  void Supply(std::int64_t after, std::vector<FedEvent> events);
+  void Supply(std::int64_t after, std::vector<EventRecord> events);
 
  private:
   std::set<std::int64_t> wanted_;
-  std::map<std::int64_t, std::vector<FedEvent>> pages_;  // by the number before them
+  std::map<std::int64_t, std::vector<EventRecord>> pages_;  // by the number before them
 };
 
 }  // namespace baudgate::events

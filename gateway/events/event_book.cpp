@@ -39,21 +39,20 @@ void EventBook::TellLeftOut(Now now, bool all) {
   for (EventRecord& record : shares_.TakeLeftOut(now, all)) TellAlways(std::move(record));
 }
 
-void EventBook::OnOpened(std::int64_t last, const std::map<Source, std::string>& said,
-                         const std::vector<Alarm>& alarms) {
+void EventBook::OnOpened(std::int64_t last, const Said& said, const std::vector<Alarm>& alarms) {
   last_ = std::max(last_, last);
   said_.insert(said.begin(), said.end());
   if (std::exchange(opened_, true)) return;
   for (const Alarm& alarm : alarms) alarms_.emplace(alarm.key(), alarm);
 }
 
-std::string EventBook::said(Source source) const {
+std::string EventBook::said(const SourceName& source) const {
   const auto found = said_.find(source);
   return found == said_.end() ? std::string() : found->second;
 }
 
-bool EventBook::IsRepeat(const Batch& batch, const std::map<Source, std::string>& said) const {
-  const auto found = said.find(batch.source);
+bool EventBook::IsRepeat(const Batch& batch, const Said& said) const {
+  const auto found = said.find(batch.name());
   return batch.again && found != said.end() && found->second == batch.said;
 }
 
@@ -84,7 +83,7 @@ bool EventBook::Counts(EventRecord& event) {
   return true;
 }
 
-std::vector<Batch> EventBook::Due() {
+std::vector<Batch> EventBook::Prepare() {
   after_ = {.last = last_, .said = said_, .repeats = repeats_};
   std::vector<Batch> due(waiting_.begin(), waiting_.end());
   for (Batch& batch : due) {
@@ -97,7 +96,7 @@ std::vector<Batch> EventBook::Due() {
     for (EventRecord& event : events) {
       if (Counts(event)) batch.events.push_back(std::move(event));
     }
-    if (batch.source != kGateway) after_.said[batch.source] = batch.said;
+    if (batch.source != kGateway) after_.said[batch.name()] = batch.said;
   }
   expected_ = after_.alarms;
   return due;
@@ -105,7 +104,7 @@ std::vector<Batch> EventBook::Due() {
 
 std::vector<Batch> EventBook::Ahead() {
   After being_written = std::exchange(after_, {});
-  std::vector<Batch> batches = Due();
+  std::vector<Batch> batches = Prepare();
   after_ = std::move(being_written);
   return batches;
 }
@@ -135,27 +134,15 @@ void EventBook::OnTold(std::size_t batches) {
   for (std::size_t i = 0; i < std::min(batches, waiting_.size()); ++i) waiting_[i].told = true;
 }
 
-void EventBook::Move(const std::map<Source, Source>& moved) {
-  for (const auto& [was, now] : moved) {
-    for (auto* said : {&said_, &after_.said}) {
-      const auto found = said->find(was);
-      if (found != said->end()) (*said)[now] = found->second;
-    }
-    for (Batch& batch : waiting_) {
-      if (batch.source == was) batch.source = now;
-    }
-  }
-}
-
-std::vector<Source> EventBook::Kept(std::size_t batches) {
-  std::vector<Source> sources;
+std::vector<SourceName> EventBook::Kept(std::size_t batches) {
+  std::vector<SourceName> sources;
   for (; batches > 0; --batches) {
     const Batch& batch = waiting_.front();
     if (batch.source == kGateway) {
       --own_;
       for (const EventRecord& event : batch.events) shares_.OnKept(event);
     } else {
-      sources.push_back(batch.source);
+      sources.push_back(batch.name());
     }
     waiting_.pop_front();
   }

@@ -3,9 +3,9 @@
 // no lock, no disk: gateway/events/event_log.h has them.
 //
 //   Add({source 3, "12.345 0E1", again, {r}})
-//   Due()   → {source 3, {r, seq 1}}     to be inserted; without events where the last batch of
-//                                        source 3 that was kept said the same
-//   Kept()  → {3}                        it may be asked for more
+//   Prepare() → {source 3, {r, seq 1}}   to be inserted; without events if the last batch that was
+//                                        kept of this source said the same
+//   Kept()    → {"bay-1", "feeder-2"}    it may be asked for more
 //
 // Bounded: a source is not asked again before its batch is kept, so at most one of each waits. The
 // gateway's own events have no source that could be made to wait: they are limited by their shares
@@ -22,6 +22,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "gateway/events/event_record.h"
@@ -32,16 +33,23 @@ namespace baudgate::events {
 using Source = std::uint32_t;  ///< a device, as in the point store
 inline constexpr Source kGateway = ~Source{0};
 
+/// Line and device. A reload gives a source another number, so what is remembered of it, here and
+/// in the file, goes by its name.
+using SourceName = std::pair<std::string, std::string>;
+/// What each source has said last.
+using Said = std::map<SourceName, std::string>;
+
 struct Batch {
-  Source source = 0;
+  Source source = 0;   ///< at the time of Add; a reload may have changed it since
   std::string said{};  ///< see EventBatch
   bool again = false;
   std::vector<EventRecord> events{};
   std::vector<PastRecord> past{};
   bool told = false;  ///< its alarms were reported already, although it is not on the disk yet
-  // The names of the source when the batch was added: a reload may have ended its line since.
   std::string line{};
   std::string device{};
+
+  SourceName name() const { return {line, device}; }
 };
 
 class EventBook {
@@ -54,7 +62,7 @@ class EventBook {
   void Tell(EventRecord record, Instant now);
   /// The same, and never left out.
   void TellAlways(EventRecord record);
-  /// The same, in front of all that waits. Not between Due and Kept.
+  /// The same, in front of all that waits. Not between Prepare and Kept.
   void TellFirst(EventRecord record);
   /// Adds what was left out and may be told by now.
   void TellLeftOut(Now now, bool all = false);
@@ -62,30 +70,26 @@ class EventBook {
 
   /// What the file holds: its last number, what each source said last, and the alarms. What the
   /// book knows itself takes precedence: the file may be a new one.
-  void OnOpened(std::int64_t last, const std::map<Source, std::string>& said,
-                const std::vector<Alarm>& alarms = {});
+  void OnOpened(std::int64_t last, const Said& said, const std::vector<Alarm>& alarms = {});
 
-  /// What waits, in the order of Add, with its numbers and the new states of alarms. After
-  /// OnOpened.
-  std::vector<Batch> Due();
-  /// The same, while what Due returned last is still being written.
+  /// Gives what waits its numbers and the new states of alarms, and returns it in the order of Add.
+  /// The same again until it is kept. After OnOpened.
+  std::vector<Batch> Prepare();
+  /// The same, while what Prepare returned last is still being written.
   std::vector<Batch> Ahead();
   /// Marks those of the first batches that wait whose alarms were reported meanwhile.
   void TakeTold(std::vector<Batch>& batches) const;
-  /// The `batches` that Due returned last are on the disk. Returns their sources, in their order,
-  /// without kGateway.
-  std::vector<Source> Kept(std::size_t batches);
+  /// The `batches` that Prepare returned last are on the disk. Returns their sources, in their
+  /// order, without kGateway.
+  std::vector<SourceName> Kept(std::size_t batches);
 
   /// The alarms of the first `batches` that wait were reported.
   void OnTold(std::size_t batches);
 
-  /// Sources have new numbers, by their old ones: for what waits and for what they said last.
-  void Move(const std::map<Source, Source>& moved);
-
   bool opened() const { return opened_; }
   bool empty() const { return waiting_.empty(); }
   /// `said` of the last batch of the source that is kept; empty: none is.
-  std::string said(Source source) const;
+  std::string said(const SourceName& source) const;
   std::size_t waiting() const { return waiting_.size() - own_; }  ///< of devices
   std::size_t waiting_own() const { return own_; }
   std::uint64_t left_out() const { return shares_.left_out(); }
@@ -93,19 +97,19 @@ class EventBook {
   std::uint64_t repeats() const { return repeats_; }  ///< events that came once more
   /// Alarms on the disk that are active or unacknowledged.
   const std::map<AlarmKey, Alarm>& alarms() const { return alarms_; }
-  /// As they will be when all that Due or Ahead returned last is kept.
+  /// As they will be when all that Prepare or Ahead returned last is kept.
   std::map<AlarmKey, Alarm> Expected() const;
   /// `expected`: as they will be, else as they are on the disk.
   std::vector<Alarm> Alarms(bool expected) const;
   static constexpr std::size_t kMostAlarms = 10'000;
 
  private:
-  bool IsRepeat(const Batch& batch, const std::map<Source, std::string>& said) const;
+  bool IsRepeat(const Batch& batch, const Said& said) const;
 
   /// What Kept makes true.
   struct After {
     std::int64_t last = 0;
-    std::map<Source, std::string> said{};
+    Said said{};
     std::uint64_t repeats = 0;
     std::map<AlarmKey, Alarm> alarms{};  // that have changed
   };
@@ -115,7 +119,7 @@ class EventBook {
   std::deque<Batch> waiting_;
   std::size_t own_ = 0;  // of them
   Shares shares_;
-  std::map<Source, std::string> said_;  // last, and kept
+  Said said_;  // kept
   std::int64_t last_ = 0;
   std::uint64_t repeats_ = 0;
   std::map<AlarmKey, Alarm> alarms_;

@@ -2,7 +2,8 @@
 // them (gateway/modbus/service), DDS takes them in order (gateway/dds). Filled by the writing
 // thread of gateway/events/event_log.h after each commit, never before. A consumer that takes all
 // of them has a cursor; events that are no longer in memory it gets from the file, by way of that
-// thread. A consumer that only looks misses these, and can count them by their numbers.
+// thread. A consumer that only looks misses these, and can count them by their numbers. Events have
+// the names of their devices; the number of a device is looked up when it is asked for.
 //
 //   number  1 … 60   61 … 80          81 … 90
 //           old      only the device  whole
@@ -23,15 +24,21 @@
 #include "gateway/events/alarm_board.h"
 #include "gateway/events/backlog.h"
 #include "gateway/events/cursors.h"
-#include "gateway/events/event_book.h"
 #include "gateway/events/event_record.h"
+#include "gateway/events/source_numbers.h"
 
 namespace baudgate::events {
+
+/// An event with the number that its device has when the event is taken.
+struct FedEvent {
+  Source source = kGateway;  ///< also if the device is no longer configured
+  EventRecord record{};
+};
 
 /// The device of an event that is no longer shown.
 struct GoneEvent {
   std::int64_t seq = 0;
-  Source source = kGateway;
+  std::string device{};
 };
 
 struct FeedLimits {
@@ -42,10 +49,10 @@ struct FeedLimits {
 /// What a file holds when it is opened; both by their numbers.
 struct FeedImage {
   std::int64_t newest = 0;
-  std::vector<FedEvent> events{};
+  std::vector<EventRecord> events{};
   std::vector<Alarm> alarms{};
   std::vector<GoneEvent> gone{};
-  std::map<Source, std::int64_t> older{};  ///< the newest of each device before these
+  std::map<std::string, std::int64_t> older{};  ///< the newest of each device before these
 };
 
 class EventFeed {
@@ -57,11 +64,11 @@ class EventFeed {
   /// Does nothing if there are events already: the file was opened again.
   void Begin(FeedImage image);
   /// These events are on the disk, in order of their numbers.
-  void Add(const std::vector<FedEvent>& events);
+  void Add(std::vector<EventRecord> events);
+  /// The sources have these numbers from now on. Before the first call no device has one.
+  void Renumber(const SourceNames& sources);
   using Listener = std::uint64_t;
-  /// Sources have new numbers, by their old ones.
-  void Move(const std::map<Source, Source>& moved);
-  /// `wake` is called after each of these, on the writing thread; it returns at once.
+  /// `wake` is called after Begin, Add and Supply, on the writing thread; it returns at once.
   Listener Listen(std::function<void()> wake);
   /// When this returns, it is not called any more.
   void Leave(Listener listener);
@@ -95,13 +102,18 @@ class EventFeed {
   CursorBook& cursors() { return cursors_; }
   /// The number after which events are to be read; empty: none are.
   std::optional<std::int64_t> wanted() const;
-  void Supply(std::int64_t after, std::vector<FedEvent> events);
+  void Supply(std::int64_t after, std::vector<EventRecord> events);
 
  private:
+  struct Gone {
+    std::int64_t seq = 0;
+    const std::string* device = nullptr;  // in gone_devices_
+  };
+  void Forget(std::int64_t seq, const std::string& device) BAUDGATE_REQUIRES(mutex_);
   void Drop() BAUDGATE_REQUIRES(mutex_);
   std::int64_t Whole(std::uint32_t number) const BAUDGATE_REQUIRES(mutex_);
-  std::uint64_t Lost(std::optional<Source> source, std::int64_t first) const
-      BAUDGATE_REQUIRES(mutex_);
+  std::uint64_t Lost(const std::string* device, std::int64_t first) const BAUDGATE_REQUIRES(mutex_);
+  FedEvent Numbered(EventRecord record) const BAUDGATE_REQUIRES(mutex_);
   bool HasLeft(std::int64_t after) const BAUDGATE_REQUIRES(mutex_);
   void Wake() const;
   void Ask(bool now) const;
@@ -110,9 +122,12 @@ class EventFeed {
   const FeedLimits limits_;
   mutable Mutex mutex_;
   std::int64_t newest_ BAUDGATE_GUARDED_BY(mutex_) = 0;
-  std::deque<FedEvent> events_ BAUDGATE_GUARDED_BY(mutex_);
-  std::deque<GoneEvent> gone_ BAUDGATE_GUARDED_BY(mutex_);
-  std::map<Source, std::int64_t> older_ BAUDGATE_GUARDED_BY(mutex_);
+  std::deque<EventRecord> events_ BAUDGATE_GUARDED_BY(mutex_);
+  std::deque<Gone> gone_ BAUDGATE_GUARDED_BY(mutex_);
+  std::set<std::string> gone_devices_ BAUDGATE_GUARDED_BY(mutex_);
+  std::map<std::string, std::int64_t> older_ BAUDGATE_GUARDED_BY(mutex_);
+  std::map<Source, std::string> devices_ BAUDGATE_GUARDED_BY(mutex_);
+  std::map<std::string, Source> numbers_ BAUDGATE_GUARDED_BY(mutex_);  // the same, by name
   Backlog backlog_ BAUDGATE_GUARDED_BY(mutex_);
   AlarmBoard alarms_;
   CursorBook cursors_;

@@ -5,15 +5,15 @@
 
 namespace baudgate::events {
 
-EventFile::EventFile(std::filesystem::path path, const SourceNames& names, std::string vfs,
+EventFile::EventFile(std::filesystem::path path, std::string vfs,
                      std::shared_ptr<EventsWriter> writer)
-    : names_(names), connection_(std::move(path), std::move(vfs), std::move(writer)) {}
+    : connection_(std::move(path), std::move(vfs), std::move(writer)) {}
 
 std::optional<EventFile::Opened> EventFile::Open() {
   if (table_) return std::nullopt;
   Opened opened{connection_.Open(), {}};
   if (!opened.ok) return opened;
-  table_.emplace(connection_.database(), names_);
+  table_.emplace(connection_.database());
   opened.contents = table_->Read();
   opened.ok = opened.contents.ok;
   if (opened.ok) {
@@ -41,7 +41,7 @@ Status EventFile::Check() {
   return status;
 }
 
-Result<std::vector<FedEvent>> EventFile::ReadBehind(std::int64_t after) {
+Result<std::vector<EventRecord>> EventFile::ReadBehind(std::int64_t after) {
   auto events = table_->ReadBehind(after);
   if (!events) events = connection_.Failed();
   if (!connection_.is_open()) table_.reset();

@@ -16,9 +16,9 @@ namespace baudgate::events {
 
 class EventFile {
  public:
-  /// As EventsConnection; `names` outlives it.
-  EventFile(std::filesystem::path path, const SourceNames& names, std::string vfs = {},
-            std::shared_ptr<EventsWriter> writer = {});
+  /// As EventsConnection.
+  explicit EventFile(std::filesystem::path path, std::string vfs = {},
+                     std::shared_ptr<EventsWriter> writer = {});
 
   struct Opened : EventsConnection::Opened {
     EventTable::Contents contents{};
@@ -33,7 +33,7 @@ class EventFile {
   /// See PutAsideOf.
   std::vector<std::string> PutAside() const { return PutAsideOf(connection_.path()); }
   /// Open.
-  Result<std::vector<FedEvent>> ReadBehind(std::int64_t after);
+  Result<std::vector<EventRecord>> ReadBehind(std::int64_t after);
   std::int64_t oldest() const { return table_ ? table_->oldest() : 0; }
 
   /// Whether it was opened again: the file may be a new one, without alarms.
@@ -44,7 +44,6 @@ class EventFile {
   const std::filesystem::path& path() const { return connection_.path(); }
 
  private:
-  const SourceNames& names_;
   EventsConnection connection_;
   std::optional<EventTable> table_;
   bool was_open_ = false;

@@ -12,9 +12,9 @@ EventLog::EventLog(Options options)
       pending_(options_, [this] { worker_.Wake(); }),
       queue_(options_, pending_),
       rounds_(options_, pending_),
-      sources_(options_.sources),
-      file_(options_.file, sources_, options_.vfs, writer_),
+      file_(options_.file, options_.vfs, writer_),
       worker_(writer_->thread, [this](bool last) { return Round(last); }) {
+  if (options_.feed) options_.feed->Renumber(options_.sources);
   if (options_.feed) options_.feed->ServeWith([this](bool now) { rounds_.Look(now); });
   worker_.Start();
 }
@@ -65,7 +65,6 @@ Instant EventLog::Round(bool last) {
 }
 
 void EventLog::WriteDue() {
-  if (auto numbers = rounds_.TakeNumbers()) sources_ = std::move(*numbers);
   Status status = Open();
   if (status && file_.lacks_alarms()) status = file_.WriteAlarms(queue_.Alarms());
   EventRounds::Round round;
@@ -82,7 +81,6 @@ void EventLog::WriteDue() {
 Status EventLog::Write(EventRounds::Round& round) {
   const auto cursors = options_.feed ? options_.feed->cursors().Due() : std::nullopt;
   round = rounds_.Take();
-  if (round.numbers) sources_ = std::move(*round.numbers);
   if (options_.in_memory) return {};
   if (round.look.whole) {
     if (Status status = file_.Check(); !status) return status;
@@ -130,7 +128,7 @@ Status EventLog::Open() {
 void EventLog::ReadBacklog() {
   const auto after = options_.feed ? options_.feed->wanted() : std::nullopt;
   if (!after) return;
-  auto events = options_.in_memory ? Result<std::vector<FedEvent>>(std::vector<FedEvent>())
+  auto events = options_.in_memory ? Result<std::vector<EventRecord>>(std::vector<EventRecord>())
                                    : file_.ReadBehind(*after);
   if (!events) return rounds_.Look(false);
   options_.feed->Supply(*after, std::move(*events));
@@ -149,18 +147,16 @@ void EventLog::TellOwed(const std::vector<Batch>& batches) const {
   if (options_.owed && !owed.empty()) options_.owed(owed);
 }
 
-/// An event of the gateway about a device is shown as an event of that device.
 void EventLog::Feed(const std::vector<Batch>& batches) {
   if (!options_.feed) return;
-  std::vector<FedEvent> fed;
+  std::vector<EventRecord> fed;
   for (const Batch& batch : batches) {
     for (const EventRecord& event : batch.events) {
-      const bool own = batch.source == kGateway;
-      fed.push_back({own ? SourceOf(sources_, event.device) : batch.source, event});
-      fed.back().record.kept.reset();  // outputs have no use for it
+      fed.push_back(event);
+      fed.back().kept.reset();  // outputs have no use for it
     }
   }
-  options_.feed->Add(fed);
+  options_.feed->Add(std::move(fed));
 }
 
 }  // namespace baudgate::events

@@ -61,8 +61,7 @@ class EventLog final : public EventSource {
   PendingEvents pending_;
   EventQueue queue_;
   EventRounds rounds_;
-  SourceNames sources_;  // of the writing thread
-  EventFile file_;       // of the writing thread
+  EventFile file_;  // of the writing thread
   Worker worker_;
 };
 

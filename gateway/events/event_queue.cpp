@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/events/event_queue.h"
 
-#include <map>
-#include <tuple>
 #include <utility>
 
 namespace baudgate::events {
@@ -10,9 +8,6 @@ namespace baudgate::events {
 void EventQueue::Add(Batch batch) {
   {
     const MutexLock lock(pending_.mutex);
-    if (const auto names = pending_.numbers.NamesOf(batch.source)) {
-      std::tie(batch.line, batch.device) = *names;
-    }
     pending_.book.Add(std::move(batch));
   }
   pending_.wake();
@@ -103,15 +98,14 @@ void EventQueue::Renumber(SourceNames sources, Watched watches) {
   const MutexLock lock(pending_.mutex);
   pending_.watched.Renew(std::move(watches));
   pending_.book.TellLeftOut(at, true);
-  const std::map<Source, Source> moved = pending_.numbers.Renew(std::move(sources));
-  pending_.book.Move(moved);
-  if (options_.feed) options_.feed->Move(moved);
+  if (options_.feed) options_.feed->Renumber(sources);
+  pending_.numbers.Renew(std::move(sources));
   pending_.wake();
 }
 
 std::string EventQueue::said(Source source) const {
   const MutexLock lock(pending_.mutex);
-  return pending_.book.said(source);
+  return pending_.book.said(pending_.numbers.NameOf(source));
 }
 
 EventsState EventQueue::state() const {

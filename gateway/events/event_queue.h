@@ -19,7 +19,7 @@ class EventQueue {
   EventQueue(const LogOptions& options, PendingEvents& pending)
       : options_(options), pending_(pending) {}
 
-  /// A batch of a device.
+  /// A batch of a device, with its names.
   void Add(Batch batch);
   /// An event of the gateway itself. It is left out if there are too many of its kind; see Shares.
   void Tell(EventRecord record);
@@ -39,8 +39,8 @@ class EventQueue {
   /// Calls `opened` once when the file is open: at once, or on the writing thread.
   void WhenOpened(std::function<void()> opened);
   bool opened() const;
-  /// A reload: gives all sources their new numbers. A number without a source has empty names; what
-  /// is known of a source moves with its names. Alarms that `watches` does not know end.
+  /// A reload: gives all sources their new numbers. What is known of a source, also by a commit
+  /// that is under way, stays with its names. Alarms that `watches` does not know end.
   void Renumber(SourceNames sources, Watched watches);
 
   /// The text (see EventBatch) of the source's last batch in the file. Valid once the file is open.

@@ -92,21 +92,15 @@ void EventRounds::SetPutAside(std::vector<std::string> files) {
   pending_.disk.SetPutAside(std::move(files));
 }
 
-std::optional<SourceNames> EventRounds::TakeNumbers() {
-  const MutexLock lock(pending_.mutex);
-  return pending_.numbers.Take();
-}
-
 EventRounds::Round EventRounds::Take() {
   const Now now = options_.clocks();
   const MutexLock lock(pending_.mutex);
   if (auto start = pending_.run.TakeStart()) pending_.book.TellFirst(std::move(*start));
   if (pending_.disk.is_fine()) pending_.book.TellLeftOut(now);
   return {.look = watch_.TakeLook(),
-          .batches = pending_.book.Due(),
+          .batches = pending_.book.Prepare(),
           .records = pending_.records,
           .acks = pending_.acks.Take(),
-          .numbers = pending_.numbers.Take(),
           .ends_alarms = pending_.watched.TakeDue()};
 }
 
@@ -118,7 +112,9 @@ std::vector<Source> EventRounds::Done(Round& round, const Status& status, std::i
     watch_.End();
     pending_.book.TakeTold(round.batches);
     if (status) {
-      kept = pending_.book.Kept(round.batches.size());
+      for (const SourceName& name : pending_.book.Kept(round.batches.size())) {
+        if (const auto source = pending_.numbers.Find(name)) kept.push_back(*source);
+      }
       pending_.records.erase(
           pending_.records.begin(),
           pending_.records.begin() + static_cast<std::ptrdiff_t>(round.records.size()));
@@ -137,7 +133,7 @@ std::vector<Source> EventRounds::Done(Round& round, const Status& status, std::i
 
 std::vector<Batch> EventRounds::Unsaved() {
   const MutexLock lock(pending_.mutex);
-  std::vector<Batch> batches = pending_.book.Due();
+  std::vector<Batch> batches = pending_.book.Prepare();
   pending_.book.OnTold(batches.size());
   return batches;
 }

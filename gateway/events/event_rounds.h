@@ -1,5 +1,6 @@
 // The rounds of the thread that writes events: when a round is due, what it takes, and what follows
-// from its end. Only that thread calls this, except for Watch, Look and Doubt.
+// from its end. Only that thread calls this, except for Watch, Look and Doubt, and for LeftBehind,
+// which is called after its end.
 //
 //   Begin → OnOpened, if the file was closed → Take → (to the disk) → Done
 //
@@ -7,7 +8,6 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -39,15 +39,12 @@ class EventRounds {
   bool OnOpened(const EventTable::Contents& contents);
   void SetPutAside(std::vector<std::string> files);
 
-  /// The names of the sources, if a reload has changed them since the last call of this or of Take.
-  std::optional<SourceNames> TakeNumbers();
   /// The content of one commit, and the requests that wait for it.
   struct Round {
     FileWatch::Look look{};
     std::vector<Batch> batches{};
     std::vector<KeptRecord> records{};
     std::vector<AckService::Ack> acks{};
-    std::optional<SourceNames> numbers{};  ///< of the sources of `batches`; see TakeNumbers
     bool ends_alarms = false;  ///< after this commit, alarms that nobody watches any more end
   };
   Round Take();
@@ -58,7 +55,7 @@ class EventRounds {
   std::vector<Batch> Unsaved();
   /// There is more to write, and the disk works.
   bool goes_on() const;
-  /// After the last round: one line for each kind of events that are not on the disk.
+  /// When the thread has ended: one line for each kind of events that are not on the disk.
   std::vector<std::string> LeftBehind() const;
 
  private:

@@ -22,19 +22,17 @@ constexpr const char* kDropEvents =
     "DELETE FROM events WHERE seq IN (SELECT seq FROM events WHERE seq<=? ORDER BY seq LIMIT 1000)";
 constexpr const char* kCursor = "INSERT INTO event_cursors (name, seq, sure) VALUES (?,?,?)";
 constexpr const char* kGone = "SELECT seq, device FROM events WHERE seq>? AND seq<=? ORDER BY seq";
-constexpr const char* kOlder = "SELECT max(seq) FROM events WHERE device=? AND seq<=?";
+/// One look at the index for each device, however many events there are.
+constexpr const char* kOlder =
+    "WITH RECURSIVE its(device) AS (SELECT min(device) FROM events UNION ALL SELECT (SELECT "
+    "min(device) FROM events WHERE device>its.device) FROM its WHERE its.device IS NOT NULL) "
+    "SELECT device, (SELECT max(seq) FROM events WHERE device=its.device AND seq<=?) FROM its "
+    "WHERE device IS NOT NULL";
 
 }  // namespace
 
-Source SourceOf(const SourceNames& names, std::string_view device) {
-  if (device.empty()) return kGateway;
-  const auto found = std::ranges::find(names, device, &SourceNames::value_type::second);
-  return found == names.end() ? kGateway : static_cast<Source>(found - names.begin());
-}
-
-EventTable::EventTable(Database& database, const SourceNames& names, std::int64_t most)
+EventTable::EventTable(Database& database, std::int64_t most)
     : database_(database),
-      names_(names),
       most_(most),
       insert_(database, kInsertEvent),
       said_(database, kSaid),
@@ -56,10 +54,7 @@ EventTable::Contents EventTable::Read(FeedLimits limits) {
   Statement rows(database_, "SELECT line, device, said FROM event_sources");
   Statement::Step step = rows.Next();
   for (; step == Statement::Step::row; step = rows.Next()) {
-    for (std::size_t i = 0; i < names_.size(); ++i) {
-      if (names_[i].first != rows.Text(0) || names_[i].second != rows.Text(1)) continue;
-      contents.said[static_cast<Source>(i)] = std::string(rows.Text(2));
-    }
+    contents.said[{std::string(rows.Text(0)), std::string(rows.Text(1))}] = rows.Text(2);
   }
   contents.image.newest = contents.last;
   contents.image.alarms = contents.alarms;
@@ -76,7 +71,7 @@ bool EventTable::ReadImage(FeedLimits limits, FeedImage& image) {
     auto events = ReadBehind(after);
     if (!events) return false;
     if (events->empty()) break;
-    after = events->back().record.seq;
+    after = events->back().seq;
     std::ranges::move(*events, std::back_inserter(image.events));
   }
   Statement rows(database_, kGone);
@@ -84,18 +79,15 @@ bool EventTable::ReadImage(FeedLimits limits, FeedImage& image) {
   rows.Bind(2, gone);
   Statement::Step step = rows.Next();
   for (; step == Statement::Step::row; step = rows.Next()) {
-    image.gone.push_back({rows.Number(0), SourceOf(names_, rows.Text(1))});
+    image.gone.push_back({rows.Number(0), std::string(rows.Text(1))});
   }
   if (step == Statement::Step::failed) return false;
   Statement newest(database_, kOlder);
-  for (std::size_t i = 0; i < names_.size(); ++i) {
-    newest.Bind(1, names_[i].second);
-    newest.Bind(2, older);
-    if (newest.Next() != Statement::Step::row) return false;
-    if (!newest.IsNull(0)) image.older[static_cast<Source>(i)] = newest.Number(0);
-    newest.Reset();
+  newest.Bind(1, older);
+  for (step = newest.Next(); step == Statement::Step::row; step = newest.Next()) {
+    if (!newest.IsNull(1)) image.older[std::string(newest.Text(0))] = newest.Number(1);
   }
-  return true;
+  return step == Statement::Step::done;
 }
 
 bool EventTable::ReadRun(Contents& contents) {
@@ -132,14 +124,10 @@ bool EventTable::WriteCursors(const Cursors& cursors) {
   return ok;
 }
 
-Result<std::vector<FedEvent>> EventTable::ReadBehind(std::int64_t after) {
+Result<std::vector<EventRecord>> EventTable::ReadBehind(std::int64_t after) {
   auto page = ReadPage(database_, {.after = after});
   if (!page) return Error{page.error()};
-  std::vector<FedEvent> events;
-  for (EventRecord& record : page->records) {
-    events.push_back({SourceOf(names_, record.device), std::move(record)});
-  }
-  return events;
+  return std::move(page->records);
 }
 
 bool EventTable::Write(const std::vector<Batch>& batches, const Cursors* cursors,

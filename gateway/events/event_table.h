@@ -4,9 +4,6 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
-#include <string>
-#include <utility>
 #include <vector>
 
 #include "gateway/base/result.h"
@@ -21,25 +18,18 @@
 
 namespace baudgate::events {
 
-/// Line and device of each source, by its number.
-using SourceNames = std::vector<std::pair<std::string, std::string>>;
-
-/// By the name of the device alone, so a device that has moved to another line keeps its last
-/// batch. kGateway: no source has this name.
-Source SourceOf(const SourceNames& names, std::string_view device);
-
 /// The most events that are kept: about 200 MB.
 inline constexpr std::int64_t kMostEvents = 1'000'000;
 
 class EventTable {
  public:
-  /// `database` is of OpenEvents, and outlives it, as `names` does.
-  EventTable(Database& database, const SourceNames& names, std::int64_t most = kMostEvents);
+  /// `database` is of OpenEvents, and outlives it.
+  explicit EventTable(Database& database, std::int64_t most = kMostEvents);
 
   struct Contents {
     bool ok = false;
     std::int64_t last = 0;
-    std::map<Source, std::string> said{};
+    Said said{};
     LastRun last_run{};
     std::vector<Alarm> alarms{};
     std::vector<OwedRecord> owed{};
@@ -54,7 +44,7 @@ class EventTable {
   /// Writes these alarms, and deletes all others.
   bool WriteAlarms(const std::vector<Alarm>& alarms);
   /// The next events after a number.
-  Result<std::vector<FedEvent>> ReadBehind(std::int64_t after);
+  Result<std::vector<EventRecord>> ReadBehind(std::int64_t after);
   /// The number of the oldest event; 0: there is none.
   std::int64_t oldest() const { return oldest_; }
 
@@ -69,7 +59,6 @@ class EventTable {
   bool ReadImage(FeedLimits limits, FeedImage& image);
 
   Database& database_;
-  const SourceNames& names_;
   const std::int64_t most_;
   std::int64_t oldest_ = 0;
   Statement insert_;

@@ -3,45 +3,35 @@
 #pragma once
 
 #include <algorithm>
-#include <cstddef>
-#include <map>
 #include <optional>
-#include <string>
 #include <utility>
+#include <vector>
 
 #include "gateway/events/event_book.h"
-#include "gateway/events/event_table.h"
 
 namespace baudgate::events {
+
+/// By number. A number whose source is gone has empty names.
+using SourceNames = std::vector<SourceName>;
 
 class SourceNumbers {
  public:
   explicit SourceNumbers(SourceNames names) : names_(std::move(names)) {}
 
-  /// A source that is gone has no names. By the numbers of before: who has another one now.
-  std::map<Source, Source> Renew(SourceNames names) {
-    std::map<Source, Source> moved;
-    for (std::size_t now = 0; now < names.size(); ++now) {
-      if (names[now].second.empty()) continue;
-      const auto was = std::ranges::find(names_, names[now]);
-      if (was == names_.end() || was - names_.begin() == static_cast<std::ptrdiff_t>(now)) continue;
-      moved.emplace(static_cast<Source>(was - names_.begin()), static_cast<Source>(now));
-    }
-    names_ = std::move(names);
-    renewed_ = names_;
-    return moved;
+  void Renew(SourceNames names) { names_ = std::move(names); }
+  /// Empty names: no source has this number.
+  SourceName NameOf(Source source) const {
+    return source < names_.size() ? names_[source] : SourceName();
   }
-  /// Line and device. Empty: no source has this number.
-  std::optional<std::pair<std::string, std::string>> NamesOf(Source source) const {
-    if (source >= names_.size()) return std::nullopt;
-    return names_[source];
+  /// Empty: it is not configured any more.
+  std::optional<Source> Find(const SourceName& name) const {
+    const auto found = std::ranges::find(names_, name);
+    if (found == names_.end()) return std::nullopt;
+    return static_cast<Source>(found - names_.begin());
   }
-  /// Others than at the last call.
-  std::optional<SourceNames> Take() { return std::exchange(renewed_, std::nullopt); }
 
  private:
   SourceNames names_;
-  std::optional<SourceNames> renewed_;
 };
 
 }  // namespace baudgate::events

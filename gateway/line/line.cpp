@@ -83,7 +83,7 @@ LineNews Line::OnClosed() {
   const State was = std::exchange(state_, State::closed);
   if (IsUnderWay(was)) news_.end = {Outcome::line_down, "the port was lost", {}, 0};
   if (unasked_) unasked_->Begin(last_activity_);
-  return Told();
+  return TakeNews();
 }
 
 std::optional<Instant> Line::Deadline() const {
@@ -100,7 +100,7 @@ LineNews Line::Start(Exchange exchange, Instant now) {
   deadline_ = last_activity_ + exchange_.times.quiet;
   limit_ = now + exchange_.times.ceiling;
   if (deadline_ <= now) BeginSending(now);
-  return Told();
+  return TakeNews();
 }
 
 void Line::Cancel() {
@@ -108,7 +108,7 @@ void Line::Cancel() {
 }
 
 LineNews Line::OnBytes(View bytes, Instant now) {
-  if (bytes.empty()) return Told();
+  if (bytes.empty()) return TakeNews();
   if (!unasked_ || state_ == State::closed) {
     TakeBytes(bytes, now);
   } else {
@@ -118,13 +118,13 @@ LineNews Line::OnBytes(View bytes, Instant now) {
     if (state_ == State::receiving) deadline_ = std::min(now + exchange_.times.gap, limit_);
     Hear(unasked_->OnBytes(bytes, now), now);
   }
-  return Told();
+  return TakeNews();
 }
 
 LineNews Line::OnTimer(Instant now) {
   if (unasked_ && state_ != State::closed) Hear(unasked_->OnTimer(now), now);
   TakeTimer(now);
-  return Told();
+  return TakeNews();
 }
 
 /// What belongs to no message may be the reply. A pty or a network hands the request over at once,
@@ -193,7 +193,7 @@ LineNews Line::OnCollision(Instant now) {
   if (!IsAwaited(state_)) return {};
   Finish(Outcome::corrupt, "the echo differs from what was sent: a collision", now);
   deadline_ = std::max(deadline_, transmission_.until() + exchange_.times.drain);
-  return Told();
+  return TakeNews();
 }
 
 LineNews Line::OnEnded(Instant now) {
@@ -201,7 +201,7 @@ LineNews Line::OnEnded(Instant now) {
     Finish(Outcome::no_reply, "the server closed the connection in place of an answer", now);
     news_.end->ended = true;
   }
-  return Told();
+  return TakeNews();
 }
 
 void Line::TakeTimer(Instant now) {

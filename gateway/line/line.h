@@ -131,7 +131,7 @@ class Line {
   const AssemblerCounters& counters() const { return assembler_.counters(); }
 
  private:
-  LineNews Told() { return std::exchange(news_, {}); }
+  LineNews TakeNews() { return std::exchange(news_, {}); }
   bool IsHeldUp(Instant now) const;
   bool OwnTimer() const { return state_ != State::closed && state_ != State::idle; }
   void Hear(UnaskedInput heard, Instant now);

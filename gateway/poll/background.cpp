@@ -41,7 +41,7 @@ void Background::OnEnd(std::size_t device, Duration took, bool proved) {
 
 std::optional<Instant> Background::MayBegin(std::size_t device) const {
   const Item& item = items_[device];
-  if (!item.due || item.held || schedule_.suspended(device)) return std::nullopt;
+  if (!item.due || item.awaits_disk || schedule_.suspended(device)) return std::nullopt;
   return std::max(*item.due, schedule_.held_until(device));
 }
 

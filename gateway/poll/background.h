@@ -33,8 +33,8 @@ class Background {
   /// From `may` on a proof may go with its exchange, from `must` on it must.
   void SetProof(std::size_t device, Instant may, Instant must);
   /// What it brought last is not on the disk yet: it has no turn before Release.
-  void Hold(std::size_t device) { At(device).held = true; }
-  void Release(std::size_t device) { At(device).held = false; }
+  void AwaitDisk(std::size_t device) { At(device).awaits_disk = true; }
+  void Release(std::size_t device) { At(device).awaits_disk = false; }
 
   std::optional<std::size_t> Next(Which which, Instant now) const;
   void OnTaken(std::size_t device, Instant now);
@@ -64,7 +64,7 @@ class Background {
     Instant may_prove = Instant::max();
     Instant must_prove = Instant::max();
     std::uint64_t turn = 0;
-    bool held = false;
+    bool awaits_disk = false;
     bool lost = false;  // the last one: the next may be silent as well
   };
 

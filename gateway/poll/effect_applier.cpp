@@ -14,7 +14,7 @@ void EffectApplier::OnReply(const Device& device, const ReplyEffects& effects, I
   if (effects.stored) owed_.readings.OnStored(*effects.stored);
   if (effects.hold_events) {
     agenda_.schedule.HoldEvents(device.place);
-    chooser_.background().Hold(device.place);
+    chooser_.background().AwaitDisk(device.place);
   }
 }
 

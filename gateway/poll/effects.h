@@ -1,6 +1,7 @@
 // What follows from a reply or from the end of a job, as plain values. Made by
 // gateway/poll/intake.cpp (replies) and gateway/poll/job_end.cpp (ends); applied by
-// gateway/poll/effect_applier.cpp alone, field by field in the order in which they stand.
+// gateway/poll/effect_applier.cpp alone, in the order in which the fields stand. At the end of each
+// job, behind `background`, it also plans the next background read and tells the probes.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

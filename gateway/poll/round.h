@@ -24,8 +24,8 @@ struct Round {
   std::size_t cursor = 0;            ///< next query; queries.size(): no round in progress
   std::uint64_t turn = 0;            ///< when it was last served, counted in picks
   bool repeats = false;              ///< due earlier than by its period
-  bool held = false;                 ///< never due
-  std::optional<Instant> planned{};  ///< held: when it would be due
+  bool blocked = false;              ///< never due
+  std::optional<Instant> planned{};  ///< blocked: when it would be due
   struct Before {
     std::size_t queries = 0;
     std::size_t next = 0;  ///< to go on with: the one after the latest, or the latest itself
@@ -47,16 +47,16 @@ struct Round {
               .active = active(),
               .asked = asked};
   }
-  /// Nothing of it is due until Release.
-  void Hold() {
-    if (!held) planned = active() ? Instant{} : due;
-    held = true;
+  /// Nothing of it is due until Schedule::ReleaseEvents.
+  void Block() {
+    if (!blocked) planned = active() ? Instant{} : due;
+    blocked = true;
     due.reset();
     Stop();
   }
-  /// Due at once, unless it is held.
+  /// Due at once, unless it is blocked.
   void Restart(Instant now) {
-    if (!held) due = now;
+    if (!blocked) due = now;
     repeats = false;
     Stop();
   }

@@ -49,7 +49,7 @@ void Schedule::SetQueries(std::size_t index, std::vector<config::Group> groups, 
   daily.cursor = now_daily > asked_daily + left ? 0 : now_daily - std::min(left, now_daily);
 }
 
-void Schedule::HoldEvents(std::size_t index) { devices_[index].rounds[kEvents].Hold(); }
+void Schedule::HoldEvents(std::size_t index) { devices_[index].rounds[kEvents].Block(); }
 
 /// Queries of all devices that are polled; small lines have room for some more.
 int Schedule::QueriesOfARound() const {
@@ -67,7 +67,7 @@ void Schedule::ReleaseEvents(std::size_t index, bool events, Brought brought, In
   Round& round = device.rounds[kEvents];
   round.queries.assign(events ? 1 : 0, kEventsQuery);
   round.Stop();
-  round.held = false;
+  round.blocked = false;
   if (now >= device.at_once_until) {
     device.at_once = QueriesOfARound();
     device.at_once_until = now + round.period;
@@ -95,7 +95,7 @@ void Schedule::RestartAsPlanned(std::size_t index, Instant now) {
 void Schedule::GoOn(std::size_t index, Instant now) {
   Device& device = devices_[index];
   for (Round& round : device.rounds) {
-    if (round.held || round.queries.empty()) continue;
+    if (round.blocked || round.queries.empty()) continue;
     const Round::Before& before = round.before;
     round.due = before.due;
     if (before.queries == 0) {

@@ -46,8 +46,8 @@ class Schedule {
                         Duration daily_period = std::chrono::hours(24),
                         const std::vector<Duration>& intervals = {});
 
-  /// The groups of the device's queries, in the order of asking. Rounds in progress end; the round
-  /// of group `once` starts again, the daily one goes on where it was, or starts again as well.
+  /// The groups of the device's queries, in the order of asking. Rounds in progress end, but
+  /// that of group `once` starts again, and the daily one goes on where it was or starts again.
   /// `events`: it is asked for events as often as for the fast group.
   void SetQueries(std::size_t device, std::vector<config::Group> groups, bool events = false);
   /// It is not asked for events until ReleaseEvents: the last ones are not on the disk yet.

@@ -46,8 +46,8 @@ class WriteQueue {
   std::optional<QueryRef> TakeReadBack(const MayRead& may_read);
   const std::deque<QueryRef>& read_backs() const { return read_backs_; }
 
-  /// The device has confirmed it. It is answered when nothing is to be read back any more, so a
-  /// client that reads what it has just written does not get the old value.
+  /// The device has confirmed it. It is answered when nothing is to be read back any more on the
+  /// whole line, so a client that reads what it has just written does not get the old value.
   void Confirm(WriteCommand command, Instant now);
   struct Confirmed {
     WriteCommand command;

@@ -62,7 +62,8 @@ struct WriteCommand {
   /// Called right before each request is sent: why it must not be written now; empty: it may be.
   /// Null: there is no such condition.
   std::function<std::optional<std::string>(Instant now)> why_not;
-  /// True: its client waits for it no more. Sent in part, it is ended; else it is not sent.
+  /// True: its client waits for it no more, so it is not begun. Once something that may write was
+  /// sent, this is not looked at, and it goes on to its end.
   std::shared_ptr<const std::atomic<bool>> abandoned;
   using Ended = std::function<void(const WriteResult&)>;
   /// Parts that must be told the result: the audit, the room in the line's queue.

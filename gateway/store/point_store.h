@@ -58,8 +58,8 @@ class PointStore {
   /// stay.
   void Doubt(std::uint32_t device, std::span<const std::size_t> points, Instant now);
   void SetOverride(std::uint32_t device, Override why);
-  /// The measured time that the line needs to read all its fast points once. When it has grown,
-  /// values may grow older; those that are too old already stay too old until they are read again.
+  /// The measured time that the line needs to read all its fast points once. The limits of ages
+  /// follow it; a value that is too old when they change stays so until it is read again.
   void SetLineCycle(std::uint32_t device, Duration cycle, Instant now);
   /// Changes the status under the lock and tells the feeds.
   void UpdateStatus(std::uint32_t device, const std::function<void(DeviceStatus&)>& change);

@@ -25,8 +25,7 @@ class EventRing : public EventStation {
     std::filesystem::create_directories(folder);
     const auto opened = OpenEvents(folder / "events.db");
     ASSERT_TRUE(opened.database) << opened.error;
-    const events::SourceNames names = {{"bay", "bay-1"}, {"bay", "bay-9"}};
-    events::EventTable table(*opened.database, names);
+    events::EventTable table(*opened.database);
     std::vector<events::Batch> batches;
     for (std::int64_t seq = 1; seq <= kBefore; ++seq) {
       const bool own = seq / 10 % 2 == 0;

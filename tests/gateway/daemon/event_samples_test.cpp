@@ -6,20 +6,20 @@
 namespace baudgate {
 namespace {
 
-events::FedEvent Event(std::int64_t seq, const std::string& line, const std::string& device,
-                       events::Source source) {
-  events::FedEvent event{source, {}};
-  event.record.seq = seq;
-  event.record.line = line;
-  event.record.device = device;
-  event.record.text = "what it is";
+events::EventRecord Event(std::int64_t seq, const std::string& line, const std::string& device) {
+  events::EventRecord event;
+  event.seq = seq;
+  event.line = line;
+  event.device = device;
+  event.text = "what it is";
   return event;
 }
 
 TEST(EventSamples, SayWhoseEventItIs) {
   const auto feed = std::make_shared<events::EventFeed>();
-  feed->Add({Event(1, "bay-1", "feeder-1", 0), Event(2, "bay-1", "", events::kGateway),
-             Event(3, "", "", events::kGateway), Event(4, "bay-1", "gone", events::kGateway)});
+  feed->Renumber({{"bay-1", "feeder-1"}});
+  feed->Add({Event(1, "bay-1", "feeder-1"), Event(2, "bay-1", ""), Event(3, "", ""),
+             Event(4, "bay-1", "gone")});
   const auto samples = EventSamples("plant", feed).Take(0, 10);
   ASSERT_EQ(samples.size(), 4U);
   EXPECT_EQ(samples[0].gateway, "plant");
@@ -46,8 +46,8 @@ TEST(EventSamples, KeepTheirPlaceAmongTheEvents) {
 
 TEST(EventSamples, WithoutEventsAreAlarmsAlone) {
   const auto feed = std::make_shared<events::EventFeed>();
-  events::FedEvent event = Event(1, "bay-1", "feeder-1", 0);
-  event.record.alarm.emplace().seq = 1;
+  events::EventRecord event = Event(1, "bay-1", "feeder-1");
+  event.alarm.emplace().seq = 1;
   feed->Add({event});
   EventSamples samples("plant", feed, false);
   EXPECT_TRUE(samples.Take(0, 10).empty());
@@ -57,8 +57,8 @@ TEST(EventSamples, WithoutEventsAreAlarmsAlone) {
 
 TEST(EventSamples, AreAlarmsAsTheyAreNow) {
   const auto feed = std::make_shared<events::EventFeed>();
-  events::FedEvent event = Event(4, "bay-1", "feeder-1", 0);
-  events::Alarm& alarm = event.record.alarm.emplace();
+  events::EventRecord event = Event(4, "bay-1", "feeder-1");
+  events::Alarm& alarm = event.alarm.emplace();
   alarm.line = "bay-1";
   alarm.device = "feeder-1";
   alarm.name = "current above 5";

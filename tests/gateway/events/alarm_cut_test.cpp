@@ -21,7 +21,6 @@ using Step = AlarmMark::Step;
 
 const std::size_t kSeeds = LongRun(300);
 constexpr int kLives = 4;
-const SourceNames kRelay = {{"bay", "relay"}};
 constexpr Step kSteps[] = {Step::raise, Step::clear, Step::pulse, Step::acknowledge};
 
 /// Its text says what it does, for the oracle: "2 of 4", what to which alarm.
@@ -40,7 +39,7 @@ EventRecord Event(std::mt19937& random) {
 class Life {
  public:
   Life(FaultyDisk& disk, std::mt19937& random)
-      : disk_(disk), random_(random), file_(audit::kEventsFile, kRelay, disk.vfs()) {}
+      : disk_(disk), random_(random), file_(audit::kEventsFile, disk.vfs()) {}
 
   /// Until the power fails. The last number that was kept.
   std::int64_t Run() {
@@ -67,7 +66,7 @@ class Life {
       if (!opened->ok) return;
       book_.OnOpened(opened->contents.last, opened->contents.said, opened->contents.alarms);
     }
-    const auto due = book_.Due();
+    const auto due = book_.Prepare();
     if (file_.Write(due)) book_.Kept(due.size());
   }
 
@@ -130,7 +129,7 @@ TEST(AlarmCut, LeavesAlarmsThatFitTheirEvents) {
     for (int life = 0; life < kLives; ++life) {
       const std::int64_t kept = Life(disk, random).Run();
       disk.Restore(random);
-      EventFile file(audit::kEventsFile, kRelay, disk.vfs());
+      EventFile file(audit::kEventsFile, disk.vfs());
       const auto opened = file.Open();
       ASSERT_TRUE(opened && opened->ok) << opened->error;
       EXPECT_TRUE(opened->put_aside.empty()) << opened->put_aside;

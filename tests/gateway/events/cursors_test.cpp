@@ -46,9 +46,9 @@ TEST(CursorBook, TellsANewFile) {
   EXPECT_EQ(*book.Due(), (Cursors{{"dds", {7, false}}})) << "numbers go on in it";
 }
 
-std::vector<FedEvent> EventsOf(std::int64_t first, std::int64_t last) {
-  std::vector<FedEvent> events;
-  for (; first <= last; ++first) events.emplace_back().record.seq = first;
+std::vector<EventRecord> EventsOf(std::int64_t first, std::int64_t last) {
+  std::vector<EventRecord> events;
+  for (; first <= last; ++first) events.emplace_back().seq = first;
   return events;
 }
 
@@ -62,9 +62,9 @@ TEST(Backlog, IsReadForWhoeverAsks) {
   EXPECT_EQ(backlog.wanted(), 40);
   backlog.Supply(40, EventsOf(41, 45));
   EXPECT_FALSE(backlog.wanted());
-  EXPECT_EQ(backlog.Take(40, 2)->back().record.seq, 42);
-  EXPECT_EQ(backlog.Take(42, 2)->back().record.seq, 44);
-  EXPECT_EQ(backlog.Take(44, 2)->back().record.seq, 45);
+  EXPECT_EQ(backlog.Take(40, 2)->back().seq, 42);
+  EXPECT_EQ(backlog.Take(42, 2)->back().seq, 44);
+  EXPECT_EQ(backlog.Take(44, 2)->back().seq, 45);
   EXPECT_FALSE(backlog.Take(45, 2)) << "it is to be read";
   EXPECT_EQ(backlog.Take(7, 2)->size(), 2U);
 }

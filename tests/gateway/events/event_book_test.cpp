@@ -9,8 +9,16 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
+SourceName NameOf(Source source) { return {"bay", std::to_string(source)}; }
+
 Batch BatchOf(Source source, const std::string& said, std::size_t events, bool again = false) {
-  return {source, said, again, std::vector<EventRecord>(events)};
+  const auto [line, device] = NameOf(source);
+  return {.source = source,
+          .said = said,
+          .again = again,
+          .events = std::vector<EventRecord>(events),
+          .line = line,
+          .device = device};
 }
 
 std::vector<std::int64_t> Numbers(const std::vector<Batch>& batches) {
@@ -26,41 +34,42 @@ TEST(EventBook, GivesNumbersWithoutAGapInTheOrderOfComing) {
   book.OnOpened(0, {});
   book.Add(BatchOf(1, "a", 2));
   book.Add(BatchOf(0, "b", 1));
-  EXPECT_THAT(Numbers(book.Due()), ElementsAre(1, 2, 3));
-  EXPECT_THAT(Numbers(book.Due()), ElementsAre(1, 2, 3)) << "the same until they are kept";
+  EXPECT_THAT(Numbers(book.Prepare()), ElementsAre(1, 2, 3));
+  EXPECT_THAT(Numbers(book.Prepare()), ElementsAre(1, 2, 3)) << "the same until they are kept";
   EXPECT_EQ(book.newest(), 0);
-  EXPECT_THAT(book.Kept(2), ElementsAre(1, 0));
+  EXPECT_THAT(book.Kept(2), ElementsAre(NameOf(1), NameOf(0)));
   EXPECT_EQ(book.newest(), 3);
   book.Add(BatchOf(1, "c", 1));
-  EXPECT_THAT(Numbers(book.Due()), ElementsAre(4));
+  EXPECT_THAT(Numbers(book.Prepare()), ElementsAre(4));
 }
 
 TEST(EventBook, GoesOnBehindWhatTheFileHolds) {
   EventBook book;
   book.Add(BatchOf(0, "a", 1));
   book.OnOpened(41, {});
-  EXPECT_THAT(Numbers(book.Due()), ElementsAre(42));
+  EXPECT_THAT(Numbers(book.Prepare()), ElementsAre(42));
   book.Kept(1);
   book.OnOpened(0, {});
   book.Add(BatchOf(0, "b", 1));
-  EXPECT_THAT(Numbers(book.Due()), ElementsAre(43)) << "in a new file no number comes twice";
+  EXPECT_THAT(Numbers(book.Prepare()), ElementsAre(43)) << "in a new file no number comes twice";
 }
 
 TEST(EventBook, KnowsWhatComesOnceMore) {
   EventBook book;
-  book.OnOpened(7, {{0, "a"}, {1, "x"}});
+  book.OnOpened(7, {{NameOf(0), "a"}, {NameOf(1), "x"}});
   book.Add(BatchOf(0, "a", 2, true));  // of before the restart
   book.Add(BatchOf(1, "y", 1, true));  // that was not kept then
   book.Add(BatchOf(2, "a", 1, true));  // another device's
-  EXPECT_THAT(Numbers(book.Due()), ElementsAre(8, 9));
-  EXPECT_THAT(book.Kept(3), ElementsAre(0, 1, 2)) << "all may be asked for more";
+  EXPECT_THAT(Numbers(book.Prepare()), ElementsAre(8, 9));
+  EXPECT_THAT(book.Kept(3), ElementsAre(NameOf(0), NameOf(1), NameOf(2)))
+      << "all may be asked for more";
   EXPECT_EQ(book.repeats(), 2U);
   book.Add(BatchOf(0, "a", 1));
-  EXPECT_THAT(Numbers(book.Due()), ElementsAre(10)) << "not asked again: it has happened again";
+  EXPECT_THAT(Numbers(book.Prepare()), ElementsAre(10)) << "not asked again: it has happened again";
   book.Kept(1);
   book.Add(BatchOf(0, "b", 1));
   book.Add(BatchOf(0, "b", 1, true));
-  EXPECT_THAT(Numbers(book.Due()), ElementsAre(11)) << "behind one that waits";
+  EXPECT_THAT(Numbers(book.Prepare()), ElementsAre(11)) << "behind one that waits";
   book.Kept(2);
   EXPECT_EQ(book.newest(), 11);
   EXPECT_EQ(book.repeats(), 3U);
@@ -70,11 +79,11 @@ TEST(EventBook, TakesMoreWhileSomeAreWritten) {
   EventBook book;
   book.OnOpened(0, {});
   book.Add(BatchOf(0, "a", 1));
-  const std::size_t written = book.Due().size();
+  const std::size_t written = book.Prepare().size();
   book.Add(BatchOf(1, "b", 1));
-  EXPECT_THAT(book.Kept(written), ElementsAre(0));
+  EXPECT_THAT(book.Kept(written), ElementsAre(NameOf(0)));
   EXPECT_EQ(book.waiting(), 1U);
-  EXPECT_THAT(Numbers(book.Due()), ElementsAre(2));
+  EXPECT_THAT(Numbers(book.Prepare()), ElementsAre(2));
 }
 
 TEST(EventBook, TakesTheGatewaysOwnAmongTheOthers) {
@@ -84,10 +93,10 @@ TEST(EventBook, TakesTheGatewaysOwnAmongTheOthers) {
   book.Tell({}, Instant());
   book.Add(BatchOf(2, "a", 1));
   book.TellFirst({});
-  EXPECT_THAT(Numbers(book.Due()), ElementsAre(1, 2, 3, 4));
+  EXPECT_THAT(Numbers(book.Prepare()), ElementsAre(1, 2, 3, 4));
   EXPECT_EQ(book.waiting(), 2U) << "of devices";
   EXPECT_EQ(book.waiting_own(), 2U);
-  EXPECT_THAT(book.Kept(4), ElementsAre(1, 2));
+  EXPECT_THAT(book.Kept(4), ElementsAre(NameOf(1), NameOf(2)));
   EXPECT_TRUE(book.empty());
   EXPECT_EQ(book.newest(), 4);
 }
@@ -102,7 +111,7 @@ TEST(EventBook, HasRoomForSoManyOfItsOwn) {
   }
   EXPECT_EQ(book.waiting_own(), EventBook::kMostOwn);
   EXPECT_EQ(book.left_out(), 5U);
-  book.Kept(book.Due().size());
+  book.Kept(book.Prepare().size());
   EXPECT_TRUE(book.LeftOutAt().has_value());
   book.TellLeftOut({});
   EXPECT_EQ(book.waiting_own(), 5U);
@@ -127,16 +136,18 @@ TEST(EventBook, FollowsAlarmsAsTheyAreKept) {
   kept.name = "0:1";
   kept.state = AlarmState::active;
   kept.seq = 2;
-  book.Add({1, "a", true, {AlarmEvent(Step::clear)}});  // came before the restart, and is kept
+  Batch before = BatchOf(1, "a", 0, true);  // came before the restart, and is kept
+  before.events = {AlarmEvent(Step::clear)};
+  book.Add(before);
   book.TellAlways(AlarmEvent(Step::raise, true));
-  book.OnOpened(4, {{1, "a"}}, {kept});
-  EXPECT_THAT(Numbers(book.Due()), IsEmpty()) << "nothing of it is new";
+  book.OnOpened(4, {{NameOf(1), "a"}}, {kept});
+  EXPECT_THAT(Numbers(book.Prepare()), IsEmpty()) << "nothing of it is new";
   book.Kept(2);
   book.TellAlways(AlarmEvent(Step::acknowledge));
   book.TellAlways(AlarmEvent(Step::acknowledge));
   book.TellAlways(AlarmEvent(Step::clear));
-  book.Due();
-  const auto due = book.Due();
+  book.Prepare();
+  const auto due = book.Prepare();
   EXPECT_THAT(Numbers(due), ElementsAre(5, 6)) << "acknowledged once; the same again";
   EXPECT_EQ(due[0].events[0].alarm->state, AlarmState::acknowledged);
   EXPECT_EQ(due[2].events[0].alarm->state, AlarmState::normal);

@@ -37,9 +37,11 @@ class Events {
   std::int64_t seq_ = 0;
 };
 
-std::vector<FedEvent> Fed(const std::vector<Batch>& batches) {
-  std::vector<FedEvent> events;
-  for (const Batch& batch : batches) events.push_back({batch.source, batch.events.front()});
+const SourceNames kFeeders = {{"bay-1", "feeder-1"}, {"bay-1", "feeder-2"}};
+
+std::vector<EventRecord> Fed(const std::vector<Batch>& batches) {
+  std::vector<EventRecord> events;
+  for (const Batch& batch : batches) events.push_back(batch.events.front());
   return events;
 }
 
@@ -64,6 +66,7 @@ TEST(EventFeed, ShowsNothingBeforeThereIsAny) {
 
 TEST(EventFeed, ShowsTheNewestOrFromANumberOn) {
   EventFeed feed;
+  feed.Renumber(kFeeders);
   Events events;
   feed.Add(Fed(events.Of({0, 1, 0, 1, 1, 1, 1, 1, 1, 1})));
   const struct {
@@ -94,6 +97,7 @@ TEST(EventFeed, ShowsTheNewestOrFromANumberOn) {
 /// Room for 3, and the owners of 4 more: of 12 events 1…5 are old, 6…9 gone, 10…12 shown.
 TEST(EventFeed, CountsWhatADeviceHasLostAndNotWhatOthersHave) {
   EventFeed feed({.events = 3, .remembered = 4});
+  feed.Renumber(kFeeders);
   Events events;
   feed.Add(Fed(events.Of({0, 0, 1, 1, 1, 0, 1, 0, 1, 1, 1, 0})));
   const struct {
@@ -118,7 +122,7 @@ TEST(EventFeed, KnowsNumbersBeyond32BitsByTheirLowOnes) {
   EventFeed feed;
   FeedImage image;
   for (const std::int64_t seq : {kTurn - 2, kTurn - 1, kTurn, kTurn + 1}) {
-    image.events.emplace_back().record.seq = seq;
+    image.events.emplace_back().seq = seq;
     image.newest = seq;
   }
   feed.Begin(image);
@@ -129,6 +133,7 @@ TEST(EventFeed, KnowsNumbersBeyond32BitsByTheirLowOnes) {
 
 TEST(EventFeed, GivesConsumersWhatIsBehindTheirPlace) {
   EventFeed feed({.events = 3, .remembered = 0});
+  feed.Renumber(kFeeders);
   Events events;
   int woken = 0;
   int other = 0;
@@ -153,21 +158,20 @@ TEST(EventFeed, GivesConsumersWhatIsBehindTheirPlace) {
 TEST(EventFeed, BeginsWithTheFileAndOnlyOnce) {
   audit::FaultyDisk disk;
   const auto opened = OpenEvents("/events.db", disk.vfs());
-  const SourceNames before = {{"bay-1", "feeder-1"}, {"bay-1", "feeder-2"}};
   Events events;
-  EventTable table(*opened.database, before);
+  EventTable table(*opened.database);
   ASSERT_TRUE(table.Write(events.Of({0, 1, 1, 0})));
   ASSERT_TRUE(table.Write(events.Many(1, 300)));
 
-  // The second has been taken out of the configuration, the first moved to another line.
-  const SourceNames now = {{"bay-2", "feeder-3"}, {"bay-2", "feeder-1"}};
-  EventTable again(*opened.database, now);
+  EventTable again(*opened.database);
   const FeedLimits limits{.events = 250, .remembered = 51};
   auto contents = again.Read(limits);
   ASSERT_TRUE(contents.ok);
   EXPECT_EQ(contents.image.events.size(), 250U);
   EXPECT_EQ(contents.image.gone.size(), 51U);
   EventFeed feed(limits);
+  // The second has been taken out of the configuration, the first moved to another line.
+  feed.Renumber({{"bay-2", "feeder-3"}, {"bay-2", "feeder-1"}});
   int woken = 0;
   feed.Listen([&] { ++woken; });
   feed.Begin(contents.image);

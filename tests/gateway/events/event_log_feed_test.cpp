@@ -93,5 +93,40 @@ TEST_F(EventLogTest, FeedsWhatTheGatewayHasSeenOfADeviceAsTheDevices) {
   EXPECT_EQ(fed[1].record.text, "does not answer");
 }
 
+/// A reload gives a device another number while its batch is being written.
+TEST_F(EventLogTest, FeedsUnderTheNumberOfAfterAReloadWhatWasBeingWritten) {
+  FaultyDisk disk;
+  const auto log = Start("/events.db", disk.vfs(), {}, true);
+  log->queue().Add(BatchOf(0, "a"));
+  AwaitKept(1);
+  disk.Hang(true);
+  log->queue().Add(BatchOf(1, "12.345 E1"));
+  EventRecord own;
+  own.line = "bay-1";
+  own.device = "feeder-2";
+  log->queue().Tell(own);
+  disk.WaitUntilItHangs();
+  log->queue().Renumber({{"", ""}, {"", ""}, {"bay-1", "feeder-1"}, {"bay-1", "feeder-2"}}, {});
+  disk.Hang(false);
+  AwaitKept(2);
+  while (Fed().size() < 3) std::this_thread::yield();
+  EXPECT_EQ(feed_->Show(2, 0, 7).events.size(), 1U);
+  EXPECT_EQ(feed_->Show(3, 0, 7).events.size(), 2U);
+  EXPECT_EQ(feed_->Show(1, 0, 7).events.size(), 0U);
+}
+
+/// One reload takes a device out, and a later one brings it back.
+TEST_F(EventLogTest, FindsADeviceThatComesBackByItsName) {
+  const auto log = Start(file());
+  log->queue().Add(BatchOf(1, "12.345 E1"));
+  AwaitKept(1);
+  log->queue().Renumber({{"", ""}, {"", ""}}, {});
+  EXPECT_EQ(feed_->Take(0, 1).front().source, kGateway) << "not configured";
+  log->queue().Renumber({{"", ""}, {"", ""}, {"bay-1", "feeder-2"}}, {});
+  EXPECT_EQ(log->queue().said(2), "12.345 E1");
+  EXPECT_EQ(feed_->Show(2, 0, 7).events.size(), 1U);
+  EXPECT_EQ(feed_->Take(0, 1).front().source, 2U);
+}
+
 }  // namespace
 }  // namespace baudgate::events

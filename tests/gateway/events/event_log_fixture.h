@@ -54,7 +54,12 @@ class EventLogTest : public audit::FolderTest {
     record.line = "bay-1";
     record.device = source == 0 ? "feeder-1" : "feeder-2";
     record.text = said;
-    return {source, said, again, {record}};
+    return {.source = source,
+            .said = said,
+            .again = again,
+            .events = {record},
+            .line = record.line,
+            .device = record.device};
   }
   void Hear(const std::string& how, const std::string& text) {
     const std::lock_guard lock(mutex_);

@@ -40,11 +40,10 @@ class EventPageTest : public ::testing::Test {
 
   audit::FaultyDisk disk_;
   OpenedEvents opened_;
-  const SourceNames names_ = {{"bay-1", "feeder-1"}, {"bay-1", "feeder-2"}};
 };
 
 TEST_F(EventPageTest, GivesBackWhatWentIn) {
-  EventTable table(*opened_.database, names_);
+  EventTable table(*opened_.database);
   ASSERT_TRUE(table.Write({{.source = 0,
                             .said = "12.345 0E1",
                             .events = {RecordOf(1), RecordOf(2)},
@@ -78,11 +77,12 @@ TEST_F(EventPageTest, GivesBackWhatWentIn) {
   const auto contents = table.Read();
   EXPECT_TRUE(contents.ok);
   EXPECT_EQ(contents.last, 3);
-  EXPECT_EQ(contents.said, (std::map<Source, std::string>{{0, "12.345 0E1"}, {1, "x"}}));
+  EXPECT_EQ(contents.said,
+            (Said{{{"bay-1", "feeder-1"}, "12.345 0E1"}, {{"bay-1", "feeder-2"}, "x"}}));
 }
 
 TEST_F(EventPageTest, KeepsTheNewestWhereThereIsNoRoom) {
-  EventTable table(*opened_.database, names_, 3);
+  EventTable table(*opened_.database, 3);
   for (std::int64_t seq = 1; seq <= 10; ++seq) {
     ASSERT_TRUE(table.Write({{0, std::to_string(seq), false, {RecordOf(seq)}}}));
   }
@@ -92,7 +92,7 @@ TEST_F(EventPageTest, KeepsTheNewestWhereThereIsNoRoom) {
 }
 
 TEST_F(EventPageTest, ComesInPages) {
-  EventTable table(*opened_.database, names_);
+  EventTable table(*opened_.database);
   std::vector<EventRecord> records;
   for (std::int64_t seq = 1; seq <= 2 * static_cast<std::int64_t>(kPage); ++seq) {
     records.push_back(RecordOf(seq));

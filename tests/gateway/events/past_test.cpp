@@ -33,14 +33,14 @@ PastQuery QueryOf(const std::string& device = "meter-1",
 
 class Gateway {
  public:
-  explicit Gateway(const FaultyDisk& disk) : file_(audit::kEventsFile, kMeters, disk.vfs()) {}
+  explicit Gateway(const FaultyDisk& disk) : file_(audit::kEventsFile, disk.vfs()) {}
 
   /// Nothing: the file does not open.
   std::optional<std::string> Said(Source source) {
     const auto opened = file_.Open();
     if (opened && !opened->ok) return std::nullopt;
     if (opened) book_.OnOpened(opened->contents.last, opened->contents.said);
-    return book_.said(source);
+    return book_.said(kMeters[source]);
   }
   bool Keep(Source source, const std::string& said, std::vector<PastRecord> records) {
     const auto& [line, device] = kMeters[source];
@@ -49,7 +49,7 @@ class Gateway {
                .past = std::move(records),
                .line = line,
                .device = device});
-    const auto due = book_.Due();
+    const auto due = book_.Prepare();
     if (!file_.Write(due)) return false;
     book_.Kept(due.size());
     return true;

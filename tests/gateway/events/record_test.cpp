@@ -20,7 +20,7 @@ class RecordTest : public audit::FolderTest {
 
   std::filesystem::path path() const { return file(); }
   EventFile::Opened Reopen() {
-    file_.emplace(path(), names_);
+    file_.emplace(path());
     auto opened = file_->Open();
     EXPECT_TRUE(opened && opened->ok);
     return std::move(*opened);
@@ -76,7 +76,6 @@ class RecordTest : public audit::FolderTest {
     return page ? *page : RecordPage{};
   }
 
-  const SourceNames names_ = {{"bay-1", "feeder-1"}};
   std::optional<EventFile> file_;
 };
 
@@ -147,7 +146,7 @@ TEST_F(RecordTest, EachKindHasNumbersOfItsOwnAndEachRecordIsThereOnce) {
 TEST_F(RecordTest, GoesWithItsEvent) {
   OpenedEvents opened = OpenEvents(path());
   ASSERT_TRUE(opened.database);
-  EventTable table(*opened.database, names_, 2);
+  EventTable table(*opened.database, 2);
   ASSERT_TRUE(
       table.Write({{0, "a", false, {Event(1, "trip"), Event(2, "trip")}}}, nullptr, {Trip(1)}));
   ASSERT_TRUE(table.Write({{0, "b", false, {Event(3), Event(4)}}}));

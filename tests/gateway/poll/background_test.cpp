@@ -98,7 +98,7 @@ TEST(Background, NothingIsAskedBeforeTheLastIsKeptNorOfADeviceThatIsAway) {
   FakeLine line;
   line.background.Set(0, kStart, kRoom);
   line.Poll(kStart);
-  line.background.Hold(0);
+  line.background.AwaitDisk(0);
   EXPECT_FALSE(line.background.Next(Which::that_fits, kStart));
   EXPECT_FALSE(line.background.NextAt(kStart));
   line.background.Release(0);

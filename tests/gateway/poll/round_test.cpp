@@ -36,7 +36,7 @@ TEST(Round, BeginsOnItsGridAndSkipsPeriodsThatHavePassedWhole) {
 
 TEST(Round, IsNeverDueWhileItIsHeld) {
   Round round{.queries = {7}, .period = 5s, .due = kStart + 3s, .cursor = 1};
-  round.Hold();
+  round.Block();
   round.Restart(kStart);
   EXPECT_EQ(round.StartIfDue(kStart + 1h), 0U);
   EXPECT_FALSE(round.active());

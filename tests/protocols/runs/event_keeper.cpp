@@ -3,12 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <limits>
 #include <tuple>
 #include <utility>
 
 namespace baudgate {
-namespace {}  // namespace
 
 EventKeeper::EventKeeper(const std::vector<std::string>& devices) {
   for (const std::string& device : devices) names_.emplace_back("line", device);
@@ -18,14 +18,14 @@ void EventKeeper::Begin(int power_left) {
   disk_.power_left = -1;
   book_ = std::make_unique<events::EventBook>();
   {
-    events::EventFile file(audit::kEventsFile, names_, disk_.vfs());
+    events::EventFile file(audit::kEventsFile, disk_.vfs());
     const auto opened = file.Open();
     ASSERT_TRUE(opened && opened->ok);
     EXPECT_TRUE(opened->put_aside.empty()) << opened->put_aside;
     said_ = opened->contents.said;
     owed_ = opened->contents.owed;
   }
-  file_ = std::make_unique<events::EventFile>(audit::kEventsFile, names_, disk_.vfs());
+  file_ = std::make_unique<events::EventFile>(audit::kEventsFile, disk_.vfs());
   disk_.power_left = power_left;
 }
 
@@ -37,7 +37,7 @@ void EventKeeper::End(std::mt19937& random) {
 }
 
 std::string EventKeeper::Said(std::uint32_t device) const {
-  const auto found = said_.find(device);
+  const auto found = said_.find(names_[device]);
   return found == said_.end() ? std::string() : found->second;
 }
 
@@ -67,7 +67,7 @@ bool EventKeeper::Open() {
 
 bool EventKeeper::Write() {
   if (!Open()) return false;
-  const auto due = book_->Due();
+  const auto due = book_->Prepare();
   const auto cursors = feed_ ? feed_->cursors().Due() : std::nullopt;
   if (!file_->Write(due, cursors ? &*cursors : nullptr)) return false;
   for (const events::Batch& batch : due) {
@@ -79,18 +79,21 @@ bool EventKeeper::Write() {
   }
   if (cursors) feed_->cursors().OnKept(*cursors);
   if (feed_) {
-    std::vector<events::FedEvent> fed;
+    std::vector<events::EventRecord> fed;
     for (const events::Batch& batch : due) {
-      for (const auto& event : batch.events) fed.push_back({batch.source, event});
+      fed.insert(fed.end(), batch.events.begin(), batch.events.end());
     }
-    feed_->Add(fed);
+    feed_->Add(std::move(fed));
   }
-  for (const events::Source source : book_->Kept(due.size())) waiting_.erase(source);
+  for (const auto& name : book_->Kept(due.size())) {
+    waiting_.erase(static_cast<std::uint32_t>(std::ranges::find(names_, name) - names_.begin()));
+  }
   return true;
 }
 
 void EventKeeper::SetFeed(std::shared_ptr<events::EventFeed> feed) {
   feed_ = std::move(feed);
+  feed_->Renumber(names_);
   feed_->ServeWith([](bool) {});
 }
 

@@ -3,7 +3,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <map>
 #include <memory>
 #include <random>
 #include <set>
@@ -60,7 +59,7 @@ class EventKeeper {
   std::unique_ptr<events::EventBook> book_;
   std::unique_ptr<events::EventFile> file_;
   std::shared_ptr<events::EventFeed> feed_;  // null: nobody hears
-  std::map<events::Source, std::string> said_;
+  events::Said said_;
   std::vector<events::OwedRecord> owed_;
   std::set<std::uint32_t> waiting_;  // devices whose batch is in the book
 };

@@ -21,7 +21,10 @@ class EventRing : public ServerTest {
  protected:
   static constexpr std::int64_t kLast = 3000;
 
-  EventRing() { links_.events = feed_; }
+  EventRing() {
+    feed_->Renumber({{"", "own"}});
+    links_.events = feed_;
+  }
   ~EventRing() override {
     stop_ = true;
     if (events_.joinable()) events_.join();
@@ -31,12 +34,13 @@ class EventRing : public ServerTest {
   static std::uint32_t CodeOf(std::int64_t seq) { return static_cast<std::uint32_t>(seq * 70'001); }
 
   void Happen(std::size_t count) {
-    std::vector<events::FedEvent> happened;
+    std::vector<events::EventRecord> happened;
     for (; count > 0 && seq_ < kLast; --count) {
       events::EventRecord record;
       record.seq = ++seq_;
       record.code = CodeOf(seq_);
-      happened.push_back({IsOwn(seq_) ? 0U : 1U, record});
+      record.device = IsOwn(seq_) ? "own" : "another";
+      happened.push_back(record);
     }
     feed_->Add(happened);
   }

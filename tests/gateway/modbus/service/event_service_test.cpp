@@ -15,14 +15,16 @@ class EventsOfService : public ServiceTest {
  protected:
   EventsOfService() {
     config_.lines[0].devices.push_back(MakeDevice(2, {}));
+    feed_->Renumber({{"", "0"}, {"", "1"}});
     links_.events = feed_;
   }
   void Happens(events::Source source, std::size_t count = 1) {
     events::EventRecord record;
+    record.device = std::to_string(source);
     for (; count > 0; --count) {
       record.seq = ++seq_;
       record.code = static_cast<std::uint32_t>(seq_);
-      feed_->Add({{source, record}});
+      feed_->Add({record});
     }
   }
   struct Block {
