@@ -107,6 +107,10 @@ void DeviceAccounts::OnRecheck(const Member& member) {
   Change(member, [](DeviceStatus& status) { ++status.rechecks; });
 }
 
+void DeviceAccounts::OnUnconfirmed(const Member& member) {
+  Change(member, [](DeviceStatus& status) { ++status.unconfirmed; });
+}
+
 void DeviceAccounts::OnLate(const Member& member, Duration lateness) {
   Change(member, [lateness](DeviceStatus& status) {
     ++status.late;

@@ -49,6 +49,7 @@ class DeviceAccounts {
   void OnRetry(const Member& member);
   /// A reading counts only when a second one agrees.
   void OnRecheck(const Member& member);
+  void OnUnconfirmed(const Member& member);
   void OnLate(const Member& member, Duration lateness);
   /// The line waits this much longer for it.
   void OnPatience(const Member& member, Duration more);

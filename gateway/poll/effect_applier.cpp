@@ -9,6 +9,7 @@ namespace baudgate {
 
 void EffectApplier::OnReply(const Device& device, const ReplyEffects& effects, Instant now) {
   if (effects.rechecked) ledger_.devices.OnRecheck(device);
+  if (effects.unconfirmed) ledger_.devices.OnUnconfirmed(device);
   for (const QueryRef& query : effects.read_soon) agenda_.write_queue.AddReadBack(query);
   for (const config::Group group : effects.repeat) upkeep_.Repeat(device, group, now);
   if (effects.stored) owed_.readings.OnStored(*effects.stored);

@@ -19,6 +19,7 @@ namespace baudgate {
 
 /// What follows from a reply whose readings and events were taken over.
 struct ReplyEffects {
+  bool unconfirmed = false;         ///< a reading that jumped has not come again
   bool rechecked = false;           ///< a reading counts only when a second one agrees
   std::vector<QueryRef> read_soon;  ///< queries to read again for that
   std::vector<config::Group>

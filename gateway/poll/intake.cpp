@@ -26,6 +26,7 @@ JumpCheck::Result CheckJumps(const Job& job, Device& device, std::vector<Sample>
   const std::vector<std::uint32_t> points = PointsOf(samples);
   JumpCheck::Result result = device.jumps.Check(samples);
   effects.rechecked = result.ask_again;
+  effects.unconfirmed = result.unconfirmed;
   if (!result.ask_again) return result;
   if (job.task.kind == Task::Kind::poll) {
     effects.read_soon.push_back({device.place, job.task.query});

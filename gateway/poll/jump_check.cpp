@@ -43,7 +43,11 @@ JumpCheck::Result JumpCheck::Check(std::vector<Sample>& samples) {
   std::erase_if(samples, [&](Sample& sample) {
     const config::Point& point = points_[sample.point];
     if (point.recheck == config::Recheck::off || !IsGood(sample.quality)) return false;
-    switch (Judge(point, histories_[sample.point], sample.value)) {
+    History& history = histories_[sample.point];
+    const bool jumped = HasValue(history.candidate) && HasValue(history.last);
+    result.unconfirmed =
+        result.unconfirmed || (jumped && !Agree(point, history, history.candidate, sample.value));
+    switch (Judge(point, history, sample.value)) {
       case Finding::counts:
         return false;
       case Finding::last_resort:

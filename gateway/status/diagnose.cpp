@@ -20,6 +20,9 @@ namespace {
 
 using Sentences = std::vector<std::string>;
 
+/// So many readings that were not confirmed, and one of so many exchanges, are no chance.
+constexpr std::uint32_t kUnconfirmed = 4;
+constexpr std::uint32_t kUnconfirmedShare = 25;
 /// So many in a row are no outage of the port.
 constexpr std::size_t kManyFailures = 8;
 /// An outage of the last hour that was shorter than that part is not worth a word.
@@ -160,6 +163,13 @@ Sentences DiagnoseDevice(const LineStatus& line, const DeviceRecord& device,
   }
   if (status.unasked) add(Silence(device, now));
   if (found.empty()) add(Patience(status));
+  if (found.empty() && status.unconfirmed >= kUnconfirmed &&
+      kUnconfirmedShare * status.unconfirmed >= status.exchanges) {
+    found.push_back(fmt::format(
+        "{} of its readings changed when they were read again: replies come damaged, and no check "
+        "value shows it: switch its checksum on, here too, and look for noise",
+        status.unconfirmed));
+  }
   if (found.empty() && status.behind >= kManyBehind) {
     bool serves = false;
     for (std::size_t i = 0; i < device.points.size(); ++i) {

@@ -240,6 +240,7 @@ bool IsEndless(const LineStatus& status, std::span<const DeviceRecord> devices) 
 /// A word of the devices explains them.
 bool IsExplained(std::span<const DeviceRecord> devices) {
   return std::ranges::any_of(devices, [](const DeviceRecord& one) {
+    if (one.status.late >= kProof) return true;
     for (std::size_t i = 1; i < kSymptoms; ++i) {
       const auto symptom = static_cast<Symptom>(i);
       const std::size_t notable = IsAnswered(symptom) ? kNotableNoise : kProof;

@@ -30,6 +30,12 @@ void Add(Evidence& evidence, const DeviceRecord& record) {
   }
 }
 
+/// Not one of all that are kept was answered.
+bool IsAllBad(const Evidence& evidence) {
+  return evidence.absent && evidence.failed == evidence.looked &&
+         evidence.looked == evidence.records.size() * Findings::kKept;
+}
+
 constexpr std::size_t kNamed = 2;
 /// So close together no two devices fail by themselves.
 constexpr Duration kTogether = 5s;
@@ -119,6 +125,7 @@ Evidence Gather(const LineStatus& status, const DeviceRecord& device,
   evidence.device = &device;
   evidence.absent = IsAbsent(device.status);
   Add(evidence, device);
+  evidence.changed = evidence.answered && IsAllBad(evidence);
   std::vector<std::string> fell;
   std::vector<std::string> away;
   std::vector<std::string> losing;
@@ -167,6 +174,7 @@ Evidence GatherAbsent(const LineStatus& status, std::span<const DeviceRecord> al
   for (const DeviceRecord& record : all) {
     if (IsAbsent(record.status)) Add(evidence, record);
   }
+  evidence.changed = evidence.answered && IsAllBad(evidence);
   return evidence;
 }
 

@@ -23,6 +23,7 @@ struct Evidence {
   Instant now{};
   bool absent = false;    ///< it does not answer at present
   bool answered = false;  ///< it has, since the start
+  bool changed = false;   ///< it has, and to none of the exchanges that are kept
   std::string healthy{};  ///< a neighbour that answers well; empty: none
   std::string alike{};    ///< a neighbour that fails in the same way; empty: none
   std::string away{};     ///< neighbours that are away at the same times: "d, e"; empty: none

@@ -115,9 +115,9 @@ constexpr std::initializer_list<Symptom> kUnreadable = {
     noise,       zeros,     damaged, head_lost,  tail_lost, end_lost,  bytes_lost,
     bytes_added, bad_check, odd,     eighth_bit, endless,   other_form};
 
-/// Bytes came, and never a frame.
+/// Bytes came, and never a frame; or none any more, which no noise does for long.
 double WrongSettings(const Evidence& evidence) {
-  if (evidence.answered || !OnWire(evidence)) return 0;
+  if ((evidence.answered && !evidence.changed) || !OnWire(evidence)) return 0;
   if (evidence.Count({noise, damaged, zeros}) == 0) return 0;
   return 0.9 * (evidence.Share(kUnreadable) + evidence.Share({text}));
 }
@@ -149,7 +149,7 @@ double NotTransparent(const Evidence& evidence) {
 
 /// Where others are read well, that of one is damage.
 double EighthBit(const Evidence& evidence) {
-  return evidence.answered ? 0 : evidence.Share({eighth_bit});
+  return evidence.answered && !evidence.changed ? 0 : evidence.Share({eighth_bit});
 }
 
 double BadCheck(const Evidence& evidence) {

@@ -48,6 +48,11 @@ std::string SayOtherParity(const Evidence& evidence) {
 std::string SaySettings(const Evidence& evidence) {
   const DeviceRecord& record = evidence.first();
   const std::string serial = SerialOf(record).ToString();
+  if (evidence.changed) {
+    return "bytes come, and not one good frame any more: check whether its bit rate, parity or "
+           "data bits were changed (" +
+           serial + " here), A and B, then noise, or a second device with its address";
+  }
   if (record.status.unasked) {
     return "bytes come, and no message: check bit rate, parity and data bits (" + serial +
            " here), then what the profile says of its messages";

@@ -156,6 +156,7 @@ Json DeviceJson(const LineStatus& line, const DeviceRecord& record,
   json["patience_ms"] = InMilliseconds(status.patience);
   json["doubled"] = status.doubled;
   json["rechecks"] = status.rechecks;
+  json["unconfirmed"] = status.unconfirmed;
   json["unasked"] = status.unasked;
   json["lost_events"] = status.lost_events;
   json["writes"] = WritesJson(status);

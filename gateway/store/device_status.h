@@ -115,6 +115,7 @@ struct DeviceStatus {
   std::uint32_t doubled = 0;  ///< exchanges after whose reply came another, different one
   Instant last_doubled{};
   std::uint32_t rechecks = 0;                      ///< second reads, before a reading counts
+  std::uint32_t unconfirmed = 0;                   ///< of these, with another result
   std::array<std::uint32_t, kWriteEnds> writes{};  ///< of points, indexed by WriteEnd
   std::uint32_t unread_writes = 0;                 ///< confirmed, but not read back
   /// It sends unasked: its messages count as exchanges, damaged ones as corrupt.

@@ -45,6 +45,10 @@ def closes_inside(x):
     return [(m.THINK, m.half(x)), (m.THINK + 0.001, p.CLOSE)]
 
 
+def flipped_digit(x):
+    return x.reply.replace(b"+01.5", b"+81.5") if x.number % 6 == 3 else x.reply
+
+
 BLIND = family(
     "found blind",
     Fault("two bytes lost inside", "rtu", m.sends(two_lost), "missing|too few|short", "raw|converter|wire|firmware", OTHER + "|noise", "alone beside"),
@@ -60,4 +64,8 @@ BLIND = family(
     Fault("closes at one request", "tcp", lambda x: p.CLOSE if b"\0\x28" in x.request else m.well(x), "ends the connection at the request for torque", "take|points|profile", OTHER, "alone beside"),
     Fault("closes inside replies", "tcp rtu", closes_inside, "break off|inside|half-way|clos(ed?|es|ing)", "server|firmware|buffer", "gap|second master", line="TCP"),
     Fault("a quarter lost, slow to be given up", "dcon dcon0 rtu", lambda x: m.well(x) if x.random.random() > 0.25 else [], "single requests get no answer", "wire|plug|noise", "gap|away|restart|bit rate", "alone beside", device="timing: { reply: 1s }"),
+    Fault("other bit rate since 12 s", "spa rtu dcon", m.dies_at(12, m.sends(m.wrong_rate(2.0))), "bit rate", "changed", "gap|power", "alone beside"),
+    Fault("eighth bit since 12 s", "spa ascii", m.dies_at(12, m.sends(m.eighth_bit)), "eighth bit", "7E1|7O1|serial server", "gap|power", line="TCP"),
+    Fault("digits flip", "dcon0", m.sends(flipped_digit), "changed when they were read again", "checksum", OTHER),
+    Fault("two FF behind", "rtu ascii dcon spa", m.sends(m.behind(b"\xff\xff")), "", "", well=True),
 )

@@ -116,8 +116,15 @@ std::optional<Recognised> Recognise(View request, View heard, const Settings& se
   std::size_t numbers = 0;
   for (const Form* form : awaited->forms) {
     if (HasWrongSum(*form, line, awaited->known)) return std::nullopt;
+    if (asked && !awaited->known.empty() && IsWhole(*form, line, {})) {
+      return Recognised{Recognised::What::other_device,
+                        "another device answers than the one that was asked" + quoted,
+                        "check the address that is set in it"};
+    }
     if (LacksSum(*form, line, awaited->known)) {
-      return Recognised{Recognised::What::other_setting, what + " carry no check value" + quoted,
+      // Beside replies that have one it is damage.
+      return Recognised{asked ? Recognised::What::other_form : Recognised::What::other_setting,
+                        what + " carry no check value" + quoted,
                         "switch it on at the device, or take {checksum} out of its telegrams"};
     }
     if (asked && LacksSign(*form, line, awaited->known)) {

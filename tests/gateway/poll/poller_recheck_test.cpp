@@ -41,6 +41,7 @@ TEST_F(RecheckTest, AQuietValueCostsOneRequestOnceAndNoneAfter) {
   EXPECT_EQ(line_->StatusOf(0).rechecks, 1U);
   line_->RunFor(1min);
   EXPECT_EQ(line_->StatusOf(0).rechecks, 1U);
+  EXPECT_EQ(line_->StatusOf(0).unconfirmed, 0U);
 }
 
 TEST_F(RecheckTest, ADamagedReadingIsNeverShown) {
@@ -56,6 +57,7 @@ TEST_F(RecheckTest, ADamagedReadingIsNeverShown) {
   EXPECT_FALSE(shown);
   EXPECT_TRUE(uncertain);
   EXPECT_EQ(line_->QualityOf(0, 0), Quality::good) << "within the same poll";
+  EXPECT_EQ(line_->StatusOf(0).unconfirmed, 1U);
 }
 
 TEST_F(RecheckTest, AnOldValueDoesNotBecomeYounger) {

@@ -154,6 +154,16 @@ TEST_F(DiagnoseTest, ARequestThatIsNeverAnsweredBesideOthers) {
   EXPECT_THAT(Say(), IsEmpty()) << "it answers none";
 }
 
+TEST_F(DiagnoseTest, ReadingsThatAreNotConfirmed) {
+  device().exchanges = 100;
+  device().unconfirmed = 4;
+  EXPECT_THAT(Say(), ElementsAre("4 of its readings changed when they were read again: replies "
+                                 "come damaged, and no check value shows it: switch its checksum "
+                                 "on, here too, and look for noise"));
+  device().exchanges = 101;
+  EXPECT_THAT(Say(), IsEmpty());
+}
+
 TEST_F(DiagnoseTest, ARequestThatIsAnsweredInAnotherWayIsNotSilent) {
   for (PointRecord& point : record_.points) point.reported = Quality::bad_waiting;
   device().queries = {{.first_point = 0, .points = 1},

@@ -171,6 +171,15 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        "its replies have bytes too many (19, not 18): set the converter or serial server to raw "
        "(no XON/XOFF, no Telnet)",
        kNeighbour},
+      {{{eighth_bit, Findings::kKept}},
+       "right once the eighth bit is taken away: it sends 7 data bits with parity; the adapter does "
+       "not do 9600 7E1: use another, or 7O1",
+       kAnswered},
+      {{{noise, Findings::kKept}},
+       "bytes come, and not one good frame any more: check whether its bit rate, parity or data "
+       "bits were changed (9600 7E1 here), A and B, then noise, or a second device with its "
+       "address",
+       kAnswered},
       {{{bad_check, 9}},
        "its replies have a wrong check value: two devices have its address, or it computes another "
        "one"},
