@@ -48,6 +48,7 @@ void JobRun::OnClosed(const std::string& reason) {
 }
 
 bool JobRun::IsReadingBack() const {
+  if (chooser_.parked().HasReadBack()) return true;
   return job_ && job_->goal().As<Job::ReadBack>() != nullptr && !job_->goal().had_failure &&
          !job_->had_failure;
 }
@@ -164,7 +165,7 @@ bool JobRun::MayPark() const {
   const Task::Kind kind = job_->task.kind;
   const bool reads =
       kind == Task::Kind::poll || kind == Task::Kind::events || kind == Task::Kind::background;
-  return reads && job_->asked().named() && !chooser_.parked().Has(*job_->member);
+  return reads && job_->asked().named() && !chooser_.parked().HasLike(*job_);
 }
 
 void JobRun::Park(Instant until) {

@@ -46,7 +46,7 @@ class JobRun {
 
   /// Null: nothing is to be done.
   Job* job() const { return job_.get(); }
-  /// A read-back, or the probe before it, and nothing of it has failed yet.
+  /// A read-back, or the probe before it, is under way or parked, and nothing of it has failed yet.
   bool IsReadingBack() const;
   /// Only without a job. The job gets its first request, or ends at once.
   void Begin(std::unique_ptr<Job> job);
