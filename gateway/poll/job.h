@@ -28,6 +28,11 @@ struct Withheld {
 };
 
 struct Job {
+  /// How a request has ended, in words as well.
+  struct Ended {
+    Outcome outcome = Outcome::none;
+    std::string reason{};
+  };
   struct Poll {
     config::Group group = config::Group::fast;
     bool last_of_round = false;
@@ -38,12 +43,14 @@ struct Job {
   struct ReadBack {};  ///< of a query whose points were written, or are in doubt
   struct Write {
     WriteCommand command;
-    std::size_t first = 0;          ///< index in command.writes() of the first point under way
-    std::size_t next = 0;           ///< index of the first point that was not begun
-    std::optional<Outcome> told{};  ///< the latest answer to a request that does not only close
-    bool may_have_acted = false;    ///< see Answer
-    bool sent_before = false;       ///< sent(), before the latest try
-    std::optional<Withheld> withheld{};  ///< a request was not sent; what is open is closed now
+    std::size_t first = 0;  ///< index in command.writes() of the first point under way
+    std::size_t next = 0;   ///< index of the first point that was not begun
+    /// The latest failure or refusal, or answer to a request that may write. Behind it only closing
+    /// requests were sent.
+    std::optional<Ended> told{};
+    bool may_have_acted = false;           ///< see Answer
+    bool may_have_written_before = false;  ///< sent(), before the latest try
+    std::optional<Withheld> withheld{};    ///< a request was not sent; what is open is closed now
 
     /// Whether a request was sent that may have written the points under way.
     bool sent() const { return command.state == WriteState::sent; }
@@ -76,7 +83,7 @@ struct Job {
   struct Attempt {
     Instant began{};
     Instant sent_at{};                 ///< see Asked
-    bool sent_before = false;          ///< another request of the job, or an earlier try
+    bool job_was_sent = false;         ///< was_sent of the job, before this try
     std::optional<ExchangeEnd> end{};  ///< until JobRun::TakeEnd
     Answer answer{};                   ///< what the reply says
     WhoseReply::Verdict verdict{};     ///< whose it is

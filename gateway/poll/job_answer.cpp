@@ -118,7 +118,9 @@ void JobRun::TakeAnswer() {
   upkeep_.OnHeard(device, now_.instant);
   if (auto* const write = job.As<Job::Write>(); write != nullptr) {
     write->may_have_acted = answer.may_have_acted;
-    if (write->sent() && !job.step.request.closes) write->told = outcome;
+    // That a step which only prepares has succeeded says nothing of the write.
+    const bool counts = write->sent() || outcome != Outcome::ok;
+    if (counts && !job.step.request.closes) write->told = {outcome, answer.reason};
   }
   const Duration wait = answer.wait;
   const Then then = answer.then;
@@ -198,6 +200,8 @@ void JobRun::GiveUp(const ExchangeEnd& end) {
   const bool silent = job_->task.kind == Task::Kind::poll && end.outcome == Outcome::no_reply;
   job_->blames_query = silent && job_->task.query < queries.size() &&
                        !device.heard.TellsOfDevice(queries[job_->task.query].points, now_.instant);
+  auto* const write = job_->As<Job::Write>();
+  if (write != nullptr && !job_->step.request.closes) write->told = {end.outcome, end.reason};
   const Then then =
       device.conversation->OnFailure(job_->task, job_->step.request, end.outcome, now_.instant);
   upkeep_.OnHeard(device, now_.instant);

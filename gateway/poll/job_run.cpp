@@ -57,7 +57,7 @@ void JobRun::Abandon(std::uint64_t client, bool unsent) {
   for (Job* job = job_.get(); job != nullptr; job = job->postponed.get()) {
     auto* routed = job->As<Job::Routed>();
     if (routed == nullptr) continue;
-    const bool out = unsent && job == job_.get() ? job->attempt.sent_before : job->was_sent;
+    const bool out = unsent && job == job_.get() ? job->attempt.job_was_sent : job->was_sent;
     std::erase_if(routed->batch, [client, out](const RoutedRequest& request) {
       if (request.client == client) request.done(Abandoned(out));
       return request.client == client;
@@ -122,6 +122,7 @@ void JobRun::NextWrite() {
 void JobRun::NoteWriting(const Device& device) {
   Job::Write& write = *job_->As<Job::Write>();
   write.command.MoveTo(WriteState::sent);
+  write.told.reset();
   for (std::size_t i = write.first; i < write.next; ++i) {
     const std::uint32_t point = write.command.writes()[i].point;
     agenda_.write_queue.OnBegun(device.index, point);
@@ -180,7 +181,7 @@ Exchange JobRun::Start(Instant idle_since) {
   const bool trusted = device != nullptr && device->config->trust_order;
   if (trusted && job_->step.retries == 0) owed_.whose.OnTrusted(member);
   job_->step.waiting = false;
-  job_->attempt = {.began = now_.instant, .sent_at = now_.instant, .sent_before = job_->was_sent};
+  job_->attempt = {.began = now_.instant, .sent_at = now_.instant, .job_was_sent = job_->was_sent};
   Exchange exchange{job_->step.request, member.protocol->reply_rule, member.times, {}, {}};
   exchange.lags = owed_.whose.Lags(member);
   exchange.times.reply += owed_.late.MoreReply(job_->asked());
@@ -207,7 +208,7 @@ const Request& JobRun::Send() {
                                               character);
   }
   if (auto* const write = job_->As<Job::Write>()) {
-    write->sent_before = write->sent();
+    write->may_have_written_before = write->sent();
     if (!request.prepares && !request.closes) NoteWriting(*job_->member->device);
   }
   chooser_.turns().OnSent(IsUrgent(job_->goal()));
@@ -219,9 +220,9 @@ const Request& JobRun::Send() {
 }
 
 void JobRun::NeverLeft() {
-  job_->was_sent = job_->attempt.sent_before;
+  job_->was_sent = job_->attempt.job_was_sent;
   auto* const write = job_->As<Job::Write>();
-  if (write != nullptr && write->sent() && !write->sent_before) {
+  if (write != nullptr && write->sent() && !write->may_have_written_before) {
     write->command.MoveTo(WriteState::queued);
   }
 }

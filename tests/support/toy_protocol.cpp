@@ -199,6 +199,10 @@ class ToyConversation final : public Conversation {
       answer.wait = device_.options.Time("wait");
     } else if (word == "refused") {
       answer.outcome = Outcome::refused;
+      if (task.kind == Task::Kind::write && InSession(task)) {
+        closing_ = failed_write_ = true;
+        answer.then = Then::ask_again;
+      }
     } else if (word == "replan") {
       dropped_.insert(PointOf(task));
       Plan();

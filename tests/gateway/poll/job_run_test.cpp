@@ -243,6 +243,20 @@ TEST(JobRunTest, WhatAWriteComesTo) {
   }
 }
 
+TEST(JobRunTest, ASilentClosingDoesNotHideWhyAWriteWasRefused) {
+  const std::vector<std::string> kRefusals[] = {{"!A9", "!A1~refused"}, {"!A9~refused"}};
+  for (const std::vector<std::string>& heard : kRefusals) {
+    Rig rig("S1");
+    rig.Write({0});
+    for (const std::string& what : heard) rig.Hear(what);
+    EXPECT_EQ(rig.Next(), "CA0");
+    for (int tries = 0; tries < 3; ++tries) rig.Hear("silence");
+    ASSERT_EQ(rig.results.size(), 1U);
+    EXPECT_EQ(rig.results[0].end, WriteEnd::refused);
+    EXPECT_THAT(rig.results[0].reason, StartsWith("the device says refused"));
+  }
+}
+
 TEST(JobRunTest, WhatIsForbiddenMeanwhileIsWithdrawnFromALineThatIsNotQuietYet) {
   Rig rig("1");
   rig.Write({0});
