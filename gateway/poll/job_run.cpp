@@ -69,7 +69,6 @@ void JobRun::Abandon(std::uint64_t client, bool unsent) {
 
 void JobRun::Begin(std::unique_ptr<Job> job) {
   job_ = std::move(job);
-  if (job_->probe_budget) ledger_.line.OnProbe();
   if (job_->As<Job::Write>() != nullptr) {
     NextWrite();
   } else if (job_->As<Job::Routed>() == nullptr) {
@@ -213,6 +212,7 @@ const Request& JobRun::Send() {
   }
   chooser_.turns().OnSent(IsUrgent(job_->goal()));
   owed_.whose.OnSent(job_->asked(), now_.instant);
+  if (job_->probe_budget && !job_->was_sent) ledger_.line.OnProbe();
   ledger_.line.OnSent(*job_->member, request);
   job_->attempt.sent_at = now_.instant;
   job_->was_sent = true;
