@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 #include <variant>
+#include <vector>
 
 #include "gateway/base/time.h"
 #include "gateway/line/line.h"
@@ -40,7 +41,9 @@ struct Job {
   struct Events {};      ///< the events of the device
   struct Background {};  ///< a low-priority read
   struct Probe {};
-  struct ReadBack {};  ///< of a query whose points were written, or are in doubt
+  struct ReadBack {
+    std::vector<std::size_t> points{};  ///< that were written, or are in doubt
+  };
   struct Write {
     WriteCommand command;
     std::size_t first = 0;  ///< index in command.writes() of the first point under way

@@ -134,7 +134,7 @@ void JobRun::TakeAnswer() {
   if (wait > Duration::zero()) agenda_.schedule.Hold(device.place, now_.instant + wait);
   if (then == Then::ask_again) return Ask();
   if (then == Then::replan || then == Then::restart) {
-    upkeep_.Plan(device);
+    upkeep_.Replan(device, now_.instant);
     if (then == Then::replan) {
       agenda_.schedule.GoOn(device.place, now_.instant);
     } else if (device.in_use) {
@@ -207,7 +207,7 @@ void JobRun::GiveUp(const ExchangeEnd& end) {
   upkeep_.OnHeard(device, now_.instant);
   if (then == Then::ask_again) return Ask();
   if (then == Then::replan) {
-    upkeep_.Plan(device);
+    upkeep_.Replan(device, now_.instant);
     agenda_.schedule.GoOn(device.place, now_.instant);
   }
   upkeep_.HoldBack(device);

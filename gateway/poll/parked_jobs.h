@@ -40,6 +40,14 @@ class ParkedJobs {
     return std::ranges::any_of(
         parked_, [](const One& one) { return IsReadBack(*one.job) && !one.job->had_failure; });
   }
+  std::vector<std::unique_ptr<Job>> TakeAll(const Member& member) {
+    std::vector<std::unique_ptr<Job>> taken;
+    for (One& one : parked_) {
+      if (one.member() == &member) taken.push_back(std::move(one.job));
+    }
+    std::erase_if(parked_, [](const One& one) { return one.job == nullptr; });
+    return taken;
+  }
   void Drop(const Member& member) {
     std::erase_if(parked_, [&member](const One& one) { return one.member() == &member; });
   }

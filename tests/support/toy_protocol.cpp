@@ -150,6 +150,13 @@ class ToyConversation final : public Conversation {
     return std::nullopt;
   }
 
+  bool ForgetRefusals() override {
+    if (dropped_.empty()) return false;
+    dropped_.clear();
+    Plan();
+    return true;
+  }
+
   const DeviceTrouble& trouble() const override { return trouble_; }
 
   void OnReconnect() override {
