@@ -28,12 +28,13 @@ struct Withheld {
   std::string why;
 };
 
+/// How a job or one of its requests has ended, also in words.
+struct JobEnd {
+  Outcome outcome = Outcome::none;
+  std::string reason{};
+};
+
 struct Job {
-  /// How a request has ended, in words as well.
-  struct Ended {
-    Outcome outcome = Outcome::none;
-    std::string reason{};
-  };
   struct Poll {
     config::Group group = config::Group::fast;
     bool last_of_round = false;
@@ -50,7 +51,7 @@ struct Job {
     std::size_t next = 0;   ///< index of the first point that was not begun
     /// The latest failure or refusal, or answer to a request that may write. Behind it only closing
     /// requests were sent.
-    std::optional<Ended> told{};
+    std::optional<JobEnd> told{};
     bool may_have_acted = false;           ///< see Answer
     bool may_have_written_before = false;  ///< sent(), before the latest try
     std::optional<Withheld> withheld{};    ///< a request was not sent; what is open is closed now
@@ -110,7 +111,8 @@ struct Job {
   }
   /// The job itself, or the postponed job if this is the probe before it.
   const Job& goal() const { return postponed ? *postponed : *this; }
-  /// Something of it has been sent.
+  /// Its present request is not its first one, or is repeated: the conversation may have something
+  /// to close.
   bool begun() const { return requests > 1 || step.retries > 0; }
   /// No reply is due to its request.
   bool is_broadcast() const { return step.request.expect.reply == Expectation::Reply::none; }

@@ -70,12 +70,15 @@ void JobRun::OnAnswered(const ExchangeEnd& end) {
   const bool reads = IsReading(job) && job.step.request.expect.repeatable;
   const bool lags = owed_.whose.Lags(*job.member);
   const bool much_older = lags && attempt.verdict.older > job.member->times.ceiling;
-  const bool old = reads && much_older && chooser_.MayRepeat(job, kMostTriesMore, now_.instant);
-  const bool peace =
+  const bool reads_again =
+      reads && much_older && chooser_.MayRepeat(job, kMostTriesMore, now_.instant);
+  const bool wants_peace =
       attempt.answer.outcome == Outcome::busy || attempt.answer.wait > Duration::zero();
-  const bool alike = job.postponed && !peace && !owed_.whose.orders().IsOfLatest(job.asked()) &&
-                     chooser_.MayRepeat(job, kMostProbesMore, now_.instant);
-  if (old || alike) {
+  const bool may_be_of_earlier_probe =
+      job.postponed && !owed_.whose.orders().IsOfLatest(job.asked());
+  const bool probes_again = may_be_of_earlier_probe && !wants_peace &&
+                            chooser_.MayRepeat(job, kMostProbesMore, now_.instant);
+  if (reads_again || probes_again) {
     ++job.step.retries;
     job.step.waiting = true;
   } else if (job.has_news() && (job.had_failure || job.step.retries > 0) &&
@@ -154,7 +157,8 @@ void JobRun::TakeAnswer() {
 void JobRun::OnFailed(const ExchangeEnd& end) {
   Job& job = *job_;
   Member& member = *job.member;
-  const bool heard_itself = std::exchange(job.attempt.answer, {}).outcome == Outcome::unexpected;
+  const bool heard_itself = job.attempt.answer.outcome == Outcome::unexpected;
+  job.attempt.answer = {};
   job.had_failure = true;
   if (auto* routed = job.As<Job::Routed>()) return OnRoutedFailure(*routed, end);
   // The reply to another request has come, so the awaited one is nearer. A reply in the name of a

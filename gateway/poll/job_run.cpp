@@ -3,7 +3,7 @@
 //
 // clang-format off
 //   the job               what happens                        next
-//   chosen                it asks, or its request is ready    waiting
+//   chosen, or parked     it asks, or its request is ready    waiting
 //   chosen                the conversation will not ask       ended: unsupported
 //   waiting, a poll, a    a late reply of its device is due   parked, where replies name their sender:
 //   read-back, events or                                      MayPark
@@ -22,11 +22,17 @@
 //                         readings, to a repetition or        if that has a name: OnAnswered
 //                         after a miss
 //   under way             a broadcast out, a step remains     waiting, for the next request
-//   under way             busy, of a poll                     parked, as often as there are retries
-//   under way             silence, damage, another's reply    waiting, to be repeated: Chooser::MayRepeat
-//   under way             the same, of a routed read          back in its queue after damage, else
-//                                                             ended: its client judges
-//   under way             the same, no retry left             a step that closes what is open, or ended
+//   under way, a poll or  busy                                parked, as often as there are retries,
+//   a read-back                                               unless one like it is: ParkedJobs
+//   under way, a read     a good reply that may answer a      waiting, to be repeated, also a routed
+//                         much older request                  one
+//   under way, a probe    a good reply that may answer the    waiting, to be repeated, before it goes
+//                         probe of an earlier task            on with what is postponed
+//   under way, no route   silence, damage, another's reply    waiting, to be repeated: Chooser::MayRepeat
+//   under way, a routed   damage                              back in its queue, as often as there are
+//   read                                                      retries
+//   under way, routed     silence, damage, another's reply    ended: its client judges
+//   under way, no route   the same, no retry left             a step that closes what is open, or ended
 //   under way             the port is lost                    ended: line_down
 //   postponed             its probe was answered in order     waiting
 //   postponed             it was not                          ended: as the probe
@@ -47,10 +53,10 @@ void JobRun::OnClosed(const std::string& reason) {
   if (job_) Finish(Outcome::line_down, reason);
 }
 
-bool JobRun::IsReadingBack() const {
-  if (chooser_.parked().HasReadBack()) return true;
-  return job_ && job_->goal().As<Job::ReadBack>() != nullptr && !job_->goal().had_failure &&
-         !job_->had_failure;
+bool JobRun::IsReadingBack(const Member& member) const {
+  if (chooser_.parked().HasReadBack(member)) return true;
+  return job_ && job_->member == &member && job_->goal().As<Job::ReadBack>() != nullptr &&
+         !job_->goal().had_failure && !job_->had_failure;
 }
 
 void JobRun::Abandon(std::uint64_t client, bool unsent) {

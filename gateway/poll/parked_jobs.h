@@ -36,9 +36,10 @@ class ParkedJobs {
     });
   }
   /// A read-back that has not failed yet.
-  bool HasReadBack() const {
-    return std::ranges::any_of(
-        parked_, [](const One& one) { return IsReadBack(*one.job) && !one.job->had_failure; });
+  bool HasReadBack(const Member& member) const {
+    return std::ranges::any_of(parked_, [&member](const One& one) {
+      return one.member() == &member && IsReadBack(*one.job) && !one.job->had_failure;
+    });
   }
   std::vector<std::unique_ptr<Job>> TakeAll(const Member& member) {
     std::vector<std::unique_ptr<Job>> taken;

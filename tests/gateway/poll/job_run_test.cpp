@@ -360,7 +360,7 @@ TEST(JobRunTest, ACommandOfTwoPointsIsConfirmedBehindTheSecond) {
   EXPECT_EQ(rig.Next(), "WA1=7");
   rig.Hear("!A1");
   EXPECT_EQ(rig.Next(), "WA2=7");
-  EXPECT_TRUE(rig.writes().TakeConfirmed(false).empty()) << "it is not";
+  EXPECT_TRUE(rig.writes().TakeConfirmed([](std::size_t) { return false; }).empty()) << "it is not";
   rig.Hear("!A2");
   EXPECT_EQ(rig.Next(), "ended");
   EXPECT_TRUE(rig.results.empty()) << "answered when it was read back";
@@ -393,12 +393,12 @@ TEST(JobRunTest, WhatIsNotPermittedAnyMoreIsNotBegun) {
 
 TEST(JobRunTest, AReadBackThatFailsOnceHoldsNobodyUp) {
   Rig rig("1");
-  EXPECT_FALSE(rig.run().IsReadingBack());
+  EXPECT_FALSE(rig.run().IsReadingBack(rig.a()));
   rig.ReadBack();
-  EXPECT_TRUE(rig.run().IsReadingBack());
+  EXPECT_TRUE(rig.run().IsReadingBack(rig.a()));
   rig.Hear("silence");
   EXPECT_EQ(rig.Next(), "?A1");
-  EXPECT_FALSE(rig.run().IsReadingBack());
+  EXPECT_FALSE(rig.run().IsReadingBack(rig.a()));
 }
 
 TEST(JobRunTest, AReadBackIsAwaitedBehindTheProbeBeforeIt) {
@@ -407,12 +407,12 @@ TEST(JobRunTest, AReadBackIsAwaitedBehindTheProbeBeforeIt) {
   rig.Hear("late");
   rig.Turn();
   EXPECT_EQ(rig.Next(), "PA0");
-  EXPECT_TRUE(rig.run().IsReadingBack());
+  EXPECT_TRUE(rig.run().IsReadingBack(rig.a()));
   rig.Hear("!A0");
   EXPECT_EQ(rig.Next(), "?A1");
-  EXPECT_TRUE(rig.run().IsReadingBack());
+  EXPECT_TRUE(rig.run().IsReadingBack(rig.a()));
   rig.Hear("!A1=8");
-  EXPECT_FALSE(rig.run().IsReadingBack());
+  EXPECT_FALSE(rig.run().IsReadingBack(rig.a()));
 }
 
 TEST(JobRunTest, AProbeThatFailsBeforeAReadBackHoldsNobodyUp) {
@@ -420,7 +420,7 @@ TEST(JobRunTest, AProbeThatFailsBeforeAReadBackHoldsNobodyUp) {
   rig.ReadBack();
   for (const char* what : {"late", "silence"}) rig.Hear(what);
   EXPECT_EQ(rig.Next(), "PA0");
-  EXPECT_FALSE(rig.run().IsReadingBack());
+  EXPECT_FALSE(rig.run().IsReadingBack(rig.a()));
 }
 
 TEST(JobRunTest, TheTimeOfAReplyCountsFromItsRequestAndNotFromTheQuietBeforeIt) {

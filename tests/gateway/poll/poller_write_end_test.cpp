@@ -203,5 +203,24 @@ TEST_F(PollerWriteEnd, ReadNowOfWhatIsNotThere) {
   EXPECT_FALSE(results_[1].read_back);
 }
 
+/// A is silent to its write, and its read-back waits for a late reply.
+TEST(PollerWriteEndOfTwo, AWriteDoesNotWaitForTheReadBackOfAnotherDevice) {
+  VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"}), ToyDevice("b", "B", {"1"})}),
+                   {&ToyProtocol()});
+  line.Open();
+  line.RunFor(1500ms);
+  line.twin(0).manner.instead = [](View request) -> std::optional<Bytes> {
+    return request[0] == 'W' ? std::optional(Bytes()) : std::nullopt;
+  };
+  line.Write(0, 0, 1.0);
+  line.Write(1, 0, 2.0);
+  ASSERT_TRUE(line.RunUntil([&] { return line.ends.size() == 1; }, 2s));
+  EXPECT_EQ(line.ends[0], WriteEnd::unknown);
+  const Instant began = line.now().instant;
+  ASSERT_TRUE(line.RunUntil([&] { return line.ends.size() == 2; }, 2s));
+  EXPECT_EQ(line.ends[1], WriteEnd::ok);
+  EXPECT_LT(line.now().instant - began, 200ms);
+}
+
 }  // namespace
 }  // namespace baudgate
