@@ -106,7 +106,7 @@ class JournalSession {
   std::size_t asked_ = 0;  // whose record was asked for
   std::size_t place_ = 0;  // and which
   bool looks_ = false;     // it is not of the pass
-  bool chosen_ = false;    // what the task under way is for
+  bool chosen_ = false;    // the task under way has a record to ask for
   int exchanges_ = 0;      // of that task, answered
   unsigned turn_ = 0;
   std::size_t urgent_turn_ = 0;
