@@ -228,8 +228,10 @@ class Conversation {
   virtual void OnEventsKept(std::string_view /*said*/) {}
 
   /// The next request for `task`. That may be one which the task itself does not name, such as a
-  /// login; then the Answer to it says ask_again. An error, one sentence, ends the task as
-  /// unsupported: the value does not fit what is written.
+  /// login; then the Answer to it says ask_again. The request may wait, behind a probe or until its
+  /// device is no longer busy: then Ask is called for it again, or the task ends without a word. So
+  /// what a conversation counts, it counts in OnFrame, OnSent and OnFailure. An error, one
+  /// sentence, ends the task as unsupported: the value does not fit what is written.
   virtual Result<Request> Ask(const Task& task, Instant now) = 0;
 
   /// How many of these writes, from the first on, one exchange carries: "1WS4:0.9/S5:1.2" two.

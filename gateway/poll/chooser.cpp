@@ -129,9 +129,10 @@ std::unique_ptr<Job> Chooser::TakeReadBack(Instant now) {
     });
     if (!next) return nullptr;
     Device& device = roster_.device(next->device);
-    const bool known = next->query < device.conversation->Queries().size();
+    const auto queries = device.conversation->Queries();
+    const bool known = next->query < queries.size();
     if (!known || !device.in_use || device.health.offline()) continue;
-    return std::make_unique<Job>(device, Job::ReadBack{},
+    return std::make_unique<Job>(device, Job::ReadBack{queries[next->query].points},
                                  Task{.kind = Task::Kind::poll, .query = next->query}, now);
   }
 }

@@ -59,7 +59,7 @@ std::optional<Job::Write> EffectApplier::OnWriteEnd(Job::Write& write, Device& d
       write.command.End(effects.result);
       break;
     case Next::confirm:
-      agenda_.write_queue.Confirm(std::move(write.command), now);
+      agenda_.write_queue.Confirm(std::move(write.command), device.place, now);
       break;
     case Next::go_on:
       write.command.MoveTo(WriteState::queued);

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 #include <variant>
+#include <vector>
 
 #include "gateway/base/time.h"
 #include "gateway/line/line.h"
@@ -27,6 +28,12 @@ struct Withheld {
   std::string why;
 };
 
+/// How a job or one of its requests has ended, also in words.
+struct JobEnd {
+  Outcome outcome = Outcome::none;
+  std::string reason{};
+};
+
 struct Job {
   struct Poll {
     config::Group group = config::Group::fast;
@@ -35,15 +42,19 @@ struct Job {
   struct Events {};      ///< the events of the device
   struct Background {};  ///< a low-priority read
   struct Probe {};
-  struct ReadBack {};  ///< of a query whose points were written, or are in doubt
+  struct ReadBack {
+    std::vector<std::size_t> points{};  ///< that were written, or are in doubt
+  };
   struct Write {
     WriteCommand command;
-    std::size_t first = 0;          ///< index in command.writes() of the first point under way
-    std::size_t next = 0;           ///< index of the first point that was not begun
-    std::optional<Outcome> told{};  ///< the latest answer to a request that does not only close
-    bool may_have_acted = false;    ///< see Answer
-    bool sent_before = false;       ///< sent(), before the latest try
-    std::optional<Withheld> withheld{};  ///< a request was not sent; what is open is closed now
+    std::size_t first = 0;  ///< index in command.writes() of the first point under way
+    std::size_t next = 0;   ///< index of the first point that was not begun
+    /// The latest failure or refusal, or answer to a request that may write. Behind it only closing
+    /// requests were sent.
+    std::optional<JobEnd> told{};
+    bool may_have_acted = false;           ///< see Answer
+    bool may_have_written_before = false;  ///< sent(), before the latest try
+    std::optional<Withheld> withheld{};    ///< a request was not sent; what is open is closed now
 
     /// Whether a request was sent that may have written the points under way.
     bool sent() const { return command.state == WriteState::sent; }
@@ -76,7 +87,7 @@ struct Job {
   struct Attempt {
     Instant began{};
     Instant sent_at{};                 ///< see Asked
-    bool sent_before = false;          ///< another request of the job, or an earlier try
+    bool job_was_sent = false;         ///< was_sent of the job, before this try
     std::optional<ExchangeEnd> end{};  ///< until JobRun::TakeEnd
     Answer answer{};                   ///< what the reply says
     WhoseReply::Verdict verdict{};     ///< whose it is
@@ -100,7 +111,8 @@ struct Job {
   }
   /// The job itself, or the postponed job if this is the probe before it.
   const Job& goal() const { return postponed ? *postponed : *this; }
-  /// Something of it has been sent.
+  /// Its present request is not its first one, or is repeated: the conversation may have something
+  /// to close.
   bool begun() const { return requests > 1 || step.retries > 0; }
   /// No reply is due to its request.
   bool is_broadcast() const { return step.request.expect.reply == Expectation::Reply::none; }

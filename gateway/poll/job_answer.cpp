@@ -70,12 +70,15 @@ void JobRun::OnAnswered(const ExchangeEnd& end) {
   const bool reads = IsReading(job) && job.step.request.expect.repeatable;
   const bool lags = owed_.whose.Lags(*job.member);
   const bool much_older = lags && attempt.verdict.older > job.member->times.ceiling;
-  const bool old = reads && much_older && chooser_.MayRepeat(job, kMostTriesMore, now_.instant);
-  const bool peace =
+  const bool reads_again =
+      reads && much_older && chooser_.MayRepeat(job, kMostTriesMore, now_.instant);
+  const bool wants_peace =
       attempt.answer.outcome == Outcome::busy || attempt.answer.wait > Duration::zero();
-  const bool alike = job.postponed && !peace && !owed_.whose.orders().IsOfLatest(job.asked()) &&
-                     chooser_.MayRepeat(job, kMostProbesMore, now_.instant);
-  if (old || alike) {
+  const bool may_be_of_earlier_probe =
+      job.postponed && !owed_.whose.orders().IsOfLatest(job.asked());
+  const bool probes_again = may_be_of_earlier_probe && !wants_peace &&
+                            chooser_.MayRepeat(job, kMostProbesMore, now_.instant);
+  if (reads_again || probes_again) {
     ++job.step.retries;
     job.step.waiting = true;
   } else if (job.has_news() && (job.had_failure || job.step.retries > 0) &&
@@ -118,7 +121,9 @@ void JobRun::TakeAnswer() {
   upkeep_.OnHeard(device, now_.instant);
   if (auto* const write = job.As<Job::Write>(); write != nullptr) {
     write->may_have_acted = answer.may_have_acted;
-    if (write->sent() && !job.step.request.closes) write->told = outcome;
+    // That a step which only prepares has succeeded says nothing of the write.
+    const bool counts = write->sent() || outcome != Outcome::ok;
+    if (counts && !job.step.request.closes) write->told = {outcome, answer.reason};
   }
   const Duration wait = answer.wait;
   const Then then = answer.then;
@@ -132,7 +137,7 @@ void JobRun::TakeAnswer() {
   if (wait > Duration::zero()) agenda_.schedule.Hold(device.place, now_.instant + wait);
   if (then == Then::ask_again) return Ask();
   if (then == Then::replan || then == Then::restart) {
-    upkeep_.Plan(device);
+    upkeep_.Replan(device, now_.instant);
     if (then == Then::replan) {
       agenda_.schedule.GoOn(device.place, now_.instant);
     } else if (device.in_use) {
@@ -142,7 +147,7 @@ void JobRun::TakeAnswer() {
   }
   const bool read = job.task.kind == Task::Kind::poll;
   const bool parks = outcome == Outcome::busy && read && job.parkings < device.retries &&
-                     device.in_use && !chooser_.parked().Has(device);
+                     device.in_use && !chooser_.parked().HasLike(job);
   if (!parks) return Finish(outcome, reason);
   ++job.parkings;
   --job.requests;
@@ -152,7 +157,8 @@ void JobRun::TakeAnswer() {
 void JobRun::OnFailed(const ExchangeEnd& end) {
   Job& job = *job_;
   Member& member = *job.member;
-  const bool heard_itself = std::exchange(job.attempt.answer, {}).outcome == Outcome::unexpected;
+  const bool heard_itself = job.attempt.answer.outcome == Outcome::unexpected;
+  job.attempt.answer = {};
   job.had_failure = true;
   if (auto* routed = job.As<Job::Routed>()) return OnRoutedFailure(*routed, end);
   // The reply to another request has come, so the awaited one is nearer. A reply in the name of a
@@ -198,12 +204,14 @@ void JobRun::GiveUp(const ExchangeEnd& end) {
   const bool silent = job_->task.kind == Task::Kind::poll && end.outcome == Outcome::no_reply;
   job_->blames_query = silent && job_->task.query < queries.size() &&
                        !device.heard.TellsOfDevice(queries[job_->task.query].points, now_.instant);
+  auto* const write = job_->As<Job::Write>();
+  if (write != nullptr && !job_->step.request.closes) write->told = {end.outcome, end.reason};
   const Then then =
       device.conversation->OnFailure(job_->task, job_->step.request, end.outcome, now_.instant);
   upkeep_.OnHeard(device, now_.instant);
   if (then == Then::ask_again) return Ask();
   if (then == Then::replan) {
-    upkeep_.Plan(device);
+    upkeep_.Replan(device, now_.instant);
     agenda_.schedule.GoOn(device.place, now_.instant);
   }
   upkeep_.HoldBack(device);

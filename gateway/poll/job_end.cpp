@@ -49,7 +49,8 @@ EndEffects::Write EndOfWrite(const Job& job, const Job::Write& write, const JobE
   using Next = EndEffects::Write::Next;
   // If the closing request is not answered, the write keeps the outcome that it had.
   const bool closing = job.step.request.closes && !ProvesLife(end.outcome);
-  const Outcome outcome = closing ? write.told.value_or(end.outcome) : end.outcome;
+  const bool keeps_told = closing && write.told;
+  const Outcome outcome = keeps_told ? write.told->outcome : end.outcome;
   const WriteEnd how =
       write.withheld ? EndWithheld(write) : WriteEndOf(outcome, write.sent(), write.may_have_acted);
   const bool ok = how == WriteEnd::ok;
@@ -67,10 +68,13 @@ EndEffects::Write EndOfWrite(const Job& job, const Job::Write& write, const JobE
     effects.result.unfit = outcome == Outcome::unsupported && !job.was_sent && write.first == 0;
   };
   const bool closed = end.outcome == Outcome::line_down;
+  const char* const open = closing ? "; what was opened for it may still be open" : "";
   if (write.withheld) {
-    const char* const open = closing ? "; what was opened for it may still be open" : "";
     answer(how, write.withheld->why + open);
     if (!write.sent()) effects.result.tried = write.first;
+  } else if (!ok && keeps_told) {
+    const std::string& why = write.told->reason;
+    answer(how, (why.empty() ? std::string(Name(outcome)) : why) + open);
   } else if (!ok) {
     answer(how, end.reason);
   } else if (write.next == all.size()) {

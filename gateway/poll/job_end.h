@@ -24,11 +24,6 @@
 
 namespace baudgate {
 
-struct JobEnd {
-  Outcome outcome = Outcome::none;
-  std::string reason{};
-};
-
 /// Moves the requests of routes out of the job and changes nothing else of it.
 EndEffects EffectsOf(Job& job, const JobEnd& end, Instant now);
 

@@ -3,7 +3,7 @@
 //
 // clang-format off
 //   the job               what happens                        next
-//   chosen                it asks, or its request is ready    waiting
+//   chosen, or parked     it asks, or its request is ready    waiting
 //   chosen                the conversation will not ask       ended: unsupported
 //   waiting, a poll, a    a late reply of its device is due   parked, where replies name their sender:
 //   read-back, events or                                      MayPark
@@ -22,11 +22,17 @@
 //                         readings, to a repetition or        if that has a name: OnAnswered
 //                         after a miss
 //   under way             a broadcast out, a step remains     waiting, for the next request
-//   under way             busy, of a poll                     parked, as often as there are retries
-//   under way             silence, damage, another's reply    waiting, to be repeated: Chooser::MayRepeat
-//   under way             the same, of a routed read          back in its queue after damage, else
-//                                                             ended: its client judges
-//   under way             the same, no retry left             a step that closes what is open, or ended
+//   under way, a poll or  busy                                parked, as often as there are retries,
+//   a read-back                                               unless one like it is: ParkedJobs
+//   under way, a read     a good reply that may answer a      waiting, to be repeated, also a routed
+//                         much older request                  one
+//   under way, a probe    a good reply that may answer the    waiting, to be repeated, before it goes
+//                         probe of an earlier task            on with what is postponed
+//   under way, no route   silence, damage, another's reply    waiting, to be repeated: Chooser::MayRepeat
+//   under way, a routed   damage                              back in its queue, as often as there are
+//   read                                                      retries
+//   under way, routed     silence, damage, another's reply    ended: its client judges
+//   under way, no route   the same, no retry left             a step that closes what is open, or ended
 //   under way             the port is lost                    ended: line_down
 //   postponed             its probe was answered in order     waiting
 //   postponed             it was not                          ended: as the probe
@@ -47,16 +53,17 @@ void JobRun::OnClosed(const std::string& reason) {
   if (job_) Finish(Outcome::line_down, reason);
 }
 
-bool JobRun::IsReadingBack() const {
-  return job_ && job_->goal().As<Job::ReadBack>() != nullptr && !job_->goal().had_failure &&
-         !job_->had_failure;
+bool JobRun::IsReadingBack(const Member& member) const {
+  if (chooser_.parked().HasReadBack(member)) return true;
+  return job_ && job_->member == &member && job_->goal().As<Job::ReadBack>() != nullptr &&
+         !job_->goal().had_failure && !job_->had_failure;
 }
 
 void JobRun::Abandon(std::uint64_t client, bool unsent) {
   for (Job* job = job_.get(); job != nullptr; job = job->postponed.get()) {
     auto* routed = job->As<Job::Routed>();
     if (routed == nullptr) continue;
-    const bool out = unsent && job == job_.get() ? job->attempt.sent_before : job->was_sent;
+    const bool out = unsent && job == job_.get() ? job->attempt.job_was_sent : job->was_sent;
     std::erase_if(routed->batch, [client, out](const RoutedRequest& request) {
       if (request.client == client) request.done(Abandoned(out));
       return request.client == client;
@@ -68,7 +75,6 @@ void JobRun::Abandon(std::uint64_t client, bool unsent) {
 
 void JobRun::Begin(std::unique_ptr<Job> job) {
   job_ = std::move(job);
-  if (job_->probe_budget) ledger_.line.OnProbe();
   if (job_->As<Job::Write>() != nullptr) {
     NextWrite();
   } else if (job_->As<Job::Routed>() == nullptr) {
@@ -121,6 +127,7 @@ void JobRun::NextWrite() {
 void JobRun::NoteWriting(const Device& device) {
   Job::Write& write = *job_->As<Job::Write>();
   write.command.MoveTo(WriteState::sent);
+  write.told.reset();
   for (std::size_t i = write.first; i < write.next; ++i) {
     const std::uint32_t point = write.command.writes()[i].point;
     agenda_.write_queue.OnBegun(device.index, point);
@@ -164,7 +171,7 @@ bool JobRun::MayPark() const {
   const Task::Kind kind = job_->task.kind;
   const bool reads =
       kind == Task::Kind::poll || kind == Task::Kind::events || kind == Task::Kind::background;
-  return reads && job_->asked().named() && !chooser_.parked().Has(*job_->member);
+  return reads && job_->asked().named() && !chooser_.parked().HasLike(*job_);
 }
 
 void JobRun::Park(Instant until) {
@@ -179,7 +186,7 @@ Exchange JobRun::Start(Instant idle_since) {
   const bool trusted = device != nullptr && device->config->trust_order;
   if (trusted && job_->step.retries == 0) owed_.whose.OnTrusted(member);
   job_->step.waiting = false;
-  job_->attempt = {.began = now_.instant, .sent_at = now_.instant, .sent_before = job_->was_sent};
+  job_->attempt = {.began = now_.instant, .sent_at = now_.instant, .job_was_sent = job_->was_sent};
   Exchange exchange{job_->step.request, member.protocol->reply_rule, member.times, {}, {}};
   exchange.lags = owed_.whose.Lags(member);
   exchange.times.reply += owed_.late.MoreReply(job_->asked());
@@ -206,11 +213,12 @@ const Request& JobRun::Send() {
                                               character);
   }
   if (auto* const write = job_->As<Job::Write>()) {
-    write->sent_before = write->sent();
+    write->may_have_written_before = write->sent();
     if (!request.prepares && !request.closes) NoteWriting(*job_->member->device);
   }
   chooser_.turns().OnSent(IsUrgent(job_->goal()));
   owed_.whose.OnSent(job_->asked(), now_.instant);
+  if (job_->probe_budget && !job_->was_sent) ledger_.line.OnProbe();
   ledger_.line.OnSent(*job_->member, request);
   job_->attempt.sent_at = now_.instant;
   job_->was_sent = true;
@@ -218,9 +226,9 @@ const Request& JobRun::Send() {
 }
 
 void JobRun::NeverLeft() {
-  job_->was_sent = job_->attempt.sent_before;
+  job_->was_sent = job_->attempt.job_was_sent;
   auto* const write = job_->As<Job::Write>();
-  if (write != nullptr && write->sent() && !write->sent_before) {
+  if (write != nullptr && write->sent() && !write->may_have_written_before) {
     write->command.MoveTo(WriteState::queued);
   }
 }

@@ -46,9 +46,11 @@ class JobRun {
 
   /// Null: nothing is to be done.
   Job* job() const { return job_.get(); }
-  /// A read-back, or the probe before it, and nothing of it has failed yet.
-  bool IsReadingBack() const;
-  /// Only without a job. The job gets its first request, or ends at once.
+  /// A read-back of the member, or the probe before it, is under way or parked, and nothing of it
+  /// has failed yet.
+  bool IsReadingBack(const Member& member) const;
+  /// Only without a job. The job, a new one or one that was parked, gets its next request, or ends
+  /// at once.
   void Begin(std::unique_ptr<Job> job);
 
   enum class Turn : std::uint8_t {

@@ -13,7 +13,7 @@
 
 namespace baudgate {
 
-/// At most one for each device.
+/// At most one read-back and one other job for each device.
 class ParkedJobs {
  public:
   void Park(std::unique_ptr<Job> job, Instant until) { parked_.push_back({std::move(job), until}); }
@@ -29,6 +29,26 @@ class ParkedJobs {
   bool Has(const Member& member) const {
     return std::ranges::find(parked_, &member, &One::member) != parked_.end();
   }
+  /// There is no room for this job.
+  bool HasLike(const Job& job) const {
+    return std::ranges::any_of(parked_, [&job](const One& one) {
+      return one.member() == job.member && IsReadBack(*one.job) == IsReadBack(job);
+    });
+  }
+  /// A read-back that has not failed yet.
+  bool HasReadBack(const Member& member) const {
+    return std::ranges::any_of(parked_, [&member](const One& one) {
+      return one.member() == &member && IsReadBack(*one.job) && !one.job->had_failure;
+    });
+  }
+  std::vector<std::unique_ptr<Job>> TakeAll(const Member& member) {
+    std::vector<std::unique_ptr<Job>> taken;
+    for (One& one : parked_) {
+      if (one.member() == &member) taken.push_back(std::move(one.job));
+    }
+    std::erase_if(parked_, [](const One& one) { return one.job == nullptr; });
+    return taken;
+  }
   void Drop(const Member& member) {
     std::erase_if(parked_, [&member](const One& one) { return one.member() == &member; });
   }
@@ -39,6 +59,8 @@ class ParkedJobs {
   }
 
  private:
+  static bool IsReadBack(const Job& job) { return job.As<Job::ReadBack>() != nullptr; }
+
   struct One {
     std::unique_ptr<Job> job;
     Instant until{};

@@ -239,7 +239,9 @@ void Poller::Settle() {
   clients_.AnswerCommands(now);
   clients_.AnswerRouted(time_.idle(), run_.job() == nullptr);
   const auto answer_confirmed = [&] {
-    clients_.AnswerConfirmed(line_.is_open() && run_.IsReadingBack());
+    clients_.AnswerConfirmed([this](std::size_t device) {
+      return line_.is_open() && run_.IsReadingBack(*roster_.everyone()[device]);
+    });
   };
   answer_confirmed();  // before the next write is to be read back
   Pump();

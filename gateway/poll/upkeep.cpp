@@ -211,7 +211,9 @@ void Upkeep::OnSecondReply(Instant now) {
 /// One of the latest replies belonged to another request; it is not known which.
 void Upkeep::DoubtLatest(Instant now) {
   for (const auto& device : roster_.devices()) {
-    if (device->conversation->ForgetRefusals()) Plan(*device);
+    if (!device->conversation->ForgetRefusals()) continue;
+    Replan(*device, now);
+    schedule_.GoOn(device->place, now);
   }
   for (const QueryRef& read : owed_.readings.TakeAll()) {
     if (Doubt(read, now)) chooser_.agenda().write_queue.AddReadBack(read);
@@ -262,6 +264,23 @@ void Upkeep::DoubtAll(const Device& device, Instant now) {
   std::vector<std::size_t> points(device.config->points.size());
   std::iota(points.begin(), points.end(), 0U);
   store_.Doubt(device.index, points, now);
+}
+
+void Upkeep::Replan(Device& device, Instant now) {
+  const auto parked = chooser_.parked().TakeAll(device);
+  for (const auto& job : parked) {
+    const auto* const poll = job->As<Job::Poll>();
+    if (poll != nullptr && IsSeldom(poll->group)) schedule_.Repeat(device.place, poll->group, now);
+  }
+  Plan(device);
+  for (const auto& job : parked) {
+    const auto* const read_back = job->As<Job::ReadBack>();
+    if (read_back == nullptr) continue;
+    for (const std::size_t point : read_back->points) {
+      chooser_.agenda().write_queue.AddReadBacks(device.place, device.conversation->Queries(),
+                                                 point);
+    }
+  }
 }
 
 void Upkeep::Plan(Device& device) {

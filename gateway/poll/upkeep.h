@@ -55,8 +55,9 @@ class Upkeep {
   void SetInUse(Device& device, bool in_use, bool open, Instant now);
   /// A person wants it to be polled now, whether it was in use or not.
   void OnEnabled(Device& device, bool open, Instant now);
-  /// The queries of its conversation have changed.
-  void Plan(Device& device);
+  /// The queries of its conversation have changed. What was parked is due again, as far as it would
+  /// not come again by itself.
+  void Replan(Device& device, Instant now);
   /// A late reply may still come: polls of the member, and of entries with the same address, wait.
   void HoldBack(const Member& member);
   void ShowLine(Instant now) { ledger_.line.Show(chooser_.probes().NoticeBound(now)); }
@@ -67,6 +68,7 @@ class Upkeep {
 
  private:
   void Charge(const Job& job, bool answered, Instant now);
+  void Plan(Device& device);
   void Reconnect(Device& device, Instant now);
   void DoubtLatest(Instant now);
   void DoubtAll(const Device& device, Instant now);

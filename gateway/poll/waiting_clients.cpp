@@ -33,7 +33,7 @@ void WaitingClients::ReadNow(WriteCommand command, const Device* unasked, Instan
     agenda_.write_queue.AddReadBacks(device.place, device.conversation->Queries(), point);
   }
   command.MoveTo(WriteState::reading_back);
-  agenda_.write_queue.Confirm(std::move(command), now);
+  agenda_.write_queue.Confirm(std::move(command), device.place, now);
 }
 
 void WaitingClients::AnswerCommands(Instant now) {
@@ -65,8 +65,8 @@ void WaitingClients::NotSent(WriteCommand& command, const std::string& reason) {
   command.End({.end = WriteEnd::not_sent, .reason = reason});
 }
 
-void WaitingClients::AnswerConfirmed(bool reading_back) {
-  for (WriteQueue::Confirmed& one : agenda_.write_queue.TakeConfirmed(reading_back)) Answer(one);
+void WaitingClients::AnswerConfirmed(const WriteQueue::IsReadingBack& is_reading_back) {
+  for (auto& one : agenda_.write_queue.TakeConfirmed(is_reading_back)) Answer(one);
 }
 
 void WaitingClients::Answer(WriteQueue::Confirmed& one) {
@@ -111,7 +111,7 @@ void WaitingClients::AnswerRouted(const Idle& idle, bool line_is_free) {
 
 void WaitingClients::AnswerAll(const std::string& reason) {
   std::vector<WriteCommand> unsent = agenda_.write_queue.TakeAll();
-  AnswerConfirmed(false);
+  AnswerConfirmed([](std::size_t) { return false; });
   for (WriteCommand& command : unsent) NotSent(command, reason);
   for (RoutedRequest& request : agenda_.routes.queue().TakeAll()) {
     request.done({Outcome::line_down, {}, reason});

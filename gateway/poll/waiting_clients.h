@@ -44,8 +44,8 @@ class WaitingClients {
   void ReadNow(WriteCommand command, const Device* unasked, Instant now);
   /// Commands whose deadline has passed, or whose device may not be asked any more.
   void AnswerCommands(Instant now);
-  /// Commands that were confirmed. `reading_back`: see WriteQueue.
-  void AnswerConfirmed(bool reading_back);
+  /// Commands that were confirmed.
+  void AnswerConfirmed(const WriteQueue::IsReadingBack& is_reading_back);
   /// Routed requests whose deadline has passed, or whose slave is offline. `line_is_free`: no job
   /// is under way.
   void AnswerRouted(const Idle& idle, bool line_is_free);

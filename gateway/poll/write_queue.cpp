@@ -11,15 +11,13 @@ namespace {
 const WriteCommand& CommandOf(const WriteCommand& command) { return command; }
 const WriteCommand& CommandOf(const WriteQueue::Confirmed& one) { return one.command; }
 
-/// Those of `commands` whose deadline has come, taken out of it.
-template <typename Commands>
-std::vector<typename Commands::value_type> TakeLate(Commands& commands, Instant now) {
-  const auto late = std::stable_partition(
-      commands.begin(), commands.end(),
-      [now](const auto& command) { return CommandOf(command).deadline > now; });
-  std::vector<typename Commands::value_type> taken(std::make_move_iterator(late),
+/// Those of `commands` that do not stay, taken out of it.
+template <typename Commands, typename Stays>
+std::vector<typename Commands::value_type> TakeOut(Commands& commands, const Stays& stays) {
+  const auto first = std::stable_partition(commands.begin(), commands.end(), stays);
+  std::vector<typename Commands::value_type> taken(std::make_move_iterator(first),
                                                    std::make_move_iterator(commands.end()));
-  commands.erase(late, commands.end());
+  commands.erase(first, commands.end());
   return taken;
 }
 
@@ -63,8 +61,8 @@ std::optional<QueryRef> WriteQueue::TakeReadBack(const MayRead& may_read) {
   return query;
 }
 
-void WriteQueue::Confirm(WriteCommand command, Instant now) {
-  confirmed_.push_back({std::move(command), now});
+void WriteQueue::Confirm(WriteCommand command, std::size_t device, Instant now) {
+  confirmed_.push_back({std::move(command), device, now});
   Confirmed& last = confirmed_.back();
   last.written = last.command.writes().size();
   // If a point was written twice, its last value counts.
@@ -88,13 +86,16 @@ void WriteQueue::OnBegun(std::uint32_t device, std::uint32_t point) {
   }
 }
 
-std::vector<WriteQueue::Confirmed> WriteQueue::TakeConfirmed(bool reading_back) {
-  if (reading_back || !read_backs_.empty()) return {};
-  return std::exchange(confirmed_, {});
+std::vector<WriteQueue::Confirmed> WriteQueue::TakeConfirmed(const IsReadingBack& is_reading_back) {
+  return TakeOut(confirmed_, [&](const Confirmed& one) {
+    return is_reading_back(one.device) ||
+           std::ranges::find(read_backs_, one.device, &QueryRef::device) != read_backs_.end();
+  });
 }
 
 WriteQueue::Expired WriteQueue::TakeExpired(Instant now) {
-  return {TakeLate(waiting_, now), TakeLate(confirmed_, now)};
+  const auto in_time = [now](const auto& one) { return CommandOf(one).deadline > now; };
+  return {TakeOut(waiting_, in_time), TakeOut(confirmed_, in_time)};
 }
 
 std::vector<WriteCommand> WriteQueue::TakeAll() {

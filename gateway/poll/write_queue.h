@@ -46,11 +46,13 @@ class WriteQueue {
   std::optional<QueryRef> TakeReadBack(const MayRead& may_read);
   const std::deque<QueryRef>& read_backs() const { return read_backs_; }
 
-  /// The device has confirmed it. It is answered when nothing is to be read back any more on the
-  /// whole line, so a client that reads what it has just written does not get the old value.
-  void Confirm(WriteCommand command, Instant now);
+  /// The device has confirmed it. It is answered when nothing of that device is to be read back any
+  /// more, so a client that reads what it has just written does not get the old value. `device`: as
+  /// in QueryRef.
+  void Confirm(WriteCommand command, std::size_t device, Instant now);
   struct Confirmed {
     WriteCommand command;
+    std::size_t device = 0;
     Instant at;  ///< readings after this show its effect
     std::size_t written = 0;
     bool replaced =
@@ -58,9 +60,10 @@ class WriteQueue {
   };
   /// The point is being written again, so it no longer shows the result of an earlier write.
   void OnBegun(std::uint32_t device, std::uint32_t point);
-  /// `reading_back`: a read-back is under way that has not failed yet. After its first failure the
+  /// A read-back of the device is under way that has not failed yet. After its first failure the
   /// answer to the write does not wait for it any longer.
-  std::vector<Confirmed> TakeConfirmed(bool reading_back);
+  using IsReadingBack = std::function<bool(std::size_t device)>;
+  std::vector<Confirmed> TakeConfirmed(const IsReadingBack& is_reading_back);
 
   struct Expired {
     std::vector<WriteCommand> unsent;

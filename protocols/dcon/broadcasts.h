@@ -49,7 +49,7 @@ class Sampling {
   /// `#**` is to be sent before `$AA4`: it has been asked for the latest sample, or that is old.
   bool WantsNew(Instant now) const;
   void OnSampled(Instant now);
-  /// `$AA4` goes out.
+  /// `$AA4` was answered, or has failed.
   void OnAsked() { asked_ = group_.samples; }
   /// It was answered. `first`: what the module says of this fetch. Empty: it is the sample that
   /// was asked for; else why its value does not count.

@@ -98,10 +98,7 @@ Request DconConversation::AskRead(const std::string& command, Instant now) {
   if (totals_.WantsRestart(command) && identification_.Allows(kAskRestart)) {
     return AskQuestion({kAskRestart, false});
   }
-  if (command == kAskSample) {
-    if (sampling_.WantsNew(now)) return requests_.Broadcast(kTakeSample);
-    sampling_.OnAsked();
-  }
+  if (command == kAskSample && sampling_.WantsNew(now)) return requests_.Broadcast(kTakeSample);
   return requests_.Own(command);
 }
 
@@ -168,7 +165,7 @@ Answer DconConversation::TakeRead(const Task& task, const Exchanged& exchanged, 
   const bool polled = task.kind == Task::Kind::poll;
   const std::string& command = exchanged.command.text;
   Answer answer = reader_.ReadingsOf(exchanged);
-  if (command == kAskSample && polled) TakeSample(exchanged, answer);
+  if (command == kAskSample) TakeSample(exchanged, answer);
   if (task.kind == Task::Kind::probe) totals_.Leave(answer);
   const auto again =
       answer.outcome == Outcome::ok ? totals_.Take(command, answer, now) : Totals::Again::no;
@@ -185,6 +182,7 @@ Answer DconConversation::TakeRead(const Task& task, const Exchanged& exchanged, 
 
 /// Readings that may be of an older sample than the one that was asked for do not count.
 void DconConversation::TakeSample(const Exchanged& exchanged, Answer& answer) {
+  sampling_.OnAsked();
   if (answer.outcome != Outcome::ok) return;
   if (const auto why = sampling_.WhyNot(exchanged.reply.first_fetch)) {
     answer.readings.clear();
@@ -253,6 +251,8 @@ Then DconConversation::OnFailure(const Task& task, const Request& request, Outco
   if (const auto question = questions_.TakeAsked()) {
     return OnQuestionFailed(task, *question, outcome, behind_read);
   }
+  const bool was_sent = outcome != Outcome::line_down && outcome != Outcome::busy;
+  if (was_sent && request.bytes == requests_.Own(kAskSample).bytes) sampling_.OnAsked();
   counted_again_ = 0;
   writes_.OnOther();
   if (task.kind == Task::Kind::write) writes_.OnFailure(task, request.prepares, silent);

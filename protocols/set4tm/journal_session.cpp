@@ -166,8 +166,10 @@ bool JournalSession::LookAt(bool urgent, Instant now) {
   return false;
 }
 
-/// Once in a task. What takes long gives way to looks every other time.
+/// Once in a task, however often its request is asked for. What takes long gives way to looks every
+/// other time.
 void JournalSession::Choose(Instant now) {
+  chosen_ = true;
   if (pass_ && !MayAsk(states_[pass_->state], now)) pass_.reset();
   const bool whole = pass_ || Begin(now);
   const unsigned turn = ++turn_;
@@ -190,18 +192,17 @@ void JournalSession::Choose(Instant now) {
 }
 
 /// Where a new record shows: at the newest, which moves on in a full journal, or behind it.
-std::size_t JournalSession::PlaceToLook(State& state) const {
+std::size_t JournalSession::PlaceToLook(const State& state) {
   const std::size_t last = state.records - 1;
   const auto newest = state.kept ? Newest(*state.kept) : std::nullopt;
   if (newest && *newest >= last) return last;
-  state.beyond = !state.beyond;
   if (!newest) return state.beyond ? 0 : last;
   return state.beyond ? *newest + 1 : *newest;
 }
 
 Bytes JournalSession::Next(Instant now) {
-  if (++exchanges_ == 1 || (!looks_ && !pass_)) Choose(now);
-  State& state = states_[asked_];
+  if (!chosen_ || (!looks_ && !pass_)) Choose(now);
+  const State& state = states_[asked_];
   if (looks_) {
     place_ = PlaceToLook(state);
   } else {
@@ -222,10 +223,12 @@ Answer JournalSession::GoOn() {
 
 Answer JournalSession::End(Answer answer) {
   exchanges_ = 0;
+  chosen_ = false;
   return answer;
 }
 
 Answer JournalSession::Take(View record, const JournalReader& reader, Instant now) {
+  ++exchanges_;
   State& state = states_[asked_];
   state.failures = 0;
   if (looks_) return OnLook(state, record);
@@ -237,6 +240,7 @@ Answer JournalSession::Take(View record, const JournalReader& reader, Instant no
 }
 
 Answer JournalSession::OnLook(State& state, View record) {
+  state.beyond = !state.beyond;
   const Bytes nothing;
   const bool known = state.kept && place_ < state.kept->size();
   const View before = known ? View((*state.kept)[place_]) : View(nothing);
@@ -305,6 +309,7 @@ Answer JournalSession::Report(State& state, Records records, const JournalReader
 
 /// A journal may have fewer records than were expected.
 Answer JournalSession::TakeRefusal(Answer answer, Instant now) {
+  ++exchanges_;
   State& state = states_[asked_];
   const bool known = state.kept && place_ < state.kept->size() && !IsEmpty((*state.kept)[place_]);
   answer.readings.clear();
@@ -331,6 +336,7 @@ Answer JournalSession::TakeRefusal(Answer answer, Instant now) {
 
 void JournalSession::OnFailure(Outcome outcome, Instant now) {
   exchanges_ = 0;
+  chosen_ = false;
   if (outcome == Outcome::busy || outcome == Outcome::line_down) return;
   State& state = states_[asked_];
   if (++state.failures < kMostFailures) return;
@@ -340,7 +346,7 @@ void JournalSession::OnFailure(Outcome outcome, Instant now) {
 
 void JournalSession::OnReconnect() {
   pass_.reset();
-  looks_ = false;
+  looks_ = chosen_ = false;
   exchanges_ = 0;
   for (State& state : states_) {
     state.due = true;

@@ -51,7 +51,7 @@ class JournalSession {
   /// The serial number of the meter that answers.
   void OnMeter(std::uint32_t serial);
 
-  /// has_events(): the PDU to be sent next.
+  /// has_events(): the PDU to be sent next; the same until it is answered or has failed.
   Bytes Next(Instant now);
   /// It answers the PDU of Next.
   Answer Take(View record, const JournalReader& reader, Instant now);
@@ -73,7 +73,7 @@ class JournalSession {
     Instant read_at{};
     int failures = 0;
     Instant rests_until{};
-    bool beyond = false;  // the newest record was looked at, now the place behind it
+    bool beyond = true;  // the next look is behind the newest record, else at it
   };
   /// A journal that is being read whole.
   struct Pass {
@@ -89,7 +89,7 @@ class JournalSession {
   bool Begin(Instant now);
   bool LookAt(bool urgent, Instant now);
   bool MayAsk(const State& state, Instant now) const;
-  std::size_t PlaceToLook(State& state) const;
+  static std::size_t PlaceToLook(const State& state);
   Answer OnLook(State& state, View record);
   Answer OnWhole(State& state, Records records, const JournalReader& reader, Instant now);
   Answer Report(State& state, Records records, const JournalReader& reader, Instant now);
@@ -106,7 +106,8 @@ class JournalSession {
   std::size_t asked_ = 0;  // whose record was asked for
   std::size_t place_ = 0;  // and which
   bool looks_ = false;     // it is not of the pass
-  int exchanges_ = 0;      // of the task under way
+  bool chosen_ = false;    // the task under way has a record to ask for
+  int exchanges_ = 0;      // of that task, answered
   unsigned turn_ = 0;
   std::size_t urgent_turn_ = 0;
   std::size_t other_turn_ = 0;

@@ -53,6 +53,7 @@ class SpaConversation final : public Conversation {
   void OnEnabled() override { writes_.OnEnabled(); }
 
   Result<Request> Ask(const Task& task, Instant now) override {
+    identity_.OnAsk();
     const auto clock = clock_.Due(ClockSettingsOf(settings_), now);
     if (clock && task.kind != Task::Kind::write) return ClockRequest(*clock, {});
     switch (task.kind) {
@@ -125,12 +126,11 @@ class SpaConversation final : public Conversation {
       identity_.OnNoName();
       return Then::done;
     }
-    if (task.kind == Task::Kind::write) return writes_.OnFailure(outcome);
+    if (task.kind == Task::Kind::write) return writes_.OnFailure(outcome, request.closes);
     if (task.kind == Task::Kind::events) return events_.OnFailure(outcome);
-    if (task.kind == Task::Kind::poll && !request.closes && reads_.OnFailure(task.query, outcome)) {
-      return Then::replan;
-    }
-    return request.closes && outcome != Outcome::line_down ? Then::ask_again : Then::done;
+    if (request.closes) return writes_.OnLeftoverFailure(outcome);
+    const bool replans = task.kind == Task::Kind::poll && reads_.OnFailure(task.query, outcome);
+    return replans ? Then::replan : Then::done;
   }
 
   std::optional<Request> Instead(const Request& request, Outcome, Instant) override {

@@ -18,6 +18,8 @@ class RelayIdentity {
   /// It outlives this.
   explicit RelayIdentity(const config::Identity& identity) : identity_(identity) {}
 
+  /// A request is asked for: an earlier one that waits will be asked for again.
+  void OnAsk() { asked_ = false; }
   /// True: the next request asks for the name.
   bool WantsName();
   /// The request under way asks for the name, and is answered or has failed.

@@ -47,11 +47,10 @@ Result<Command> WriteSession::Next(unsigned slave, const Task& task,
     step_ = Step::idle;
     return write;
   }
-  if (step_ == Step::close) ++closings_;
   switch (step_) {
     case Step::open:
       maybe_open_ = true;
-      unsettled_ = false;
+      closings_ = 0;
       return WriteOf(slave, kOpenPassword, std::to_string(password_));
     case Step::close:
       return WriteOf(slave, kClosePassword, std::to_string(password_));
@@ -61,17 +60,19 @@ Result<Command> WriteSession::Next(unsigned slave, const Task& task,
 }
 
 std::optional<Command> WriteSession::Leftover(unsigned slave) {
-  if (step_ != Step::idle || closings_ == kMostClosings) return std::nullopt;
+  // The latest write has ended before its request was sent.
+  if (step_ != Step::idle) End();
+  if (closings_ >= kMostClosings) return std::nullopt;
   if (unsettled_ && !password_refused_) {
-    ++closings_;
     return WriteOf(slave, kOpenPassword, std::to_string(password_));
   }
   if (!maybe_open_) return std::nullopt;
-  ++closings_;
   return WriteOf(slave, kClosePassword, std::to_string(password_));
 }
 
 void WriteSession::OnLeftover(const Answer& answer, std::optional<int> nack) {
+  // Else a failure follows.
+  if (ProvesLife(answer.outcome)) ++closings_;
   if (unsettled_) {
     // Without a NACK and without "ok" nobody knows: it is tried once more.
     unsettled_ = answer.outcome != Outcome::ok && !nack;
@@ -81,6 +82,12 @@ void WriteSession::OnLeftover(const Answer& answer, std::optional<int> nack) {
     return;
   }
   if (answer.outcome == Outcome::ok || IsFinal(answer)) maybe_open_ = false;
+}
+
+Then WriteSession::OnLeftoverFailure(Outcome outcome) {
+  if (outcome == Outcome::line_down) return Then::done;
+  if (outcome != Outcome::busy) ++closings_;
+  return Then::ask_again;
 }
 
 Answer WriteSession::OnAnswer(Answer answer, std::optional<int> nack) {
@@ -106,6 +113,7 @@ Answer WriteSession::OnAnswer(Answer answer, std::optional<int> nack) {
 }
 
 Answer WriteSession::Opened(Answer answer, std::optional<int> nack) {
+  unsettled_ = false;
   if (answer.outcome == Outcome::ok) {
     step_ = Step::write;
     answer.then = Then::ask_again;
@@ -167,12 +175,14 @@ Answer WriteSession::Finish(const std::string& warning) {
   return answer;
 }
 
-Then WriteSession::OnFailure(Outcome outcome) {
+Then WriteSession::OnFailure(Outcome outcome, bool closes) {
   if (outcome == Outcome::line_down || step_ == Step::idle || password_ == 0) {
     End();
     return Then::done;
   }
+  if (step_ == Step::open && outcome != Outcome::busy) unsettled_ = false;
   if (step_ == Step::close) {
+    if (closes) ++closings_;
     if (closings_ < kMostClosings) return Then::ask_again;
     End();
     return Then::done;

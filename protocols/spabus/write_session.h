@@ -35,13 +35,16 @@ class WriteSession {
   /// of the write itself.
   Answer OnAnswer(Answer answer, std::optional<int> nack);
   /// The exchange failed, be it in silence or after OnAnswer had called its frame no good.
-  Then OnFailure(Outcome outcome);
+  /// `closes`: its request should have closed the password.
+  Then OnFailure(Outcome outcome, bool closes);
 
-  /// Closes what an earlier task has left open; nothing when nothing is, or no closing was
-  /// answered. For a device that answers: before it is read, as no write may come for a long time.
+  /// Closes what an earlier task has left open; nothing when nothing is, or the most closings have
+  /// got no answer. Asking alone counts nothing: the request may wait, and then be asked for again.
+  /// For a device that answers: before it is read, as no write may come for a long time.
   /// Behind OnUnsettledWrite it opens the password first.
   std::optional<Command> Leftover(unsigned slave);
   void OnLeftover(const Answer& answer, std::optional<int> nack);
+  Then OnLeftoverFailure(Outcome outcome);
 
   /// The program was killed within a write: its password may be open. Only a device that takes the
   /// configured password is closed with it: in another one it would become the new password.
@@ -71,7 +74,7 @@ class WriteSession {
   Step step_ = Step::idle;          ///< due next
   std::vector<PointValue> values_;  ///< of the task in hand
   Answer result_;                   ///< of the write itself
-  int closings_ = 0;
+  int closings_ = 0;                ///< in a row that have come to an end, by an answer or without
   bool password_refused_ = false;
   bool maybe_open_ = false;  ///< the password was sent, and no closing was answered since
   bool unsettled_ = false;   ///< a write before a restart may have left it open

@@ -150,6 +150,13 @@ class ToyConversation final : public Conversation {
     return std::nullopt;
   }
 
+  bool ForgetRefusals() override {
+    if (dropped_.empty()) return false;
+    dropped_.clear();
+    Plan();
+    return true;
+  }
+
   const DeviceTrouble& trouble() const override { return trouble_; }
 
   void OnReconnect() override {
@@ -199,6 +206,10 @@ class ToyConversation final : public Conversation {
       answer.wait = device_.options.Time("wait");
     } else if (word == "refused") {
       answer.outcome = Outcome::refused;
+      if (task.kind == Task::Kind::write && InSession(task)) {
+        closing_ = failed_write_ = true;
+        answer.then = Then::ask_again;
+      }
     } else if (word == "replan") {
       dropped_.insert(PointOf(task));
       Plan();

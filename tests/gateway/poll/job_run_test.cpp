@@ -243,6 +243,20 @@ TEST(JobRunTest, WhatAWriteComesTo) {
   }
 }
 
+TEST(JobRunTest, ASilentClosingDoesNotHideWhyAWriteWasRefused) {
+  const std::vector<std::string> kRefusals[] = {{"!A9", "!A1~refused"}, {"!A9~refused"}};
+  for (const std::vector<std::string>& heard : kRefusals) {
+    Rig rig("S1");
+    rig.Write({0});
+    for (const std::string& what : heard) rig.Hear(what);
+    EXPECT_EQ(rig.Next(), "CA0");
+    for (int tries = 0; tries < 3; ++tries) rig.Hear("silence");
+    ASSERT_EQ(rig.results.size(), 1U);
+    EXPECT_EQ(rig.results[0].end, WriteEnd::refused);
+    EXPECT_THAT(rig.results[0].reason, StartsWith("the device says refused"));
+  }
+}
+
 TEST(JobRunTest, WhatIsForbiddenMeanwhileIsWithdrawnFromALineThatIsNotQuietYet) {
   Rig rig("1");
   rig.Write({0});
@@ -346,7 +360,7 @@ TEST(JobRunTest, ACommandOfTwoPointsIsConfirmedBehindTheSecond) {
   EXPECT_EQ(rig.Next(), "WA1=7");
   rig.Hear("!A1");
   EXPECT_EQ(rig.Next(), "WA2=7");
-  EXPECT_TRUE(rig.writes().TakeConfirmed(false).empty()) << "it is not";
+  EXPECT_TRUE(rig.writes().TakeConfirmed([](std::size_t) { return false; }).empty()) << "it is not";
   rig.Hear("!A2");
   EXPECT_EQ(rig.Next(), "ended");
   EXPECT_TRUE(rig.results.empty()) << "answered when it was read back";
@@ -379,12 +393,12 @@ TEST(JobRunTest, WhatIsNotPermittedAnyMoreIsNotBegun) {
 
 TEST(JobRunTest, AReadBackThatFailsOnceHoldsNobodyUp) {
   Rig rig("1");
-  EXPECT_FALSE(rig.run().IsReadingBack());
+  EXPECT_FALSE(rig.run().IsReadingBack(rig.a()));
   rig.ReadBack();
-  EXPECT_TRUE(rig.run().IsReadingBack());
+  EXPECT_TRUE(rig.run().IsReadingBack(rig.a()));
   rig.Hear("silence");
   EXPECT_EQ(rig.Next(), "?A1");
-  EXPECT_FALSE(rig.run().IsReadingBack());
+  EXPECT_FALSE(rig.run().IsReadingBack(rig.a()));
 }
 
 TEST(JobRunTest, AReadBackIsAwaitedBehindTheProbeBeforeIt) {
@@ -393,12 +407,12 @@ TEST(JobRunTest, AReadBackIsAwaitedBehindTheProbeBeforeIt) {
   rig.Hear("late");
   rig.Turn();
   EXPECT_EQ(rig.Next(), "PA0");
-  EXPECT_TRUE(rig.run().IsReadingBack());
+  EXPECT_TRUE(rig.run().IsReadingBack(rig.a()));
   rig.Hear("!A0");
   EXPECT_EQ(rig.Next(), "?A1");
-  EXPECT_TRUE(rig.run().IsReadingBack());
+  EXPECT_TRUE(rig.run().IsReadingBack(rig.a()));
   rig.Hear("!A1=8");
-  EXPECT_FALSE(rig.run().IsReadingBack());
+  EXPECT_FALSE(rig.run().IsReadingBack(rig.a()));
 }
 
 TEST(JobRunTest, AProbeThatFailsBeforeAReadBackHoldsNobodyUp) {
@@ -406,7 +420,7 @@ TEST(JobRunTest, AProbeThatFailsBeforeAReadBackHoldsNobodyUp) {
   rig.ReadBack();
   for (const char* what : {"late", "silence"}) rig.Hear(what);
   EXPECT_EQ(rig.Next(), "PA0");
-  EXPECT_FALSE(rig.run().IsReadingBack());
+  EXPECT_FALSE(rig.run().IsReadingBack(rig.a()));
 }
 
 TEST(JobRunTest, TheTimeOfAReplyCountsFromItsRequestAndNotFromTheQuietBeforeIt) {

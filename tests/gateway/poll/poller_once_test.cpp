@@ -138,5 +138,63 @@ TEST(PollerDaily, IsReadAnewAfterSilence) {
   EXPECT_EQ(line.CountSent("?A1"), 2U);
 }
 
+/// A second, different reply of B comes at `doubled`: what A has refused is asked again.
+struct Doubled {
+  explicit Doubled(config::Device a)
+      : line(ToyLine({std::move(a), ToyDevice("b", "B", {"1"})}), {&ToyProtocol()}) {
+    line.twin(1).manner.deliver = [this](View, Bytes reply, Instant) {
+      std::vector<TimedPiece> said = {{20ms, reply}};
+      if (!reply.empty() && std::exchange(doubled, false)) {
+        said.push_back({21ms, ToyReply("B1=77")});
+      }
+      return said;
+    };
+    line.Open();
+  }
+  bool Double() {
+    doubled = true;
+    return line.RunUntil([&] { return line.StatusOf(1).doubled > 0; }, 3s);
+  }
+
+  VirtualLine line;
+  bool doubled = false;
+};
+
+TEST(PollerOnce, WhatIsParkedIsAskedForAgainWhenItsQueriesChange) {
+  config::Device device = ToyDevice("a", "A", {"3", "1"});
+  device.points[1].group = config::Group::once;
+  device.slow = 5s;
+  device.options = ToyOptions();
+  device.options.Set("wait", std::int64_t{Duration(2s).count()});
+  Doubled at(device);
+  bool refused = false;
+  bool busy = false;
+  at.line.twin(0).manner.instead = [&](View request) -> std::optional<Bytes> {
+    if (AsText(request) == "?A3\r" && !std::exchange(refused, true)) return ToyReply("A3~replan");
+    if (AsText(request) != "?A1\r") return std::nullopt;
+    if (!refused) return Bytes();  // so it is the last to be read
+    return std::exchange(busy, true) ? std::nullopt : std::optional(ToyReply("A1~busy"));
+  };
+  ASSERT_TRUE(at.line.RunUntil([&] { return busy; }, 20s));
+  ASSERT_TRUE(at.Double());
+  at.line.RunFor(10s);
+  EXPECT_EQ(at.line.QualityOf(0, 1), Quality::good);
+}
+
+TEST(PollerOnce, WhatWasRefusedIsAskedForAgainWhereThatMayHaveBeenAnothersReply) {
+  config::Device device = ToyDevice("a", "A", {"1", "3"});
+  device.points[1].group = config::Group::once;
+  Doubled at(device);
+  bool refused = false;
+  at.line.twin(0).manner.instead = [&](View request) -> std::optional<Bytes> {
+    if (AsText(request) == "?A3\r" && !std::exchange(refused, true)) return ToyReply("A3~replan");
+    return std::nullopt;
+  };
+  ASSERT_TRUE(at.line.RunUntil([&] { return refused; }, 5s));
+  ASSERT_TRUE(at.Double());
+  at.line.RunFor(10s);
+  EXPECT_EQ(at.line.QualityOf(0, 1), Quality::good);
+}
+
 }  // namespace
 }  // namespace baudgate

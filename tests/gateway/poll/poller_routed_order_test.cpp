@@ -323,5 +323,35 @@ TEST(PollerRoutedOrder, ASlaveThatReturnsBesideABusyOneIsServedWithinHalfAMinute
   EXPECT_TRUE(line.RunUntil(served, 30s));
 }
 
+TEST(PollerRoutedOrder, ALookThatLetsAStartPassIsCountedWhenItIsSent) {
+  config::Line config = DriveLine();
+  config.timing.quiet = 20ms;
+  RoutedLine line(std::move(config));
+  line.Ask("warm", kRead);
+  line.RunFor(1s);
+  line.twin(1).manner.dead = true;
+  for (int i = 0; i < 5; ++i) {
+    line.Ask("vain", kRead, 21, 2);
+    line.RunFor(3s);
+  }
+  const auto sent = [&line] {
+    const auto wire = line.OnWire();
+    return std::ranges::count_if(wire, [](const auto& one) { return one.starts_with("15"); });
+  };
+  const auto counted = [&line] {
+    return static_cast<std::ptrdiff_t>(line.store().ReadLine(0).probes);
+  };
+  const auto before = counted() - sent();
+  for (int i = 0; i < 50; ++i) {
+    line.Ask("read", kRead);
+    line.Ask("look", kRead, 21, 2, config::Priority::normal, 3s);
+    ASSERT_TRUE(line.RunUntil([&] { return line.Names().back() == "read"; }, 1s));
+    line.RunFor(10ms);  // it waits for a quiet line
+    line.Ask("start", kStartDrive);
+    line.RunFor(4s);
+  }
+  EXPECT_EQ(counted() - sent(), before);
+}
+
 }  // namespace
 }  // namespace baudgate

@@ -72,6 +72,38 @@ TEST_F(PollerWriteEnd, ConfirmedAndYetAnotherValue) {
   EXPECT_EQ(line_.ValueOf(0, 0), Value(0.0)) << "the store shows what is";
 }
 
+/// "Busy" is no reading, and the next one shows that the output stays where it was.
+TEST_F(PollerWriteEnd, ConfirmedAndBusyWhenItIsReadBack) {
+  int busy = 2;
+  line_.twin(0).manner.instead = [&busy](View request) -> std::optional<Bytes> {
+    if (request[2] != '1') return std::nullopt;
+    if (request[0] == 'W') return ToyReply("A1");
+    return ToyReply(busy-- > 0 ? "A1~busy" : "A1=0");
+  };
+  line_.Submit(Command({{0, 42.5}}));
+  ASSERT_TRUE(line_.RunUntil([&] { return !results_.empty(); }, 400ms));
+  EXPECT_EQ(results_[0].end, WriteEnd::differs);
+}
+
+/// A poll of the device is parked already.
+TEST_F(PollerWriteEnd, BothAPollAndAReadBackWaitForADeviceThatIsBusy) {
+  bool busy = true;
+  line_.twin(0).manner.instead = [&busy](View request) -> std::optional<Bytes> {
+    if (request[0] == 'W') return ToyReply("A1");
+    if (request[0] != '?') return std::nullopt;
+    const std::string tag(AsText(request).substr(1, 2));
+    return ToyReply(tag + (busy ? "~busy" : "=0"));
+  };
+  ASSERT_TRUE(line_.RunUntil([&] { return line_.CountSent("?A1") > 0; }, 2s));
+  line_.RunFor(30ms);
+  line_.Submit(Command({{0, 42.5}}));
+  ASSERT_TRUE(line_.RunUntil([&] { return line_.CountSent("?A1") > 1; }, 2s));
+  line_.RunFor(30ms);
+  busy = false;
+  ASSERT_TRUE(line_.RunUntil([&] { return !results_.empty(); }, 400ms));
+  EXPECT_EQ(results_[0].end, WriteEnd::differs);
+}
+
 TEST_F(PollerWriteEnd, ConfirmedAndTheReadBackLost) {
   Say('?', {});
   line_.Submit(Command({{0, 42.5}}));
@@ -169,6 +201,25 @@ TEST_F(PollerWriteEnd, ReadNowOfWhatIsNotThere) {
   line_.Submit(Reading({0}));
   ASSERT_EQ(results_.size(), 2U);
   EXPECT_FALSE(results_[1].read_back);
+}
+
+/// A is silent to its write, and its read-back waits for a late reply.
+TEST(PollerWriteEndOfTwo, AWriteDoesNotWaitForTheReadBackOfAnotherDevice) {
+  VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"}), ToyDevice("b", "B", {"1"})}),
+                   {&ToyProtocol()});
+  line.Open();
+  line.RunFor(1500ms);
+  line.twin(0).manner.instead = [](View request) -> std::optional<Bytes> {
+    return request[0] == 'W' ? std::optional(Bytes()) : std::nullopt;
+  };
+  line.Write(0, 0, 1.0);
+  line.Write(1, 0, 2.0);
+  ASSERT_TRUE(line.RunUntil([&] { return line.ends.size() == 1; }, 2s));
+  EXPECT_EQ(line.ends[0], WriteEnd::unknown);
+  const Instant began = line.now().instant;
+  ASSERT_TRUE(line.RunUntil([&] { return line.ends.size() == 2; }, 2s));
+  EXPECT_EQ(line.ends[1], WriteEnd::ok);
+  EXPECT_LT(line.now().instant - began, 200ms);
 }
 
 }  // namespace

@@ -9,6 +9,9 @@
 namespace baudgate {
 namespace {
 
+/// No read-back is under way.
+bool Nobody(std::size_t /*device*/) { return false; }
+
 WriteCommand To(std::uint32_t device, Duration deadline = 10s) {
   WriteCommand command;
   command.device = device;
@@ -53,14 +56,17 @@ TEST(WriteQueue, AWriteIsAnsweredOnceItHasBeenReadBack) {
   WriteQueue queue;
   queue.AddReadBack({1, 4});
   queue.AddReadBack({1, 4});
-  queue.Confirm(To(1), kStart);
-  EXPECT_TRUE(queue.TakeConfirmed(false).empty()) << "its query is still to be read";
+  queue.Confirm(To(1), 1, kStart);
+  queue.Confirm(To(2), 2, kStart);
+  EXPECT_EQ(queue.TakeConfirmed(Nobody).size(), 1U) << "nothing of this device is";
+  EXPECT_TRUE(queue.TakeConfirmed(Nobody).empty()) << "its query is still to be read";
   const auto may_read = [](std::size_t) { return true; };
   EXPECT_EQ(queue.TakeReadBack(may_read), (QueryRef{1, 4}));
   EXPECT_FALSE(queue.TakeReadBack(may_read)) << "once is enough";
-  EXPECT_TRUE(queue.TakeConfirmed(true).empty()) << "it is being read";
-  EXPECT_EQ(queue.TakeConfirmed(false).size(), 1U);
-  EXPECT_TRUE(queue.TakeConfirmed(false).empty());
+  EXPECT_TRUE(queue.TakeConfirmed([](std::size_t device) { return device == 1; }).empty())
+      << "it is being read";
+  EXPECT_EQ(queue.TakeConfirmed(Nobody).size(), 1U);
+  EXPECT_TRUE(queue.TakeConfirmed(Nobody).empty());
 }
 
 /// A set point that is written every 30 ms: what is read back shows the latest.
@@ -68,10 +74,10 @@ TEST(WriteQueue, WhatIsWrittenOnceMoreIsNotComparedAnyMore) {
   WriteQueue queue;
   WriteCommand command = To(1);
   command.kind = Writes{{4, Value(1.0)}, {5, Value(2.0)}};
-  queue.Confirm(std::move(command), kStart);
+  queue.Confirm(std::move(command), 1, kStart);
   queue.OnBegun(2, 4);
   queue.OnBegun(1, 4);
-  const auto confirmed = queue.TakeConfirmed(false);
+  const auto confirmed = queue.TakeConfirmed(Nobody);
   ASSERT_EQ(confirmed.size(), 1U);
   EXPECT_EQ(confirmed[0].written, 2U);
   EXPECT_TRUE(confirmed[0].replaced);
@@ -83,8 +89,8 @@ TEST(WriteQueue, OfAPointThatOneCommandWritesTwiceTheLastValueStands) {
   WriteQueue queue;
   WriteCommand command = To(1);
   command.kind = Writes{{4, Value(1.0)}, {5, Value(2.0)}, {4, Value(3.0)}};
-  queue.Confirm(std::move(command), kStart);
-  const auto confirmed = queue.TakeConfirmed(false);
+  queue.Confirm(std::move(command), 1, kStart);
+  const auto confirmed = queue.TakeConfirmed(Nobody);
   ASSERT_EQ(confirmed[0].command.writes().size(), 2U);
   EXPECT_EQ(confirmed[0].command.writes()[0].point, 5U);
   EXPECT_EQ(confirmed[0].command.writes()[1].raw, Value(3.0));
@@ -103,7 +109,7 @@ TEST(WriteQueue, WhatWaitsTooLongIsTakenOut) {
   WriteQueue queue;
   queue.Push(To(1, 2s));
   queue.Push(To(2, 1s));
-  queue.Confirm(To(3, 3s), kStart);
+  queue.Confirm(To(3, 3s), 3, kStart);
   EXPECT_EQ(queue.Deadline(), kStart + 1s);
   WriteQueue::Expired expired = queue.TakeExpired(kStart + 1s);
   ASSERT_EQ(expired.unsent.size(), 1U);
@@ -119,9 +125,9 @@ TEST(WriteQueue, AClosedPortEndsEverything) {
   WriteQueue queue;
   queue.Push(To(1));
   queue.AddReadBack({1, 0});
-  queue.Confirm(To(2), kStart);
+  queue.Confirm(To(2), 2, kStart);
   EXPECT_EQ(queue.TakeAll().size(), 1U);
-  EXPECT_EQ(queue.TakeConfirmed(false).size(), 1U);
+  EXPECT_EQ(queue.TakeConfirmed(Nobody).size(), 1U);
 }
 
 }  // namespace

@@ -103,6 +103,22 @@ TEST_F(DconSamples, TheFirstMayBeOlderThanTheGatewayAndDoesNotCount) {
   EXPECT_TRUE(answer.readings.empty());
 }
 
+/// It waits behind a probe, and is asked for again.
+TEST_F(DconSamples, AFetchThatWasNotSentTakesNoSample) {
+  AddSampled("1");
+  PollOf(0);
+  now_ += 1s;
+  Conversation& module = *conversations_[0];
+  const auto broadcast = module.Ask(Poll(0), now_);
+  twins_[0]->Answer(broadcast->bytes, now_);
+  module.OnSent(Poll(0), *broadcast, now_);
+  EXPECT_EQ(AsText(module.Ask(Poll(0), now_)->bytes), "$014\r");
+  module.Ask(Probe(), now_);
+  TakeAsked();
+  EXPECT_EQ(PollOf(0).readings.size(), 1U);
+  EXPECT_EQ(TakeAsked(), (std::vector<std::string>{"$014\r"}));
+}
+
 TEST_F(DconSamples, AModuleThatHasNotHeardTheBroadcastShowsNoOldSample) {
   AddSampled("1");
   AddSampled("2");

@@ -50,7 +50,8 @@ class JournalBench {
   void Task() {
     now_ += 1s;
     for (int step = 0; step < kMostSteps; ++step) {
-      const Bytes pdu = session_->Next(now_);
+      Bytes pdu;
+      for (int times = 0; times < asks; ++times) pdu = session_->Next(now_);
       asked.push_back(ToHex(pdu));
       if (deaf.count(pdu[0] == kJournal ? pdu[1] >> 4U : pdu[1]) > 0) {
         Answer refusal;
@@ -77,6 +78,7 @@ class JournalBench {
   History raised;
   History told;
   std::vector<std::string> asked;
+  int asks = 1;                   // how often each request is asked for
   std::string said;               // of what is kept
   std::function<bool()> late;     // the reply to the request before comes in place of this one's
   std::function<bool()> dropped;  // the batch is not kept
@@ -127,6 +129,20 @@ TEST(JournalSession, UrgentJournalsComeFirstAndEveryOtherTime) {
            pdu.starts_with("04 9");
   });
   EXPECT_EQ(urgent, 50);
+}
+
+/// A request that waits behind a probe is asked for twice.
+TEST(JournalSession, WhatIsAskedStaysUntilItIsAnswered) {
+  JournalBench bench;
+  JournalBench twice;
+  twice.asks = 2;
+  for (JournalBench* one : {&bench, &twice}) {
+    one->Run(500);
+    one->Raise(81);
+    one->Run(100);
+    EXPECT_EQ(one->told, one->raised);
+  }
+  EXPECT_EQ(twice.asked, bench.asked);
 }
 
 TEST(JournalSession, OneExchangeATaskWhereNothingIsNew) {

@@ -61,5 +61,23 @@ TEST(SpaDesignation, SilenceAndRefusalContradictNothing) {
   }
 }
 
+/// The question waits behind a probe, or is parked, while the relay is asked for something else.
+TEST(SpaDesignation, AFailureOfAnotherTaskIsNoAnswerToIt) {
+  Talk talk(SpabusProtocol(), Relay());
+  EXPECT_EQ(Asked(talk, Poll(0)), ">1RF:21");
+  Asked(talk, Probe());
+  talk.Fail(Probe(), Outcome::no_reply);
+  EXPECT_EQ(Asked(talk, Poll(0)), ">1RF:21");
+
+  config::Device guarded = Relay();
+  guarded.points.push_back(MakePoint("V150", Type::uint16, Group::slow, Access::read_write));
+  guarded.options.Set("password", std::int64_t{345});
+  Talk writes(SpabusProtocol(), std::move(guarded));
+  Asked(writes, Poll(0));
+  Asked(writes, Write(2, Value(std::int64_t{1})));
+  EXPECT_EQ(writes.Fail(Write(2, Value(std::int64_t{1})), Outcome::no_reply), Then::ask_again);
+  EXPECT_EQ(Body(Asked(writes, Write(2, Value(std::int64_t{1})))), ">1WV161:345");
+}
+
 }  // namespace
 }  // namespace baudgate::protocols::spabus

@@ -352,6 +352,34 @@ TEST(SpaWrite, LostClosingsAreMadeUpForByTheNextPoll) {
   EXPECT_EQ(Body(Asked(talk, kPoll)).substr(0, 3), ">1R");
 }
 
+/// A closing that waits, behind a probe or parked, is asked for again without having been sent.
+TEST(SpaWrite, AClosingThatWasNotSentIsOwedAsBefore) {
+  Interrupted relay(1);
+  for (int asked = 0; asked < 5; ++asked) {
+    Asked(relay.talk, kPoll);
+    EXPECT_TRUE(relay.talk.request().closes) << asked;
+  }
+  EXPECT_EQ(relay.talk.Fail(kPoll, Outcome::no_reply), Then::ask_again);
+  for (int asked = 0; asked < 5; ++asked) Asked(relay.talk, kPoll);
+  relay.talk.Run(kPoll, *relay.twin);
+  EXPECT_FALSE(relay.is_open());
+}
+
+/// It was forbidden in the last moment, and the conversation is not told so.
+TEST(SpaWrite, AWriteThatWasNotSentLeavesNothingOpen) {
+  Interrupted relay(1);
+  Asked(relay.talk, kWrite);
+  relay.talk.Run(kPoll, *relay.twin);
+  EXPECT_FALSE(relay.is_open());
+}
+
+TEST(SpaWrite, AWriteThatWasNotSentSettlesNothing) {
+  Talk talk(SpabusProtocol(), Device(345));
+  talk->OnUnsettledWrite();
+  Asked(talk, kWrite);
+  EXPECT_EQ(Body(Asked(talk, kPoll)), ">1WV160:345") << "is it the right one?";
+}
+
 TEST(SpaWrite, AWriteBeforeARestartMayHaveLeftItOpen) {
   Interrupted relay(1);
   ASSERT_TRUE(relay.is_open());
