@@ -26,9 +26,9 @@ constexpr std::size_t kBurstOfAddress = kBurst / 2;
 constexpr Duration kIntervalOfAddress = kInterval * 2;
 
 /// Walks through CDR; `fits` turns false where something would leave the payload.
-class Walk {
+class SecuredWalk {
  public:
-  Walk(const RtpsFields& fields, std::size_t at) : fields_(fields), at_(at) {}
+  SecuredWalk(const RtpsFields& fields, std::size_t at) : fields_(fields), at_(at) {}
 
   bool fits() const { return fits_; }
   std::uint32_t Number() {
@@ -122,7 +122,7 @@ bool SecuredOrder::Next(std::uint8_t id, bool first) {
 bool IsGenericMessage(View payload, bool little) {
   const RtpsFields fields(payload, little);
   if (payload.size() < kMessageIds) return false;
-  Walk walk(fields, kMessageIds);
+  SecuredWalk walk(fields, kMessageIds);
   walk.Counted();  // the class of the message
   for (std::uint32_t left = walk.Number(); walk.fits() && left > 0; --left) {
     walk.Counted();  // the class of a token
