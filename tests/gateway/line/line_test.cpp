@@ -164,6 +164,8 @@ TEST_F(LineTest, AnothersReplyEndsTheExchangeOnlyOfWhoLags) {
     line_.OnBytes(ToyReply("B1=5"), At(1015ms));
     line_.OnTimer(At(1025ms));
     EXPECT_EQ(line_.state(), lags ? State::drain : State::await_first);
+    if (!lags) line_.OnTimer(At(DeadlineIn()));
+    EXPECT_EQ(ends_.back().outcome, Outcome::unexpected) << "no silence: somebody has answered";
     line_.OnClosed();
   }
 }

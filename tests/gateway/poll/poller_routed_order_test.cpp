@@ -43,6 +43,24 @@ TEST(PollerRoutedOrder, ACommandBeforeARoutedWriteToTheSameSlaveKeepsItsPlace) {
               ElementsAre("15 03 00 00 00 78", kStartOnWire, kStopOnWire, _));
 }
 
+// A long write has no haste, and a command has: yet it does not pass an earlier write to its slave.
+TEST(PollerRoutedOrder, ARoutedWriteBeforeACommandToTheSameSlaveKeepsItsPlace) {
+  config::Line settings = DriveLine({Polled("20", 2, 10s)});
+  settings.devices[0].points[0].write = "holding 0";
+  RoutedLine line(std::move(settings), {"21"});
+  line.RunFor(5s);
+  const std::size_t before = line.sent.size();
+  line.Ask("block", kBlock, 21);
+  line.RunFor(10ms);
+  std::string preset = "10 00 00 00 09 12";
+  for (int i = 0; i < 18; ++i) preset += " 00";
+  line.Ask("preset", preset, 20, 2);
+  line.Write(0, 0, Value(2.0));
+  line.RunFor(2s);
+  EXPECT_THAT(OnWireAfter(line, before),
+              ElementsAre("15 03 00 00 00 78", "14 " + preset, kStartOnWire, _));
+}
+
 // A block of 120 registers takes 150 ms each time it is repeated.
 TEST(PollerRoutedOrder, AStartDoesNotWaitForTheRetriesOfADamagedBlock) {
   RoutedLine line;

@@ -50,6 +50,25 @@ TEST_F(ReceptionTest, AReplyThatEqualsItsRequestIsRefusedOnceTheBusWasSeenToEcho
   }
 }
 
+/// Another device may answer the probe of one that is away; only its name tells.
+TEST_F(ReceptionTest, AProbeThatAsksForNoNameGivesNoReadingsOfADeviceThatHasOne) {
+  Reception reception(config::Echo::off, roster, owed_.whose);
+  const auto readings = [&](std::string_view bytes, std::string_view reply) {
+    Job probe(a, Job::Probe{}, Task{.kind = Task::Kind::probe}, kStart);
+    probe.step.request = AskFor(bytes);
+    probe.step.request.steady = bytes[0] == 'P';
+    owed_.whose.OnSent(probe.asked(), kStart);
+    reception.OnSend(probe, kStart);
+    const Bytes frame = ToyReply(reply);
+    reception.OnBytes(frame, &probe, kStart);
+    EXPECT_EQ(reception.Judge(probe, frame, kStart), Outcome::ok);
+    return probe.attempt.answer.readings.size();
+  };
+  EXPECT_EQ(readings("?A1\r", "A1=5"), 1U) << "it has no name yet";
+  EXPECT_EQ(readings("PA0\r", "A0"), 0U);
+  EXPECT_EQ(readings("?A1\r", "A1=5"), 0U);
+}
+
 TEST_F(ReceptionTest, TheEndSaysThatTheEchoIsMissing) {
   Reception reception(config::Echo::verify, roster, owed_.whose);
   Job job = Ask("?A1\r");

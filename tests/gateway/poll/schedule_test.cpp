@@ -56,6 +56,20 @@ TEST(Schedule, IntervalsOfTheirOwnStandOnGridsOfTheirOwn) {
   EXPECT_EQ(schedule.Missed(0, kStart + 1s + 50ms), 10U) << "what is not asked is missed";
 }
 
+TEST(Schedule, AFailingDeviceWaitsUntilNoHealthyOneIsDue) {
+  Schedule schedule;
+  for (std::size_t device = 0; device < 2; ++device) {
+    schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast, Group::fast});
+    schedule.Restart(device, kStart);
+  }
+  schedule.SetFailing(0, true);
+  for (const std::size_t device : {1U, 1U, 0U, 0U}) {
+    const auto pick = schedule.Next(kStart, true);
+    ASSERT_TRUE(pick);
+    EXPECT_EQ(pick->device, device);
+  }
+}
+
 TEST(Schedule, QueriesOfARoundComeInTheirOrder) {
   Schedule schedule;
   schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast, Group::fast, Group::fast});

@@ -23,6 +23,12 @@ TEST(WriteEndOf, WhatWasSentIsUnknownAndWhatWasNotIsNot) {
   }
 }
 
+/// An analog output that refuses a value beyond its range has gone to its limit.
+TEST(WriteEndOf, ARefusalOfADeviceThatMayHaveActedLeavesItUnknown) {
+  EXPECT_EQ(WriteEndOf(Outcome::refused, true, true), WriteEnd::unknown);
+  EXPECT_EQ(WriteEndOf(Outcome::ok, true, true), WriteEnd::ok);
+}
+
 class Verdicts : public ::testing::Test {
  protected:
   Verdicts() {

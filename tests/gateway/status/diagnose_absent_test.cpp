@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <string>
 
+#include "gateway/status/evidence.h"
 #include "tests/gateway/status/diagnose_fixture.h"
 
 namespace baudgate::control {
@@ -26,6 +27,16 @@ TEST_F(DiagnoseTest, AnAbsentDeviceSaysSinceWhenWhyAndWhenItsReturnIsNoticed) {
       ElementsAre("has never answered: not a byte came: check its power and wire, then its address "
                   "(2), bit rate, parity and protocol (9600 7E1, spabus)",
                   "feeder-1 answers on the same line"));
+}
+
+TEST_F(DiagnoseTest, DevicesFellTogetherOnlyIfTheyFellAtTheSameMoment) {
+  device().state = neighbour_.status.state = DeviceState::offline;
+  device().last_ok = kNow.instant - 12min;
+  for (const bool together : {true, false}) {
+    neighbour_.status.last_ok = *device().last_ok + (together ? 1s : 1min);
+    const DeviceRecord both[] = {neighbour_, record_};
+    EXPECT_EQ(Gather(line_, record_, both, kNow).fell, together ? "feeder-1" : "");
+  }
 }
 
 TEST_F(DiagnoseTest, ADeviceOnItsWayBackIsNotTalkedAbout) {

@@ -115,6 +115,10 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        "its replies come damaged: noise, bad termination or ground, or two devices with its "
        "address",
        kAnswered},
+      {{{clean, 20}, {damaged, 6}, {other_master, 1}},
+       "its replies come damaged: noise, bad termination or ground, or two devices with its "
+       "address",
+       kAnswered},
       {{{late, 4, {.time = 380ms}}, {silence, 16}},
        "its replies come up to 380 ms after the request, and timing.reply is 100 ms: set timing: { "
        "reply: 500ms } at the device"},

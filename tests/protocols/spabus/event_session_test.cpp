@@ -126,6 +126,14 @@ TEST_F(HeldEvents, AreNotLostWhileTheBackupIsSilent) {
   EXPECT_EQ(SaidIn(Say('B', kOne)), kOne) << "it has answered B before";
 }
 
+/// L takes events out of the relay: what the lost reply held is in B alone.
+TEST_F(HeldEvents, OfALostReplyComeFromTheBackup) {
+  Begin(false);
+  Fail('L');
+  EXPECT_EQ(SaidIn(Say('B', kOne)), std::string(kOne) + " again");
+  EXPECT_EQ(SaidIn(Say('L', "")), "");
+}
+
 TEST_F(HeldEvents, CountAloneWhereTheRelayKnowsNoBackup) {
   session_.emplace(true, true);
   for (int i = 0; i < 3; ++i) Fail('B');
