@@ -27,6 +27,14 @@ WebOutput::Prepared WebOutput::Prepare(const config::Web& next) const {
 
 std::string WebOutput::Apply(const std::shared_ptr<const config::Config>& config,
                              Prepared prepared) {
+  std::string trouble = Serve(config, std::move(prepared));
+  const MutexLock lock(mutex_);
+  summary_ = server_ ? "web page on " + web_.Place() : std::string();
+  return trouble;
+}
+
+std::string WebOutput::Serve(const std::shared_ptr<const config::Config>& config,
+                             Prepared prepared) {
   const bool moved = !server_ || prepared.opened.socket.is_open();
   if (!config->web.on) {
     if (server_) log::Info("web: ended");
@@ -59,7 +67,8 @@ void WebOutput::Stop() {
 }
 
 std::string WebOutput::Summary() const {
-  return server_ ? "web page on " + web_.Place() : std::string();
+  const MutexLock lock(mutex_);
+  return summary_;
 }
 
 }  // namespace baudgate

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "config/model/config.h"
+#include "gateway/base/guarded.h"
 #include "gateway/base/result.h"
 #include "gateway/web/web_server.h"
 
@@ -33,15 +34,19 @@ class WebOutput {
                     const std::shared_ptr<const history::HistorySource>& history);
   void Stop();
 
-  /// "web page on 127.0.0.1:8502"; empty: there is none.
+  /// "web page on 127.0.0.1:8502"; empty: there is none. From any thread.
   std::string Summary() const;
 
  private:
+  std::string Serve(const std::shared_ptr<const config::Config>& config, Prepared prepared);
+
   web::LiveApi::Links links_;
   const web::Limits limits_;
   config::Web web_;  // as it is served
   std::optional<std::string> token_;
   std::unique_ptr<web::WebServer> server_;
+  mutable Mutex mutex_;
+  std::string summary_ BAUDGATE_GUARDED_BY(mutex_);
 };
 
 }  // namespace baudgate
