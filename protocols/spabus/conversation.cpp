@@ -53,7 +53,9 @@ class SpaConversation final : public Conversation {
   void OnEnabled() override { writes_.OnEnabled(); }
 
   Result<Request> Ask(const Task& task, Instant now) override {
-    identity_.OnAsk();
+    // A probe asks for the name as well: its reply spares the question that waits behind it.
+    const bool is_probe = task.kind == Task::Kind::probe;
+    if (!is_probe) identity_.OnAsk();
     const auto clock = clock_.Due(ClockSettingsOf(settings_), now);
     if (clock && task.kind != Task::Kind::write) return ClockRequest(*clock, {});
     switch (task.kind) {
@@ -122,7 +124,8 @@ class SpaConversation final : public Conversation {
     repeated_ = false;
     if (outcome == Outcome::corrupt) checksum_.Doubt();
     const bool unsent = outcome == Outcome::line_down || outcome == Outcome::busy;
-    if (identity_.TakeAsked() && !unsent) {
+    const bool is_probe = task.kind == Task::Kind::probe;
+    if (!is_probe && identity_.TakeAsked() && !unsent) {
       identity_.OnNoName();
       return Then::done;
     }

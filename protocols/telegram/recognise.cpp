@@ -122,9 +122,7 @@ std::optional<Recognised> Recognise(View request, View heard, const Settings& se
                         "check the address that is set in it"};
     }
     if (LacksSum(*form, line, awaited->known)) {
-      // Beside replies that have one it is damage.
-      return Recognised{asked ? Recognised::What::other_form : Recognised::What::other_setting,
-                        what + " carry no check value" + quoted,
+      return Recognised{Recognised::What::other_setting, what + " carry no check value" + quoted,
                         "switch it on at the device, or take {checksum} out of its telegrams"};
     }
     if (asked && LacksSign(*form, line, awaited->known)) {

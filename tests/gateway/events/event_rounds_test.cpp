@@ -29,7 +29,9 @@ class EventRoundsTest : public ::testing::Test {
     options.warn = options.inform = [](const std::string&) {};
     return options;
   }
-  void Add(const std::string& said) { queue_.Add({.source = 0, .said = said, .events = {{}}}); }
+  void Add(const std::string& said) {
+    queue_.Add({.source = 0, .said = said, .events = {{}}, .line = "bay-1", .device = "feeder-1"});
+  }
 
   Instant now_{1h};
   const LogOptions options_ = OptionsAt(now_);

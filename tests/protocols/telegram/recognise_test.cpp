@@ -55,7 +55,7 @@ TEST(TelegramRecognise, WhatComesInPlaceOfAnAwaitedOne) {
       {"owen-mv110-8a-telegrams", "#0386\r", ">+04.803+02.819F3\r", other_form,
        "2 of the 8 numbers that are described came ('>+04.803+02.819F3')"},
       {"owen-mv110-8a-telegrams", "#0386\r",
-       ">+04.800+02.810-00.720+00.350+09.000-09.300+03.200+07.100\r", other_form,
+       ">+04.800+02.810-00.720+00.350+09.000-09.300+03.200+07.100\r", other_setting,
        "its replies carry no check value ('>+04.800+02.810-00.720+0...')"},
       {"mt-sics", "SI\r\n", "\r\nplc7 login: ", text, "'\\r\\nplc7 login: '"},
   };
