@@ -176,7 +176,8 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        "(no XON/XOFF, no Telnet)",
        kNeighbour},
       {{{eighth_bit, Findings::kKept}},
-       "right once the eighth bit is taken away: it sends 7 data bits with parity; the adapter does "
+       "right once the eighth bit is taken away: it sends 7 data bits with parity; the adapter "
+       "does "
        "not do 9600 7E1: use another, or 7O1",
        kAnswered},
       {{{noise, Findings::kKept}},
