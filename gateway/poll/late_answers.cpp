@@ -78,8 +78,9 @@ LateAnswers::Stray LateAnswers::OnStray(const StrayBytes& stray, Instant now) {
   const bool owes_none = state.end == End::answered || state.absent;
   if (owes_none && OthersMayAnswer(member, now)) return told;
   state.after += stray.count;
-  // A driver that leaves the bus, or a line end.
-  if (state.end == End::answered && state.after <= kNoise) told.counts = false;
+  // A driver that leaves the bus makes a byte, or a device ends its line twice.
+  const bool harmless = state.end == End::answered && state.after == 1 && !member.protocol->tcp;
+  if (harmless) told.counts = false;
   const bool may_be_reply = state.after >= state.least;
   // The repetition is answered as well: what came before was the late answer to its first try.
   if (may_be_reply) patience_.OnLate(member, std::exchange(state.retried, {}));

@@ -29,6 +29,8 @@ constexpr std::size_t kManyFailures = 8;
 constexpr double kNotableOutage = 0.01;
 /// So many exchanges in a row are no disturbance that is just over.
 constexpr std::uint32_t kManyBehind = 16;
+/// What stands behind it in a reason says what to do.
+constexpr std::string_view kBehindReason = "; ";
 /// One that begins so soon behind the start may be its end.
 constexpr Duration kStart = 5min;
 
@@ -171,6 +173,7 @@ Sentences DiagnoseDevice(const LineStatus& line, const DeviceRecord& device,
         status.unconfirmed));
   }
   if (found.empty() && status.behind >= kManyBehind) {
+    const std::size_t remedy = status.last_reason.find(kBehindReason);
     bool serves = false;
     for (std::size_t i = 0; i < device.points.size(); ++i) {
       serves = serves || IsGood(QualityAt(device, i, now.instant));
@@ -178,8 +181,10 @@ Sentences DiagnoseDevice(const LineStatus& line, const DeviceRecord& device,
     found.push_back(
         serves ? "its replies answer the request before, so that each request is sent twice: "
                  "restart the serial server or radio in between, and switch its cache off"
-               : "its replies do not fit (" + Shortened(status.last_reason) +
-                     "): does the profile fit the device and its options?");
+               : "its replies do not fit (" + Shortened(status.last_reason) + "): " +
+                     (remedy == std::string::npos
+                          ? "does the profile fit the device and its options?"
+                          : status.last_reason.substr(remedy + kBehindReason.size())));
   }
   const bool again = status.doubled > 1 && now.instant - status.last_doubled < 1h;
   if (again && status.findings.Count(Symptom::others_beside) == 0) {

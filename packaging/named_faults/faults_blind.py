@@ -67,5 +67,5 @@ BLIND = family(
     Fault("other bit rate since 12 s", "spa rtu dcon", m.dies_at(12, m.sends(m.wrong_rate(2.0))), "bit rate", "changed", "gap|power", "alone beside"),
     Fault("eighth bit since 12 s", "spa ascii", m.dies_at(12, m.sends(m.eighth_bit)), "eighth bit", "7E1|7O1|serial server", "gap|power", line="TCP"),
     Fault("digits flip", "dcon0", m.sends(flipped_digit), "changed when they were read again", "checksum", OTHER),
-    Fault("two FF behind", "rtu ascii dcon spa", m.sends(m.behind(b"\xff\xff")), "", "", well=True),
+    Fault("one FF behind", "rtu ascii dcon spa", m.sends(m.behind(b"\xff")), "", "", well=True),
 )

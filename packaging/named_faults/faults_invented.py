@@ -98,7 +98,7 @@ INVENTED = family(
     Fault("PLC polls another slave", "rtu ascii dcon spa set", m.well, "another master", "take the other|one master|away", "gap|power|bit rate", "alone beside", events=((0.77, lambda s: s.foreign()),)),
     Fault("PLC polls our slave, we hear the reply", "rtu", m.well, "another master|beside good replies", "master", OTHER, events=((0.91, lambda s: s.wrap(1, b"\3\4\0\1\0\2")),)),
     Fault("PLC and a silent device", "rtu dcon", m.silent, "another master", "take the other|one master|away", "gap|bit rate", events=((0.77, lambda s: s.foreign()),)),
-    Fault("gateway is a slave's slave: other protocol on the bus", "rtu", m.well, "text|by itself|nothing was asked|stray", "take it off|master|other|noise|automatic", "gap|power", events=((1.3, lambda s: b"$01M\r!017017\r"),)),
+    Fault("gateway is a slave's slave: other protocol on the bus", "rtu", m.well, "DCON", "line of its own", "gap|power", events=((1.3, lambda s: b"$01M\r!017017\r"),)),
 ) + family(
     "a cloned address",
     Fault("cloned module", "dcon", m.two_in_turn, "two", "address", OTHER, "alone beside"),
