@@ -36,7 +36,7 @@ inline constexpr Source kGateway = ~Source{0};
 /// Line and device. A reload gives a source another number, so what is remembered of it, here and
 /// in the file, goes by its name.
 using SourceName = std::pair<std::string, std::string>;
-/// What each source has said last.
+/// The text of the last batch of each source.
 using Said = std::map<SourceName, std::string>;
 
 struct Batch {

@@ -28,7 +28,7 @@ constexpr std::size_t kShortestReply = 3;
 constexpr std::size_t kBehind = 3;
 /// The shortest text whose end may be missing.
 constexpr std::size_t kShortestLine = 4;
-/// What the end of a text is made of that has values and perhaps a check value.
+/// The characters of values and check values in a text.
 constexpr std::string_view kOfValues = "0123456789ABCDEF.+-/:";
 
 /// A whole reply of more than `least` bytes stands at the front. One look of the rule, however much

@@ -34,7 +34,7 @@ class Hold {
   bool holds() const { return winding_up_ || paused_; }
 
  private:
-  /// Who asks by hand does not wait longer.
+  /// A telegram by hand does not wait longer for late replies.
   static constexpr Duration kMostWait = 4s;
 
   bool winding_up_ = false;

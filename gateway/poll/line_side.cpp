@@ -85,7 +85,7 @@ Outcome LineSide::Judge(View frame, Instant now) {
   return reception_.Judge(*run_.job(), frame, now);
 }
 
-/// What an input has led to, in its order; what follows from an exchange's end is for Conclude.
+/// Applies the news of one input, in their order. Conclude applies the end of an exchange.
 void LineSide::Hear(LineNews news, Now now) {
   unasked_.OnInput(news.unasked, now);
   if (news.send) Send(now);

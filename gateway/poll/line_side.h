@@ -54,7 +54,7 @@ class LineSide : private LineClient {
   /// The request that waits for a quiet line may have become too late. The line begins again with
   /// the next request, also if that is one of the same job that closes what it has opened.
   void Withdraw();
-  /// What follows from the end of an exchange, after all that its input has led to.
+  /// Applies the end of an exchange, if one has ended. After all other news of the input.
   void Conclude();
 
  private:

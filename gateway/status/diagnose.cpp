@@ -29,7 +29,7 @@ constexpr std::size_t kManyFailures = 8;
 constexpr double kNotableOutage = 0.01;
 /// So many exchanges in a row are no disturbance that is just over.
 constexpr std::uint32_t kManyBehind = 16;
-/// What stands behind it in a reason says what to do.
+/// Separates the cause and the remedy in a reason.
 constexpr std::string_view kBehindReason = "; ";
 /// One that begins so soon behind the start may be its end.
 constexpr Duration kStart = 5min;

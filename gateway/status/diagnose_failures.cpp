@@ -93,6 +93,12 @@ const char* TakeThemOut(const DeviceRecord& record) {
              : "take these points out of the profile, or set access: none";
 }
 
+/// Silence, or an end of the connection in its place.
+std::string NotAnswered(const Evidence& evidence) {
+  return evidence.Last(Symptom::silence).ended ? "ends the connection at the request for "
+                                               : "does not answer the request for ";
+}
+
 /// What is only asked seldom any more, because the device was silent to it beside answers to
 /// others.
 Sentences SilentPoints(const DeviceRecord& record, const Evidence& evidence) {
@@ -115,9 +121,7 @@ Sentences SilentPoints(const DeviceRecord& record, const Evidence& evidence) {
     return said.reason == Reason::not_fitted || (tried && polled && said == Quality::bad_waiting);
   });
   if (points.empty()) return {};
-  const bool ends = evidence.Last(Symptom::silence).ended;
-  return {(ends ? "ends the connection at the request for " : "does not answer the request for ") +
-          points + ", and answers the others: " + TakeThemOut(record)};
+  return {NotAnswered(evidence) + points + ", and answers the others: " + TakeThemOut(record)};
 }
 
 /// Other requests than those that fail are answered: polls, or such as no poll asks, as its name,
@@ -155,10 +159,8 @@ Sentences DeadQueries(const DeviceRecord& record, const Evidence& evidence) {
   if (silent) {
     const auto first = std::ranges::find_if(status.queries, fails);
     const std::string& place = record.device->points[first->first_point].read;
-    const bool ends = evidence.Last(Symptom::silence).ended;
-    return {
-        (ends ? "ends the connection at the request for " : "does not answer the request for ") +
-        points + " (" + place + ")" + ", and answers the others: " + TakeThemOut(record)};
+    return {NotAnswered(evidence) + points + " (" + place + ")" +
+            ", and answers the others: " + TakeThemOut(record)};
   }
   const bool damaged = std::ranges::all_of(status.queries, [&](const QueryCount& query) {
     return !fails(query) || IsDamage(query.symptom);

@@ -167,7 +167,7 @@ double OtherForm(const Evidence& evidence) {
   return IsDamageOnly(evidence) ? 0 : Always<other_form>(evidence);
 }
 
-/// Of short replies nothing readable is left.
+/// A short reply that lacks its beginning looks like noise.
 double HeadLost(const Evidence& evidence) {
   const std::size_t lost = evidence.Count(head_lost);
   const bool all = !evidence.answered && lost >= kMany && 2 * lost >= evidence.failed;

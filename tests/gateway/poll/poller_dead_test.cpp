@@ -169,12 +169,20 @@ TEST(Poller, ADeadDeviceCostsTheLivingNextToNothing) {
   EXPECT_GE(among_dead * 100, alone * 94) << among_dead << " of " << alone;
 }
 
+/// The second device is dead; the first leaves the line no idle time.
+std::unique_ptr<VirtualLine> DeadBesideBusy() {
+  auto line =
+      std::make_unique<VirtualLine>(ToyLine({Polled(ToyDevice("a", "A", {"1", "2", "3"}), 10ms),
+                                             Polled(ToyDevice("b", "B", {"1"}), 10ms)}),
+                                    std::vector<const Protocol*>{&ToyProtocol()});
+  line->twin(1).manner.dead = true;
+  return line;
+}
+
 /// A radio link loses the first two requests to a device.
 TEST(PollerDead, ALossAtTheStartIsNoLongAbsence) {
-  VirtualLine line(ToyLine({Polled(ToyDevice("a", "A", {"1", "2", "3"}), 10ms),
-                            Polled(ToyDevice("b", "B", {"1"}), 10ms)}),
-                   {&ToyProtocol()});
-  line.twin(1).manner.dead = true;
+  const auto line_of_two = DeadBesideBusy();
+  VirtualLine& line = *line_of_two;
   line.Open();
   ASSERT_TRUE(line.RunUntil([&] { return line.StatusOf(1).exchanges == 2; }, 1min));
   line.twin(1).manner.dead = false;
@@ -184,10 +192,8 @@ TEST(PollerDead, ALossAtTheStartIsNoLongAbsence) {
 }
 
 TEST(Poller, AReturnIsNoticedOnALineThatIsNeverIdle) {
-  VirtualLine line(ToyLine({Polled(ToyDevice("a", "A", {"1", "2", "3"}), 10ms),
-                            Polled(ToyDevice("b", "B", {"1"}), 10ms)}),
-                   {&ToyProtocol()});
-  line.twin(1).manner.dead = true;
+  const auto line_of_two = DeadBesideBusy();
+  VirtualLine& line = *line_of_two;
   line.Open();
   line.RunFor(60s);
   ASSERT_EQ(line.StatusOf(1).state, DeviceState::offline);

@@ -26,16 +26,26 @@ std::vector<std::string> OnWireAfter(const RoutedLine& line, std::size_t count) 
   return wire;
 }
 
-// A start of the cached side that goes out after a routed stop would leave the motor running. The
-// poll that reads the written point back comes last.
-TEST(PollerRoutedOrder, ACommandBeforeARoutedWriteToTheSameSlaveKeepsItsPlace) {
+config::Line WrittenDrive() {
   config::Line settings = DriveLine({Polled("20", 2, 10s)});
   settings.devices[0].points[0].write = "holding 0";
-  RoutedLine line(std::move(settings), {"21"});
+  return settings;
+}
+
+/// A long read of another slave is on the wire. Returns how many requests went out before it.
+std::size_t StartBlock(RoutedLine& line) {
   line.RunFor(5s);
   const std::size_t before = line.sent.size();
   line.Ask("block", kBlock, 21);
   line.RunFor(10ms);
+  return before;
+}
+
+// A start of the cached side that goes out after a routed stop would leave the motor running. The
+// poll that reads the written point back comes last.
+TEST(PollerRoutedOrder, ACommandBeforeARoutedWriteToTheSameSlaveKeepsItsPlace) {
+  RoutedLine line(WrittenDrive(), {"21"});
+  const std::size_t before = StartBlock(line);
   line.Write(0, 0, Value(2.0));
   line.Ask("stop", kStop, 20, 2);
   line.RunFor(2s);
@@ -45,13 +55,8 @@ TEST(PollerRoutedOrder, ACommandBeforeARoutedWriteToTheSameSlaveKeepsItsPlace) {
 
 // A long write has no haste, and a command has: yet it does not pass an earlier write to its slave.
 TEST(PollerRoutedOrder, ARoutedWriteBeforeACommandToTheSameSlaveKeepsItsPlace) {
-  config::Line settings = DriveLine({Polled("20", 2, 10s)});
-  settings.devices[0].points[0].write = "holding 0";
-  RoutedLine line(std::move(settings), {"21"});
-  line.RunFor(5s);
-  const std::size_t before = line.sent.size();
-  line.Ask("block", kBlock, 21);
-  line.RunFor(10ms);
+  RoutedLine line(WrittenDrive(), {"21"});
+  const std::size_t before = StartBlock(line);
   std::string preset = "10 00 00 00 09 12";
   for (int i = 0; i < 18; ++i) preset += " 00";
   line.Ask("preset", preset, 20, 2);
