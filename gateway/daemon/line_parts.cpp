@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "protocols/transaction.h"
+
 namespace baudgate {
 
 namespace {
@@ -31,7 +33,7 @@ LineParts::LineParts(const config::Line& line, std::uint32_t first_device,
       poller(line, first_device, find, store, port, reporter),
       telegrams(line, poller, recorder, port),
       port(line, store, transport, retries, recorder, reporter, poller, telegrams, loan,
-           Listens(line, find)),
+           Listens(line, find), TransactionBytes(find(line.protocol))),
       loan({line, store, transport, reporter, links.loans, ReplyTime(line, find)}, port) {
   poller.Attach(recorder, std::move(links.foreign));
 }

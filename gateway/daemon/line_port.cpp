@@ -30,7 +30,8 @@ std::string HintOf(const Rest& rest, bool reset, const std::string& protocol) {
 
 LinePort::LinePort(const config::Line& line, PointStore& store, Transport& transport,
                    PortRetries& retries, LineRecorder& recorder, LineReporter& reporter,
-                   Poller& poller, TelegramQueue& telegrams, PortLoan& loan, bool listens)
+                   Poller& poller, TelegramQueue& telegrams, PortLoan& loan, bool listens,
+                   std::size_t transaction)
     : line_(line),
       transport_(transport),
       retries_(retries),
@@ -40,7 +41,7 @@ LinePort::LinePort(const config::Line& line, PointStore& store, Transport& trans
       display_(store, line, recorder, reporter),
       settings_(line, transport, display_, listens),
       proof_(line.is_network()),
-      rest_(listens) {}
+      rest_(listens, transaction) {}
 
 void LinePort::Start(Now now) {
   now_ = now;

@@ -33,11 +33,11 @@ class LinePort final : public RequestPort, public PortLoan::Line {
  public:
   /// All references outlive it. `transport` is closed; what it tells its listener goes to the
   /// functions of the same names here. `retries` opens the port again after OnDown. `listens`: a
-  /// device of the line speaks unasked, so the connection is wanted all the time. `poller`,
-  /// `telegrams` and `loan` may be made later than this.
+  /// device of the line speaks unasked, so the connection is wanted all the time.
+  /// `transaction`: see TransactionBytes. `poller`, `telegrams` and `loan` may be made later.
   LinePort(const config::Line& line, PointStore& store, Transport& transport, PortRetries& retries,
            LineRecorder& recorder, LineReporter& reporter, Poller& poller, TelegramQueue& telegrams,
-           PortLoan& loan, bool listens);
+           PortLoan& loan, bool listens, std::size_t transaction);
 
   void Start(Now now);
   /// Closes the port, once the write under way has ended, and answers what is queued; then calls

@@ -22,6 +22,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <utility>
 
@@ -32,8 +33,9 @@ namespace baudgate {
 
 class Rest {
  public:
-  /// `wanted`: all the time, because a device speaks unasked.
-  explicit Rest(bool wanted) : wanted_(wanted) {}
+  /// `wanted`: all the time, because a device speaks unasked. `transaction`: see TransactionBytes.
+  explicit Rest(bool wanted, std::size_t transaction = 0)
+      : wanted_(wanted), transaction_(transaction) {}
 
   /// A connection was opened, after this many answers on the line. True: it continues one that
   /// rested.
@@ -118,11 +120,11 @@ class Rest {
   bool in_vain() const { return in_vain_ > 0; }
 
  private:
-  /// The first two bytes of a Modbus TCP request are its number, another one each time.
+  /// The request that ended the connection before has met an end again.
   bool IsSameEnd() const {
-    constexpr std::ptrdiff_t kNumber = 2;
-    return request_.size() > kNumber && request_.size() == ended_by_.size() &&
-           std::equal(request_.begin() + kNumber, request_.end(), ended_by_.begin() + kNumber);
+    return request_.size() > transaction_ &&
+           std::ranges::equal(View(request_).subspan(transaction_),
+                              View(ended_by_).subspan(std::min(transaction_, ended_by_.size())));
   }
   void OnUsed(Instant now) {
     if (is_used_) survived_ = std::max(survived_, now - used_);
@@ -135,6 +137,7 @@ class Rest {
   static constexpr Duration kBehindAnswer = 100ms;
 
   const bool wanted_;
+  const std::size_t transaction_;
   std::uint64_t answers_before_ = 0;
   Instant used_{};       // the last byte in or out
   Duration survived_{};  // the longest rest after which this connection was still there

@@ -9,6 +9,7 @@
 #include "gateway/line/changed_bytes.h"
 #include "gateway/line/other_service.h"
 #include "gateway/line/words.h"
+#include "protocols/transaction.h"
 
 namespace baudgate {
 namespace {
@@ -17,7 +18,6 @@ namespace {
 constexpr std::size_t kKept = 1024;
 constexpr std::size_t kArrivals = 256;
 constexpr std::size_t kTaken = 8;
-constexpr std::size_t kTransaction = 2;
 /// The line was silent before the request, this many times longer than the reply took.
 constexpr int kRested = 8;
 /// A request that was sent earlier gets no reply any more.
@@ -235,7 +235,8 @@ bool Examiner::IsCopy() const {
 /// The same bytes came to other requests before. The transaction number is not compared.
 bool Examiner::IsSameAgain(bool right) {
   const bool numbered = member_->protocol->tcp;
-  const View came = View(heard_).subspan(std::min(heard_.size(), numbered ? kTransaction : 0));
+  const View came =
+      View(heard_).subspan(std::min(heard_.size(), TransactionBytes(*member_->protocol)));
   // Texts of other values may well be alike; the length of a PDU follows from its request.
   const bool misfit = !ProvesLife(outcome_) && member_->protocol->carrier != nullptr;
   return open_[*member_].same.OnCame(came, request_.bytes, right, misfit, numbered);

@@ -59,16 +59,16 @@ TEST(Rest, FourConnectionsInVainAreNoOutageWhereOthersAreAskedNext) {
   }
 }
 
-/// It serves the others.
+/// It serves the others. Only the number of the request differs.
 TEST(Rest, AnEndAtTheSameRequestIsNeitherADropNorAnOutage) {
-  Rest rest(false);
+  Rest rest(false, 2);
   rest.OnOpened(0);
   rest.Holds(kRequest, kStart);
   EXPECT_TRUE(rest.IsDrop(8, kStart));
   EXPECT_TRUE(rest.OnEnded(8, false));
   for (int again = 0; again < 4; ++again) {
     rest.OnOpened(8);
-    EXPECT_FALSE(rest.Holds(kRequest, kStart));
+    EXPECT_FALSE(rest.Holds(Bytes{1, static_cast<std::uint8_t>(again), 3}, kStart));
     EXPECT_FALSE(rest.IsDrop(8, kStart));
     EXPECT_TRUE(rest.OnEnded(8, false));
   }
