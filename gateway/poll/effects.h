@@ -11,6 +11,7 @@
 
 #include "config/model/point.h"
 #include "gateway/base/time.h"
+#include "gateway/poll/latest_readings.h"
 #include "gateway/poll/schedule.h"
 #include "gateway/requests/routed.h"
 #include "gateway/requests/write_command.h"
@@ -23,9 +24,9 @@ struct ReplyEffects {
   bool rechecked = false;           ///< a reading counts only when a second one agrees
   std::vector<QueryRef> read_soon;  ///< queries to read again for that
   std::vector<config::Group>
-      repeat;                      ///< seldom groups with a point that was not read, or is doubtful
-  std::optional<QueryRef> stored;  ///< readings of this query are in the store
-  bool hold_events = false;        ///< until the events of the reply are on the disk
+      repeat;  ///< seldom groups with a point that was not read, or is doubtful
+  std::optional<LatestReadings::Points> stored;  ///< these points of a poll are in the store
+  bool hold_events = false;                      ///< until the events of the reply are on the disk
 };
 
 /// What follows from the end of a job.

@@ -128,11 +128,12 @@ void JobRun::NoteWriting(const Device& device) {
   Job::Write& write = *job_->As<Job::Write>();
   write.command.MoveTo(WriteState::sent);
   write.told.reset();
+  std::vector<std::size_t> points;
   for (std::size_t i = write.first; i < write.next; ++i) {
-    const std::uint32_t point = write.command.writes()[i].point;
-    agenda_.write_queue.OnBegun(device.index, point);
-    agenda_.write_queue.AddReadBacks(device.place, device.conversation->Queries(), point);
+    points.push_back(write.command.writes()[i].point);
+    agenda_.write_queue.OnBegun(device.index, write.command.writes()[i].point);
   }
+  agenda_.write_queue.AddReadBacks(device.place, device.conversation->Queries(), points);
 }
 
 void JobRun::PutProbeFirst() {

@@ -1,27 +1,33 @@
-// The queries whose readings were stored since the line last rested for its longest reply time. If
-// a reply comes twice, one of these readings may belong to another request; which is not known.
+// The points that were read and stored since the line last rested for its longest reply time. If a
+// reply comes twice, one of these readings may belong to another request; which is not known.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
 #include <utility>
 #include <vector>
-
-#include "gateway/poll/schedule.h"
 
 namespace baudgate {
 
 class LatestReadings {
  public:
-  void OnStored(QueryRef query) {
-    if (std::ranges::find(queries_, query) == queries_.end()) queries_.push_back(query);
+  /// Points of one query of a device.
+  struct Points {
+    std::size_t device = 0;  ///< its place
+    std::vector<std::size_t> points{};
+    bool operator==(const Points&) const = default;
+  };
+
+  void OnStored(Points read) {
+    if (std::ranges::find(read_, read) == read_.end()) read_.push_back(std::move(read));
   }
   /// The line has rested: no reply to an earlier request is owed any more.
-  void OnRested() { queries_.clear(); }
-  std::vector<QueryRef> TakeAll() { return std::exchange(queries_, {}); }
+  void OnRested() { read_.clear(); }
+  std::vector<Points> TakeAll() { return std::exchange(read_, {}); }
 
  private:
-  std::vector<QueryRef> queries_;
+  std::vector<Points> read_;
 };
 
 }  // namespace baudgate

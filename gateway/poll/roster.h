@@ -57,8 +57,9 @@ struct Device : Member {
   std::unique_ptr<Conversation> conversation;
   JumpCheck jumps;
   HeardPoints heard;
-  std::string memory;         // of the conversation, as it was reported last
-  config::Timing configured;  // `timing`, if it needs no longer times
+  std::string memory;                  // of the conversation, as it was reported last
+  config::Timing configured;           // `timing`, if it needs no longer times
+  std::vector<Query> planned_queries;  // of the conversation, as the line knows them
 
   /// Takes over what the conversation has learned of its times. True: they have changed.
   bool LearnTimes();

@@ -215,17 +215,19 @@ void Upkeep::DoubtLatest(Instant now) {
     Replan(*device, now);
     schedule_.GoOn(device->place, now);
   }
-  for (const QueryRef& read : owed_.readings.TakeAll()) {
-    if (Doubt(read, now)) chooser_.agenda().write_queue.AddReadBack(read);
+  for (const LatestReadings::Points& read : owed_.readings.TakeAll()) {
+    const Device& device = roster_.device(read.device);
+    if (!device.in_use) continue;
+    Doubt(device, read.points, now);
+    ReadBack(device, read.points);
   }
 }
 
-bool Upkeep::Doubt(const QueryRef& read, Instant now) {
+void Upkeep::Doubt(const QueryRef& read, Instant now) {
   const Device& device = roster_.device(read.device);
   const auto queries = device.conversation->Queries();
-  if (!device.in_use || read.query >= queries.size()) return false;
+  if (!device.in_use || read.query >= queries.size()) return;
   store_.Doubt(device.index, queries[read.query].points, now);
-  return true;
 }
 
 void Upkeep::Doubt(const Device& device, const std::vector<std::size_t>& points, Instant now) {
@@ -275,21 +277,28 @@ void Upkeep::Replan(Device& device, Instant now) {
   Plan(device);
   for (const auto& job : parked) {
     const auto* const read_back = job->As<Job::ReadBack>();
-    if (read_back == nullptr) continue;
-    for (const std::size_t point : read_back->points) {
-      chooser_.agenda().write_queue.AddReadBacks(device.place, device.conversation->Queries(),
-                                                 point);
-    }
+    if (read_back != nullptr) ReadBack(device, read_back->points);
   }
 }
 
+/// The queries of the new plan have other numbers: read-backs that wait go by their points.
 void Upkeep::Plan(Device& device) {
+  const auto queries = device.conversation->Queries();
+  const auto to_read =
+      chooser_.agenda().write_queue.TakeReadBacks(device.place, device.planned_queries);
+  device.planned_queries.assign(queries.begin(), queries.end());
   std::vector<config::Group> groups;
-  for (const Query& query : device.conversation->Queries()) groups.push_back(query.group);
+  for (const Query& query : queries) groups.push_back(query.group);
   schedule_.SetQueries(device.place, std::move(groups), device.conversation->HasEvents());
   chooser_.parked().Drop(device);  // its query may be another one now
+  ReadBack(device, to_read);
   ledger_.devices.OnPlan(device);
   ledger_.rounds.OnPlan(device);
+}
+
+/// Reads these points as soon as possible.
+void Upkeep::ReadBack(const Device& device, const std::vector<std::size_t>& points) {
+  chooser_.agenda().write_queue.AddReadBacks(device.place, device.conversation->Queries(), points);
 }
 
 void Upkeep::PlanBackground(const Device& device) {

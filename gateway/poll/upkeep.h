@@ -47,9 +47,8 @@ class Upkeep {
   LateAnswers::Stray OnStray(const StrayBytes& stray, Instant now);
   /// A second, different reply has come after the one that was taken.
   void OnSecondReply(Instant now);
-  /// The points of this query are uncertain until they are read again. False: there is no such
-  /// query.
-  bool Doubt(const QueryRef& read, Instant now);
+  /// The points of this query, if it exists, are uncertain until they are read again.
+  void Doubt(const QueryRef& read, Instant now);
   /// These points are uncertain until they are read again.
   void Doubt(const Device& device, const std::vector<std::size_t>& points, Instant now);
   void SetInUse(Device& device, bool in_use, bool open, Instant now);
@@ -69,6 +68,7 @@ class Upkeep {
  private:
   void Charge(const Job& job, bool answered, Instant now);
   void Plan(Device& device);
+  void ReadBack(const Device& device, const std::vector<std::size_t>& points);
   void Reconnect(Device& device, Instant now);
   void DoubtLatest(Instant now);
   void DoubtAll(const Device& device, Instant now);

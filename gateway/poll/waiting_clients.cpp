@@ -29,9 +29,8 @@ void WaitingClients::ReadNow(WriteCommand command, const Device* unasked, Instan
     return NotSent(command,
                    "this device cannot be polled (it sends unasked); its last message is shown");
   }
-  for (const std::uint32_t point : command.reads()) {
-    agenda_.write_queue.AddReadBacks(device.place, device.conversation->Queries(), point);
-  }
+  const std::vector<std::size_t> points(command.reads().begin(), command.reads().end());
+  agenda_.write_queue.AddReadBacks(device.place, device.conversation->Queries(), points);
   command.MoveTo(WriteState::reading_back);
   agenda_.write_queue.Confirm(std::move(command), device.place, now);
 }

@@ -45,11 +45,24 @@ void WriteQueue::AddReadBack(QueryRef query) {
 }
 
 void WriteQueue::AddReadBacks(std::size_t device, std::span<const Query> queries,
-                              std::size_t point) {
+                              std::span<const std::size_t> points) {
   for (std::size_t query = 0; query < queries.size(); ++query) {
-    const auto& points = queries[query].points;
-    if (std::ranges::find(points, point) != points.end()) AddReadBack({device, query});
+    if (std::ranges::find_first_of(queries[query].points, points) != queries[query].points.end()) {
+      AddReadBack({device, query});
+    }
   }
+}
+
+std::vector<std::size_t> WriteQueue::TakeReadBacks(std::size_t device,
+                                                   std::span<const Query> queries) {
+  std::vector<std::size_t> points;
+  std::erase_if(read_backs_, [&](const QueryRef& one) {
+    if (one.device != device) return false;
+    const auto& its = queries[one.query].points;
+    points.insert(points.end(), its.begin(), its.end());
+    return true;
+  });
+  return points;
 }
 
 std::optional<QueryRef> WriteQueue::TakeReadBack(const MayRead& may_read) {

@@ -41,8 +41,12 @@ class WriteQueue {
   /// Read this query as soon as possible: its points are being written, or a reading of it is in
   /// doubt. Several calls lead to one read.
   void AddReadBack(QueryRef query);
-  /// The same of all queries of the device that read this point.
-  void AddReadBacks(std::size_t device, std::span<const Query> queries, std::size_t point);
+  /// The same of all queries of the device that read one of these points.
+  void AddReadBacks(std::size_t device, std::span<const Query> queries,
+                    std::span<const std::size_t> points);
+  /// The points of all queries of the device that wait to be read. `queries`: those it had when
+  /// they were added.
+  std::vector<std::size_t> TakeReadBacks(std::size_t device, std::span<const Query> queries);
   std::optional<QueryRef> TakeReadBack(const MayRead& may_read);
   const std::deque<QueryRef>& read_backs() const { return read_backs_; }
 

@@ -21,6 +21,29 @@ TEST(Poller, ReplanDropsWhatTheDeviceDoesNotKnow) {
   EXPECT_EQ(line.QualityOf(0, 1), Quality::good);
 }
 
+/// Four reads in a row are urgent, then a poll has its turn. Its reply takes query 0 out of the
+/// plan, and all others have other numbers.
+TEST(Poller, AReadThatWaitsGoesByItsPointWhenThePlanChanges) {
+  VirtualLine line(ToyLine({ToyDevice("a", "A", {"1", "2", "3", "4", "5", "6"})}),
+                   {&ToyProtocol()});
+  line.Open();
+  line.RunFor(2s - 10ms);
+  line.twin(0).manner.instead = [](View request) -> std::optional<Bytes> {
+    if (AsText(request) != "?A1\r") return std::nullopt;
+    return ToyReply("A1~replan");
+  };
+  std::optional<WriteResult> result;
+  WriteCommand command;
+  command.kind = Reads{{1, 2, 3, 4, 5}};
+  command.deadline = line.now().instant + 1h;
+  command.done = [&result](const WriteResult& end) { result = end; };
+  line.sent.clear();
+  line.Submit(std::move(command));
+  ASSERT_TRUE(line.RunUntil([&] { return result.has_value(); }, 800ms));
+  EXPECT_EQ(line.CountSent("?A1"), 1U) << "in between";
+  EXPECT_TRUE(result->read_back) << result->reason;
+}
+
 /// The toy throws when it is asked for a query that it does not have.
 TEST(Poller, APollWhoseQueryWentWithTheProbeBeforeItIsNotAsked) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"}), ToyDevice("b", "B", {"1"})}),
