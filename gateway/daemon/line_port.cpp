@@ -175,6 +175,7 @@ void LinePort::CheckConnection() {
 void LinePort::Release(Duration time, Now now) {
   now_ = now;
   if (stopping_) return;
+  display_.OnReleaseAsked(now.wall + time);
   AfterTheWrite([this, time] { Lend(time); });
 }
 
@@ -183,6 +184,7 @@ void LinePort::EndRelease(Now now) {
   loan_.TakeBack(std::string(kTakenBack), now);
   if (grace_.waits() && !stopping_) {  // it has not been lent yet
     grace_.CallOff();
+    display_.OnReleaseAsked({});
     poller_.CallOffWindUp(now);
   }
   EndLoan();

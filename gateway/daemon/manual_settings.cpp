@@ -9,7 +9,7 @@ ManualSettings ManualSettingsOf(const PointStore& store, std::uint32_t line,
   const LineStatus status = store.ReadLine(line);
   // A client over the network has gone with the line.
   const bool by_hand = status.port == LineStatus::Port::released && !status.lent_to_client;
-  if (by_hand) settings.released_until = status.released_until;
+  settings.released_until = by_hand ? status.released_until : status.release_asked_until;
   for (std::uint32_t device = 0; device < store.device_count(); ++device) {
     if (store.gone(device) || store.line(device).name != config.name) continue;
     bool in_use = true;

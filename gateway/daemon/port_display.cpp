@@ -33,10 +33,15 @@ void PortDisplay::OnDown(const std::string& reason, Down down, Now now) {
   reporter_.OnNews({News::What::port_down, false, {}, reason}, now);
 }
 
+void PortDisplay::OnReleaseAsked(WallTime until) {
+  Update([until](LineStatus& status) { status.release_asked_until = until; });
+}
+
 void PortDisplay::OnReleased(const std::string& port, Duration time, Now now) {
   log::Info({.line = name_}, "{} is released for {}; its points are out of service", port,
             FormatDuration(time));
   const std::string text = "released for " + FormatDuration(time);
+  OnReleaseAsked({});
   Show(LineStatus::Port::released, text, now, {.until = now.wall + time});
   reporter_.OnNews({News::What::port_lent, false, {}, text}, now);
 }

@@ -31,6 +31,8 @@ class PortDisplay {
     bool silent = false;  ///< closed here, because no device behind it has answered
   };
   void OnDown(const std::string& reason, Down down, Now now);
+  /// By hand: the write under way ends first. The epoch: it was called off.
+  void OnReleaseAsked(WallTime until);
   /// By hand, to another program.
   void OnReleased(const std::string& port, Duration time, Now now);
   void CountLoss(Now now, bool takes_no_data = false);

@@ -66,6 +66,7 @@ struct LineStatus : LineCounters {
   std::string port_text;  ///< open: "serial /dev/ttyUSB0 9600 7E1"; else why it is closed
   WallTime port_since{};  ///< when `port` last changed
   WallTime released_until{};
+  WallTime release_asked_until{};  ///< by hand, while a write under way ends first; else the epoch
   bool silent = false;           ///< closed to be opened again: no device behind it answered
   bool lent_to_client = false;   ///< released: to a client over the network, not by hand
   std::uint32_t times_lost = 0;  ///< how often the open port was lost

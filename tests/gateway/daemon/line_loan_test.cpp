@@ -73,6 +73,15 @@ TEST_F(PortInAWrite, ThatIsTakenBackBeforeTheWriteHasEndedIsNotLent) {
   EXPECT_GT(port_.sends, sends) << "polls go on";
 }
 
+/// A reload restarts the line meanwhile.
+TEST_F(PortInAWrite, IsReleasedBehindAReloadAsWell) {
+  const auto until = [&] { return ManualSettingsOf(*store_, 0, config_.lines[0]).released_until; };
+  ReleaseDuringAWrite();
+  EXPECT_EQ(until(), now_.wall + 10s);
+  Handle([&] { line_->port.EndRelease(now_); });
+  EXPECT_EQ(until(), WallTime{});
+}
+
 TEST_F(PortInAWrite, ThatIsTakenBackDuringTheStopStopsAllTheSame) {
   ReleaseDuringAWrite();
   int stopped = 0;
