@@ -16,8 +16,16 @@
 
 namespace baudgate::system_test {
 
+/// How many times longer programs take under the thread sanitizer.
+#ifdef __SANITIZE_THREAD__
+constexpr int kSlower = 4;
+#else
+constexpr int kSlower = 1;
+#endif
 /// How long a test waits for an event before it fails. Nothing is concluded from being fast.
-constexpr Duration kPatience = 20s;
+constexpr Duration kPatience = kSlower * 20s;
+/// The time of a release or of a trial within which a test runs two or three commands.
+constexpr Duration kLongEnough = kSlower * 3s;
 /// How often a thread of a cable or a slave looks whether it shall end.
 constexpr int kPollMilliseconds = 20;
 

@@ -149,14 +149,15 @@ TEST_F(Ports, AReleasedPortIsFreeForOthersAndComesBackByItself) {
   ASSERT_TRUE(EventuallyQualityIs(kGood));
   EXPECT_FALSE(OpenExclusive(LinkOf("bay")).ok()) << "the daemon has it for itself";
 
-  const Finished release = Release({"bay", "--for", "3s"});
+  const std::string time = FormatDuration(kLongEnough);
+  const Finished release = Release({"bay", "--for", time});
   ASSERT_EQ(release.code, 0) << release.errors;
   EXPECT_EQ(client.Register(1, 20000), kOutOfService);
   EXPECT_EQ(Status()["port_state"], "released");
   EXPECT_TRUE(Status()["released_until"].is_string());
   const auto tool = OpenExclusive(LinkOf("bay"));
   ASSERT_TRUE(tool.ok()) << tool.error();
-  EXPECT_TRUE(EventuallyLogged(*daemon, "is released for 3s"));
+  EXPECT_TRUE(EventuallyLogged(*daemon, "is released for " + time));
 
   // The time is over, but the vendor's tool still has it; the daemon says who that is.
   EXPECT_TRUE(EventuallyLogged(*daemon, "takes " + LinkOf("bay") + " back"));

@@ -148,7 +148,7 @@ TEST_F(Reload, OfABadFileChangesNothingAndSaysWhy) {
 TEST_F(Reload, ThatNobodyConfirmsIsTakenBackAndStaysSo) {
   StartAll(YamlWithSocket());
   SetFile(WithSlowerIo());
-  const Finished reload = Ask({"reload", "--confirm", "2s"});
+  const Finished reload = Ask({"reload", "--confirm", FormatDuration(kLongEnough)});
   ASSERT_EQ(reload.code, 0) << reload.errors;
   EXPECT_THAT(reload.output, HasSubstr("baudgate confirm"));
   EXPECT_FALSE(Status()["configuration"]["confirm_until"].is_null());
