@@ -47,6 +47,11 @@ class AnswerOrder {
   /// A reply came. `fits`: it may answer the latest request. False: it answers none of the
   /// remembered requests, and nothing has changed.
   bool OnAnswer(bool fits, const MayAnswer& may_answer);
+  /// Since a proof was answered, nothing but the latest request was sent, perhaps several times. A
+  /// reply that answers neither of the two can be no copy of an earlier one. Before OnAnswer.
+  bool IsBehindProof(const MayAnswer& may_answer) const;
+  /// Such a reply came: the device answers the latest request so, or somebody else has.
+  void OnOddForm() { answered_ |= 1; }
   /// A reply came to a request that is not remembered any more.
   void OnForgotten() { answered_ = std::uint64_t{1} << kMostOwed; }
   /// Whether an earlier request may have this reply, even if nothing seems to be owed.

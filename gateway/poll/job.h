@@ -131,7 +131,8 @@ struct Job {
             .retry = step.retries > 0,
             .probe = is_probe(),
             .lone_probe = is_probe() && !postponed,
-            .renews_proof_early = renews_proof_early};
+            .renews_proof_early = renews_proof_early,
+            .proved = proved};
   }
 
   // These live as long as the job.

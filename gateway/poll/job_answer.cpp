@@ -28,7 +28,7 @@ void JobRun::Conclude(ExchangeEnd end, const Finding& finding) {
   Job& job = *job_;
   const bool cut_off = end.outcome == Outcome::line_down;
   if (!cut_off && !job.attempt.answer.reason.empty()) end.reason = job.attempt.answer.reason;
-  job.judges_member = !job.is_broadcast();
+  job.judges_member = !job.is_broadcast() && !job.attempt.verdict.odd;
   const bool answered = ProvesLife(end.outcome);
   upkeep_.OnExchange(job, end, finding, now_.instant);
   if (answered) job.wire += now_.instant - job.attempt.began;
@@ -162,9 +162,9 @@ void JobRun::OnFailed(const ExchangeEnd& end) {
   job.had_failure = true;
   if (auto* routed = job.As<Job::Routed>()) return OnRoutedFailure(*routed, end);
   // The reply to another request has come, so the awaited one is nearer. A reply in the name of a
-  // device that owes none brings nothing nearer.
+  // device that owes none brings nothing nearer, nor does its own in an odd form.
   const Asked asked = job.asked();
-  const bool nearer = end.outcome == Outcome::unexpected &&
+  const bool nearer = end.outcome == Outcome::unexpected && !job.attempt.verdict.odd &&
                       (heard_itself || !asked.named() || owed_.whose.orders().OthersOwe(asked));
   const int more = nearer ? std::min(owed_.whose.orders().Owed(asked), kMostTriesMore) : 0;
   if (!chooser_.MayRepeat(job, more, now_.instant)) return GiveUp(end);

@@ -47,6 +47,15 @@ class ReplyOrders {
     if (!known) line_.OnForgotten();
     if (!own && !known) Of(member).OnForgotten();
   }
+  /// See AnswerOrder.
+  bool IsBehindProof(const Asked& asked, const AnswerOrder::MayAnswer& may_answer) const {
+    return Of(*asked.member).IsBehindProof(may_answer) &&
+           (asked.named() || line_.IsBehindProof(may_answer));
+  }
+  void OnOddForm(const Member& member) {
+    Of(member).OnOddForm();
+    line_.OnOddForm();
+  }
   /// A reply has come twice.
   void OnCopy(const Member& member) {
     Of(member).OnCopy();

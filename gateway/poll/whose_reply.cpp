@@ -20,6 +20,8 @@
 //                                 times
 // 12 a reply to B, nameless       UA1       !=1        A's or B's                       not proven: asked again
 // 13 a reply to B, with its name  ?A1       !A1=5      A's                              proven
+// 14 nothing; PA0 was answered    UA1       !A9        its own, in a form that was not  a probe goes first from now on;
+//    directly before                                   asked for                        others are not read again
 // clang-format on
 //
 // A refusal answers any request (!A0~refused): it proves whose it is only where the name itself is
@@ -50,7 +52,10 @@ bool WhoseReply::NeedsProbeFirst(const Asked& asked, Instant now) const {
   const State& state = states_[member];
   const Duration holds = asked.renews_proof_early ? kProofRenews : kProofHolds;
   if (!state.answered_probe || now - state.proven_at > holds) return true;
-  if (IsSafe(asked) || IsUnprovable(member)) return false;
+  if (IsUnprovable(member)) return false;
+  const bool odd = std::ranges::find(state.odd, asked.request->bytes) != state.odd.end();
+  if (odd && !asked.proved) return true;  // row 14
+  if (IsSafe(asked)) return false;
   // If the lag has not grown, at most four repeats reach the right reply. More repeats would not
   // end: a round of 22 requests looks like a lag of 22.
   return orders_.Owed(asked) > std::min(state.lag, kMostTriesMore);
@@ -138,6 +143,17 @@ void WhoseReply::Learn(const Asked& asked, View frame, Outcome outcome) {
   }
 }
 
+/// A request whose reply has not fitted is asked behind a proof the next time. Only that shows
+/// whether the form is the device's own, or an earlier reply has come twice.
+void WhoseReply::NoteForm(const Asked& asked, bool fits) {
+  std::vector<Bytes>& odd = states_[*asked.member].odd;
+  const auto known = std::ranges::find(odd, asked.request->bytes);
+  if (fits && known != odd.end()) odd.erase(known);
+  if (fits || asked.probe || known != odd.end()) return;
+  if (odd.size() == kMostOdd) odd.erase(odd.begin());
+  odd.push_back(asked.request->bytes);
+}
+
 WhoseReply::Verdict WhoseReply::OnReply(const Asked& asked, View frame, Outcome outcome) {
   const bool proof = asked.request->is_proof();
   const auto may_answer = [&](const SentRequest& sent) { return MayAnswer(sent, frame, outcome); };
@@ -145,8 +161,14 @@ WhoseReply::Verdict WhoseReply::OnReply(const Asked& asked, View frame, Outcome 
   Verdict verdict;
   verdict.replaced = IsReplaced(asked, frame, outcome, may_answer);
   const bool fits = Fits(asked, frame, outcome);
-  verdict.shifted = !fits && orders_.Owed(asked) == 1;  // row 2
-  Count(asked, fits, outcome, may_answer);
+  verdict.odd = !fits && !asked.probe && orders_.IsBehindProof(asked, may_answer);  // row 14
+  verdict.shifted = !fits && !verdict.odd && orders_.Owed(asked) == 1;              // row 2
+  if (fits || verdict.odd || verdict.shifted) NoteForm(asked, fits);
+  if (verdict.odd) {
+    orders_.OnOddForm(*asked.member);
+  } else {
+    Count(asked, fits, outcome, may_answer);
+  }
   Learn(asked, frame, outcome);
   verdict.elsewhere = !orders_.MayBeInStep(asked);
   verdict.proven = orders_.IsAnswerTo(asked);
@@ -182,6 +204,7 @@ void WhoseReply::OnReconnect(const Member& member) {
   state.proofless = 0;
   state.lag = 0;
   state.read = false;
+  state.odd.clear();
 }
 
 void WhoseReply::OnSecondReply(const Member& member) { orders_.OnCopy(member); }

@@ -8,6 +8,7 @@
 #pragma once
 
 #include <cstddef>
+#include <vector>
 
 #include "gateway/base/outcome.h"
 #include "gateway/poll/answer_order.h"
@@ -67,6 +68,7 @@ class WhoseReply {
     Duration older{};        ///< how much earlier, at most, the request was sent that it may answer
     bool replaced = false;   ///< another device answers in its place
     bool shifted = false;    ///< nothing was owed and it does not fit: an earlier one came twice
+    bool odd = false;        ///< it does not fit, and is no copy of an earlier one
   };
   /// A reply of the device itself came, good or not what was asked for.
   Verdict OnReply(const Asked& asked, View frame, Outcome outcome);
@@ -90,6 +92,7 @@ class WhoseReply {
     int lag = 0;             // replies owed when its order was last proven
     Instant proven_at{};     // when a probe was answered last
     int proofless = 0;       // answered probes in a row that were no proofs
+    std::vector<Bytes> odd;  // requests whose latest replies had a form that was not asked for
   };
   /// Fewer probes find a device that does not answer its identification
   /// (protocols/common/probe_choice.h).
@@ -98,6 +101,8 @@ class WhoseReply {
   /// reply came twice, or a device that was swapped unnoticed.
   static constexpr Duration kProofHolds = 1min;
   static constexpr Duration kProofRenews = 45s;
+  /// For each device.
+  static constexpr std::size_t kMostOdd = 16;
 
   /// A reply in place of its own would be noticed.
   bool IsSafe(const Asked& asked) const;
@@ -108,6 +113,7 @@ class WhoseReply {
   void Count(const Asked& asked, bool fits, Outcome outcome,
              const AnswerOrder::MayAnswer& may_answer);
   void Learn(const Asked& asked, View frame, Outcome outcome);
+  void NoteForm(const Asked& asked, bool fits);
 
   const Roster& roster_;
   ReplyOrders orders_;

@@ -47,6 +47,38 @@ TEST(PollerFaults, ASecondReplyOfAFastDeviceDoubtsWhatASlowOneSaid) {
   EXPECT_GT(line.StatusOf(1).exchanges, before) << "read again, long before its period is over";
 }
 
+/// A device that answers one request in a form that was not asked for, for good.
+TEST(PollerFaults, AnOddFormOfOneReplyLeavesTheOtherValuesGood) {
+  VirtualLine line(ToyLine({ToyDevice("a", "A", {"U1", "2", "U3"})}), {&ToyProtocol()});
+  line.twin(0).manner.instead = [](View request) -> std::optional<Bytes> {
+    if (AsText(request) != "?A2\r") return std::nullopt;
+    return ToyReply("A9=1");
+  };
+  line.Open();
+  line.RunFor(10s);
+  int uncertain = 0;
+  line.always = [&] {
+    const bool good =
+        line.QualityOf(0, 0) == Quality::good && line.QualityOf(0, 2) == Quality::good;
+    if (!good) ++uncertain;
+  };
+  line.RunFor(5min);
+  EXPECT_EQ(uncertain, 0);
+  EXPECT_NE(line.QualityOf(0, 1), Quality::good);
+}
+
+TEST(PollerFaults, ADeviceWhoseOnlyReplyHasAnOddFormIsNotOffline) {
+  VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
+  line.twin(0).manner.instead = [](View request) -> std::optional<Bytes> {
+    if (AsText(request) != "?A1\r") return std::nullopt;
+    return ToyReply("A9=1");
+  };
+  line.Open();
+  line.RunFor(5min);
+  EXPECT_TRUE(Answers(line.StatusOf(0).state)) << line.StatusOf(0).last_reason;
+  EXPECT_NE(line.QualityOf(0, 0), Quality::good);
+}
+
 /// A copy that comes after the next request has been sent passes for its answer. The true one comes
 /// behind it: then what was read last is doubted at once, and read again.
 class SecondReply : public ::testing::TestWithParam<std::size_t> {};

@@ -80,6 +80,7 @@ class WhoseReplyTest : public ::testing::Test, protected ToyMembers {
   static std::string InWords(const WhoseReply::Verdict& verdict) {
     if (verdict.replaced) return "replaced";
     if (verdict.shifted) return "shifted";
+    if (verdict.odd) return "odd";
     if (verdict.elsewhere) return "elsewhere";
     if (!verdict.proven) return "not proven";
     return verdict.older > 0s ? "proven, older" : "proven";
@@ -148,14 +149,20 @@ INSTANTIATE_TEST_SUITE_P(
                       WhoseReplyCase{11, "open PA0:A0 PA0:A0 PA0:A0", "not proven"},
                       WhoseReplyCase{11, "open PA0:A0 PA0:A0 PA0:A0 PA0:A0", "proven"},
                       WhoseReplyCase{12, "PA0:A0 PB0:B0 -UB1: -UA1:=1", "not proven"},
-                      WhoseReplyCase{13, "PA0:A0 PB0:B0 ?B1: ?A1:A1=5", "proven"}));
+                      WhoseReplyCase{13, "PA0:A0 PB0:B0 ?B1: ?A1:A1=5", "proven"},
+                      WhoseReplyCase{14, "PA0:A0 UA1:A9", "odd"},
+                      WhoseReplyCase{14, "PA0:A0 UA1:A9 UA1:A9 PA0:A0", "proven"},
+                      WhoseReplyCase{14, "PA0:A0 UA1:A0", "shifted"},
+                      WhoseReplyCase{14, "PA0:A0 UA2:=2 UA1:A9", "shifted"},
+                      WhoseReplyCase{14, "PA0:A0 ?B1:B1=1 -UA1:A9", "shifted"}));
 
 TEST(LatestReadings, OfTheTimeSinceTheLineRested) {
   LatestReadings readings;
-  readings.OnStored({0, 0});
+  readings.OnStored({0, {0}});
   readings.OnRested();
-  for (const std::size_t query : {1, 2, 1}) readings.OnStored({0, query});
-  EXPECT_THAT(readings.TakeAll(), ElementsAre(QueryRef{0, 1}, QueryRef{0, 2}));
+  for (const std::size_t point : {1, 2, 1}) readings.OnStored({0, {point}});
+  using Points = LatestReadings::Points;
+  EXPECT_THAT(readings.TakeAll(), ElementsAre(Points{0, {1}}, Points{0, {2}}));
   EXPECT_THAT(readings.TakeAll(), IsEmpty()) << "told once";
 }
 
@@ -274,6 +281,14 @@ TEST_F(WhoseReplyTest, EntriesOfOneNameAreOneDevice) {
   order_.orders().Recognise(b, ToBytes("A"));
   Silence(a, one_);
   EXPECT_TRUE(NeedsProbe(b, two_));
+}
+
+TEST_F(WhoseReplyTest, ARequestThatIsAnsweredInAnOddFormIsAskedBehindAProof) {
+  Run("PA0:A0 UA2:=2 UA1:A9 PA0:A0");
+  EXPECT_TRUE(NeedsProbe(a, one_));
+  EXPECT_FALSE(NeedsProbe(a, two_));
+  Run("PA0:A0 UA1:=1");
+  EXPECT_FALSE(NeedsProbe(a, one_)) << "it fits again";
 }
 
 TEST_F(WhoseReplyTest, AReplyToAStrangerIsNotLearnedAsTheName) {
