@@ -25,6 +25,15 @@ void Identity::Learn(const Bytes& request, View reply, Outcome outcome) {
   request_ = request;
   reply_.assign(frame.begin(), frame.end());
   names_ = outcome == Outcome::ok;
+  other_.clear();
+  certain_ = false;
+}
+
+bool Identity::OnOther(View reply) {
+  const View frame = WithoutLineEnd(reply);
+  if (std::ranges::equal(frame, other_)) return true;
+  other_.assign(frame.begin(), frame.end());
+  return false;
 }
 
 }  // namespace baudgate

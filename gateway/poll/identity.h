@@ -19,11 +19,23 @@ class Identity {
 
   /// The request was answered like this, and the reply can be to no other request.
   void Learn(const Bytes& request, View reply, Outcome outcome);
+  /// The request was answered by a reply that Is knows.
+  void OnSame() {
+    other_.clear();
+    certain_ = true;
+  }
+  /// It has come more than once.
+  bool certain() const { return certain_; }
+  /// The request was answered otherwise. True: as the last time. Once may be damage, where replies
+  /// carry no check value.
+  bool OnOther(View reply);
 
  private:
   Bytes request_;
   Bytes reply_;
+  Bytes other_;  // came last in place of reply_
   bool names_ = false;
+  bool certain_ = false;
 };
 
 }  // namespace baudgate

@@ -13,7 +13,8 @@
 //  6 a reply to UA1               PA0       !=1        to UA1                           elsewhere: A lags by one
 //  7 a reply to UA1               PA0       !A0        its own                          proven; nothing is owed
 //  8 a reply to PA0               UA1       !A0        to PA0                           elsewhere; one is owed as before
-//  9 nothing; the name is known   PA0       !A0=2      the name of another device       replaced: everything is read anew
+//  9 nothing; the name is known   PA0       !A0=2      the name of another device, or   shifted; the second time in a row:
+//                                                      damage                           replaced, everything is read anew
 // 10 nothing; the name is known   UA1 as    !=1        the eighth in a row that tells   replaced, by a device without
 //                                 a probe              no name                          a name
 // 11 three to a stranger          PA0 four  !A0        to a PA0: strangers got three    proven; nothing is owed
@@ -106,10 +107,16 @@ bool WhoseReply::IsReplaced(const Asked& asked, View frame, Outcome outcome,
   if (asked.probe && ProvesLife(outcome)) {
     state.proofless = request.is_proof() ? 0 : state.proofless + 1;
   }
-  if (request.steady && ProvesLife(outcome) && !Fits(asked, frame, outcome)) {
-    if (orders_.Of(*asked.member).MayBeEarlier(may_answer)) return false;
-    state.identity.Learn(request.bytes, frame, outcome);
-    return true;
+  if (request.steady && ProvesLife(outcome)) {
+    if (Fits(asked, frame, outcome)) {
+      state.identity.OnSame();
+    } else if (!orders_.Of(*asked.member).MayBeEarlier(may_answer) &&
+               state.identity.OnOther(frame)) {
+      // A name that came once, before any reading, may have been damage.
+      const bool was_there = state.identity.certain() || state.read;
+      state.identity.Learn(request.bytes, frame, outcome);
+      return was_there;
+    }
   }
   if (!state.identity.known() || state.proofless < kProbesWithoutProof) return false;
   state.identity = {};

@@ -22,6 +22,17 @@ TEST(IdentityTest, IsTheFrameThatAnsweredTheIdentification) {
   EXPECT_FALSE(identity.Is(ToBytes("=B\r")));
 }
 
+TEST(IdentityTest, AnotherOneCountsWhenItComesTwiceInARow) {
+  Identity identity;
+  identity.Learn(ToBytes("N\r"), ToBytes("=A\r"), Outcome::ok);
+  EXPECT_FALSE(identity.OnOther(ToBytes("=B\r")));
+  EXPECT_FALSE(identity.OnOther(ToBytes("=C\r")));
+  EXPECT_TRUE(identity.OnOther(ToBytes("=C\r\n")));
+  EXPECT_FALSE(identity.OnOther(ToBytes("=D\r")));
+  identity.OnSame();
+  EXPECT_FALSE(identity.OnOther(ToBytes("=D\r")));
+}
+
 TEST(IdentityTest, ARefusalIsTheSameEveryTimeButNamesNobody) {
   Identity identity;
   identity.Learn(ToBytes("N\r"), ToBytes("?A\r"), Outcome::refused);
