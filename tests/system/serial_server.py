@@ -533,6 +533,7 @@ PARTS = {part.__name__: part for part in (raw, wait, rfc2217, flow, lend, by_han
 
 if __name__ == "__main__":
     names = sys.argv[2:] or [name for name in PARTS if name != "ser2net"]
-    for name in names:
-        PARTS[name]()
-        print(name + ": ok", flush=True)
+    with tempfile.TemporaryDirectory(prefix="serial_server.", ignore_cleanup_errors=True) as tempfile.tempdir:
+        for name in names:
+            PARTS[name]()
+            print(name + ": ok", flush=True)
