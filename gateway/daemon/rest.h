@@ -74,10 +74,11 @@ class Rest {
     const Duration since = now - used_;
     const std::uint64_t its = answers - answers_before_;
     if (asks_) return its > 1 && !IsSameEnd();
-    return its > 0 && since >= kBehindAnswer && since < survived_;
+    return (its > 1 || since >= kBehindAnswer) && its > 0 && since < survived_;
   }
   void OnBytes(Instant now) {
     OnUsed(now);
+    if (asks_ && IsSameEnd()) ended_by_.clear();  // it is answered: the end had another cause
     asks_ = false;
     unanswered_ = 0;
   }
@@ -142,7 +143,7 @@ class Rest {
   Instant used_{};       // the last byte in or out
   Duration survived_{};  // the longest rest after which this connection was still there
   Bytes request_;        // the latest
-  Bytes ended_by_;       // the latest request that met the end of a connection
+  Bytes ended_by_;       // the latest request that met the end, and was not answered since
   bool rests_ = false;
   int alone_ = 0;  // requests that still get a connection each
   int next_alone_ = kFewestAlone;

@@ -77,6 +77,19 @@ TEST(Rest, AnEndAtTheSameRequestIsNeitherADropNorAnOutage) {
   EXPECT_FALSE(rest.OnEnded(8, false)) << "it has served nothing else meanwhile";
 }
 
+/// A server that ends each connection after some seconds, whatever is asked.
+TEST(Rest, AnEndAtARequestThatIsAnsweredElseIsADrop) {
+  Rest rest(false);
+  rest.OnOpened(0);
+  rest.Holds(kRequest, kStart);
+  EXPECT_TRUE(rest.OnEnded(8, false));
+  rest.OnOpened(8);
+  rest.Holds(kRequest, kStart);
+  rest.OnBytes(kStart);
+  rest.Holds(kRequest, kStart);
+  EXPECT_TRUE(rest.IsDrop(16, kStart));
+}
+
 TEST(Rest, TheEndOfAConnectionThatIsAlwaysWantedIsAnOutage) {
   Rest rest(true);
   rest.OnOpened(0);
@@ -94,6 +107,7 @@ TEST(Rest, AnEndInUseIsADrop) {
   } rows[] = {
       {1, false, 2ms, false},    // behind each answer
       {8, false, 300ms, true},   // between two requests
+      {8, false, 20ms, true},    // the same, soon behind the answer to one
       {8, false, 500ms, false},  // after a rest that is longer than those before
       {8, false, 20s, false},    // the same
       {1, true, 2ms, false},     // a request had met the end behind an answer
