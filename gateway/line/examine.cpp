@@ -12,6 +12,7 @@
 
 #include "gateway/base/text.h"
 #include "gateway/line/assembler.h"
+#include "gateway/line/beside.h"
 #include "gateway/line/changed_bytes.h"
 #include "gateway/line/nearly_reply.h"
 #include "gateway/line/other_frame.h"
@@ -21,11 +22,6 @@
 namespace baudgate {
 namespace {
 
-constexpr std::size_t kQuotedBytes = 8;
-/// What a modem, radio or serial server puts around a packet is no longer.
-constexpr std::size_t kLongestFrame = 24;
-/// A driver that takes or leaves the bus may make so many bytes of nothing.
-constexpr std::size_t kHarmless = 3;
 /// So many bytes without a pause are no message of any reader.
 constexpr std::size_t kEndless = 240;
 /// So many bytes of a request are no chance.
@@ -133,86 +129,9 @@ Outcome BlameOf(const Hearing& hearing, View heard) {
   return assembler.blame();
 }
 
-Symptom SymptomOf(Recognised::What what) {
-  switch (what) {
-    case Recognised::What::other_device:
-      return Symptom::other_device;
-    case Recognised::What::other_master:
-      return Symptom::other_master;
-    case Recognised::What::other_reply:
-      return Symptom::other_reply;
-    case Recognised::What::other_setting:
-      return Symptom::other_setting;
-    case Recognised::What::other_form:
-      return Symptom::other_form;
-    case Recognised::What::other_protocol:
-      break;
-  }
-  return Symptom::other_protocol;
-}
-
-std::optional<Finding> Recognise(const Hearing& hearing, View heard) {
-  if (hearing.protocol->recognise == nullptr) return std::nullopt;
-  auto recognised = hearing.protocol->recognise(hearing.request, heard, *hearing.options);
-  if (!recognised) return std::nullopt;
-  return Finding{.symptom = SymptomOf(recognised->what),
-                 .cause = std::move(recognised->cause),
-                 .remedy = std::move(recognised->remedy)};
-}
-
-/// Digits and line ends, where replies are made of them.
-bool IsHexText(const Hearing& hearing, View part) {
-  const auto is_digit = [](std::uint8_t byte) {
-    return std::isxdigit(byte) != 0 || IsLineEnd(byte);
-  };
-  return hearing.protocol->carrier != nullptr && !hearing.protocol->tcp &&
-         std::ranges::all_of(hearing.request, IsPrintable) && std::ranges::all_of(part, is_digit);
-}
-
-/// What stands beside a reply that was taken.
-std::optional<Finding> Stranger(const Hearing& hearing, View part) {
-  if (part.size() <= kHarmless) return std::nullopt;
-  auto recognised = Recognise(hearing, part);
-  if (recognised && recognised->symptom == Symptom::other_master) {
-    recognised->symptom = Symptom::master_beside;
-    return recognised;
-  }
-  if (recognised && recognised->symptom == Symptom::other_device) {
-    recognised->symptom = Symptom::device_beside;
-    return recognised;
-  }
-  if (auto foreign = OtherFrame(hearing, part)) {
-    foreign->symptom = Symptom::master_beside;
-    return foreign;
-  }
-  // In a protocol of hexadecimal digits these are the rest of a reply.
-  if (IsHexText(hearing, part)) return std::nullopt;
-  auto words = Words(hearing, part, true);
-  if (words) words->symptom = Symptom::text_beside;
-  return words;
-}
-
 /// 00 and FF, as from a line that is not driven.
 bool IsIdle(View bytes) {
   return std::ranges::all_of(bytes, [](auto byte) { return byte % 0xFF == 0; });
-}
-
-/// The same, and line ends.
-bool IsFiller(View bytes) {
-  return std::ranges::all_of(
-      bytes, [](auto byte) { return byte % 0xFF == 0 || byte == '\r' || byte == '\n'; });
-}
-
-/// "10 02 ... 10 03"; empty: too many for a packet's frame.
-std::string Around(View before, View behind) {
-  if (before.size() + behind.size() > kLongestFrame) return {};
-  const auto is_end = [](std::uint8_t byte) { return byte == '\r' || byte == '\n'; };
-  while (!before.empty() && is_end(before.back())) before = before.first(before.size() - 1);
-  while (!behind.empty() && is_end(behind.front())) behind = behind.subspan(1);
-  const std::string front = ToHex(before.first(std::min(before.size(), kQuotedBytes)));
-  const std::string back = ToHex(behind.first(std::min(behind.size(), kQuotedBytes)));
-  return front + (front.empty() ? "... " : " ...") + (back.empty() || front.empty() ? "" : " ") +
-         back;
 }
 
 /// What came beside the reply of an exchange whose reply was taken.
@@ -224,17 +143,7 @@ Finding Beside(const Hearing& hearing, View heard, const Found& found) {
   }
   if (found.others) return {.symptom = Symptom::others_beside};
   if (found.frames > 1) return {.symptom = Symptom::copies};
-  const auto noise = [&](Symptom symptom) {
-    return Finding{.symptom = symptom,
-                   .bytes = before.size() + behind.size(),
-                   .cause = Around(before, behind)};
-  };
-  if (before.size() > kHarmless) return noise(Symptom::noise_before);
-  if (behind.size() > kHarmless) return noise(Symptom::noise_behind);
-  // One byte on a wire is the driver's, and so are more of them without a form.
-  const std::size_t few = hearing.connection ? 1 : 2;
-  const bool form = !IsFiller(before) || !IsFiller(behind);
-  return form && before.size() + behind.size() >= few ? noise(Symptom::few_beside) : Finding{};
+  return StrayBeside(hearing, before, behind);
 }
 
 /// A whole reply came, and yet the exchange failed.

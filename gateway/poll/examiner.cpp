@@ -197,7 +197,7 @@ bool Examiner::Answers(Open& open) const {
   while (const auto frame = assembler.Next(true)) {
     if (*frame == frame_) continue;
     open.in_its_place = InItsPlace(open, *frame);
-    if (own && !open.in_its_place && !Fits(open, *frame)) continue;
+    if (!open.in_its_place && !Fits(open, *frame)) continue;
     open.repeated = *frame == open.reply;
     return true;
   }

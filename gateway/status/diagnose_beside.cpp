@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "gateway/status/evidence.h"
+#include "gateway/status/words.h"
 
 namespace baudgate::control {
 namespace {
@@ -79,14 +80,15 @@ bool AreTwo(const Findings& findings) {
 Sentences Beside(const DeviceRecord& record, bool alone) {
   const Findings& findings = record.status.findings;
   Sentences found;
-  const auto say = [&](std::size_t count, const char* what, const char* remedy) {
+  const auto say = [&](std::size_t count, const char* what, const std::string& remedy) {
     found.push_back(
         fmt::format("{} in {} of {} exchanges: {}", what, count, findings.size(), remedy));
   };
   const std::size_t copies = findings.Count(Symptom::copies);
   if (AreTwo(findings)) {
     say(findings.Count(Symptom::others_beside), "a second reply with another content follows",
-        "two devices have its address (unplug one), or another master asks it");
+        std::string("two devices have its address (unplug one), or ") +
+            AnotherAsksIt(record.line->is_network()));
   } else if (copies >= kNotableNoise && record.status.doubled >= kNotableNoise) {
     say(copies, "its replies come twice, and differ",
         "two devices have its address (unplug one), or a serial server, radio or repeater repeats");

@@ -8,6 +8,7 @@
 
 #include "gateway/base/shown.h"
 #include "gateway/status/absences.h"
+#include "gateway/status/diagnose_points.h"
 #include "gateway/status/hypotheses.h"
 #include "gateway/status/hypothesis_words.h"
 #include "gateway/status/reason.h"
@@ -21,6 +22,7 @@ using Sentences = std::vector<std::string>;
 /// Failures between answers, of the last minutes, and their share of all exchanges.
 constexpr double kManyRuns = 5;
 constexpr double kNotableLosses = 0.03;
+constexpr int kRecentMinutes = 4;
 /// Refused so often in a row, without one answer between, it is no moment of work.
 constexpr std::size_t kAlways = 8;
 
@@ -180,14 +182,31 @@ Sentences DeadQueries(const DeviceRecord& record, const Evidence& evidence) {
           "): does the profile fit the device?"};
 }
 
+/// Whether all its failures, since the start, were of these kinds.
+template <typename IsMeant>
+bool FailedOnlyBy(const Findings& findings, IsMeant is_meant) {
+  for (std::size_t i = 0; i < kSymptoms; ++i) {
+    const auto symptom = static_cast<Symptom>(i);
+    const bool seen = !IsAnswered(symptom) && findings.Last(symptom).symptom == symptom;
+    if (seen && !is_meant(symptom)) return false;
+  }
+  return true;
+}
+
+/// Damage that is too seldom to be among the latest exchanges at each look.
+Sentences SeldomDamage(const DeviceRecord& record, const Evidence& evidence) {
+  const MinuteCounts tally = record.status.hour.Sum(evidence.now, kRecentMinutes);
+  const double all = tally.failed + tally.answered;
+  if (tally.failed < kManyRuns || Share(tally.failed, all) < kNotableLosses) return {};
+  return {fmt::format("{} of {:.0f} exchanges failed: {}", tally.failed, all, SayNoise(evidence))};
+}
+
 /// Single losses that are too seldom to be among the latest exchanges at each look.
 Sentences SeldomLosses(const DeviceRecord& record, const Evidence& evidence) {
   const Findings& findings = record.status.findings;
   if (record.status.unasked || IsAbsent(record.status)) return {};
-  for (std::size_t i = 0; i < kSymptoms; ++i) {
-    const auto symptom = static_cast<Symptom>(i);
-    const bool seen = findings.Last(symptom).symptom == symptom;
-    if (!IsAnswered(symptom) && symptom != Symptom::silence && seen) return {};
+  if (!FailedOnlyBy(findings, [](Symptom symptom) { return symptom == Symptom::silence; })) {
+    return FailedOnlyBy(findings, IsDamage) ? SeldomDamage(record, evidence) : Sentences();
   }
   const FailureTally tally = TallyOf(record.status.failures);
   const double all = tally.failed + tally.answered;
@@ -231,7 +250,8 @@ std::string Refusals(const DeviceRecord& record, const Evidence& evidence) {
   std::string remedy = RemedyOf(last);
   if (always && last.outcome == Outcome::busy && last.remedy.empty()) {
     remedy = "end its programming, local or test mode, or restart it";
-  } else if (always && remedy.starts_with(kProfileFits) && HasWorked(record)) {
+  } else if (remedy.starts_with(kProfileFits) &&
+             ((always && HasWorked(record)) || RefusesWhatItGave(record))) {
     remedy = kHasWorked;
   }
   if (record.status.unasked) {

@@ -203,9 +203,8 @@ Sentences Strangers(const config::Line& line, std::span<const DeviceRecord> devi
   if (const Finding* master = seen({Symptom::master_beside, Symptom::other_master})) {
     said.push_back(WithRemedy(*master));
   } else if (const Finding* device = seen({Symptom::device_beside})) {
-    said.push_back(device->cause +
-                   ", beside good replies: another master asks it, or two devices "
-                   "have its address");
+    said.push_back(device->cause + ", beside good replies: " + AnotherAsksIt(line.is_network()) +
+                   ", or two devices have its address");
   }
   if (const Finding* text = seen({Symptom::text_beside})) {
     said.push_back(

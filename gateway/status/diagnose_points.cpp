@@ -44,6 +44,9 @@ std::string NoNumber(const Finding& finding) {
   if (!finding.remedy.empty()) return ": " + WithRemedy(finding);
   const std::string& text = finding.cause;
   if (text.empty()) return ": it sends nothing for them: does the profile fit the device?";
+  if (text.find_first_not_of("*- ") == std::string::npos) {
+    return ": '" + Shortened(text) + "' stands for no measurement: look at its inputs and cards";
+  }
   const bool comma = ParseDecimal(WithDecimalPoint(text)).has_value();
   return ": '" + Shortened(text) + "' is no number: " +
          (comma ? "set a decimal point at the device, or type: string in its profile"
@@ -59,6 +62,17 @@ constexpr std::size_t kManyMessages = 20;
 
 std::string NameOf(const DeviceRecord& record) {
   return record.line->name + "." + record.device->name;
+}
+
+bool RefusesWhatItGave(const DeviceRecord& record) {
+  const auto refused = [](const PointRecord& point) {
+    return point.reported.reason == Reason::not_fitted;
+  };
+  const auto never_given = [&](const PointRecord& point) {
+    return refused(point) && !HasValue(point.value);
+  };
+  return std::ranges::any_of(record.points, refused) &&
+         std::ranges::none_of(record.points, never_given);
 }
 
 bool IsForeign(const DeviceRecord& record) {
@@ -133,7 +147,9 @@ Sentences DiagnosePoints(const LineStatus& line, const DeviceRecord& record, Now
     }
     if (reasons.size() == 1 && reasons.begin()->second == reported) {
       const char* const remedy = RemedyFor(reasons.begin()->first);
-      const bool all = reported == record.points.size() && reported > 1;
+      const bool inputs = reasons.begin()->first != Reason::device_fault &&
+                          reasons.begin()->first != Reason::no_permission;
+      const bool all = inputs && reported == record.points.size() && reported > 1;
       if (remedy != nullptr) {
         why += all ? ": nothing measures: look at what is behind the device" : ": ";
         why += all ? "" : remedy;
@@ -142,8 +158,8 @@ Sentences DiagnosePoints(const LineStatus& line, const DeviceRecord& record, Now
     if (reasons.contains(Reason::not_fitted)) {
       const std::string said = Brief(record.status.findings.Last(Symptom::refusal));
       why += said.empty() ? ": it does not answer requests for them" : ": it says '" + said + "'";
-      const bool worked = reported == record.points.size() && HasValue(record.points[0].value);
-      why += "; " + (worked ? std::string(kHasWorked) : std::string(kProfileFits) + "?");
+      why += "; " + (RefusesWhatItGave(record) ? std::string(kHasWorked)
+                                               : std::string(kProfileFits) + "?");
     }
     found.push_back(
         fmt::format("{} of {} points have no good value{}", reported, record.points.size(), why));

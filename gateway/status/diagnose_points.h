@@ -13,6 +13,9 @@ namespace baudgate::control {
 /// "bay-1.feeder-1".
 std::string NameOf(const DeviceRecord& record);
 
+/// It refuses points that it gave before, all of them.
+bool RefusesWhatItGave(const DeviceRecord& record);
+
 /// It is not what it should be, so that no value of it is good.
 bool IsForeign(const DeviceRecord& record);
 

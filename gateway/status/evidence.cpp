@@ -32,7 +32,8 @@ void Add(Evidence& evidence, const DeviceRecord& record) {
 
 /// Not one of all that are kept was answered.
 bool IsAllBad(const Evidence& evidence) {
-  return evidence.absent && evidence.failed == evidence.looked &&
+  const bool fails = evidence.absent || evidence.first().status.unasked;
+  return fails && evidence.failed == evidence.looked &&
          evidence.looked == evidence.records.size() * Findings::kKept;
 }
 

@@ -132,7 +132,8 @@ double NoTcp(const Evidence& evidence) {
 
 double Noise(const Evidence& evidence) {
   if (!evidence.answered) return 0;
-  const double others = IsDamageOnly(evidence) ? evidence.Share({other_setting}) : 0;
+  const bool damage = IsDamageOnly(evidence) && !evidence.changed;
+  const double others = damage ? evidence.Share({other_setting}) : 0;
   return 0.9 *
          (others + evidence.Share({noise, zeros, damaged, head_lost, tail_lost, end_lost,
                                    bytes_lost, bytes_added, bad_check, eighth_bit, other_form}));
@@ -256,7 +257,7 @@ double TooLong(const Evidence& evidence) {
 }
 
 double LongDamaged(const Evidence& evidence) {
-  if (!OnlyLong(evidence, &Findings::DamagedLong)) return 0;
+  if (!OnlyLong(evidence, &Findings::DamagedLong) || evidence.Count(split) > 0) return 0;
   return evidence.Share({damaged, noise, bad_check, bytes_lost, tail_lost, end_lost});
 }
 

@@ -281,7 +281,9 @@ std::string SayOdd(const Evidence& evidence) {
         "it gives fewer registers than are asked for ({}): set block: {} at the device",
         Brief(finding), RegistersGiven(evidence));
   }
-  return "its replies do not fit (" + Brief(finding) + "): " + RemedyOf(finding);
+  const bool fitted = evidence.changed && finding.remedy.empty();
+  return "its replies do not fit (" + Brief(finding) +
+         "): " + (fitted ? kHasWorked : RemedyOf(finding));
 }
 
 std::string SayOneBehind(const Evidence&) {
@@ -310,7 +312,8 @@ std::string SayLateOther(const Evidence& evidence) {
 
 std::string SayTwoReplies(const Evidence& evidence) {
   return "two different replies come to one request: two devices have its address (" +
-         evidence.first().device->address + "); unplug one and give it another";
+         evidence.first().device->address + "; unplug one), or " +
+         AnotherAsksIt(IsBehindServer(evidence));
 }
 
 std::string SayOtherReply(const Evidence& evidence) {

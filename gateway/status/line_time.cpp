@@ -24,6 +24,8 @@ constexpr double kSomeWaste = 0.03;
 constexpr double kFull = 0.8;
 constexpr double kBusy = 0.5;
 constexpr double kMuchOfOne = 0.4;
+/// So many times what each would have if all had the same.
+constexpr double kMoreThanOthers = 1.25;
 
 /// The time that the last minutes have had so far.
 double Watched(Now now, Instant started) {
@@ -92,7 +94,8 @@ std::string WhyNoTime(const LineStatus& line, std::span<const DeviceRecord> devi
   const bool wire = !devices.empty() && IsWireTime(line, *devices.front().line);
   const char* const ask_less =
       wire ? "ask for fewer points, or raise the bit rate" : "ask for fewer points";
-  if (most >= kMuchOfOne && devices.size() > 1) {
+  const bool stands_out = most * static_cast<double>(devices.size()) > kMoreThanOthers * served;
+  if (most >= kMuchOfOne && devices.size() > 1 && stands_out) {
     const auto each = busiest->status.round_trips.mean();
     return fmt::format("{} takes {} of the line's time, {} ms an exchange: raise its poll, or {}",
                        name(*busiest), Percent(most), Milliseconds(each), ask_less);

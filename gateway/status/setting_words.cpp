@@ -49,7 +49,9 @@ std::string SaySettings(const Evidence& evidence) {
   const DeviceRecord& record = evidence.first();
   const std::string serial = SerialOf(record).ToString();
   if (evidence.changed) {
-    return "bytes come, and not one good frame any more: check whether its bit rate, parity or "
+    const char* const what = record.status.unasked ? "message" : "frame";
+    return std::string("bytes come, and not one good ") + what +
+           " any more: check whether its bit rate, parity or "
            "data bits were changed (" +
            serial + " here), A and B, then noise, or a second device with its address";
   }

@@ -18,7 +18,13 @@ constexpr const char* kFlowControl[] = {"17", "19"};
 
 /// What all devices of a line share, none of which answers.
 std::string Shared(const Evidence& evidence) {
-  if (!OnWire(evidence)) return "check what they share: the server at " + evidence.line->port;
+  if (!OnWire(evidence)) {
+    const std::string counterpart(evidence.traits().counterpart);
+    return "check what they share: the server at " + evidence.line->port +
+           (evidence.answered || counterpart.empty()
+                ? ""
+                : "; if that is a plain serial server: protocol: " + counterpart);
+  }
   if (evidence.answered) {
     return "check what they share: port, power of the bus, wiring (A and B swapped?)";
   }

@@ -232,8 +232,14 @@ DecodedReply DecodeRead(const Command& request, std::optional<Form> wanted, std:
                            ? std::optional(std::string_view(reply.body).substr(2))
                            : Payload(reply, request.address, Addressed(form, reply, settings));
   if (!payload) {
-    return Fail(Outcome::unexpected,
-                "reply " + Shown(frame) + " is of another module than " + HexByte(request.address));
+    DecodedReply other =
+        Fail(Outcome::unexpected,
+             "reply " + Shown(frame) + " is of another module than " + HexByte(request.address));
+    const bool number = reply.body.starts_with('+') || reply.body.starts_with('-');
+    if (settings.data_address && number) {
+      other.remedy = "its replies carry no address: set data_address: false at the device";
+    }
+    return other;
   }
   if (request.text == kAskSample) return DecodeSample(request, form, reply, settings, frame);
   switch (form) {

@@ -140,13 +140,15 @@ Value HexValue(std::uint16_t raw, const Settings& settings) {
   return signed_raw * settings.full_scale / kHexSpan;
 }
 
+constexpr const char* kSendsNumbers = "the module sends numbers: set format: engineering";
+
 Fields CutWords(std::string_view text, const Settings& settings) {
   Fields result;
   if (text.size() % kHexWidth != 0) {
     const bool numbers = text.find_first_of("+-.") != std::string_view::npos;
     return Malformed(Outcome::unexpected,
                      "the hex words do not come in fours: " + std::string(text),
-                     numbers ? "the module sends numbers: set format: engineering" : "");
+                     numbers ? kSendsNumbers : "");
   }
   for (; !text.empty(); text.remove_prefix(kHexWidth)) {
     const std::string_view token = text.substr(0, kHexWidth);
@@ -154,7 +156,9 @@ Fields CutWords(std::string_view text, const Settings& settings) {
     if (AllAre(token, ' ')) {
       result.fields.push_back(DisabledField());
     } else if (!raw) {
-      return Malformed(Outcome::corrupt, "'" + std::string(token) + "' is not a hex word");
+      const bool number = token.find_first_of("+-.") != std::string_view::npos;
+      return Malformed(Outcome::corrupt, "'" + std::string(token) + "' is not a hex word",
+                       number ? kSendsNumbers : "");
     } else if (auto code = ListedCode(token, settings)) {
       result.fields.push_back(std::move(*code));
     } else {

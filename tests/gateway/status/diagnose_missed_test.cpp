@@ -37,6 +37,9 @@ TEST_F(MissedTest, GoodExchangesFillTheLine) {
   EXPECT_THAT(SayOfLine(), IsEmpty()) << "something else keeps it from its polls";
   Minute().served = kWatched * 44 / 100;
   Neighbours().served = kWatched * 39 / 100;
+  EXPECT_THAT(SayOfLine(), ElementsAre(::testing::HasSubstr("more is asked than fits")))
+      << "both take as much";
+  Neighbours().served = kWatched / 10;
   EXPECT_THAT(SayOfLine(),
               ElementsAre("polls are missed: feeder-2 takes 44 % of the line's time, 38 ms an "
                           "exchange: raise its poll, or ask for fewer points"));

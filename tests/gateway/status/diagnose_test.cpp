@@ -247,7 +247,7 @@ TEST_F(DiagnoseTest, WhatComesBesideGoodReplies) {
   EXPECT_THAT(Say(),
               ElementsAre("a second reply with another content follows in 1 of 32 exchanges: "
                           "two devices have its address (unplug one), or another master "
-                          "asks it"))
+                          "asks it (take it away)"))
       << "and others of theirs are alike";
   Looked(device(), Symptom::clean, 30);
   Looked(device(), Symptom::master_beside, 2, {.cause = "another master", .remedy = "take it off"});
@@ -308,7 +308,7 @@ TEST_F(DiagnoseTest, PointsThatAreNotGood) {
       {"", "it sends nothing for them: does the profile fit the device?"},
       {"0,52",
        "'0,52' is no number: set a decimal point at the device, or type: string in its profile"},
-      {"-----", "'-----' is no number: does the profile fit the device? type: string takes it"},
+      {"-----", "'-----' stands for no measurement: look at its inputs and cards"},
       {"READY", "'READY' is no number: does the profile fit the device? type: string takes it"},
       {"'unit' says 'kg', which the description does not know",
        "'unit' says 'kg', which the description does not know: set that", "set that"},

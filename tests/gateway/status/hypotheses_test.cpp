@@ -328,8 +328,8 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        "rate (9600 7E1), then A and B, the bias resistors and who drives the line",
        kNeighbour},
       {{{two_replies, 6}, {damaged, 3}},
-       "two different replies come to one request: two devices have its address (2); unplug one "
-       "and give it another"},
+       "two different replies come to one request: two devices have its address (2; unplug one), "
+       "or another master asks it (take it away)"},
       {{{clean, 14}, {silence, 5}, {text, 1, {.cause = "'34/3/1/2/0/0'"}}, {clean, 9}},
        "it was away for about 6.0 s: look for restarts, its power and a loose wire",
        kAnswered | kHere},

@@ -105,7 +105,7 @@ TEST(Examine, SaysWhatCame) {
        kRtu,
        {{20ms, "1002" + kRtuReply + "1003"}},
        Outcome::ok,
-       few_beside,
+       noise_before,
        "10 02 ... 10 03"},
       {"ModbusRtu19200",
        kRtu,
