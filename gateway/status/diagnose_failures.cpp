@@ -255,8 +255,12 @@ std::string Refusals(const DeviceRecord& record, const Evidence& evidence) {
     remedy = kHasWorked;
   }
   if (record.status.unasked) {
-    return fmt::format("{} ({} of its last {} messages): {}", reason, count, evidence.looked,
-                       remedy);
+    // Most of its messages are good.
+    const bool seldom = 2 * count < evidence.looked;
+    return fmt::format(
+        "{} ({} of its last {} messages): {}{}", reason, count, evidence.looked, remedy,
+        seldom ? "; or another device, or a header, stands between its messages: switch it off"
+               : "");
   }
   return fmt::format("it says '{}' to {} of {} requests{}: {}", reason, count, evidence.looked,
                      points.empty() || always ? "" : " (" + points + ")", remedy);

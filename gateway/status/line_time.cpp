@@ -24,6 +24,8 @@ constexpr double kSomeWaste = 0.03;
 constexpr double kFull = 0.8;
 constexpr double kBusy = 0.5;
 constexpr double kMuchOfOne = 0.4;
+/// No protocol wants as much.
+constexpr Duration kLongQuiet = 50ms;
 /// So many times what each would have if all had the same.
 constexpr double kMoreThanOthers = 1.25;
 
@@ -37,6 +39,14 @@ double Watched(Now now, Instant started) {
 bool IsWireTime(const LineStatus& status, const config::Line& line) {
   const auto characters = static_cast<std::int64_t>(status.bytes_in + status.bytes_out);
   return 2 * characters * line.serial.CharacterTime() > status.busy;
+}
+
+/// The silence that is configured takes as long as the exchanges behind it.
+bool IsQuietTime(std::span<const DeviceRecord> devices) {
+  return std::ranges::all_of(devices, [](const DeviceRecord& one) {
+    const std::optional<Duration>& quiet = one.status.timing.quiet;
+    return quiet && *quiet >= kLongQuiet && *quiet > one.status.round_trips.mean();
+  });
 }
 
 bool FailsOften(const DeviceRecord& record) { return FailedOf(record.status) >= kNotableFailures; }
@@ -99,6 +109,12 @@ std::string WhyNoTime(const LineStatus& line, std::span<const DeviceRecord> devi
     const auto each = busiest->status.round_trips.mean();
     return fmt::format("{} takes {} of the line's time, {} ms an exchange: raise its poll, or {}",
                        name(*busiest), Percent(most), Milliseconds(each), ask_less);
+  }
+  if (served >= kFull && IsQuietTime(devices)) {
+    return fmt::format(
+        "more is asked than fits, half of the time is silence before requests: "
+        "lower timing.quiet ({}), or raise poll",
+        FormatDuration(*devices.front().status.timing.quiet));
   }
   if (served >= kFull) {
     return fmt::format(

@@ -126,6 +126,8 @@ class Findings {
   const Lengths& DamagedLong() const { return damaged_; }
 
  private:
+  /// So often in a row.
+  static constexpr std::size_t kNoChance = 8;
   static constexpr unsigned kBothParities = kEvenByte | kOddByte;
 
   void KeepLength(const Finding& finding) {
@@ -138,9 +140,19 @@ class Findings {
           std::max(longest_good_, finding.expected > 0 ? std::min(came, finding.expected) : came);
       if (longest_good_ >= silent_.shortest) silent_ = {};
       if (longest_good_ >= damaged_.shortest) damaged_ = {};
+      if (came >= again_.shortest) again_ = {};
+      good_since_ = again_.count == 0 ? 0 : std::max(good_since_, came);
       return;
     }
     Lengths& lengths = finding.symptom == Symptom::silence ? silent_ : damaged_;
+    if (length <= longest_good_ && finding.symptom != Symptom::silence) {
+      again_.shortest = again_.count == 0 ? length : std::min(again_.shortest, length);
+      if (++again_.count < kNoChance || good_since_ == 0) return;
+      // They came whole before, and do so no more.
+      longest_good_ = good_since_;
+      damaged_ = std::exchange(again_, {});
+      return;
+    }
     if (length <= longest_good_) return;
     lengths.shortest = lengths.count == 0 ? length : std::min(lengths.shortest, length);
     ++lengths.count;
@@ -177,6 +189,8 @@ class Findings {
   std::size_t longest_good_ = 0;
   Lengths silent_;
   Lengths damaged_;
+  Lengths again_;               // damaged, of a length that came whole before
+  std::size_t good_since_ = 0;  // the longest that came whole meanwhile
   std::uint8_t good_specials_ = 0;
   std::uint8_t bad_specials_ = 0xFF;
   std::uint8_t any_specials_ = 0;

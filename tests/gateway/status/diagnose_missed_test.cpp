@@ -49,6 +49,14 @@ TEST_F(MissedTest, GoodExchangesFillTheLine) {
       << "the characters take the time";
 }
 
+TEST_F(MissedTest, TheSilenceThatIsConfiguredIsNamed) {
+  Minute().served = Neighbours().served = kWatched / 2;
+  device().timing.quiet = neighbour_.status.timing.quiet = 400ms;
+  EXPECT_THAT(SayOfLine(), ElementsAre(::testing::HasSubstr("lower timing.quiet (400ms)")));
+  device().timing.quiet = 30ms;
+  EXPECT_THAT(SayOfLine(), ElementsAre(::testing::HasSubstr("raise poll, ask for fewer points")));
+}
+
 TEST_F(MissedTest, TheDeviceWhoseTimeItIsIsNamed) {
   Minute().served = kWatched / 5;
   Neighbours().served = kWatched * 3 / 4;

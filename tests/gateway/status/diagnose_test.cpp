@@ -332,7 +332,11 @@ TEST_F(DiagnoseTest, AReader) {
                                  "power and its wire"));
   for (PointRecord& point : record_.points) point.read_at = kNow.instant;
   Looked(device(), Symptom::refusal, 4, {.cause = "no number in 'OL'", .remedy = "look at it"});
-  EXPECT_THAT(Say(), ElementsAre("no number in 'OL' (4 of its last 32 messages): look at it"));
+  EXPECT_THAT(
+      Say(),
+      ElementsAre(
+          "no number in 'OL' (4 of its last 32 messages): look at it; or another device, or a "
+          "header, stands between its messages: switch it off"));
   Looked(device(), Symptom::eighth_bit, 5);
   EXPECT_THAT(Say()[0],
               ::testing::StartsWith("5 of its last 32 messages are bad: they come damaged"));

@@ -77,6 +77,25 @@ TEST(Findings, SilenceBehindAShortPauseOnly) {
   EXPECT_EQ(findings.ShortPause(), Duration());
 }
 
+/// A serial server with a smaller buffer was put in between.
+TEST(Findings, LongRepliesThatComeDamagedSinceLaterAreKnown) {
+  Findings findings;
+  const Finding whole{.symptom = clean, .bytes = 49, .expected = 49};
+  const Finding cut{.symptom = tail_lost, .bytes = 32, .expected = 49};
+  const Finding small{.symptom = clean, .bytes = 7, .expected = 7};
+  findings.Add(whole);
+  for (int i = 0; i < 7; ++i) {
+    findings.Add(cut);
+    findings.Add(small);
+  }
+  EXPECT_EQ(findings.LongestGood(), 49U) << "that may be chance";
+  findings.Add(cut);
+  EXPECT_EQ(findings.LongestGood(), 7U);
+  EXPECT_EQ(findings.DamagedLong().shortest, 49U);
+  findings.Add(whole);
+  EXPECT_EQ(findings.DamagedLong().count, 0U);
+}
+
 TEST(Findings, AShortRefusalIsNoLongReply) {
   Findings findings;
   findings.Add({.symptom = clean, .bytes = 4, .expected = 8});
