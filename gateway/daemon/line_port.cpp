@@ -210,7 +210,7 @@ void LinePort::EndLoan() {
   if (!lent_until_) return;
   lent_until_.reset();
   log::Info({.line = line_.name}, "takes {} back", line_.port);
-  display_.Show(LineStatus::Port::closed, "being taken back", now_);
+  display_.OnTakenBack(now_);
   transport_.Open();
 }
 
