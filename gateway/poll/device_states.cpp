@@ -14,7 +14,10 @@ constexpr std::size_t kFlappingMinutes = 5;
 
 DeviceStates::DeviceStates(const Roster& roster, PointStore& store, PollerListener& listener)
     : roster_(roster), store_(store), listener_(listener) {
-  for (const auto& device : roster.devices()) ShowTimes(*device);
+  for (const auto& device : roster.devices()) {
+    ShowTimes(*device);
+    if (!device->in_use) states_[*device].shown = DeviceState::disabled;
+  }
 }
 
 void DeviceStates::OnClosed(Override why) {
