@@ -6,16 +6,20 @@
 
 #include <functional>
 #include <memory>
+#include <set>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "config/model/config.h"
+#include "gateway/base/guarded.h"
 #include "gateway/base/version.h"
 #include "gateway/daemon/alarm_service.h"
 #include "gateway/daemon/event_sink.h"
 #include "gateway/daemon/events_place.h"
 #include "gateway/events/event_feed.h"
 #include "gateway/events/event_log.h"
+#include "gateway/events/lasting_facts.h"
 #include "gateway/events/point_watch.h"
 #include "gateway/events/records/record_service.h"
 #include "gateway/store/point_store.h"
@@ -72,6 +76,9 @@ class EventPath final : public EventSink {
   };
 
   events::EventQueue& queue() { return log_.queue(); }
+  bool IsNews(const events::Fact& fact, bool first);
+  std::vector<events::Fact> EndedBy(const config::Config& config,
+                                    const std::set<std::string>& begun);
   void AddPlaces(const config::Line& line);
   void Tell(std::uint32_t first_device, std::size_t devices);
 
@@ -80,6 +87,8 @@ class EventPath final : public EventSink {
   const bool in_memory_;
   const Kept kept_;
   SteadyVector<Place> places_;  // by device
+  Mutex facts_mutex_;
+  events::LastingFacts facts_ BAUDGATE_GUARDED_BY(facts_mutex_);
   const std::shared_ptr<events::EventFeed> feed_;
   RecordService records_;
   events::EventLog log_;  // its thread tells the service
