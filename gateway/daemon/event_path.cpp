@@ -99,8 +99,15 @@ void EventPath::AddPlaces(const config::Line& line) {
     its.line = &line;
     its.device = &device;
     if (!device.enabled) alarms_.OnUnused(line.name, device.name, ReadClocks());
+    const auto number = static_cast<std::uint32_t>(places_.size() - 1);
+    const auto [present, is_new] = present_.try_emplace({line.name, device.name}, number);
+    const std::uint32_t before = std::exchange(present->second, number);
     if (!device.point_events) continue;
     its.watch = std::make_unique<events::DeviceWatch>(line.name, device);
+    Place& was = places_[before];
+    if (is_new || was.watch == nullptr) continue;
+    const MutexLock lock(was.mutex);
+    its.watch->GoOn(*was.watch);
   }
   records_.Add(line);
 }
@@ -116,6 +123,9 @@ void EventPath::Renumber(const std::shared_ptr<const config::Config>& config,
     if (tells_own_) queue().Tell(events::FactRecord(ended, ReadClocks().wall));
   }
   alarms_.Renew(config, names);
+  const events::SourceNames sources = SourcesOf(*config);
+  const std::set<events::SourceName> all(sources.begin(), sources.end());
+  std::erase_if(present_, [&all](const auto& one) { return !all.contains(one.first); });
   for (const auto& line : begun) AddPlaces(*line);
 }
 
@@ -195,7 +205,8 @@ void EventPath::OnClock(std::uint32_t device, bool corrected, const std::string&
 
 void EventPath::OnRead(std::uint32_t device, std::span<const std::uint32_t> points, Now at) {
   records_.OnRead(device, at.instant);
-  events::DeviceWatch* const watch = places_[device].watch.get();
+  Place& place = places_[device];
+  events::DeviceWatch* const watch = place.watch.get();
   if (watch == nullptr) return;
   struct Seen {
     std::uint32_t point = 0;
@@ -209,6 +220,7 @@ void EventPath::OnRead(std::uint32_t device, std::span<const std::uint32_t> poin
       seen.push_back({point, record.points[point].value, QualityAt(record, point, at.instant)});
     }
   });
+  const MutexLock lock(place.mutex);
   for (const Seen& one : seen) {
     for (auto& record : watch->Take(one.point, one.value, one.quality, at)) {
       queue().Tell(std::move(record));

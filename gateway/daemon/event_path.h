@@ -5,10 +5,12 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <memory>
 #include <set>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "config/model/config.h"
@@ -72,7 +74,8 @@ class EventPath final : public EventSink {
   struct Place {
     const config::Line* line = nullptr;
     const config::Device* device = nullptr;
-    std::unique_ptr<events::DeviceWatch> watch{};  // of its line's thread; null: of no point
+    Mutex mutex{};  // a line that a reload has abandoned may still read its points
+    std::unique_ptr<events::DeviceWatch> watch{};  // null: of no point; what it knows: by the mutex
   };
 
   events::EventQueue& queue() { return log_.queue(); }
@@ -86,7 +89,8 @@ class EventPath final : public EventSink {
   const bool tells_own_;
   const bool in_memory_;
   const Kept kept_;
-  SteadyVector<Place> places_;  // by device
+  SteadyVector<Place> places_;                           // by device
+  std::map<events::SourceName, std::uint32_t> present_;  // places of devices that are configured
   Mutex facts_mutex_;
   events::LastingFacts facts_ BAUDGATE_GUARDED_BY(facts_mutex_);
   const std::shared_ptr<events::EventFeed> feed_;

@@ -1,6 +1,6 @@
 // How news of lines and devices is recorded: the one table from what a line tells to the code of
 // the event and the trouble of the alarm. The words of an event are in
-// gateway/events/own_records.cpp, the name of an alarm in trouble.cpp.
+// gateway/events/own_records.cpp, the name of an alarm in gateway/events/trouble.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

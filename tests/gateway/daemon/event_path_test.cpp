@@ -61,9 +61,9 @@ class EventPathTest : public ::testing::Test {
     now_.instant += 1s;
     now_.wall += 1s;
     const Sample sample{0, value, quality};
-    store_.Update(0, std::span(&sample, 1), now_, 1ms);
+    store_.Update(device_, std::span(&sample, 1), now_, 1ms);
     const std::uint32_t point = 0;
-    path_->OnRead(0, std::span(&point, 1), now_);
+    path_->OnRead(device_, std::span(&point, 1), now_);
   }
   std::vector<events::EventRecord> Await(std::int64_t count) {
     while (path_->log().state().newest < count) std::this_thread::yield();
@@ -75,7 +75,9 @@ class EventPathTest : public ::testing::Test {
   };
 
   Commands commands_;
+  std::uint32_t device_ = 0;  // its number
   const config::Config config_ = RelayConfig();
+  std::vector<std::shared_ptr<const config::Config>> reloaded_;
   PointStore store_{config_};
   std::filesystem::path folder_;
   EventsPlace place_;
@@ -210,8 +212,9 @@ class EventReloadTest : public EventPathTest {
   void Reload(const std::function<void(config::Line& line)>& change = {}) {
     auto next = std::make_shared<config::Config>(*running_);
     if (change) change(next->lines[0]);
-    running_ = next;
+    running_ = reloaded_.emplace_back(next);
     const std::shared_ptr<const config::Line> begun(next, next->lines.data());
+    store_.Append(*begun);
     path_->Renumber(next, std::span(&begun, 1));
     ++device_;
   }
@@ -243,9 +246,29 @@ class EventReloadTest : public EventPathTest {
   void Told(const News& news) { path_->OnNews(running_->lines[0], news, now_); }
 
   std::shared_ptr<const config::Config> running_ = std::make_shared<config::Config>(config_);
-  std::uint32_t device_ = 0;
   int asked_ = 0;
 };
+
+/// A value that was beyond its limit is news when it is back, and no news when it is not.
+TEST_F(EventReloadTest, APointIsWatchedOn) {
+  const std::string on = "1000014 on current 9: above 5";
+  const std::string off = "1000014 off current 1: above 5, over";
+  Reload([](config::Line& line) {
+    line.devices[0].points[0].events[0].alarm = config::AlarmPriority::none;
+  });
+  ReadAs(9);
+  Reload();
+  ReadAs(9);
+  EXPECT_THAT(Records(), ElementsAre(on));
+  Reload();
+  ReadAs(1);
+  EXPECT_THAT(Records(), ElementsAre(on, off));
+  ReadAs(9);
+  Reload([](config::Line& line) { line.devices[0].points[0].events[0].value = 8; });
+  ReadAs(9);
+  EXPECT_THAT(Records(), ElementsAre(on, off, on, "1000014 on current 9: above 8"))
+      << "another rule begins anew";
+}
 
 TEST_F(EventReloadTest, WhatWasToldHasItsEnd) {
   using What = News::What;
