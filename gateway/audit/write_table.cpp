@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/audit/write_table.h"
 
+#include <algorithm>
+#include <numeric>
 #include <string>
 
 namespace baudgate::audit {
@@ -18,14 +20,47 @@ constexpr const char* kOrphans =
 constexpr const char* kSettle =
     "UPDATE writes SET settled=?, outcome=coalesce(outcome, 'unknown'), reason=CASE WHEN outcome "
     "IS NULL THEN 'the gateway was stopped before it had ended' ELSE reason END WHERE seq=?";
-constexpr const char* kMostOf =
-    "SELECT line, device, point FROM writes WHERE kind=? GROUP BY line, device, point "
-    "ORDER BY count(*) DESC, min(seq) LIMIT 1";
+constexpr const char* kPointsOf =
+    "SELECT line, device, point, count(*), count(settled) FROM writes WHERE kind=? "
+    "GROUP BY line, device, point ORDER BY min(seq)";
 constexpr const char* kOldestOf =
     "DELETE FROM writes WHERE seq IN (SELECT seq FROM writes WHERE kind=? AND line=? AND device=? "
     "AND point=? AND settled IS NOT NULL ORDER BY seq LIMIT ?)";
 /// Room is made in one go for so many rows, of a hundred that are kept.
 constexpr std::int64_t kSlack = 100;
+
+/// A point, and its records.
+struct Share {
+  std::array<std::string, 3> place;  // line, device, point
+  std::int64_t rows = 0;
+  std::int64_t ended = 0;  // of these; others stay
+
+  std::int64_t Beyond(std::int64_t level) const {
+    return std::min(ended, std::max<std::int64_t>(rows - level, 0));
+  }
+};
+
+std::int64_t Beyond(const std::vector<Share>& shares, std::int64_t level) {
+  return std::accumulate(
+      shares.begin(), shares.end(), std::int64_t{0},
+      [level](std::int64_t sum, const Share& one) { return sum + one.Beyond(level); });
+}
+
+/// The lowest level beyond which there are no more than `rows` records.
+std::int64_t LevelFor(const std::vector<Share>& shares, std::int64_t rows) {
+  std::int64_t low = 0;
+  std::int64_t high = 0;
+  for (const Share& one : shares) high = std::max(high, one.rows);
+  while (low < high) {
+    const std::int64_t middle = low + (high - low) / 2;
+    if (Beyond(shares, middle) <= rows) {
+      high = middle;
+    } else {
+      low = middle + 1;
+    }
+  }
+  return low;
+}
 
 std::int64_t Whole(const Value& value) {
   const auto* number = std::get_if<std::int64_t>(&value);
@@ -139,20 +174,36 @@ bool WriteTable::MakeRoom() {
   return true;
 }
 
+/// All points above one level come down to it. The rest is fewer than one record of each: the
+/// points that have been written for longest give it.
 bool WriteTable::TakeOut(std::size_t kind, std::int64_t rows) {
   const std::string_view name = Name(static_cast<Kind>(kind));
-  while (rows > 0) {
-    Statement most(database_, kMostOf);
-    most.Bind(1, name);
-    if (most.Next() != Statement::Step::row) return false;
-    Statement oldest(database_, kOldestOf);
+  std::vector<Share> shares;
+  Statement find(database_, kPointsOf);
+  find.Bind(1, name);
+  Statement::Step step = find.Next();
+  for (; step == Statement::Step::row; step = find.Next()) {
+    shares.push_back(
+        {{std::string(find.Text(0)), std::string(find.Text(1)), std::string(find.Text(2))},
+         find.Number(3),
+         find.Number(4)});
+  }
+  if (step == Statement::Step::failed) return false;
+  find.Reset();
+  const std::int64_t level = LevelFor(shares, rows);
+  std::int64_t rest = rows - Beyond(shares, level);
+  Statement oldest(database_, kOldestOf);
+  for (const Share& one : shares) {
+    std::int64_t gone = one.Beyond(level);
+    if (rest > 0 && one.Beyond(level - 1) > gone) {
+      ++gone;
+      --rest;
+    }
+    if (gone == 0) continue;
     oldest.Bind(1, name);
-    for (int column = 0; column < 3; ++column) oldest.Bind(2 + column, most.Text(column));
-    oldest.Bind(5, rows);
+    for (std::size_t i = 0; i < 3; ++i) oldest.Bind(static_cast<int>(2 + i), one.place[i]);
+    oldest.Bind(5, gone);
     if (!oldest.Run()) return false;
-    const std::int64_t gone = Whole(database_.First("SELECT changes()"));
-    if (gone == 0) return true;  // all that is left has not ended
-    rows -= gone;
   }
   return true;
 }

@@ -6,6 +6,7 @@
 
 #include "gateway/base/modbus_pdu.h"
 #include "gateway/base/text.h"
+#include "gateway/daemon/news_kind.h"
 #include "gateway/poll/device_health.h"
 
 namespace baudgate {
@@ -19,27 +20,6 @@ using modbus::RouteOutcome;
 constexpr Duration kLongSilence = 30s;
 /// A unit that no client has asked for during this time.
 constexpr Duration kForgotten = 1h;
-
-std::optional<Trouble> TroubleOf(News::What what) {
-  switch (what) {
-    case News::What::no_answer:
-      return Trouble::no_answer;
-    case News::What::wrong_device:
-      return Trouble::wrong_device;
-    case News::What::replaced:
-      return Trouble::replaced;
-    case News::What::port_down:
-      return Trouble::port_down;
-    case News::What::ring_open:
-      return Trouble::ring_open;
-    case News::What::not_in_use:
-    case News::What::port_lent:
-    case News::What::collisions:
-    case News::What::port_served:
-      break;
-  }
-  return std::nullopt;
-}
 
 /// What the name of the alarm says already is no reason.
 std::string WhyOf(const std::string& reason) {
@@ -65,7 +45,7 @@ void AlarmService::OnNews(const std::string& line, const std::string& device, co
   if (news.what == News::What::not_in_use || news.what == News::What::port_lent) {
     return TellAll(alarms_.SetInUse(place, news.over, at));
   }
-  const auto trouble = TroubleOf(news.what);
+  const auto trouble = KindOf(news.what).trouble;
   if (!trouble) return;
   if (trouble == Trouble::replaced) return TellAll(alarms_.Happen(*trouble, place, news.text, at));
   if (news.over) return TellAll(alarms_.End(*trouble, place, at));

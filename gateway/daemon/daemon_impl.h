@@ -37,8 +37,7 @@ struct Daemon::Impl {
       : config(std::move(its_config)),
         catalog(its_catalog),
         store(config),
-        lines(store, catalog, PlaceLines(config.lines, std::thread::hardware_concurrency()).loops) {
-  }
+        lines(store, catalog, SharedLoops(config.lines, std::thread::hardware_concurrency())) {}
 
   /// The sink of all outputs: the audit, or the lines themselves where no write is recorded.
   CommandSink& Commands() {

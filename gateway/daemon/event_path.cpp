@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/daemon/event_path.h"
 
-#include <array>
 #include <set>
 #include <utility>
 
 #include "gateway/base/log.h"
+#include "gateway/daemon/news_kind.h"
 #include "gateway/events/own_records.h"
 #include "gateway/events/watched.h"
 
@@ -71,15 +71,6 @@ events::EventLog::Options OptionsOf(const config::Config& config, const EventsPl
   return options;
 }
 
-events::OwnCode CodeOf(News::What what) {
-  using events::OwnCode;
-  static constexpr std::array<OwnCode, 9> kCodes = {
-      OwnCode::no_answer,  OwnCode::not_in_use, OwnCode::wrong_device,
-      OwnCode::replaced,   OwnCode::port_down,  OwnCode::port_lent,
-      OwnCode::collisions, OwnCode::ring_open,  OwnCode::port_served};
-  return kCodes[static_cast<std::size_t>(what)];
-}
-
 }  // namespace
 
 EventPath::EventPath(const config::Config& config, const PointStore& store,
@@ -88,6 +79,7 @@ EventPath::EventPath(const config::Config& config, const PointStore& store,
       tells_own_(config.events.given),
       in_memory_(place.in_memory),
       kept_(std::move(kept)),
+      facts_(config),
       feed_(std::make_shared<events::EventFeed>(events::FeedLimits(), ConsumersOf(config))),
       records_(
           store,
@@ -107,8 +99,15 @@ void EventPath::AddPlaces(const config::Line& line) {
     its.line = &line;
     its.device = &device;
     if (!device.enabled) alarms_.OnUnused(line.name, device.name, ReadClocks());
+    const auto number = static_cast<std::uint32_t>(places_.size() - 1);
+    const auto [present, is_new] = present_.try_emplace({line.name, device.name}, number);
+    const std::uint32_t before = std::exchange(present->second, number);
     if (!device.point_events) continue;
     its.watch = std::make_unique<events::DeviceWatch>(line.name, device);
+    Place& was = places_[before];
+    if (is_new || was.watch == nullptr) continue;
+    const MutexLock lock(was.mutex);
+    its.watch->GoOn(*was.watch);
   }
   records_.Add(line);
 }
@@ -120,8 +119,20 @@ void EventPath::Renumber(const std::shared_ptr<const config::Config>& config,
   });
   std::set<std::string> names;
   for (const auto& line : begun) names.insert(line->name);
+  for (const events::Fact& ended : EndedBy(*config, names)) {
+    if (tells_own_) queue().Tell(events::FactRecord(ended, ReadClocks().wall));
+  }
   alarms_.Renew(config, names);
+  const events::SourceNames sources = SourcesOf(*config);
+  const std::set<events::SourceName> all(sources.begin(), sources.end());
+  std::erase_if(present_, [&all](const auto& one) { return !all.contains(one.first); });
   for (const auto& line : begun) AddPlaces(*line);
+}
+
+std::vector<events::Fact> EventPath::EndedBy(const config::Config& config,
+                                             const std::set<std::string>& begun) {
+  const MutexLock lock(facts_mutex_);
+  return facts_.Renew(config, begun);
 }
 
 void EventPath::Begun(std::uint32_t first_device, std::size_t devices) {
@@ -159,10 +170,16 @@ void EventPath::OnReported(ReportedEvents reported) {
 }
 
 void EventPath::OnNews(const config::Line& line, const News& news, Now at) {
-  events::Fact fact{CodeOf(news.what), news.over, line.name, {}, news.text};
+  events::Fact fact{
+      .code = KindOf(news.what).code, .over = news.over, .line = line.name, .why = news.text};
   if (news.device) fact.device = places_[*news.device].device->name;
-  if (tells_own_ && !news.first) queue().Tell(events::FactRecord(fact, at.wall));
+  if (tells_own_ && IsNews(fact, news.first)) queue().Tell(events::FactRecord(fact, at.wall));
   alarms_.OnNews(fact.line, fact.device, news, at);
+}
+
+bool EventPath::IsNews(const events::Fact& fact, bool first) {
+  const MutexLock lock(facts_mutex_);
+  return facts_.IsNews(fact, first);
 }
 
 void EventPath::OnReload(bool taken_back, const std::string& text) {
@@ -181,13 +198,15 @@ void EventPath::OnClock(std::uint32_t device, bool corrected, const std::string&
   if (!tells_own_) return;
   const auto code = corrected ? events::OwnCode::clock_corrected : events::OwnCode::clock_left;
   const Place& place = places_[device];
-  queue().Tell(
-      events::FactRecord({code, false, place.line->name, place.device->name, text}, at.wall));
+  queue().Tell(events::FactRecord(
+      {.code = code, .line = place.line->name, .device = place.device->name, .why = text},
+      at.wall));
 }
 
 void EventPath::OnRead(std::uint32_t device, std::span<const std::uint32_t> points, Now at) {
   records_.OnRead(device, at.instant);
-  events::DeviceWatch* const watch = places_[device].watch.get();
+  Place& place = places_[device];
+  events::DeviceWatch* const watch = place.watch.get();
   if (watch == nullptr) return;
   struct Seen {
     std::uint32_t point = 0;
@@ -201,6 +220,7 @@ void EventPath::OnRead(std::uint32_t device, std::span<const std::uint32_t> poin
       seen.push_back({point, record.points[point].value, QualityAt(record, point, at.instant)});
     }
   });
+  const MutexLock lock(place.mutex);
   for (const Seen& one : seen) {
     for (auto& record : watch->Take(one.point, one.value, one.quality, at)) {
       queue().Tell(std::move(record));

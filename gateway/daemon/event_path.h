@@ -5,17 +5,23 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <memory>
+#include <set>
 #include <span>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "config/model/config.h"
+#include "gateway/base/guarded.h"
 #include "gateway/base/version.h"
 #include "gateway/daemon/alarm_service.h"
 #include "gateway/daemon/event_sink.h"
 #include "gateway/daemon/events_place.h"
 #include "gateway/events/event_feed.h"
 #include "gateway/events/event_log.h"
+#include "gateway/events/lasting_facts.h"
 #include "gateway/events/point_watch.h"
 #include "gateway/events/records/record_service.h"
 #include "gateway/store/point_store.h"
@@ -68,10 +74,14 @@ class EventPath final : public EventSink {
   struct Place {
     const config::Line* line = nullptr;
     const config::Device* device = nullptr;
-    std::unique_ptr<events::DeviceWatch> watch{};  // of its line's thread; null: of no point
+    Mutex mutex{};  // a line that a reload has abandoned may still read its points
+    std::unique_ptr<events::DeviceWatch> watch{};  // null: of no point; what it knows: by the mutex
   };
 
   events::EventQueue& queue() { return log_.queue(); }
+  bool IsNews(const events::Fact& fact, bool first);
+  std::vector<events::Fact> EndedBy(const config::Config& config,
+                                    const std::set<std::string>& begun);
   void AddPlaces(const config::Line& line);
   void Tell(std::uint32_t first_device, std::size_t devices);
 
@@ -79,7 +89,10 @@ class EventPath final : public EventSink {
   const bool tells_own_;
   const bool in_memory_;
   const Kept kept_;
-  SteadyVector<Place> places_;  // by device
+  SteadyVector<Place> places_;                           // by device
+  std::map<events::SourceName, std::uint32_t> present_;  // places of devices that are configured
+  Mutex facts_mutex_;
+  events::LastingFacts facts_ BAUDGATE_GUARDED_BY(facts_mutex_);
   const std::shared_ptr<events::EventFeed> feed_;
   RecordService records_;
   events::EventLog log_;  // its thread tells the service

@@ -61,7 +61,7 @@ void LineParts::Submit(WriteCommand command, Now now) {
 
 void LineParts::OnEventsKept(std::uint32_t device, const std::string& said, bool reported,
                              Now now) {
-  if (reporter.AllKept(device, reported)) poller.OnEventsKept(device, said, now);
+  if (reporter.TakeKept(device, reported)) poller.OnEventsKept(device, said, now);
 }
 
 void LineParts::OnTimer(Now now) {

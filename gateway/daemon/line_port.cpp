@@ -134,8 +134,10 @@ void LinePort::OnEnded(const std::string& reason, bool reset, Now now) {
   now_ = now;
   const std::uint64_t answers = poller_.ledger().line.Answers();
   const bool several = line_.devices.size() > 1;
-  if (rest_.IsDrop(answers, now.instant)) display_.CountDrop(reason, now);
-  if (!rest_.OnEnded(answers, several)) {
+  // While a client has the port, no request of the line opens it again.
+  const bool lent = loan_.has_port();
+  if (!lent && rest_.IsDrop(answers, now.instant)) display_.CountDrop(reason, now);
+  if (lent || !rest_.OnEnded(answers, several)) {
     display_.CountLoss(now);
     return Lost(reason, reset ? Loss::reset : Loss::port);
   }
@@ -210,7 +212,7 @@ void LinePort::EndLoan() {
   if (!lent_until_) return;
   lent_until_.reset();
   log::Info({.line = line_.name}, "takes {} back", line_.port);
-  display_.Show(LineStatus::Port::closed, "being taken back", now_);
+  display_.OnTakenBack(now_);
   transport_.Open();
 }
 
@@ -219,6 +221,7 @@ void LinePort::EndLoan() {
 std::optional<std::string> LinePort::WhyNot() const {
   if (stopping_) return stopping_;
   if (lent_until_) return "the port is released to another program";
+  if (rest_.rests()) return "the server has ended the connection; the next request opens it again";
   if (!transport_.is_open()) return "the port is not open: " + display_.text();
   return std::nullopt;
 }

@@ -52,7 +52,7 @@ class LineReporter final : public PollerListener {
 
   /// Events of the device are on the disk: those that OnEvents reported last (`reported`), or those
   /// from before the start. Returns whether none of its events is unsaved.
-  [[nodiscard]] bool AllKept(std::uint32_t device, bool reported) {
+  [[nodiscard]] bool TakeKept(std::uint32_t device, bool reported) {
     if (reported) unsaved_.erase(device);
     return !unsaved_.contains(device);
   }

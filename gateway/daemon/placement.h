@@ -1,5 +1,5 @@
-// Decides on which thread each line runs: one of its own if opening or closing the port may
-// block, else one of a few that many lines share. Used by daemon.cpp.
+// Decides whether a line runs on a thread of its own, because opening or closing the port may
+// block, or on one of a few that many lines share; and how many those are. Used by lines.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -19,15 +19,8 @@ enum class Place : std::uint8_t { own_thread, shared_loop };
 /// minute.
 Place PlaceOf(std::string_view port);
 
-struct Placement {
-  static constexpr std::size_t kMostLoops = 4;
-  static constexpr std::size_t kOwn = ~std::size_t{0};
-
-  std::size_t loops = 1;             ///< shared ones, at least one
-  std::vector<std::size_t> loop_of;  ///< by line: one of the shared loops, in turn, or kOwn
-};
-
-/// `cores`: of this machine, 0: not known.
-Placement PlaceLines(const std::vector<config::Line>& lines, std::size_t cores);
+/// Threads that lines share in turn: at least one, at most four. `cores`: of this machine, 0: not
+/// known.
+std::size_t SharedLoops(const std::vector<config::Line>& lines, std::size_t cores);
 
 }  // namespace baudgate

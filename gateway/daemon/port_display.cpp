@@ -46,6 +46,11 @@ void PortDisplay::OnReleased(const std::string& port, Duration time, Now now) {
   reporter_.OnNews({News::What::port_lent, false, {}, text}, now);
 }
 
+void PortDisplay::OnTakenBack(Now now) {
+  Show(LineStatus::Port::closed, "being taken back", now);
+  reporter_.OnNews({News::What::port_lent, true}, now);
+}
+
 void PortDisplay::CountLoss(Now now, bool takes_no_data) {
   Update([&](LineStatus& status) {
     ++status.times_lost;

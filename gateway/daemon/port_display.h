@@ -35,6 +35,8 @@ class PortDisplay {
   void OnReleaseAsked(WallTime until);
   /// By hand, to another program.
   void OnReleased(const std::string& port, Duration time, Now now);
+  /// The loan is over. The port may have gone meanwhile, so it is not open yet.
+  void OnTakenBack(Now now);
   void CountLoss(Now now, bool takes_no_data = false);
   /// The server has ended a connection that was in use, which is no outage.
   void CountDrop(const std::string& reason, Now now);

@@ -49,11 +49,7 @@ void PortLoan::Want(PortUser& user, const Visit& visit, Now now) {
       !links_.records.log->Trouble().empty()) {
     why_not = "the loan cannot be recorded: " + links_.records.log->Trouble();
   }
-  if (why_not) {
-    log::WarnFolded(links_.config.name + " wanted", "line {}: client {} does not get the port: {}",
-                    links_.config.name, visit.client, *why_not);
-    return user.TakeBack(now);
-  }
+  if (why_not) return Refuse(user, visit.client, *why_not, now);
   user_ = &user;
   visit_ = visit;
   if (state_ == State::rests) return;
@@ -62,6 +58,13 @@ void PortLoan::Want(PortUser& user, const Visit& visit, Now now) {
   } else {
     Await(now);
   }
+}
+
+void PortLoan::Refuse(PortUser& user, const std::string& client, const std::string& why_not,
+                      Now now) {
+  log::WarnFolded(links_.config.name + " wanted", "line {}: client {} does not get the port: {}",
+                  links_.config.name, client, why_not);
+  user.TakeBack(now);
 }
 
 std::optional<std::string> PortLoan::InUse() const {
@@ -89,6 +92,11 @@ Duration PortLoan::TimeOf(const Visit& visit, Now now) const {
 }
 
 void PortLoan::HandOver(Now now) {
+  if (const auto why_not = line_.WhyNot()) {  // the port has closed since the client came
+    PortUser& user = *user_;
+    Part();
+    return Refuse(user, visit_.client, *why_not, now);
+  }
   Status set = links_.port.Reset(links_.config.serial);
   if (set) set = links_.port.PassOn();
   if (!set) return line_.OnPortFailed(set.error(), now);

@@ -84,6 +84,8 @@ class PortLoan final : public serial_server::PortOwner {
   }
   /// The client is disconnected, and the line goes on.
   void TakeBack(const std::string& why, Now now);
+  /// A client has it, or has just left.
+  bool has_port() const { return state_ == State::held || state_ == State::rests; }
   /// Which client wants the port, or has it: a sentence.
   std::optional<std::string> InUse() const;
   /// After every input of the line. True: the line waits.
@@ -98,6 +100,8 @@ class PortLoan final : public serial_server::PortOwner {
   Duration TimeOf(const serial_server::Visit& visit, Now now) const;
   void Await(Now now);
   void HandOver(Now now);
+  void Refuse(serial_server::PortUser& user, const std::string& client, const std::string& why_not,
+              Now now);
   bool Part();
   bool Dismiss(const std::string& why, Now now);
   void Restore(Now now);

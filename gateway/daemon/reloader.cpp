@@ -49,6 +49,11 @@ std::string Joined(const std::vector<std::string>& sentences, const char* betwee
   return all;
 }
 
+/// What is applied and does not work yet, behind a sentence.
+std::string NotYet(const std::vector<std::string>& missing) {
+  return missing.empty() ? std::string() : "; not yet: " + Joined(missing);
+}
+
 }  // namespace
 
 std::string TakenBack(const std::string& file, const std::string& why) {
@@ -188,25 +193,25 @@ control::ReloadAnswer Reloader::Apply(const control::ReloadAsk& ask, const std::
   const auto before = links_.healths();
   options_.notify(fmt::format("RELOADING=1\nMONOTONIC_USEC={}\nSTATUS=reads {}",
                               ReadClocks().instant.time_since_epoch() / 1us, options_.file));
-  prepared.apply();
+  const std::string not_yet = NotYet(prepared.apply());
   SetApplied(std::make_shared<const Applied>(
       Applied{text, std::make_shared<const config::Config>(std::move(next))}));
   display_.Change([](control::ReloadState& state) { state.applied = ReadClocks().wall; });
   BeginTrial(trial, before);
-  links_.tell(false, fmt::format("{}, by {}{}", reload::Summary(difference), ask.by, OnTrial()));
+  links_.tell(
+      false, fmt::format("{}, by {}{}{}", reload::Summary(difference), ask.by, not_yet, OnTrial()));
   options_.notify(fmt::format("READY=1\nSTATUS={}{}", options_.summary(), OnTrial()));
-  return Done(ask, difference, NotKept(kept));
+  return Done(ask, difference, not_yet + NotKept(kept));
 }
 
 /// What has been done, in the log and as an answer.
 control::ReloadAnswer Reloader::Done(const control::ReloadAsk& ask,
-                                     const reload::Difference& difference,
-                                     const std::string& not_kept) {
+                                     const reload::Difference& difference, const std::string& but) {
   control::ReloadAnswer answer;
   answer.ok = true;
   answer.applied = !difference.empty();
   answer.changes = reload::Sentences(difference);
-  answer.text = reload::Summary(difference) + not_kept;
+  answer.text = reload::Summary(difference) + but;
   answer.confirm = Left();
   LogChanges(difference);
   log::Act(Level::info, "reload by {}: {}{}", ask.by, answer.text, OnTrial());
@@ -344,7 +349,7 @@ void Reloader::TakeBack(const std::string& why) {
     state.applied = ReadClocks().wall;
     state.not_the_file = said;
   });
-  const std::string all = said + (missing.empty() ? "" : "; not yet: " + Joined(missing));
+  const std::string all = said + NotYet(missing);
   log::Act(Level::warning, "{}", all);
   links_.tell(true, all);
   options_.notify(fmt::format("READY=1\nSTATUS={}; {}", options_.summary(), said));

@@ -111,7 +111,7 @@ class Reloader final : public control::ReloadService {
   bool IsRefused(const std::string& text) const;
   control::ReloadAnswer Unchanged(const control::ReloadAsk& ask, const std::string& text);
   control::ReloadAnswer Done(const control::ReloadAsk& ask, const reload::Difference& difference,
-                             const std::string& not_kept);
+                             const std::string& but);
   Duration TrialOf(const control::ReloadAsk& ask, const config::Config& next) const;
   void BeginTrial(Duration time, const reload::Healths& before);
   Duration Left() const;

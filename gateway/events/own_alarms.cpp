@@ -23,10 +23,12 @@ std::optional<config::AlarmSetting> OwnAlarms::SettingOf(const Key& key) const {
   return events::SettingOf(*config_, key.second, key.first.line, key.first.device);
 }
 
-/// It is so, and its own alarm tells of it.
+/// It is so, and its own alarm tells of it. What a restarted line has not reported again may be
+/// over, and perhaps nobody will say so.
 bool OwnAlarms::Explains(const Key& key) const {
+  const auto state = states_.find(key);
   const auto setting = SettingOf(key);
-  return states_.contains(key) && setting && setting->on();
+  return state != states_.end() && !state->second.stale && setting && setting->on();
 }
 
 /// By what it depends on: a device on its line, a line on its port, a unit on its server.
@@ -48,7 +50,8 @@ void OwnAlarms::Begin(Trouble trouble, const Place& place, const std::string& wh
   state.stale = state.by_port = false;
 }
 
-/// Where that is news. Not `answers`: it does not count any more, whether it is so or not.
+/// Adds the end of the alarm, unless it was told already. `answers` false: the trouble is ignored
+/// from now on, whether it is over or not.
 void OwnAlarms::EndOf(const Key& key, Now now, Records& records, bool answers) {
   const auto state = states_.find(key);
   const bool raised = state != states_.end() && std::exchange(state->second.raised, false);
@@ -76,8 +79,8 @@ OwnAlarms::Records OwnAlarms::End(Trouble trouble, const Place& place, Now now) 
   return records;
 }
 
-/// What nobody tells of where it was so before: the ring is closed, and the device is the right
-/// one unless it is said soon that it is not.
+/// After a start nobody reports an open ring or a wrong device as over. The first answer shows it:
+/// the ring is closed, and the device is the right one unless it is soon said that it is not.
 void OwnAlarms::OnFirstAnswer(const Place& device, Now now, Records& records) {
   const Key ring{{device.line, ""}, Trouble::ring_open};
   const auto open = states_.find(ring);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/events/own_records.h"
 
-#include <algorithm>
 #include <utility>
 
 #include "gateway/base/shown.h"
@@ -28,24 +27,52 @@ EventRecord AlarmRecord(OwnCode code, const std::string& words, const Alarm& ala
 }
 
 struct Words {
-  OwnCode code;
-  const char* begins;
-  const char* over;  ///< null: it has no end
+  const char* begins = "";
+  const char* over = nullptr;  ///< null: it has no end
 };
 
-constexpr Words kWords[] = {
-    {OwnCode::port_down, "port down", "port open again"},
-    {OwnCode::port_lent, "port lent to another program", "port taken back"},
-    {OwnCode::collisions, "collisions", "no collisions for a minute"},
-    {OwnCode::ring_open, "the ring is open", "the ring is closed again"},
-    {OwnCode::no_answer, "does not answer", "answers again"},
-    {OwnCode::not_in_use, "taken out of use", "in use again"},
-    {OwnCode::wrong_device, "not what it should be", "what it should be again"},
-    {OwnCode::replaced, "another device", nullptr},
-    {OwnCode::port_served, "a client has the port", "the client has left"},
-    {OwnCode::clock_corrected, "clock corrected", nullptr},
-    {OwnCode::clock_left, "clock not corrected", nullptr},
-};
+/// Of facts.
+Words WordsOf(OwnCode code) {
+  switch (code) {
+    case OwnCode::port_down:
+      return {"port down", "port open again"};
+    case OwnCode::port_lent:
+      return {"port lent to another program", "port taken back"};
+    case OwnCode::collisions:
+      return {"collisions", "no collisions for a minute"};
+    case OwnCode::ring_open:
+      return {"the ring is open", "the ring is closed again"};
+    case OwnCode::no_answer:
+      return {"does not answer", "answers again"};
+    case OwnCode::not_in_use:
+      return {"taken out of use", "in use again"};
+    case OwnCode::wrong_device:
+      return {"not what it should be", "what it should be again"};
+    case OwnCode::replaced:
+      return {"another device"};
+    case OwnCode::port_served:
+      return {"a client has the port", "the client has left"};
+    case OwnCode::clock_corrected:
+      return {"clock corrected"};
+    case OwnCode::clock_left:
+      return {"clock not corrected"};
+    case OwnCode::started:
+    case OwnCode::stops:
+    case OwnCode::left_out:
+    case OwnCode::disk_trouble:
+    case OwnCode::point_change:
+    case OwnCode::point_above:
+    case OwnCode::point_below:
+    case OwnCode::acknowledged:
+    case OwnCode::not_watched:
+    case OwnCode::reloaded:
+    case OwnCode::taken_back:
+    case OwnCode::own_alarm:
+    case OwnCode::priority:
+      break;
+  }
+  return {};
+}
 
 }  // namespace
 
@@ -119,16 +146,23 @@ EventRecord AckRecord(const Alarm& alarm, const AckQuery& query, WallTime at) {
 }
 
 EventRecord FactRecord(const Fact& fact, WallTime at) {
-  const Words& words = *std::ranges::find(kWords, fact.code, &Words::code);
-  std::string text = fact.over && words.over != nullptr ? words.over : words.begins;
-  if (!fact.why.empty() && fact.why != text) text += ": " + fact.why;
+  const Words words = WordsOf(fact.code);
+  const bool has_end = words.over != nullptr;
+  std::string text = fact.over && has_end && !fact.unknown ? words.over : words.begins;
+  if (fact.unknown) {
+    text += ": not known any more; " + fact.why;
+  } else if (!fact.why.empty() && fact.why != text) {
+    text += ": " + fact.why;
+  }
   EventRecord record = OwnRecord(fact.code, std::move(text), at);
   record.line = fact.line;
   record.device = fact.device;
-  record.state = words.over == nullptr ? config::EventState::message
-                 : fact.over           ? config::EventState::off
-                                       : config::EventState::on;
+  record.state = !has_end    ? config::EventState::message
+                 : fact.over ? config::EventState::off
+                             : config::EventState::on;
   return record;
 }
+
+bool HasEnd(OwnCode code) { return WordsOf(code).over != nullptr; }
 
 }  // namespace baudgate::events

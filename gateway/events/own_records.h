@@ -43,7 +43,10 @@ struct Fact {
   std::string line{};
   std::string device{};  ///< empty: of the line
   std::string why{};
+  bool unknown = false;  ///< with `over`: nobody watches it any more, so it may not be over
 };
 EventRecord FactRecord(const Fact& fact, WallTime at);
+/// Of facts: such a fact lasts. Others have happened.
+bool HasEnd(OwnCode code);
 
 }  // namespace baudgate::events

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/events/point_watch.h"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <string_view>
 #include <utility>
 
+#include "config/model/fields.h"
 #include "gateway/base/shown.h"
 #include "gateway/base/text.h"
 #include "gateway/events/own_codes.h"
@@ -49,6 +52,13 @@ std::optional<PointWatch::Finding> PointWatch::Take(const Value& value, Quality 
   if (IsBad(quality) || (!is_text && !number)) return std::nullopt;
   if (rule_.on == On::change) return Change(value, now);
   return number ? Compare(*number, now) : std::nullopt;
+}
+
+void PointWatch::GoOn(const PointWatch& before) {
+  if (!config::Same(rule_, before.rule_)) return;
+  told_ = before.told_;
+  seen_ = before.seen_;
+  since_ = before.since_;
 }
 
 std::optional<PointWatch::Finding> PointWatch::Compare(const Decimal& value, Instant now) {
@@ -119,6 +129,20 @@ DeviceWatch::DeviceWatch(const std::string& line, const config::Device& device)
   for (std::size_t i = 0; i < device.points.size(); ++i) {
     for (const config::PointEvent& event : device.points[i].events) {
       rules_[static_cast<std::uint32_t>(i)].push_back({event, PointWatch(event)});
+    }
+  }
+}
+
+void DeviceWatch::GoOn(const DeviceWatch& before) {
+  std::map<std::string_view, const std::vector<Rule>*> known;
+  for (const auto& [point, rules] : before.rules_) {
+    known.emplace(before.device_.points[point].name, &rules);
+  }
+  for (auto& [point, rules] : rules_) {
+    const auto its = known.find(device_.points[point].name);
+    if (its == known.end()) continue;
+    for (std::size_t i = 0; i < std::min(rules.size(), its->second->size()); ++i) {
+      rules[i].watch.GoOn((*its->second)[i].watch);
     }
   }
 }

@@ -35,6 +35,8 @@ class PointWatch {
     bool first = false;
   };
   std::optional<Finding> Take(const Value& value, Quality quality, Instant now);
+  /// Knows what `before` knew; only if the rule is the same.
+  void GoOn(const PointWatch& before);
 
  private:
   std::optional<Finding> Compare(const Decimal& value, Instant now);
@@ -56,6 +58,9 @@ class DeviceWatch {
   /// Both outlive it.
   DeviceWatch(const std::string& line, const config::Device& device);
 
+  /// In place of `before`, which watched the device of this name until its line was restarted: what
+  /// it knew of points and rules that are still the same is known.
+  void GoOn(const DeviceWatch& before);
   bool Watches(std::uint32_t point) const { return rules_.contains(point); }
   /// `at`: of the reading.
   std::vector<EventRecord> Take(std::uint32_t point, const Value& value, Quality quality, Now at);

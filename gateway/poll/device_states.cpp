@@ -10,11 +10,21 @@ namespace {
 constexpr std::uint32_t kFlapping = 3;
 constexpr std::size_t kFlappingMinutes = 5;
 
+std::string Change(const DeviceTrouble& was, const DeviceTrouble& is) {
+  if (is || (!was && !is.text.empty())) return is.text;
+  if (!was) return "no longer so: " + was.text;
+  const std::string over = "it is the configured device again";
+  return is.text.empty() ? over : over + "; " + is.text;
+}
+
 }  // namespace
 
 DeviceStates::DeviceStates(const Roster& roster, PointStore& store, PollerListener& listener)
     : roster_(roster), store_(store), listener_(listener) {
-  for (const auto& device : roster.devices()) ShowTimes(*device);
+  for (const auto& device : roster.devices()) {
+    ShowTimes(*device);
+    if (!device->in_use) states_[*device].shown = DeviceState::disabled;
+  }
 }
 
 void DeviceStates::OnClosed(Override why) {
@@ -68,18 +78,19 @@ DeviceState DeviceStates::StateOf(const Member& member) const {
   return open_ || state == DeviceState::never_seen ? state : DeviceState::offline;
 }
 
+/// A remark is shown, and goes to the log. Its values are good, so it is no news.
 bool DeviceStates::OnTrouble(const Device& device) {
-  const Reason reason = device.conversation->trouble().reason;
-  const std::string& text = device.conversation->trouble().text;
-  State& state = states_[device];
-  if (text == state.trouble) return false;
-  const bool over = state.in_trouble && reason == Reason::none;
-  state.in_trouble = reason != Reason::none;
-  state.trouble = text;
+  const DeviceTrouble& is = device.conversation->trouble();
+  DeviceTrouble& known = states_[device].trouble;
+  if (is.reason == known.reason && is.text == known.text) return false;
+  const DeviceTrouble was = std::exchange(known, is);
   ShowOverride(device);
-  store_.UpdateStatus(device.index, [&text](DeviceStatus& status) { status.trouble = text; });
-  listener_.OnNews({News::What::wrong_device, text.empty(), device.index, text}, now_);
-  listener_.OnWarning(device.index, text.empty() ? "it is the configured device again" : text);
+  if (is && was && is.text == was.text) return false;
+  store_.UpdateStatus(device.index, [&is](DeviceStatus& status) { status.trouble = is.text; });
+  const bool over = was && !is;
+  if (is) listener_.OnNews({News::What::wrong_device, false, device.index, is.text}, now_);
+  if (over) listener_.OnNews({News::What::wrong_device, true, device.index}, now_);
+  listener_.OnWarning(device.index, Change(was, is));
   return over;
 }
 

@@ -43,8 +43,7 @@ class DeviceStates {
  private:
   struct State {
     DeviceState shown = DeviceState::never_seen;
-    std::string trouble;      // what is wrong with it as a whole, or worth a remark
-    bool in_trouble = false;  // the former
+    DeviceTrouble trouble;  // or a remark
   };
 
   void Show(DeviceState state, DeviceState from, DeviceStatus& status) const;

@@ -29,7 +29,7 @@ struct News {
   enum class What : std::uint8_t {
     no_answer,     ///< of a device: it is offline
     not_in_use,    ///< of a device
-    wrong_device,  ///< of a device: its readings do not count, or deserve a remark
+    wrong_device,  ///< of a device: its readings do not count
     replaced,      ///< of a device: another one answers in its place; without an end
     port_down,     ///< of the line, as all below
     port_lent,

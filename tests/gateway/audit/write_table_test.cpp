@@ -6,6 +6,7 @@
 #include <sqlite3.h>
 
 #include <fstream>
+#include <map>
 
 #include "tests/gateway/audit/faulty_disk.h"
 #include "tests/gateway/audit/fixture.h"
@@ -15,6 +16,7 @@ namespace {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::Pair;
 namespace fs = std::filesystem;
 
 class WriteTableTest : public FolderTest {
@@ -130,6 +132,26 @@ TEST_F(WriteTableTest, TheOldestOfWhoWritesMostGoesFirst) {
   EXPECT_EQ(ToText(rows[1].value), "31");
   EXPECT_EQ(ToText(rows[9].value), "39");
   EXPECT_EQ(rows[10].kind, Kind::route);
+}
+
+/// Points that are written evenly lose evenly, and none loses what another has to give.
+TEST_F(WriteTableTest, RoomIsMadeByAllWhoHaveMost) {
+  constexpr std::array<Room, kKinds> kSmall = {Room{20, kDay}, Room{5, kDay}, Room{5, kDay},
+                                               Room{5, kDay}};
+  AuditFile audit(file(), {}, kSmall);
+  AuditBook book;
+  for (int i = 0; i < 9; ++i) {
+    for (const char* point : {"p0", "p1", "p2"}) Add(book, WrittenPoint("plc", i, point));
+  }
+  for (int i = 0; i < 3; ++i) Add(book, WrittenPoint("plc", i, "p3"));
+  for (int i = 0; i < 8; ++i) Add(book, WrittenPoint("plc", i, "p4"), std::nullopt);
+  ASSERT_TRUE(Keep(audit, book));
+  audit.Tidy({kStart, kWall});
+  std::map<std::string, std::string> left;
+  for (const WriteRecord& row : ReadAll(file())) left[row.point] += ToText(row.value);
+  EXPECT_THAT(left, ElementsAre(Pair("p0", "678"), Pair("p1", "678"), Pair("p2", "678"),
+                                Pair("p3", "012"), Pair("p4", "01234567")))
+      << "p4 has not ended yet";
 }
 
 TEST_F(WriteTableTest, OldOnesGoOnceADay) {

@@ -15,6 +15,7 @@ namespace {
 
 using config::EventState;
 using events::OwnCode;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 config::Config RelayConfig() {
@@ -60,9 +61,9 @@ class EventPathTest : public ::testing::Test {
     now_.instant += 1s;
     now_.wall += 1s;
     const Sample sample{0, value, quality};
-    store_.Update(0, std::span(&sample, 1), now_, 1ms);
+    store_.Update(device_, std::span(&sample, 1), now_, 1ms);
     const std::uint32_t point = 0;
-    path_->OnRead(0, std::span(&point, 1), now_);
+    path_->OnRead(device_, std::span(&point, 1), now_);
   }
   std::vector<events::EventRecord> Await(std::int64_t count) {
     while (path_->log().state().newest < count) std::this_thread::yield();
@@ -74,7 +75,9 @@ class EventPathTest : public ::testing::Test {
   };
 
   Commands commands_;
+  std::uint32_t device_ = 0;  // its number
   const config::Config config_ = RelayConfig();
+  std::vector<std::shared_ptr<const config::Config>> reloaded_;
   PointStore store_{config_};
   std::filesystem::path folder_;
   EventsPlace place_;
@@ -200,6 +203,124 @@ TEST_F(EventPathTest, AKeptAlarmEndsWhereTheDeviceAnswersAtTheNextStart) {
   EXPECT_EQ(records[1].code, events::CodeOf(OwnCode::own_alarm));
   EXPECT_EQ(records[2].text, "no answer, over");
   EXPECT_EQ(path_->log().Alarms().at(0).state, events::AlarmState::returned);
+}
+
+/// A reload begins the line anew: it does not know what was told before.
+class EventReloadTest : public EventPathTest {
+ protected:
+  /// The line is restarted with this configuration.
+  void Reload(const std::function<void(config::Line& line)>& change = {}) {
+    auto next = std::make_shared<config::Config>(*running_);
+    if (change) change(next->lines[0]);
+    running_ = reloaded_.emplace_back(next);
+    const std::shared_ptr<const config::Line> begun(next, next->lines.data());
+    store_.Append(*begun);
+    path_->Renumber(next, std::span(&begun, 1));
+    ++device_;
+  }
+  void Begin(News::What what) { Told({what, false, DeviceOf(what), "why"}); }
+  void End(News::What what, bool first) {
+    Told({.what = what, .over = true, .device = DeviceOf(what), .first = first});
+  }
+  /// "1000005 on port down: why"; what was told last is a reload.
+  std::vector<std::string> Records() {
+    path_->OnReload(false, std::to_string(++asked_));
+    std::vector<std::string> all;
+    for (std::string last; last != std::to_string(asked_); std::this_thread::yield()) {
+      all.clear();
+      const auto page = path_->log().Read({});
+      for (const auto& record : page->records) {
+        last = record.text;
+        if (record.code == events::CodeOf(OwnCode::reloaded)) continue;
+        all.push_back(std::to_string(record.code) + " " + std::string(Name(record.state)) + " " +
+                      record.text);
+      }
+    }
+    return all;
+  }
+
+ private:
+  std::optional<std::uint32_t> DeviceOf(News::What what) const {
+    return what < News::What::port_down ? std::optional(device_) : std::nullopt;
+  }
+  void Told(const News& news) { path_->OnNews(running_->lines[0], news, now_); }
+
+  std::shared_ptr<const config::Config> running_ = std::make_shared<config::Config>(config_);
+  int asked_ = 0;
+};
+
+/// A value that was beyond its limit is news when it is back, and no news when it is not.
+TEST_F(EventReloadTest, APointIsWatchedOn) {
+  const std::string on = "1000014 on current 9: above 5";
+  const std::string off = "1000014 off current 1: above 5, over";
+  Reload([](config::Line& line) {
+    line.devices[0].points[0].events[0].alarm = config::AlarmPriority::none;
+  });
+  ReadAs(9);
+  Reload();
+  ReadAs(9);
+  EXPECT_THAT(Records(), ElementsAre(on));
+  Reload();
+  ReadAs(1);
+  EXPECT_THAT(Records(), ElementsAre(on, off));
+  ReadAs(9);
+  Reload([](config::Line& line) { line.devices[0].points[0].events[0].value = 8; });
+  ReadAs(9);
+  EXPECT_THAT(Records(), ElementsAre(on, off, on, "1000014 on current 9: above 8"))
+      << "another rule begins anew";
+}
+
+TEST_F(EventReloadTest, WhatWasToldHasItsEnd) {
+  using What = News::What;
+  for (const What what : {What::port_down, What::port_lent, What::no_answer}) Begin(what);
+  Reload();
+  Begin(What::port_down);  // still
+  Reload();
+  for (const What what : {What::port_down, What::port_lent, What::no_answer}) End(what, true);
+  EXPECT_THAT(
+      Records(),
+      ElementsAre("1000005 on port down: why", "1000006 on port lent to another program: why",
+                  "1000009 on does not answer: why", "1000005 off port open again",
+                  "1000006 off port taken back", "1000009 off answers again"));
+}
+
+/// Nobody tells the end of these: the new line tells only that they have begun.
+TEST_F(EventReloadTest, WhatNobodyTellsTheEndOfEndsWithItsLine) {
+  using What = News::What;
+  for (const What what : {What::collisions, What::ring_open, What::wrong_device}) Begin(what);
+  Reload();
+  Begin(What::wrong_device);
+  const std::string end = ": not known any more; a reload has restarted the line";
+  EXPECT_THAT(
+      Records(),
+      ElementsAre("1000007 on collisions: why", "1000008 on the ring is open: why",
+                  "1000011 on not what it should be: why", "1000007 off collisions" + end,
+                  "1000008 off the ring is open" + end, "1000011 off not what it should be" + end,
+                  "1000011 on not what it should be: why"));
+}
+
+/// By hand or by the configuration, whichever was last.
+TEST_F(EventReloadTest, OutOfUseHasItsEnd) {
+  const auto enable = [](bool enabled) {
+    return [enabled](config::Line& line) { line.devices[0].enabled = enabled; };
+  };
+  const std::string on = "1000010 on taken out of use: why";
+  const std::string by_reload = "1000010 off in use again: by a reload";
+  const std::string by_hand = "1000010 off in use again";
+  Begin(News::What::not_in_use);
+  Reload();
+  Begin(News::What::not_in_use);
+  EXPECT_THAT(Records(), ElementsAre(on)) << "it still is";
+  Reload(enable(false));
+  Reload(enable(true));
+  End(News::What::not_in_use, true);
+  EXPECT_THAT(Records(), ElementsAre(on, by_reload));
+  Reload(enable(false));
+  End(News::What::not_in_use, true);
+  EXPECT_THAT(Records(), ElementsAre(on, by_reload, by_hand));
+  Reload();
+  End(News::What::not_in_use, true);
+  EXPECT_THAT(Records(), ElementsAre(on, by_reload, by_hand)) << "it was in use before as well";
 }
 
 }  // namespace

@@ -139,7 +139,9 @@ struct FakeUser final : serial_server::PortUser {
   Bytes heard;
 };
 
-struct NetworkLoan : LocalPort {
+struct NetworkLoan : LinePortTest {
+  explicit NetworkLoan(const std::string& port = "/dev/ttyUSB0") : LinePortTest(port) {}
+
   void Want(FakeUser& user) {
     Handle([&] { line_->loan.Want(user, user.its, now_); });
   }
@@ -401,6 +403,48 @@ TEST_F(NetworkLoan, IsToldOnceWhenItBeginsAndOnceWhenItEnds) {
   Return(user_);
   Pass(5s);
   EXPECT_THAT(sink_.news, ElementsAre(Pair(What::port_lent, false), Pair(What::port_lent, true)));
+}
+
+struct LoanOfAServer : NetworkLoan {
+  LoanOfAServer() : NetworkLoan("tcp://server:4001") {}
+};
+
+/// Nobody opens the connection again for the client.
+TEST_F(LoanOfAServer, EndsWhereTheServerEndsTheConnection) {
+  for (const bool left : {false, true}) {
+    Open();
+    Pass(7s);
+    ASSERT_GT(Polls(), 2U);
+    Want(user_);
+    Pass(100ms);
+    ASSERT_NE(user_.has, nullptr);
+    if (left) Return(user_);
+    retries_.downs.clear();
+    End();
+    EXPECT_EQ(user_.taken_back, 1);
+    EXPECT_EQ(status().port, LineStatus::Port::closed);
+    EXPECT_THAT(retries_.downs, ElementsAre(HasSubstr("closed"))) << "it is opened again";
+  }
+}
+
+TEST_F(LoanOfAServer, IsNotOfAConnectionThatEndedWhileTheClientWaited) {
+  Open();
+  Pass(2s);
+  const Bytes request = BeginPoll();
+  Want(user_);
+  port_.sent.clear();
+  Handle([&] {
+    line_->port.OnBytes(twin_->Answer(request, now_.instant), now_);
+    port_.open = false;
+    line_->port.OnEnded("closed", false, now_);
+  });
+  answers_ = true;
+  port_.open_on_demand = true;
+  const std::uint64_t before = Polls();
+  Pass(3s);
+  EXPECT_EQ(user_.has, nullptr);
+  EXPECT_EQ(user_.taken_back, 1);
+  EXPECT_GT(Polls(), before) << "the next request opens it again";
 }
 
 }  // namespace

@@ -61,6 +61,19 @@ TEST_F(LocalPort, TellsWhatIsToBeKept) {
                                       Pair(What::port_lent, false), Pair(What::port_lent, true)));
 }
 
+/// The loan is over, whatever has become of the port meanwhile: its own alarm counts now.
+TEST_F(LocalPort, TellsThatItIsLostBehindALoan) {
+  using What = News::What;
+  Open();
+  Pass(2s);
+  Handle([&] { line_->port.Release(3s, now_); });
+  port_.open = false;
+  Pass(4s);
+  Handle([&] { line_->port.OnOpenFailed("no such file", now_); });
+  EXPECT_THAT(sink_.news, ElementsAre(Pair(What::port_lent, false), Pair(What::port_lent, true),
+                                      Pair(What::port_down, false)));
+}
+
 TEST_F(LocalPort, IsPolledAndWritten) {
   Open();
   Pass(3s);

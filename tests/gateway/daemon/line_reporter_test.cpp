@@ -93,16 +93,18 @@ TEST_F(LineReporterTest, TellsOfADeviceOutOfUse) {
   State(DeviceState::disabled, DeviceState::online);
   EXPECT_THAT(TakeTold(),
               ElementsAre("1 of 3: no reply", "1 over of 3: no reply", "0 first over of 3"));
+  State(DeviceState::disabled, DeviceState::never_seen, 4);
+  EXPECT_THAT(TakeTold(), ElementsAre("1 first over of 4: no reply")) << "by the configuration";
 }
 
 /// What a restart has found in the file is not news of what the device has told since.
 TEST_F(LineReporterTest, EventsAreKeptWhenTheLatestOnesAre) {
-  EXPECT_TRUE(reporter_.AllKept(3, false)) << "told before the start";
+  EXPECT_TRUE(reporter_.TakeKept(3, false)) << "told before the start";
   reporter_.OnEvents({.device = 3});
-  EXPECT_FALSE(reporter_.AllKept(3, false));
-  EXPECT_TRUE(reporter_.AllKept(4, false));
-  EXPECT_TRUE(reporter_.AllKept(3, true));
-  EXPECT_TRUE(reporter_.AllKept(3, false));
+  EXPECT_FALSE(reporter_.TakeKept(3, false));
+  EXPECT_TRUE(reporter_.TakeKept(4, false));
+  EXPECT_TRUE(reporter_.TakeKept(3, true));
+  EXPECT_TRUE(reporter_.TakeKept(3, false));
 }
 
 }  // namespace

@@ -1,17 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/daemon/placement.h"
 
-#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 
 #include <string>
 #include <vector>
 
 namespace baudgate {
 namespace {
-
-using testing::ElementsAre;
-
-constexpr std::size_t kOwn = Placement::kOwn;
 
 std::vector<config::Line> LinesOn(const std::vector<std::string>& ports) {
   std::vector<config::Line> lines(ports.size());
@@ -35,22 +31,17 @@ TEST(Placement, FollowsTheFormOfThePort) {
   for (const Row& row : rows) EXPECT_EQ(PlaceOf(row.port), row.place) << row.port;
 }
 
-TEST(Placement, SharedLoopsTakeLinesInTurn) {
-  const auto lines = LinesOn({"tcp://a:1", "/dev/ttyS0", "tcp://b:1", "tcp://c:1", "tcp://d:1"});
-  const Placement placement = PlaceLines(lines, 2);
-  EXPECT_EQ(placement.loops, 2U);
-  EXPECT_THAT(placement.loop_of, ElementsAre(0, kOwn, 1, 0, 1));
-}
-
 TEST(Placement, LoopsAreAsFewAsThereIsUseFor) {
   const auto loops = [](std::size_t lines, std::size_t cores) {
-    return PlaceLines(LinesOn(std::vector<std::string>(lines, "tcp://a:1")), cores).loops;
+    return SharedLoops(LinesOn(std::vector<std::string>(lines, "tcp://a:1")), cores);
   };
   EXPECT_EQ(loops(1000, 64), 4U);
   EXPECT_EQ(loops(1000, 2), 2U);
   EXPECT_EQ(loops(1000, 0), 1U) << "nobody knows how many cores there are";
   EXPECT_EQ(loops(3, 8), 3U);
   EXPECT_EQ(loops(0, 8), 1U) << "for what is not a line";
+  EXPECT_EQ(SharedLoops(LinesOn({"tcp://a:1", "/dev/ttyS0", "/dev/ttyS1", "tcp://b:1"}), 8), 2U)
+      << "others have their own";
 }
 
 }  // namespace

@@ -18,6 +18,7 @@ using control::ReloadAnswer;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Not;
 
 constexpr Duration kNever = Duration::zero();
 
@@ -60,11 +61,11 @@ class ReloaderTest : public ::testing::Test {
     links.prepare = [this](config::Config next, const reload::Difference&) {
       return Reloader::Prepared{troubles_, [this, next = std::move(next)] {
                                   running_ = next;
-                                  return troubles_;
+                                  return missing_;
                                 }};
     };
     links.healths = [] { return reload::Healths{}; };
-    links.tell = [](bool, const std::string&) {};
+    links.tell = [this](bool, const std::string& text) { told_ = text; };
     reloader_ = std::make_unique<Reloader>(std::move(options), std::move(links));
     reloader_->Start();
   }
@@ -99,6 +100,8 @@ class ReloaderTest : public ::testing::Test {
   std::string profile_;
   std::vector<std::string> warnings_;
   std::vector<std::string> troubles_;
+  std::vector<std::string> missing_;  // of what was applied
+  std::string told_;
   config::Config running_ = ConfigOf("a");
   std::unique_ptr<Reloader> reloader_;
 };
@@ -201,6 +204,18 @@ TEST_F(ReloaderTest, AFileWhoseDiskHangsIsAnsweredAndReadAgain) {
   EXPECT_EQ(answer.text, "baudgate.yaml: cannot be read: its disk does not answer");
   EXPECT_EQ(Runs(), "a");
   disk.set_value();
+}
+
+TEST_F(ReloaderTest, SaysWhatIsNotThereYet) {
+  missing_ = {"modbus: port 502 is not open yet"};
+  Start();
+  const ReloadAnswer answer = Reload("b");
+  EXPECT_TRUE(answer.ok);
+  EXPECT_EQ(Runs(), "b") << "the rest is";
+  EXPECT_THAT(answer.text, HasSubstr("; not yet: modbus: port 502 is not open yet"));
+  EXPECT_THAT(told_, HasSubstr("; not yet: modbus: port 502 is not open yet"));
+  missing_.clear();
+  EXPECT_THAT(Reload("c").text, Not(HasSubstr("not yet")));
 }
 
 }  // namespace

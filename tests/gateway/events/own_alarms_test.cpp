@@ -253,6 +253,17 @@ TEST_F(OwnAlarmsTest, AReloadLosesAndDoublesNone) {
   }
 }
 
+/// The line was restarted without `echo: verify`, and none of its devices answers.
+TEST_F(OwnAlarmsTest, WhatNobodyReportsAnyMoreExplainsNothing) {
+  Begin(0, Trouble::ring_open, kBay);
+  LookUntil(40);
+  EXPECT_THAT(Heard(), ElementsAre("30: raise bay-1 ring open for 30s"));
+  Renew(ConfigWith({}, {}), {"bay-1"});
+  Begin(50, Trouble::no_answer, kFeeder);
+  LookUntil(90);
+  EXPECT_THAT(Heard(), ElementsAre("80: raise bay-1.feeder-1 no answer for 30s"));
+}
+
 TEST(Troubles, HaveTheSettingOfWhatTheyAreOf) {
   const auto config = ConfigWith({config::AlarmPriority::low, 5s}, {config::AlarmPriority::high});
   config->alarms.delay = 7s;
