@@ -23,8 +23,10 @@ std::optional<Job::Write> EffectApplier::OnEnd(Job& done, EndEffects effects, co
                                                Instant now) {
   Member& member = *done.member;
   Device* const device = member.device;
-  if (effects.background) {
-    chooser_.background().OnEnd(member.place, effects.background->took, effects.background->proved);
+  if (const auto& background = effects.background; background && background->sent) {
+    chooser_.background().OnEnd(member.place, background->took, background->proved);
+  } else if (background) {
+    chooser_.background().OnUnsent(member.place);
   }
   if (device != nullptr) upkeep_.PlanBackground(*device);
   if (done.probe_budget) chooser_.probes().OnEnd(member, *done.probe_budget, done.began);

@@ -32,6 +32,7 @@ struct ReplyEffects {
 /// What follows from the end of a job.
 struct EndEffects {
   struct Background {
+    bool sent = false;
     Duration took{};  ///< line time with its proof; zero: it was not answered
     bool proved = false;
   };

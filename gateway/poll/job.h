@@ -132,7 +132,8 @@ struct Job {
             .probe = is_probe(),
             .lone_probe = is_probe() && !postponed,
             .renews_proof_early = renews_proof_early,
-            .proved = proved};
+            .proved = proved,
+            .unprovable = unprovable};
   }
 
   // These live as long as the job.
@@ -143,10 +144,12 @@ struct Job {
   std::optional<Probes::Kind> probe_budget;  ///< pays for it; empty: its member is not offline
   bool renews_proof_early = false;           ///< see Asked
   bool proved = false;                       ///< a probe went before it
+  bool unprovable = false;                   ///< see Asked
   int requests = 0;                          ///< of the task, without repetitions
   int broadcasts = 0;                        ///< of these, broadcasts
   int parkings = 0;                          ///< how often its device has said busy
   bool was_sent = false;                     ///< a request of it
+  bool unasked = false;                      ///< its conversation had no request for it any more
   bool had_failure = false;   ///< an exchange has failed: another device may answer since
   bool judges_member = true;  ///< its end says whether the member answers
   bool blames_query = false;  ///< its query was never answered, although others of the device are

@@ -36,7 +36,7 @@ void EndOfReadBack(const Job& job, const JobEnd& end, EndEffects& effects) {
 
 void EndOfBackground(const Job& job, const JobEnd& end, EndEffects& effects) {
   const Duration took = ProvesLife(end.outcome) ? job.wire : Duration::zero();
-  effects.background = EndEffects::Background{took, job.proved};
+  effects.background = EndEffects::Background{job.was_sent, took, job.proved};
 }
 
 /// The end of a write whose request, or its repetition, was not sent.
@@ -47,10 +47,14 @@ WriteEnd EndWithheld(const Job::Write& write) {
 EndEffects::Write EndOfWrite(const Job& job, const Job::Write& write, const JobEnd& end,
                              Instant now) {
   using Next = EndEffects::Write::Next;
-  // If the closing request is not answered, the write keeps the outcome that it had.
+  // If the closing request is not answered, the write keeps the outcome that it had. If a step
+  // after a request that may have written cannot be asked, only a refusal remains known.
+  const bool cut_short = job.unasked && write.sent();
+  const bool refused = write.told && write.told->outcome != Outcome::ok;
   const bool closing = job.step.request.closes && !ProvesLife(end.outcome);
-  const bool keeps_told = closing && write.told;
-  const Outcome outcome = keeps_told ? write.told->outcome : end.outcome;
+  const bool keeps_told = cut_short ? refused : closing && write.told;
+  const Outcome last = cut_short ? Outcome::no_reply : end.outcome;
+  const Outcome outcome = keeps_told ? write.told->outcome : last;
   const WriteEnd how =
       write.withheld ? EndWithheld(write) : WriteEndOf(outcome, write.sent(), write.may_have_acted);
   const bool ok = how == WriteEnd::ok;
@@ -68,7 +72,7 @@ EndEffects::Write EndOfWrite(const Job& job, const Job::Write& write, const JobE
     effects.result.unfit = outcome == Outcome::unsupported && !job.was_sent && write.first == 0;
   };
   const bool closed = end.outcome == Outcome::line_down;
-  const char* const open = closing ? "; what was opened for it may still be open" : "";
+  const char* const open = closing || cut_short ? "; what was opened for it may still be open" : "";
   if (write.withheld) {
     answer(how, write.withheld->why + open);
     if (!write.sent()) effects.result.tried = write.first;

@@ -5,7 +5,7 @@
 //                read is read again
 //   read-back    a seldom group as above; not answered: its points are in doubt
 //   events       nothing of its own
-//   background   how long its exchange took, or that it was lost
+//   background   how long its exchange took, or that it was lost or not sent
 //   probe        nothing of its own
 //   write        its points are in doubt until they are read; it is confirmed, goes on, or is
 //                answered. Not answered: polls go before the next write

@@ -34,6 +34,8 @@
 //   under way, routed     silence, damage, another's reply    ended: its client judges
 //   under way, no route   the same, no retry left             a step that closes what is open, or ended
 //   under way             the port is lost                    ended: line_down
+//   postponed             its probe cannot be asked           waiting, without a proof; ended as busy if
+//                                                             its reply is here and waits for that
 //   postponed             its probe was answered in order     waiting
 //   postponed             it was not                          ended: as the probe
 //   a write, ended ok     points of its command remain        chosen, with the next point
@@ -94,9 +96,14 @@ void JobRun::Ask(int retries) {
                   "the query no longer exists: the points of the device were planned again");
   }
   auto request = conversation.Ask(job_->task, now_.instant);
+  if (job_->is_probe()) {
+    chooser_.probes().OnAsked(*job_->member, bool(request), now_.instant);
+    if (!request && job_->postponed) return GoOnUnproved(request.error());
+  }
   if (!request) {
     job_->judges_member = false;
-    ledger_.devices.OnUnsupported(*job_->member, request.error());
+    job_->unasked = true;
+    if (!job_->is_probe()) ledger_.devices.OnUnsupported(*job_->member, request.error());
     return Finish(Outcome::unsupported, request.error());
   }
   job_->step = {.request = std::move(*request), .waiting = true, .retries = retries};

@@ -25,6 +25,7 @@
 #include "gateway/poll/poller_listener.h"
 #include "gateway/poll/roster.h"
 #include "gateway/poll/telegram_exchange.h"
+#include "gateway/poll/turn_limit.h"
 #include "gateway/poll/unasked_side.h"
 #include "gateway/poll/upkeep.h"
 #include "gateway/poll/waiting_clients.h"
@@ -106,7 +107,9 @@ class Poller {
  private:
   void Advance(Now now);
   void Settle();
+  void ChargeProbe();
   void Pump();
+  bool MayTurn(const Member* last);
 
   PollerListener& listener_;
   Roster roster_;
@@ -122,6 +125,7 @@ class Poller {
   LineSide line_;
   Hold hold_;
   IdleTime time_;
+  TurnLimit turns_;
 };
 
 }  // namespace baudgate

@@ -54,7 +54,9 @@ const char* WaitingClients::WhyNotAsked(const WriteCommand& command) const {
   const Device& device = roster_.DeviceAt(command.device);
   if (command.abandoned && *command.abandoned) return "its client has left";
   if (!device.in_use) return "the device is disabled";
-  return device.health.offline() ? "the device is offline" : nullptr;
+  // Nothing but a write shows that such a device is back.
+  const bool is_its_probe = !command.writes().empty() && chooser_.probes().CannotProbe(device);
+  return device.health.offline() && !is_its_probe ? "the device is offline" : nullptr;
 }
 
 void WaitingClients::NotSent(WriteCommand& command, const std::string& reason) {

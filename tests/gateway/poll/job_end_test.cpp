@@ -77,6 +77,7 @@ TEST_F(JobEndTest, OfABackgroundTask) {
   };
   EXPECT_EQ(end(Outcome::ok)->took, 40ms);
   EXPECT_EQ(end(Outcome::no_reply)->took, 0ms) << "lost";
+  EXPECT_FALSE(end(Outcome::unsupported)->sent) << "it cannot be asked";
   EXPECT_FALSE(End(Make(Job::Events{}, Task::Kind::events), Outcome::ok).background);
 }
 
@@ -124,6 +125,30 @@ TEST_F(JobEndTest, OfAWrite) {
     }
     EXPECT_EQ(effects.write->unknown.size(), row.unknown);
     EXPECT_EQ(effects.polls_first, row.polls_first);
+  }
+}
+
+/// The first step may have written.
+TEST_F(JobEndTest, OfAWriteWhoseNextStepCannotBeAsked) {
+  const std::pair<std::optional<JobEnd>, WriteEnd> kRows[] = {
+      {std::nullopt, WriteEnd::unknown},
+      {JobEnd{Outcome::ok}, WriteEnd::unknown},
+      {JobEnd{Outcome::refused, "no"}, WriteEnd::refused},
+  };
+  for (const auto& [told, expected] : kRows) {
+    Job::Write write;
+    write.command.kind = Writes{{0, 1.0}};
+    write.command.deadline = kStart + 1s;
+    write.next = 1;
+    write.told = told;
+    write.command.state = WriteState::sent;
+    Job job = Make(std::move(write), Task::Kind::write);
+    job.unasked = true;
+    const EndEffects effects = End(std::move(job), Outcome::unsupported);
+    ASSERT_TRUE(effects.write);
+    EXPECT_EQ(effects.write->next, Next::answer);
+    EXPECT_EQ(effects.write->result.end, expected);
+    EXPECT_FALSE(effects.write->result.unfit);
   }
 }
 
