@@ -175,7 +175,7 @@ void Upkeep::OnReplaced(Device& device, Now now) {
     unknown.push_back({static_cast<std::uint32_t>(point), {}, QualityOfDevice(Reason::swapped)});
   }
   store_.Update(device.index, unknown, now, {});
-  schedule_.Restart(device.place, now.instant);
+  if (device.in_use) schedule_.Restart(device.place, now.instant);
   ledger_.states.OnReplaced(device);
 }
 
@@ -190,7 +190,7 @@ void Upkeep::OnHeard(Device& device, Instant now) {
   if (!ledger_.states.OnTrouble(device)) return;
   // The values so far are those of another device.
   DoubtAll(device, now);
-  schedule_.Restart(device.place, now);
+  if (device.in_use) schedule_.Restart(device.place, now);
 }
 
 LateAnswers::Stray Upkeep::OnStray(const StrayBytes& stray, Instant now) {
