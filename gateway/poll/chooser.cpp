@@ -17,7 +17,7 @@ Chooser::Chooser(const config::Line& line, Roster& roster, Agenda& agenda, const
 Turns::Waiting Chooser::Waiting() const {
   const RouteQueue& queue = agenda_.routes.queue();
   if (queue.empty()) return {};
-  return {.short_write = queue.HasShortWrite(),
+  return {.short_write = ShortWriteWaits(),
           .routed = true,
           .high_clients = queue.Clients(config::Priority::high)};
 }
@@ -251,10 +251,18 @@ bool Chooser::MayRepeat(const Job& job, int more, Instant now) const {
   if (fails && more == 0 && agenda_.schedule.HealthyDue(now)) return false;
   // What must not be repeated is followed by the request that makes it good, or its answer is lost:
   // PollerRoutedOrder.AStartDoesNotMakeADestructiveReadHappenTwice.
-  return !(agenda_.routes.queue().HasShortWrite() && job.step.request.expect.repeatable);
+  return !(ShortWriteWaits() && job.step.request.expect.repeatable);
 }
 
 // ---------------------------------------------------------------- routed requests
+
+bool Chooser::ShortWriteWaits() const {
+  return agenda_.routes.queue().HasAny([this](const RoutedRequest& request) {
+    if (!RouteQueue::IsShortWrite(request)) return false;
+    const Member* member = roster_.FindSlave(request.slave);
+    return member == nullptr || !member->health.offline();
+  });
+}
 
 /// A client waits for a slave that answers.
 bool Chooser::RoutedWaits(Instant now) const {

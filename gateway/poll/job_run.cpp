@@ -255,7 +255,7 @@ bool JobRun::Withdraw() {
   const auto urgent = [this](const RoutedRequest& request) {
     return RouteQueue::IsShortWrite(request) && chooser_.MayAsk(request, now_.instant);
   };
-  if (!chooser_.turns().UrgentAllowed(queue.HasShortWrite())) return false;
+  if (!chooser_.turns().UrgentAllowed(chooser_.ShortWriteWaits())) return false;
   if (!queue.HasAny(urgent)) return false;
   queue.Return(std::move(routed->batch));
   job_.reset();
