@@ -97,11 +97,14 @@ EndEffects::Write EndOfWrite(const Job& job, const Job::Write& write, const JobE
 }
 
 void EndOfRouted(const Job& job, Job::Routed& routed, const JobEnd& end, EndEffects& effects) {
+  // The probe before it was refused, not this request.
+  const bool of_probe = !job.was_sent && ProvesLife(end.outcome);
+  const Outcome outcome = of_probe ? Outcome::no_reply : end.outcome;
   bool shared = false;
   for (RoutedRequest& request : routed.batch) {
     RoutedReply reply{
-        end.outcome, {}, end.reason.empty() ? std::string(Name(end.outcome)) : end.reason};
-    if (end.outcome == Outcome::ok || end.outcome == Outcome::refused) reply.pdu = routed.reply;
+        outcome, {}, end.reason.empty() ? std::string(Name(end.outcome)) : end.reason};
+    if (outcome == Outcome::ok || outcome == Outcome::refused) reply.pdu = routed.reply;
     reply.sent = job.was_sent;
     reply.shared = std::exchange(shared, true);
     if (job.was_sent) reply.waited = job.attempt.sent_at - request.arrived;

@@ -18,8 +18,9 @@ void JobRun::Finish(Outcome outcome, const std::string& reason) {
   NextWrite();
 }
 
-/// If the probe has failed, the task ends as the probe did; if it only says ok, the task ends as
-/// busy. That a device answers probes does not make up for polls that fail.
+/// If the probe has failed, the task ends as the probe did. If the probe was refused, the task was
+/// not sent; if it only says ok, the task ends as busy. That a device answers probes does not make
+/// up for polls that fail.
 void JobRun::Resume(Job& probe, Outcome outcome, const std::string& reason) {
   Member& member = *probe.member;
   const bool life = ProvesLife(outcome);
@@ -39,6 +40,9 @@ void JobRun::Resume(Job& probe, Outcome outcome, const std::string& reason) {
     return GoOn();
   }
   if (!member.in_use) return EndUnproved(Outcome::no_reply, "the device is disabled");
+  if (outcome == Outcome::refused || outcome == Outcome::unsupported) {
+    return EndUnproved(Outcome::no_reply, "the probe before it was answered: " + reason);
+  }
   EndUnproved(outcome == Outcome::ok ? Outcome::busy : outcome, reason);
 }
 

@@ -37,7 +37,8 @@
 //   postponed             its probe cannot be asked           waiting, without a proof; ended as busy if
 //                                                             its reply is here and waits for that
 //   postponed             its probe was answered in order     waiting
-//   postponed             it was not                          ended: as the probe
+//   postponed             it was not                          ended: as the probe, or not sent if that
+//                                                             was refused
 //   a write, ended ok     points of its command remain        chosen, with the next point
 //   a write, ended ok     none remains                        confirmed: answered after the read-back
 // clang-format on

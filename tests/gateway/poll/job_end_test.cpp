@@ -179,6 +179,13 @@ TEST_F(JobEndTest, OfARoutedRequest) {
   EXPECT_EQ(silent.replies[0].second.reason, "no_reply");
   EXPECT_FALSE(silent.polls_first) << "a read";
   EXPECT_TRUE(end("06 00 08 00 00", Outcome::no_reply).polls_first);
+  RoutedRequest unsent;
+  unsent.pdu = ParseHex("06 00 08 00 00").value();
+  Job behind_probe = Make(Job::Routed{.batch = {}, .reply = {}, .is_read = false});
+  behind_probe.As<Job::Routed>()->batch.push_back(std::move(unsent));
+  const EndEffects refused = End(std::move(behind_probe), Outcome::refused);
+  EXPECT_EQ(refused.replies[0].second.outcome, Outcome::no_reply) << "the probe was refused";
+  EXPECT_FALSE(refused.replies[0].second.sent);
   const EndEffects left =
       End(Make(Job::Routed{.batch = {}, .reply = {}, .is_read = true}), Outcome::no_reply);
   EXPECT_FALSE(left.polls_first) << "a read whose clients have left is a read";

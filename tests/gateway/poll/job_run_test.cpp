@@ -102,6 +102,7 @@ class Rig : private PollerListener {
   }
 
   Device& a() { return roster_.device(0); }
+  Schedule& schedule() { return agenda_.schedule; }
   JobRun& run() { return run_; }
   LateAnswers& late() { return owed_.late; }
   WriteQueue& writes() { return agenda_.write_queue; }
@@ -326,6 +327,16 @@ TEST(JobRunTest, AfterAWhileAProbeGoesFirstAndItsSilenceEndsTheJob) {
     rig.Turn();
     EXPECT_EQ(rig.Next(), row.next);
   }
+}
+
+TEST(JobRunTest, ARefusedProbeRefusesNotTheWriteThatWaitsForIt) {
+  Rig rig("1");
+  rig.schedule().Hold(0, rig.now() + 1h);  // the device wants to be left in peace
+  rig.Write({0});
+  for (const char* what : {"a while", "!A0~refused"}) rig.Hear(what);
+  EXPECT_EQ(rig.Next(), "ended");
+  ASSERT_EQ(rig.results.size(), 1U);
+  EXPECT_EQ(rig.results[0].end, WriteEnd::not_sent);
 }
 
 TEST(JobRunTest, APollWaitsBesideTheLineForALateReplyOfItsDevice) {
