@@ -132,7 +132,7 @@ std::unique_ptr<Job> Chooser::TakeReadBack(Instant now) {
     const auto queries = device.conversation->Queries();
     const bool known = next->query < queries.size();
     if (!known || !device.in_use || device.health.offline()) continue;
-    return std::make_unique<Job>(device, Job::ReadBack{queries[next->query].points},
+    return std::make_unique<Job>(device, Job::ReadBack{},
                                  Task{.kind = Task::Kind::poll, .query = next->query}, now);
   }
 }

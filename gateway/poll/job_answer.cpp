@@ -199,6 +199,7 @@ void JobRun::OnRoutedFailure(Job::Routed& routed, const ExchangeEnd& end) {
 }
 
 void JobRun::GiveUp(const ExchangeEnd& end) {
+  FollowPlan(*job_);
   Device& device = *job_->member->device;
   const auto queries = device.conversation->Queries();
   const bool silent = job_->task.kind == Task::Kind::poll && end.outcome == Outcome::no_reply;

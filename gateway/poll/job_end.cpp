@@ -11,8 +11,8 @@ namespace baudgate {
 namespace {
 
 /// Many devices are silent to requests that they do not know.
-bool IsUnread(const JobEnd& end) {
-  return !ProvesLife(end.outcome) || end.outcome == Outcome::busy;
+bool IsUnread(const Job& job, const JobEnd& end) {
+  return job.unplanned || !ProvesLife(end.outcome) || end.outcome == Outcome::busy;
 }
 
 void EndOfPoll(const Job& job, const Job::Poll& poll, const JobEnd& end, EndEffects& effects) {
@@ -21,17 +21,16 @@ void EndOfPoll(const Job& job, const Job::Poll& poll, const JobEnd& end, EndEffe
     effects.fast_poll = EndEffects::FastPoll{job.wire, answered, poll.last_of_round};
   }
   if (job.judges_member) effects.poll = EndEffects::Poll{job.task.query, answered};
-  if (IsUnread(end) && IsSeldom(poll.group)) effects.repeat = poll.group;
+  if (IsUnread(job, end) && IsSeldom(poll.group)) effects.repeat = poll.group;
 }
 
 void EndOfReadBack(const Job& job, const JobEnd& end, EndEffects& effects) {
-  const auto queries = job.member->device->conversation->Queries();
-  const bool planned = job.task.query < queries.size();
-  if (planned && IsUnread(end) && IsSeldom(queries[job.task.query].group)) {
-    effects.repeat = queries[job.task.query].group;
-  }
+  if (job.points.empty()) return;
+  if (job.unplanned) effects.read_again = job.points;
+  const config::Group group = job.member->device->config->points[job.points.front()].group;
+  if (IsUnread(job, end) && IsSeldom(group)) effects.repeat = group;
   // Other points of the same register may have changed, too.
-  if (!ProvesLife(end.outcome)) effects.doubt = QueryRef{job.member->place, job.task.query};
+  if (!ProvesLife(end.outcome)) effects.doubt = job.points;
 }
 
 void EndOfBackground(const Job& job, const JobEnd& end, EndEffects& effects) {

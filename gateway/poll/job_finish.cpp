@@ -11,6 +11,7 @@ namespace baudgate {
 void JobRun::Finish(Outcome outcome, const std::string& reason) {
   const std::unique_ptr<Job> done = std::move(job_);
   if (done->postponed) return Resume(*done, outcome, reason);
+  FollowPlan(*done);  // its own answer may have changed it
   const JobEnd end{outcome, reason};
   auto rest = effects_.OnEnd(*done, EffectsOf(*done, end, now_.instant), end, now_.instant);
   if (!rest) return;

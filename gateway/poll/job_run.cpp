@@ -91,8 +91,10 @@ void JobRun::Ask(int retries) {
                   "the task needed more than " + std::to_string(kMostSteps) + " requests");
   }
   Conversation& conversation = *job_->member->device->conversation;
+  FollowPlan(*job_);
   if (!IsPlanned(job_->task, conversation)) {
     job_->judges_member = false;
+    job_->unplanned = true;
     return Finish(Outcome::busy,
                   "the query no longer exists: the points of the device were planned again");
   }

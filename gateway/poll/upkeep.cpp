@@ -223,13 +223,6 @@ void Upkeep::DoubtLatest(Instant now) {
   }
 }
 
-void Upkeep::Doubt(const QueryRef& read, Instant now) {
-  const Device& device = roster_.device(read.device);
-  const auto queries = device.conversation->Queries();
-  if (!device.in_use || read.query >= queries.size()) return;
-  store_.Doubt(device.index, queries[read.query].points, now);
-}
-
 void Upkeep::Doubt(const Device& device, const std::vector<std::size_t>& points, Instant now) {
   store_.Doubt(device.index, points, now);
 }
@@ -276,8 +269,7 @@ void Upkeep::Replan(Device& device, Instant now) {
   }
   Plan(device);
   for (const auto& job : parked) {
-    const auto* const read_back = job->As<Job::ReadBack>();
-    if (read_back != nullptr) ReadBack(device, read_back->points);
+    if (job->As<Job::ReadBack>() != nullptr) ReadBack(device, job->points);
   }
 }
 
@@ -296,7 +288,6 @@ void Upkeep::Plan(Device& device) {
   ledger_.rounds.OnPlan(device);
 }
 
-/// Reads these points as soon as possible.
 void Upkeep::ReadBack(const Device& device, const std::vector<std::size_t>& points) {
   chooser_.agenda().write_queue.AddReadBacks(device.place, device.conversation->Queries(), points);
 }

@@ -52,7 +52,7 @@ TEST_F(JobEndTest, OfAPoll) {
     EXPECT_EQ(effects.poll->answered, ProvesLife(row.outcome));
     EXPECT_TRUE(effects.judges_member);
     EXPECT_FALSE(effects.polls_first);
-    EXPECT_FALSE(effects.doubt);
+    EXPECT_TRUE(effects.doubt.empty());
   }
 }
 
@@ -66,9 +66,20 @@ TEST_F(JobEndTest, AMuteJobSaysNothingOfItsMemberOrItsQuery) {
 }
 
 TEST_F(JobEndTest, OfAReadBack) {
-  EXPECT_FALSE(End(Make(Job::ReadBack{}), Outcome::ok).doubt);
-  EXPECT_EQ(End(Make(Job::ReadBack{}), Outcome::no_reply).doubt, (QueryRef{0, 0}));
+  EXPECT_TRUE(End(Make(Job::ReadBack{}), Outcome::ok).doubt.empty());
+  EXPECT_EQ(End(Make(Job::ReadBack{}), Outcome::no_reply).doubt, std::vector<std::size_t>{0});
   EXPECT_FALSE(End(Make(Job::ReadBack{}), Outcome::no_reply).polls_first);
+}
+
+/// Others may have taken its number: which points it has read is not known.
+TEST_F(JobEndTest, OfAReadWhoseQueryIsGone) {
+  Job back = Make(Job::ReadBack{});
+  back.unplanned = true;
+  EXPECT_EQ(End(std::move(back), Outcome::ok).read_again, std::vector<std::size_t>{0});
+  EXPECT_TRUE(End(Make(Job::ReadBack{}), Outcome::ok).read_again.empty());
+  Job once = Make(Job::Poll{config::Group::once, true});
+  once.unplanned = true;
+  EXPECT_EQ(End(std::move(once), Outcome::ok).repeat, config::Group::once);
 }
 
 TEST_F(JobEndTest, OfABackgroundTask) {
