@@ -251,7 +251,7 @@ void Poller::Settle() {
   if (speaker.drained()) listener_.OnDrained(speaker.device()->index, now);
 }
 
-/// What the probe has cost that ended last: that is known when the line is idle.
+/// The cost of the probe that ended last is known when the line is idle.
 void Poller::ChargeProbe() {
   const Instant now = time_.now().instant;
   Probes& probes = chooser_.probes();
@@ -287,8 +287,9 @@ void Poller::Pump() {
 /// `last`: the member of the latest job.
 bool Poller::MayTurn(const Member* last) {
   const TurnLimit::Turn turn = turns_.Take(time_.now().instant);
-  if (turn == TurnLimit::Turn::rest_and_tell && last != nullptr) {
-    listener_.OnWarning(last->index, TurnLimit::kWarning);
+  const Member* const member = run_.job() != nullptr ? run_.job()->member : last;
+  if (turn == TurnLimit::Turn::rest_and_tell && member != nullptr) {
+    listener_.OnWarning(member->index, TurnLimit::kWarning);
   }
   return turn == TurnLimit::Turn::take;
 }

@@ -51,9 +51,10 @@ class Probes {
   /// It has just gone offline: what its earlier probes cost no longer counts.
   void OnOffline(const Member& member, Instant now) {
     const bool first = member.device != nullptr && member.health.state() == DeviceState::never_seen;
+    const bool cannot = CannotProbe(member);  // so far: what it was asked may be known again
     states_[member] = {.first_looks = first ? kFirstLooks : 0,
                        .first_until = now + kFirstTime,
-                       .ask_again = states_[member].ask_again};
+                       .ask_again = cannot ? std::optional(now) : std::nullopt};
   }
   /// Whether its conversation has a request for a probe: `can` is what it has just said.
   void OnAsked(const Member& member, bool can, Instant now) {
