@@ -168,7 +168,7 @@ JobRun::Turn JobRun::TakeTurn() {
     PutProbeFirst();
     return Turn::next;
   }
-  // A retry may be met by the answer to its first try, which is as good.
+  // A retry does not wait: a late reply to its first try is as good as its own.
   const Instant clear = owed_.late.ClearAt(job_->asked());
   if (job_->step.retries > 0 || clear <= now_.instant) return Turn::send;
   if (!MayPark()) return Turn::wait;
@@ -209,7 +209,7 @@ Exchange JobRun::Start(Instant idle_since) {
   exchange.times.quiet = std::max(exchange.times.quiet, job_->step.request.quiet);
   exchange.times.drain += owed_.late.ExtraDrain(member);
   exchange.aftermath = owed_.late.Aftermath(job_->asked(), now_.instant);
-  // Its own comes with the next request; a longer silence shows nothing.
+  // This device answers each request only after the next one. Waiting does not help.
   if (exchange.lags) exchange.aftermath = std::min(exchange.aftermath, member.times.drain);
   return exchange;
 }

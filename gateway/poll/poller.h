@@ -99,7 +99,7 @@ class Poller {
   void OnUnansweredTelegram(Now now);
   /// Without a Pause: nothing.
   void GoOn(Now now);
-  /// As whom a telegram by hand to this device goes out.
+  /// The protocol and the settings with which a telegram by hand to this device is sent.
   Speaking SpeakingAs(std::uint32_t device) const;
 
   const Ledger& ledger() const { return ledger_; }

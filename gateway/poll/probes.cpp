@@ -31,7 +31,7 @@ Member* Probes::Next(const Facts& facts) const {
   Member* next = nullptr;
   for (std::size_t i = 0; i < everyone.size(); ++i) {
     Member* member = everyone[(turn_ + i) % everyone.size()];
-    const bool can = member->health.offline() && ReadyAt(*member) <= facts.now;
+    const bool can = member->health.absent() && ReadyAt(*member) <= facts.now;
     if (!can || !facts.is_looked_for(*member)) continue;
     if (HasFirstLook(*member, facts.now)) return member;
     if (next == nullptr) next = member;
@@ -45,7 +45,7 @@ std::optional<Instant> Probes::NextAt(const Facts& facts) const {
     // When the first may be probed that may not yet.
     std::optional<Instant> soonest;
     for (const Member* member : roster_.everyone()) {
-      if (!member->health.offline() || !facts.is_looked_for(*member)) continue;
+      if (!member->health.absent() || !facts.is_looked_for(*member)) continue;
       const Instant ready = ReadyAt(*member);
       if (ready > facts.now) soonest = std::min(soonest.value_or(ready), ready);
     }
@@ -95,12 +95,11 @@ Duration Probes::NoticeBound(Instant now) const {
   Instant first_until = now;
   std::optional<Duration> known;  // the longest wait for any of them
   for (const Member* member : roster_.everyone()) {
-    if (member->in_use && member->health.offline())
-      known = std::max(known, states_[*member].waited);
+    if (member->in_use && member->health.absent()) known = std::max(known, states_[*member].waited);
   }
   for (const Member* member : roster_.everyone()) {
     if (!member->in_use || CannotProbe(*member)) continue;
-    if (member->health.offline()) {
+    if (member->health.absent()) {
       const State& state = states_[*member];
       const Duration worst = late_.WorstCase(*member);
       turn += ProbeBudget::Interval(worst, state.waited.value_or(known.value_or(worst)));

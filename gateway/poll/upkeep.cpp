@@ -37,7 +37,7 @@ void Upkeep::OnOpened(Instant now) {
     if (!device->in_use) continue;
     Reconnect(*device, now);
     owed_.whose.OnOpened(*device, now);
-    if (!device->health.offline()) schedule_.Restart(device->place, now);
+    if (!device->health.absent()) schedule_.Restart(device->place, now);
     // A reply to an earlier request may still come: this device waits for it, the others do not.
     if (!owed_.late.IsClear(*device, now))
       schedule_.Hold(device->place, owed_.late.LateUntil(*device));
@@ -75,7 +75,7 @@ void Upkeep::OnExchange(const Job& job, const ExchangeEnd& end, const Finding& f
   if (job.attempt.verdict.shifted) DoubtLatest(now);
   ledger_.devices.OnExchange(member, end, finding,
                              {.broadcast = broadcast,
-                              .probe = job.is_probe() && member.health.offline(),
+                              .probe = job.is_probe() && member.health.absent(),
                               .routed = job.As<Job::Routed>() != nullptr});
   ledger_.line.OnExchange(member, end, broadcast, UseOf(job));
   ShowLine(now);
@@ -96,10 +96,10 @@ void Upkeep::Charge(const Job& job, bool answered, Instant now) {
 
 void Upkeep::OnTask(Member& member, Outcome outcome, const std::string& reason, Instant now) {
   Device* const device = member.device;
-  const bool was_offline = member.health.offline();
+  const bool was_offline = member.health.absent();
   member.health.OnTask(outcome, now);
   ledger_.devices.OnTask(member, ProvesLife(outcome));
-  const bool offline = member.health.offline();
+  const bool offline = member.health.absent();
   if (offline && !was_offline) {
     ledger_.devices.OnOffline(member);
     chooser_.parked().Drop(member);
@@ -151,7 +151,7 @@ void Upkeep::SetInUse(Device& device, bool in_use, bool open, Instant now) {
   schedule_.Suspend(device.place);
   if (in_use) {
     Reconnect(device, now);
-    if (open && !device.health.offline()) schedule_.Restart(device.place, now);
+    if (open && !device.health.absent()) schedule_.Restart(device.place, now);
   }
   ledger_.rounds.Measure(now);
   ledger_.states.OnState(device, in_use ? "taken into use" : "taken out of use");
@@ -161,7 +161,7 @@ void Upkeep::OnEnabled(Device& device, bool open, Instant now) {
   device.conversation->OnEnabled();
   ledger_.states.OnMemory(device);
   schedule_.Release(device.place);
-  if (!device.in_use || !open || device.health.offline()) return;
+  if (!device.in_use || !open || device.health.absent()) return;
   chooser_.parked().Drop(device);
   schedule_.Restart(device.place, now);
 }

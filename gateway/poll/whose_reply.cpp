@@ -143,8 +143,8 @@ void WhoseReply::Learn(const Asked& asked, View frame, Outcome outcome) {
   if (names && !state.identity.known() && order.IsAnswerTo(request.bytes)) {
     state.identity.Learn(request.bytes, frame, outcome);
   }
-  // ? ? ? P P P P: of four replies three at most were to strangers, so the last was to a P. One
-  // that is owed to another P could be told.
+  // ? ? ? P P P P: three replies at most are to strangers, so the fourth reply is to a P. One that
+  // is owed to another P could be told.
   if (state.strangers && request.is_proof() && outcome == Outcome::ok && order.IsOfLatest()) {
     order.Reset();
     state.strangers = false;
