@@ -201,14 +201,15 @@ struct Standing {
 /// The engine keeps these promises: the device's address, options and points have passed the checks
 /// of the Protocol; indices in a Task are valid at Ask and OnFrame; OnFrame and OnFailure follow
 /// the Ask or Instead that gave their request; a frame is one that the reply rule took for whole.
-/// If OnReconnect has left fewer queries while a reply was awaited, Interpret is called in place of
-/// OnFrame; OnFailure may then name a query that is gone.
+/// If Queries() has changed while a reply was awaited, the Task has the new number of its query. If
+/// that is gone, Interpret is called in place of OnFrame, and OnFailure names a query that there is
+/// not.
 class Conversation {
  public:
   virtual ~Conversation() = default;
 
   /// The requests that read all readable points, in the order of asking. They stay the same until
-  /// an Answer or OnFailure says replan, or OnReconnect is called.
+  /// an Answer or OnFailure says replan, or OnReconnect or ForgetRefusals is called.
   virtual std::span<const Query> Queries() const = 0;
 
   /// The device has events, and the user wants them: tasks of events come as often as fast polls,

@@ -297,7 +297,7 @@ void Line::TakeStray(View bytes, Instant now) {
   if (second_.OnBytes(bytes)) news_.second_reply = true;
 }
 
-/// Nothing else has come: a port that forwards as fast as it can has brought the reply early.
+/// Only early bytes have come, so they are the reply: this port does not keep its bit rate.
 bool Line::TakeEarly(Instant now) {
   // A reply that mirrors its request could be the echo; bytes that waited came at an unknown time.
   const bool held_up = now >= deadline_ + kHeldUp;

@@ -29,7 +29,8 @@ void AnswerOrder::OnStranger(Instant now) {
   }
 }
 
-/// What strangers ("?") sent is taken out. Who was answered last, at the latest, is marked:
+/// What strangers ("?") sent is taken out. The mark shows which request may have been answered
+/// last:
 ///
 ///   sent        a ? ? b      a ? ? b      a ? ? b
 ///   marked        ^ ^        ^ ^ ^              ^

@@ -26,6 +26,7 @@ struct Asked {
   bool lone_probe = false;  ///< no task waits for it: it finds out whether the device is back
   bool renews_proof_early = false;  ///< because the line has time
   bool proved = false;              ///< the member has answered a probe before this task
+  bool unprovable = false;          ///< a probe was wanted before this task, and cannot be asked
 
   /// From its last byte to the first one of its reply. A reply that takes longer is late.
   Duration reply_time() const { return std::max(member->times.reply, request->reply); }

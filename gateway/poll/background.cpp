@@ -18,6 +18,7 @@ void Background::Set(std::size_t device, std::optional<Instant> due, Duration ro
 
 void Background::OnTaken(std::size_t device, Instant now) {
   items_[device].taken = now;
+  items_[device].again = {};
   items_[device].turn = ++turn_;
 }
 
@@ -42,7 +43,7 @@ void Background::OnEnd(std::size_t device, Duration took, bool proved) {
 std::optional<Instant> Background::MayBegin(std::size_t device) const {
   const Item& item = items_[device];
   if (!item.due || item.awaits_disk || schedule_.suspended(device)) return std::nullopt;
-  return std::max(*item.due, schedule_.held_until(device));
+  return std::max({*item.due, item.again, schedule_.held_until(device)});
 }
 
 Instant Background::Starves(const Item& item) const {

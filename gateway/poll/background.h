@@ -21,6 +21,7 @@ namespace baudgate {
 class Background {
  public:
   static constexpr Duration kLongest = std::chrono::minutes(1);
+  static constexpr Duration kPause = 1s;
   static constexpr int kFew = 8;
   enum class Which : std::uint8_t { that_fits, that_starves };
 
@@ -41,6 +42,8 @@ class Background {
   /// The exchange took `took`, its proof included; zero: it was not answered. Long ones are
   /// remembered for a while, because the next may be as long.
   void OnEnd(std::size_t device, Duration took, bool proved = false);
+  /// Nothing was sent for it: it has no other turn at the same moment.
+  void OnUnsent(std::size_t device) { items_[device].again = items_[device].taken + kPause; }
   /// Whether another exchange of the device would end before the next poll is due.
   bool HasRoom(std::size_t device, Instant now) const;
   /// The same with a proof, if one may go with it.
@@ -58,6 +61,7 @@ class Background {
   struct Item {
     std::optional<Instant> due;
     Instant taken{};  // last
+    Instant again{};  // not before: it could not be sent
     Duration room{};
     Longest plain;
     Longest proved;

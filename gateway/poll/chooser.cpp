@@ -17,7 +17,7 @@ Chooser::Chooser(const config::Line& line, Roster& roster, Agenda& agenda, const
 Turns::Waiting Chooser::Waiting() const {
   const RouteQueue& queue = agenda_.routes.queue();
   if (queue.empty()) return {};
-  return {.short_write = queue.HasShortWrite(),
+  return {.short_write = ShortWriteWaits(),
           .routed = true,
           .high_clients = queue.Clients(config::Priority::high)};
 }
@@ -85,7 +85,7 @@ std::optional<Instant> Chooser::NextAt(const Idle& idle) const {
     const Member* member = roster_.FindSlave(slave);
     if (member == nullptr) continue;
     when_clear(*member);
-    const bool tried = member->health.offline() && late_.IsClear(*member, idle.now);
+    const bool tried = member->health.absent() && late_.IsClear(*member, idle.now);
     if (tried && agenda_.routes.queue().HasUrgent(slave))
       sooner(probes_.NextWriteAt(*member, facts));
   }
@@ -109,7 +109,7 @@ std::unique_ptr<Job> Chooser::TakeWriteProbe(const Idle& idle) {
   const Probes::Facts facts = FactsOf(idle);
   for (const std::uint8_t slave : agenda_.routes.queue().Slaves()) {
     const Member* member = roster_.FindSlave(slave);
-    if (member == nullptr || !member->health.offline()) continue;
+    if (member == nullptr || !member->health.absent()) continue;
     if (!late_.IsClear(*member, idle.now)) continue;
     if (probes_.NextWriteAt(*member, facts) > idle.now) return nullptr;
     const auto to_it = [slave](const RoutedRequest& request) { return request.slave == slave; };
@@ -131,8 +131,8 @@ std::unique_ptr<Job> Chooser::TakeReadBack(Instant now) {
     Device& device = roster_.device(next->device);
     const auto queries = device.conversation->Queries();
     const bool known = next->query < queries.size();
-    if (!known || !device.in_use || device.health.offline()) continue;
-    return std::make_unique<Job>(device, Job::ReadBack{queries[next->query].points},
+    if (!known || !device.in_use || device.health.absent()) continue;
+    return std::make_unique<Job>(device, Job::ReadBack{},
                                  Task{.kind = Task::Kind::poll, .query = next->query}, now);
   }
 }
@@ -251,10 +251,18 @@ bool Chooser::MayRepeat(const Job& job, int more, Instant now) const {
   if (fails && more == 0 && agenda_.schedule.HealthyDue(now)) return false;
   // What must not be repeated is followed by the request that makes it good, or its answer is lost:
   // PollerRoutedOrder.AStartDoesNotMakeADestructiveReadHappenTwice.
-  return !(agenda_.routes.queue().HasShortWrite() && job.step.request.expect.repeatable);
+  return !(ShortWriteWaits() && job.step.request.expect.repeatable);
 }
 
 // ---------------------------------------------------------------- routed requests
+
+bool Chooser::ShortWriteWaits() const {
+  return agenda_.routes.queue().HasAny([this](const RoutedRequest& request) {
+    if (!RouteQueue::IsShortWrite(request)) return false;
+    const Member* member = roster_.FindSlave(request.slave);
+    return member == nullptr || !member->health.absent();
+  });
+}
 
 /// A client waits for a slave that answers.
 bool Chooser::RoutedWaits(Instant now) const {
@@ -266,7 +274,7 @@ bool Chooser::RoutedWaits(Instant now) const {
 /// the same device.
 bool Chooser::MayAsk(const RoutedRequest& request, Instant now) const {
   const Member* member = roster_.FindSlave(request.slave);
-  if (member != nullptr && (!late_.IsClear(*member, now) || member->health.offline())) return false;
+  if (member != nullptr && (!late_.IsClear(*member, now) || member->health.absent())) return false;
   if (!IsWrite(request)) return true;
   const Device* device = member == nullptr ? nullptr : member->device;
   if (device != nullptr && agenda_.schedule.GoesFirst(device->place, now)) return false;

@@ -38,6 +38,9 @@ class Chooser {
 
   /// Whether a routed request may be sent, as far as its slave and earlier writes are concerned.
   bool MayAsk(const RoutedRequest& request, Instant now) const;
+  /// A start or stop of a client waits for a slave that is not offline. For one that is offline it
+  /// waits for a probe, so nothing else has to make room.
+  bool ShortWriteWaits() const;
   /// Whether the failed request of this job may be sent again now. Usually at once. But while a
   /// device that answers is due, nothing is repeated to a device that has failed a whole task, nor
   /// while another fails too: part of the bus may be cut off. A start or stop that a client sends

@@ -27,8 +27,9 @@ class DeviceHealth {
   void OnTask(Outcome outcome, Instant now);
 
   DeviceState state() const;
-  /// Only probes are sent to it: it went offline, or it has never answered.
-  bool offline() const { return offline_ || (!seen_ && failed_tasks_ > 0); }
+  /// Only probes are sent to it: it went offline, or it has not answered its first task. Its
+  /// state() is never_seen in the second case.
+  bool absent() const { return offline_ || (!seen_ && failed_tasks_ > 0); }
   /// Its last two exchanges were refused: it is there, but gives nothing.
   bool refuses() const { return refusals_ > 1; }
   /// Its last task failed.

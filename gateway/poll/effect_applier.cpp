@@ -23,8 +23,10 @@ std::optional<Job::Write> EffectApplier::OnEnd(Job& done, EndEffects effects, co
                                                Instant now) {
   Member& member = *done.member;
   Device* const device = member.device;
-  if (effects.background) {
-    chooser_.background().OnEnd(member.place, effects.background->took, effects.background->proved);
+  if (const auto& background = effects.background; background && background->sent) {
+    chooser_.background().OnEnd(member.place, background->took, background->proved);
+  } else if (background) {
+    chooser_.background().OnUnsent(member.place);
   }
   if (device != nullptr) upkeep_.PlanBackground(*device);
   if (done.probe_budget) chooser_.probes().OnEnd(member, *done.probe_budget, done.began);
@@ -34,7 +36,8 @@ std::optional<Job::Write> EffectApplier::OnEnd(Job& done, EndEffects effects, co
     ledger_.devices.OnPoll(*device, query, answered, done.had_failure);
   }
   if (effects.repeat) upkeep_.Repeat(*device, *effects.repeat, now);
-  if (effects.doubt) upkeep_.Doubt(*effects.doubt, now);
+  if (!effects.read_again.empty()) upkeep_.ReadBack(*device, effects.read_again);
+  if (!effects.doubt.empty() && member.in_use) upkeep_.Doubt(*device, effects.doubt, now);
   if (effects.polls_first && device != nullptr) agenda_.schedule.GoFirst(member.place);
   // Silence to a query that was never answered says something about the query, not about the
   // device.

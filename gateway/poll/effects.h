@@ -32,6 +32,7 @@ struct ReplyEffects {
 /// What follows from the end of a job.
 struct EndEffects {
   struct Background {
+    bool sent = false;
     Duration took{};  ///< line time with its proof; zero: it was not answered
     bool proved = false;
   };
@@ -61,7 +62,8 @@ struct EndEffects {
   std::optional<FastPoll> fast_poll;
   std::optional<Poll> poll;
   std::optional<config::Group> repeat;  ///< a seldom group that was not read
-  std::optional<QueryRef> doubt;        ///< the points of this query are uncertain
+  std::vector<std::size_t> read_again;  ///< points of a read-back whose query was gone
+  std::vector<std::size_t> doubt;       ///< these points are uncertain
   bool polls_first = false;             ///< go before the next write to the device
   bool judges_member = true;            ///< the end says whether the member answers
   std::vector<std::pair<RoutedRequest, RoutedReply>> replies;

@@ -25,7 +25,7 @@ void FastRounds::OnPlan(const Device& device) {
 void FastRounds::Measure(Instant now) const {
   Duration cycle{};
   for (const auto& device : roster_.devices()) {
-    if (device->in_use && !device->health.offline()) cycle += states_[*device].last;
+    if (device->in_use && !device->health.absent()) cycle += states_[*device].last;
   }
   for (const auto& device : roster_.devices()) store_.SetLineCycle(device->index, cycle, now);
 }

@@ -9,7 +9,7 @@
 
 namespace baudgate {
 
-/// A moment, and since when the line has been idle: the same if an exchange has just ended.
+/// A moment, and since when the line has been idle. `since == now`: an exchange has just ended.
 struct Idle {
   Instant now{};
   Instant since{};

@@ -6,6 +6,24 @@
 
 namespace baudgate {
 
+Job::Job(Member& who, std::variant<Poll, Events, Background, Probe, ReadBack, Write, Routed> kind,
+         Task what, Instant now)
+    : member(&who), kind(std::move(kind)), task(std::move(what)), began(now) {
+  if (As<Poll>() == nullptr && As<ReadBack>() == nullptr) return;
+  const auto queries = member->device->conversation->Queries();
+  if (task.query < queries.size()) points = queries[task.query].points;
+}
+
+void FollowPlan(Job& job) {
+  if (job.As<Job::Poll>() == nullptr && job.As<Job::ReadBack>() == nullptr) return;
+  const auto queries = job.member->device->conversation->Queries();
+  const auto is_its = [&job](const Query& query) { return query.points == job.points; };
+  if (job.task.query < queries.size() && is_its(queries[job.task.query])) return;
+  const auto found = std::ranges::find_if(queries, is_its);
+  const bool is_one = std::ranges::count_if(queries, is_its) == 1;
+  job.task.query = is_one ? static_cast<std::size_t>(found - queries.begin()) : queries.size();
+}
+
 bool IsPlanned(const Task& task, const Conversation& conversation) {
   if (task.kind == Task::Kind::events) return conversation.HasEvents();
   if (task.kind == Task::Kind::background) return conversation.BackgroundDue().has_value();

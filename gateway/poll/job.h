@@ -42,9 +42,7 @@ struct Job {
   struct Events {};      ///< the events of the device
   struct Background {};  ///< a low-priority read
   struct Probe {};
-  struct ReadBack {
-    std::vector<std::size_t> points{};  ///< that were written, or are in doubt
-  };
+  struct ReadBack {};  ///< of points that were written, or are in doubt
   struct Write {
     WriteCommand command;
     std::size_t first = 0;  ///< index in command.writes() of the first point under way
@@ -98,8 +96,7 @@ struct Job {
   };
 
   Job(Member& who, std::variant<Poll, Events, Background, Probe, ReadBack, Write, Routed> kind,
-      Task what, Instant now)
-      : member(&who), kind(std::move(kind)), task(std::move(what)), began(now) {}
+      Task what, Instant now);
 
   template <typename Kind>
   Kind* As() {
@@ -132,21 +129,26 @@ struct Job {
             .probe = is_probe(),
             .lone_probe = is_probe() && !postponed,
             .renews_proof_early = renews_proof_early,
-            .proved = proved};
+            .proved = proved,
+            .unprovable = unprovable};
   }
 
   // These live as long as the job.
   Member* member;
   std::variant<Poll, Events, Background, Probe, ReadBack, Write, Routed> kind;
-  Task task;  ///< for the conversation
+  Task task;                        ///< for the conversation
+  std::vector<std::size_t> points;  ///< polls and read-backs: those of its query
   Instant began;
   std::optional<Probes::Kind> probe_budget;  ///< pays for it; empty: its member is not offline
   bool renews_proof_early = false;           ///< see Asked
   bool proved = false;                       ///< a probe went before it
+  bool unprovable = false;                   ///< see Asked
   int requests = 0;                          ///< of the task, without repetitions
   int broadcasts = 0;                        ///< of these, broadcasts
   int parkings = 0;                          ///< how often its device has said busy
   bool was_sent = false;                     ///< a request of it
+  bool unplanned = false;                    ///< its query was gone before its points were read
+  bool unasked = false;                      ///< its conversation had no request for it any more
   bool had_failure = false;   ///< an exchange has failed: another device may answer since
   bool judges_member = true;  ///< its end says whether the member answers
   bool blames_query = false;  ///< its query was never answered, although others of the device are
@@ -158,6 +160,9 @@ struct Job {
   std::unique_ptr<Job> postponed;  ///< goes on when this probe has shown that replies are in order
 };
 
+/// While it waits, or is on the wire, its device may be planned again. Then its query has another
+/// number, or is gone: its task names none of the present ones.
+void FollowPlan(Job& job);
 /// False: its query no longer exists. Example: a poll of query 7 waits for a probe, and after the
 /// reply to the probe the device has 5 queries.
 bool IsPlanned(const Task& task, const Conversation& conversation);

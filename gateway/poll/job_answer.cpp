@@ -161,8 +161,8 @@ void JobRun::OnFailed(const ExchangeEnd& end) {
   job.attempt.answer = {};
   job.had_failure = true;
   if (auto* routed = job.As<Job::Routed>()) return OnRoutedFailure(*routed, end);
-  // The reply to another request has come, so the awaited one is nearer. A reply in the name of a
-  // device that owes none brings nothing nearer, nor does its own in an odd form.
+  // Another request's reply has come, so one fewer stands before ours. That is not so if the sender
+  // owes none, or has answered this request in an odd form.
   const Asked asked = job.asked();
   const bool nearer = end.outcome == Outcome::unexpected && !job.attempt.verdict.odd &&
                       (heard_itself || !asked.named() || owed_.whose.orders().OthersOwe(asked));
@@ -199,6 +199,7 @@ void JobRun::OnRoutedFailure(Job::Routed& routed, const ExchangeEnd& end) {
 }
 
 void JobRun::GiveUp(const ExchangeEnd& end) {
+  FollowPlan(*job_);
   Device& device = *job_->member->device;
   const auto queries = device.conversation->Queries();
   const bool silent = job_->task.kind == Task::Kind::poll && end.outcome == Outcome::no_reply;

@@ -11,8 +11,8 @@ namespace baudgate {
 namespace {
 
 /// Many devices are silent to requests that they do not know.
-bool IsUnread(const JobEnd& end) {
-  return !ProvesLife(end.outcome) || end.outcome == Outcome::busy;
+bool IsUnread(const Job& job, const JobEnd& end) {
+  return job.unplanned || !ProvesLife(end.outcome) || end.outcome == Outcome::busy;
 }
 
 void EndOfPoll(const Job& job, const Job::Poll& poll, const JobEnd& end, EndEffects& effects) {
@@ -21,22 +21,21 @@ void EndOfPoll(const Job& job, const Job::Poll& poll, const JobEnd& end, EndEffe
     effects.fast_poll = EndEffects::FastPoll{job.wire, answered, poll.last_of_round};
   }
   if (job.judges_member) effects.poll = EndEffects::Poll{job.task.query, answered};
-  if (IsUnread(end) && IsSeldom(poll.group)) effects.repeat = poll.group;
+  if (IsUnread(job, end) && IsSeldom(poll.group)) effects.repeat = poll.group;
 }
 
 void EndOfReadBack(const Job& job, const JobEnd& end, EndEffects& effects) {
-  const auto queries = job.member->device->conversation->Queries();
-  const bool planned = job.task.query < queries.size();
-  if (planned && IsUnread(end) && IsSeldom(queries[job.task.query].group)) {
-    effects.repeat = queries[job.task.query].group;
-  }
+  if (job.points.empty()) return;
+  if (job.unplanned) effects.read_again = job.points;
+  const config::Group group = job.member->device->config->points[job.points.front()].group;
+  if (IsUnread(job, end) && IsSeldom(group)) effects.repeat = group;
   // Other points of the same register may have changed, too.
-  if (!ProvesLife(end.outcome)) effects.doubt = QueryRef{job.member->place, job.task.query};
+  if (!ProvesLife(end.outcome)) effects.doubt = job.points;
 }
 
 void EndOfBackground(const Job& job, const JobEnd& end, EndEffects& effects) {
   const Duration took = ProvesLife(end.outcome) ? job.wire : Duration::zero();
-  effects.background = EndEffects::Background{took, job.proved};
+  effects.background = EndEffects::Background{job.was_sent, took, job.proved};
 }
 
 /// The end of a write whose request, or its repetition, was not sent.
@@ -47,10 +46,14 @@ WriteEnd EndWithheld(const Job::Write& write) {
 EndEffects::Write EndOfWrite(const Job& job, const Job::Write& write, const JobEnd& end,
                              Instant now) {
   using Next = EndEffects::Write::Next;
-  // If the closing request is not answered, the write keeps the outcome that it had.
+  // If the closing request is not answered, the write keeps the outcome that it had. If a step
+  // after a request that may have written cannot be asked, only a refusal remains known.
+  const bool cut_short = job.unasked && write.sent();
+  const bool refused = write.told && write.told->outcome != Outcome::ok;
   const bool closing = job.step.request.closes && !ProvesLife(end.outcome);
-  const bool keeps_told = closing && write.told;
-  const Outcome outcome = keeps_told ? write.told->outcome : end.outcome;
+  const bool keeps_told = cut_short ? refused : closing && write.told;
+  const Outcome last = cut_short ? Outcome::no_reply : end.outcome;
+  const Outcome outcome = keeps_told ? write.told->outcome : last;
   const WriteEnd how =
       write.withheld ? EndWithheld(write) : WriteEndOf(outcome, write.sent(), write.may_have_acted);
   const bool ok = how == WriteEnd::ok;
@@ -68,7 +71,7 @@ EndEffects::Write EndOfWrite(const Job& job, const Job::Write& write, const JobE
     effects.result.unfit = outcome == Outcome::unsupported && !job.was_sent && write.first == 0;
   };
   const bool closed = end.outcome == Outcome::line_down;
-  const char* const open = closing ? "; what was opened for it may still be open" : "";
+  const char* const open = closing || cut_short ? "; what was opened for it may still be open" : "";
   if (write.withheld) {
     answer(how, write.withheld->why + open);
     if (!write.sent()) effects.result.tried = write.first;
@@ -93,11 +96,14 @@ EndEffects::Write EndOfWrite(const Job& job, const Job::Write& write, const JobE
 }
 
 void EndOfRouted(const Job& job, Job::Routed& routed, const JobEnd& end, EndEffects& effects) {
+  // The probe before it was refused, not this request.
+  const bool of_probe = !job.was_sent && ProvesLife(end.outcome);
+  const Outcome outcome = of_probe ? Outcome::no_reply : end.outcome;
   bool shared = false;
   for (RoutedRequest& request : routed.batch) {
     RoutedReply reply{
-        end.outcome, {}, end.reason.empty() ? std::string(Name(end.outcome)) : end.reason};
-    if (end.outcome == Outcome::ok || end.outcome == Outcome::refused) reply.pdu = routed.reply;
+        outcome, {}, end.reason.empty() ? std::string(Name(end.outcome)) : end.reason};
+    if (outcome == Outcome::ok || outcome == Outcome::refused) reply.pdu = routed.reply;
     reply.sent = job.was_sent;
     reply.shared = std::exchange(shared, true);
     if (job.was_sent) reply.waited = job.attempt.sent_at - request.arrived;

@@ -3,9 +3,11 @@
 //   kind         its end leads to
 //   poll         line time of the fast round; the count of its query; a seldom group that was not
 //                read is read again
-//   read-back    a seldom group as above; not answered: its points are in doubt
+//   read-back    a seldom group as above; not answered: its points are in doubt; its query gone:
+//   they
+//                are read by the queries of the new plan
 //   events       nothing of its own
-//   background   how long its exchange took, or that it was lost
+//   background   how long its exchange took, or that it was lost or not sent
 //   probe        nothing of its own
 //   write        its points are in doubt until they are read; it is confirmed, goes on, or is
 //                answered. Not answered: polls go before the next write

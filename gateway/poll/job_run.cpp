@@ -34,8 +34,11 @@
 //   under way, routed     silence, damage, another's reply    ended: its client judges
 //   under way, no route   the same, no retry left             a step that closes what is open, or ended
 //   under way             the port is lost                    ended: line_down
+//   postponed             its probe cannot be asked           waiting, without a proof; ended as busy if
+//                                                             its reply is here and waits for that
 //   postponed             its probe was answered in order     waiting
-//   postponed             it was not                          ended: as the probe
+//   postponed             it was not                          ended: as the probe, or not sent if that
+//                                                             was refused
 //   a write, ended ok     points of its command remain        chosen, with the next point
 //   a write, ended ok     none remains                        confirmed: answered after the read-back
 // clang-format on
@@ -88,15 +91,22 @@ void JobRun::Ask(int retries) {
                   "the task needed more than " + std::to_string(kMostSteps) + " requests");
   }
   Conversation& conversation = *job_->member->device->conversation;
+  FollowPlan(*job_);
   if (!IsPlanned(job_->task, conversation)) {
     job_->judges_member = false;
+    job_->unplanned = true;
     return Finish(Outcome::busy,
                   "the query no longer exists: the points of the device were planned again");
   }
   auto request = conversation.Ask(job_->task, now_.instant);
+  if (job_->is_probe()) {
+    chooser_.probes().OnAsked(*job_->member, bool(request), now_.instant);
+    if (!request && job_->postponed) return GoOnUnproved(request.error());
+  }
   if (!request) {
     job_->judges_member = false;
-    ledger_.devices.OnUnsupported(*job_->member, request.error());
+    job_->unasked = true;
+    if (!job_->is_probe()) ledger_.devices.OnUnsupported(*job_->member, request.error());
     return Finish(Outcome::unsupported, request.error());
   }
   job_->step = {.request = std::move(*request), .waiting = true, .retries = retries};
@@ -158,7 +168,7 @@ JobRun::Turn JobRun::TakeTurn() {
     PutProbeFirst();
     return Turn::next;
   }
-  // A retry may be met by the answer to its first try, which is as good.
+  // A retry does not wait: a late reply to its first try is as good as its own.
   const Instant clear = owed_.late.ClearAt(job_->asked());
   if (job_->step.retries > 0 || clear <= now_.instant) return Turn::send;
   if (!MayPark()) return Turn::wait;
@@ -199,7 +209,7 @@ Exchange JobRun::Start(Instant idle_since) {
   exchange.times.quiet = std::max(exchange.times.quiet, job_->step.request.quiet);
   exchange.times.drain += owed_.late.ExtraDrain(member);
   exchange.aftermath = owed_.late.Aftermath(job_->asked(), now_.instant);
-  // Its own comes with the next request; a longer silence shows nothing.
+  // This device answers each request only after the next one. Waiting does not help.
   if (exchange.lags) exchange.aftermath = std::min(exchange.aftermath, member.times.drain);
   return exchange;
 }
@@ -248,7 +258,7 @@ bool JobRun::Withdraw() {
   const auto urgent = [this](const RoutedRequest& request) {
     return RouteQueue::IsShortWrite(request) && chooser_.MayAsk(request, now_.instant);
   };
-  if (!chooser_.turns().UrgentAllowed(queue.HasShortWrite())) return false;
+  if (!chooser_.turns().UrgentAllowed(chooser_.ShortWriteWaits())) return false;
   if (!queue.HasAny(urgent)) return false;
   queue.Return(std::move(routed->batch));
   job_.reset();

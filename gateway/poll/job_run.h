@@ -101,6 +101,9 @@ class JobRun {
   // job_finish.cpp: its end
   void Finish(Outcome outcome, const std::string& reason);
   void Resume(Job& probe, Outcome outcome, const std::string& reason);
+  void GoOnUnproved(const std::string& why);
+  void GoOn();
+  void EndUnproved(Outcome outcome, const std::string& reason);
 
   OwedReplies& owed_;
   Chooser& chooser_;

@@ -38,7 +38,10 @@ class LineAccount {
   /// `broadcast`: nothing has answered. `use`: what it was for.
   void OnExchange(const Member& member, const ExchangeEnd& end, bool broadcast, LineUse use);
   /// A device has sent something unasked, with this outcome.
-  void OnUnasked(Outcome outcome) { Count(outcome); }
+  void OnUnasked(Outcome outcome) {
+    Count(outcome);
+    if (ProvesLife(outcome)) silent_from_.reset();
+  }
   void OnProbe() { ++counters_.probes; }
   void OnLate() { ++counters_.late; }
   void OnStray(std::size_t count) { counters_.stray_bytes += count; }
@@ -60,8 +63,8 @@ class LineAccount {
   const LineCounters& counters() const { return counters_; }
   /// Replies of devices, so far.
   std::uint64_t Answers() const;
-  /// Nothing that was asked since `when` was answered: a serial server may hang although its TCP
-  /// connection lives.
+  /// Nothing that was asked since `when` was answered, and nothing came unasked: a serial server
+  /// may hang although its TCP connection lives.
   bool SilentSince(Instant when) const {
     return silent_from_ && *silent_from_ < when && last_failure_ >= when;
   }

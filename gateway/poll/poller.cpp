@@ -171,6 +171,10 @@ std::optional<Instant> Poller::Deadline() const {
   const Job* const job = run_.job();
   if (line_.waits_for_quiet() && job != nullptr) sooner(LatestStart(*job));
   if (!line_.idle()) return soonest;
+  if (const auto rest = turns_.RestsUntil(time_.now().instant)) {
+    sooner(rest);
+    return soonest;
+  }
   if (job != nullptr) {  // waits until no late answer can meet its request
     if (job->step.retries == 0) sooner(owed_.late.ClearAt(job->asked()));
     sooner(LatestStart(job->goal()));
@@ -231,10 +235,7 @@ void Poller::Settle() {
   line_.Conclude();
   time_.OnHandled(line_.idle());
   const Instant now = time_.now().instant;
-  Probes& probes = chooser_.probes();
-  if (const auto began = probes.began(); began && line_.idle()) {
-    probes.OnIdle(chooser_.Waited(*began, now), now);
-  }
+  ChargeProbe();
   line_.Withdraw();
   clients_.AnswerCommands(now);
   clients_.AnswerRouted(time_.idle(), run_.job() == nullptr);
@@ -250,13 +251,24 @@ void Poller::Settle() {
   if (speaker.drained()) listener_.OnDrained(speaker.device()->index, now);
 }
 
+/// The cost of the probe that ended last is known when the line is idle.
+void Poller::ChargeProbe() {
+  const Instant now = time_.now().instant;
+  Probes& probes = chooser_.probes();
+  const auto began = probes.began();
+  if (began && line_.idle()) probes.OnIdle(chooser_.Waited(*began, now), now);
+}
+
 /// As long as the line is idle: the job takes its turn, or the next one is chosen.
 void Poller::Pump() {
-  while (line_.idle()) {
+  const Member* last = nullptr;
+  while (line_.idle() && MayTurn(last)) {
     if (run_.job() == nullptr) {
       if (hold_.holds()) return;
+      ChargeProbe();  // of one that was not sent
       std::unique_ptr<Job> job = chooser_.Next(time_.idle());
       if (!job) return;
+      last = job->member;
       run_.Begin(std::move(job));
       continue;
     }
@@ -270,6 +282,16 @@ void Poller::Pump() {
         return;
     }
   }
+}
+
+/// `last`: the member of the latest job.
+bool Poller::MayTurn(const Member* last) {
+  const TurnLimit::Turn turn = turns_.Take(time_.now().instant);
+  const Member* const member = run_.job() != nullptr ? run_.job()->member : last;
+  if (turn == TurnLimit::Turn::rest_and_tell && member != nullptr) {
+    listener_.OnWarning(member->index, TurnLimit::kWarning);
+  }
+  return turn == TurnLimit::Turn::take;
 }
 
 }  // namespace baudgate

@@ -25,6 +25,7 @@
 #include "gateway/poll/poller_listener.h"
 #include "gateway/poll/roster.h"
 #include "gateway/poll/telegram_exchange.h"
+#include "gateway/poll/turn_limit.h"
 #include "gateway/poll/unasked_side.h"
 #include "gateway/poll/upkeep.h"
 #include "gateway/poll/waiting_clients.h"
@@ -98,7 +99,7 @@ class Poller {
   void OnUnansweredTelegram(Now now);
   /// Without a Pause: nothing.
   void GoOn(Now now);
-  /// As whom a telegram by hand to this device goes out.
+  /// The protocol and the settings with which a telegram by hand to this device is sent.
   Speaking SpeakingAs(std::uint32_t device) const;
 
   const Ledger& ledger() const { return ledger_; }
@@ -106,7 +107,9 @@ class Poller {
  private:
   void Advance(Now now);
   void Settle();
+  void ChargeProbe();
   void Pump();
+  bool MayTurn(const Member* last);
 
   PollerListener& listener_;
   Roster roster_;
@@ -122,6 +125,7 @@ class Poller {
   LineSide line_;
   Hold hold_;
   IdleTime time_;
+  TurnLimit turns_;
 };
 
 }  // namespace baudgate

@@ -41,7 +41,8 @@ struct News {
   bool over = false;                      ///< it was reported before, and has ended
   std::optional<std::uint32_t> device{};  ///< index in the point store
   std::string text{};
-  /// Only with `over`: the beginning was not reported. It may have been before the start.
+  /// Only with `over`: this line has not told of the beginning, which may have been before the
+  /// start.
   bool first = false;
 };
 

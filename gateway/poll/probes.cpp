@@ -17,6 +17,10 @@ bool Probes::HasFirstLook(const Member& member, Instant now) const {
   return state.first_looks > 0 && now < state.first_until;
 }
 
+Instant Probes::ReadyAt(const Member& member) const {
+  return std::max(late_.LateUntil(member), states_[member].ask_again.value_or(Instant{}));
+}
+
 ProbeBudget& Probes::BudgetOf(Kind kind) {
   if (kind == Kind::short_write) return writes_;
   return kind == Kind::first_look ? first_looks_ : looks_;
@@ -27,7 +31,7 @@ Member* Probes::Next(const Facts& facts) const {
   Member* next = nullptr;
   for (std::size_t i = 0; i < everyone.size(); ++i) {
     Member* member = everyone[(turn_ + i) % everyone.size()];
-    const bool can = member->health.offline() && late_.IsClear(*member, facts.now);
+    const bool can = member->health.absent() && ReadyAt(*member) <= facts.now;
     if (!can || !facts.is_looked_for(*member)) continue;
     if (HasFirstLook(*member, facts.now)) return member;
     if (next == nullptr) next = member;
@@ -38,12 +42,12 @@ Member* Probes::Next(const Facts& facts) const {
 std::optional<Instant> Probes::NextAt(const Facts& facts) const {
   const Member* next = Next(facts);
   if (next == nullptr) {
-    // When the first may be asked whose late answer is still waited for.
+    // When the first may be probed that may not yet.
     std::optional<Instant> soonest;
     for (const Member* member : roster_.everyone()) {
-      if (!member->health.offline() || !facts.is_looked_for(*member)) continue;
-      const Instant clear = late_.LateUntil(*member);
-      if (clear > facts.now) soonest = std::min(soonest.value_or(clear), clear);
+      if (!member->health.absent() || !facts.is_looked_for(*member)) continue;
+      const Instant ready = ReadyAt(*member);
+      if (ready > facts.now) soonest = std::min(soonest.value_or(ready), ready);
     }
     return soonest;
   }
@@ -91,12 +95,11 @@ Duration Probes::NoticeBound(Instant now) const {
   Instant first_until = now;
   std::optional<Duration> known;  // the longest wait for any of them
   for (const Member* member : roster_.everyone()) {
-    if (member->in_use && member->health.offline())
-      known = std::max(known, states_[*member].waited);
+    if (member->in_use && member->health.absent()) known = std::max(known, states_[*member].waited);
   }
   for (const Member* member : roster_.everyone()) {
-    if (!member->in_use) continue;
-    if (member->health.offline()) {
+    if (!member->in_use || CannotProbe(*member)) continue;
+    if (member->health.absent()) {
       const State& state = states_[*member];
       const Duration worst = late_.WorstCase(*member);
       turn += ProbeBudget::Interval(worst, state.waited.value_or(known.value_or(worst)));

@@ -28,6 +28,8 @@ class Probes {
   static constexpr double kFirstShare = 0.2;
   static constexpr int kFirstLooks = 2;
   static constexpr Duration kFirstTime = 10s;
+  /// A device that cannot be probed may be able to later, when more is known of it.
+  static constexpr Duration kAskAgain = 1min;
 
   /// Why an offline member is asked.
   enum class Kind : std::uint8_t { first_look, look, short_write };
@@ -49,8 +51,17 @@ class Probes {
   /// It has just gone offline: what its earlier probes cost no longer counts.
   void OnOffline(const Member& member, Instant now) {
     const bool first = member.device != nullptr && member.health.state() == DeviceState::never_seen;
-    states_[member] = {.first_looks = first ? kFirstLooks : 0, .first_until = now + kFirstTime};
+    const bool cannot = CannotProbe(member);  // so far: what it was asked may be known again
+    states_[member] = {.first_looks = first ? kFirstLooks : 0,
+                       .first_until = now + kFirstTime,
+                       .ask_again = cannot ? std::optional(now) : std::nullopt};
   }
+  /// Whether its conversation has a request for a probe: `can` is what it has just said.
+  void OnAsked(const Member& member, bool can, Instant now) {
+    states_[member].ask_again = can ? std::nullopt : std::optional(now + kAskAgain);
+  }
+  /// Only a write, or what it sends unasked, can show that it is there.
+  bool CannotProbe(const Member& member) const { return states_[member].ask_again.has_value(); }
 
   /// A late reply of it has come: its requests are not lost.
   void OnLate(const Member& member) { states_[member].first_looks = 0; }
@@ -88,6 +99,7 @@ class Probes {
     Duration gap{};                      // since the one before
     int first_looks = 0;                 // that it still has
     Instant first_until{};               // how long it has them
+    std::optional<Instant> ask_again{};  // it cannot be probed; when that is tried again
   };
   /// A probe whose cost is known once the line is idle again.
   struct Ended {
@@ -97,6 +109,8 @@ class Probes {
   };
 
   bool HasFirstLook(const Member& member, Instant now) const;
+  /// When it may be probed: no late reply can come, and its conversation may have a request.
+  Instant ReadyAt(const Member& member) const;
   ProbeBudget& BudgetOf(Kind kind);
 
   const Roster& roster_;

@@ -33,6 +33,7 @@ Outcome ReplyJudge::Judge(Job& job, View frame, bool may_be_echo, Instant now) {
   }
   Device* const device = job.member->device;
   const bool routed = job.As<Job::Routed>() != nullptr;
+  FollowPlan(job);
   Outcome outcome =
       routed ? JudgeRouted(job, frame) : device->conversation->Check(request.bytes, frame);
   if (device == nullptr) return answer.outcome = outcome;
@@ -60,6 +61,7 @@ Outcome ReplyJudge::Judge(Job& job, View frame, bool may_be_echo, Instant now) {
   const bool planned = IsPlanned(job.task, *device->conversation);
   answer = planned ? device->conversation->OnFrame(job.task, request, frame, now)
                    : device->conversation->Interpret(request.bytes, frame);
+  job.unplanned = !planned;
   // What a probe reads may be nobody's, and a query that no longer exists was not checked.
   if (!planned || !attempt.verdict.proven) {
     answer.readings.clear();

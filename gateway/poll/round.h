@@ -23,7 +23,7 @@ struct Round {
   std::optional<Instant> due{};      ///< start of the next round; empty: none
   std::size_t cursor = 0;            ///< next query; queries.size(): no round in progress
   std::uint64_t turn = 0;            ///< when it was last served, counted in picks
-  bool repeats = false;              ///< due earlier than by its period
+  bool due_early = false;            ///< due earlier than by its period
   bool blocked = false;              ///< never due
   std::optional<Instant> planned{};  ///< blocked: when it would be due
   struct Before {
@@ -57,14 +57,14 @@ struct Round {
   /// Due at once, unless it is blocked.
   void Restart(Instant now) {
     if (!blocked) due = now;
-    repeats = false;
+    due_early = false;
     Stop();
   }
   /// Due at `at`, if that is earlier; once until it begins.
   void Repeat(Instant at) {
-    if (repeats || (due && *due <= at)) return;
+    if (due_early || (due && *due <= at)) return;
     due = at;
-    repeats = true;
+    due_early = true;
   }
 
   /// Periods that have passed whole since it was due.
@@ -75,7 +75,7 @@ struct Round {
   /// Begins if it is due; returns the periods that are skipped by that.
   std::uint32_t StartIfDue(Instant now) {
     if (active() || queries.empty() || !due || *due > now) return 0;
-    repeats = false;
+    due_early = false;
     cursor = 0;
     if (period == Duration::zero()) {
       due.reset();

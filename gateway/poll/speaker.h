@@ -62,7 +62,7 @@ class Speaker {
 
   /// A batch of its events is on the disk.
   void OnKept() { backlog_.OnKept(); }
-  /// It is in use, and all its messages are saved. It sends at once, so no event is left in it.
+  /// All that it was heard to send is saved. It sends at once, so no event is left in it.
   bool drained() const { return device_ != nullptr && backlog_.waiting() == 0; }
 
  private:

@@ -34,8 +34,8 @@ class Turns {
   static constexpr int kUrgentInRow = 4;
   /// Short writes of routes may be many and belong together: a start, its set points.
   static constexpr int kRoutedWritesInRow = 16;
-  /// Devices whose exchanges fail have at most half of the time that others want. What they took
-  /// beyond it is remembered up to this.
+  /// Devices whose exchanges fail have at most half of the time that others want. Their excess time
+  /// is kept as a debt, at most this.
   static constexpr Duration kMostDebt = std::chrono::minutes(1);
 
   /// Whether an urgent job may go before everything else.

@@ -37,7 +37,7 @@ void Upkeep::OnOpened(Instant now) {
     if (!device->in_use) continue;
     Reconnect(*device, now);
     owed_.whose.OnOpened(*device, now);
-    if (!device->health.offline()) schedule_.Restart(device->place, now);
+    if (!device->health.absent()) schedule_.Restart(device->place, now);
     // A reply to an earlier request may still come: this device waits for it, the others do not.
     if (!owed_.late.IsClear(*device, now))
       schedule_.Hold(device->place, owed_.late.LateUntil(*device));
@@ -75,7 +75,7 @@ void Upkeep::OnExchange(const Job& job, const ExchangeEnd& end, const Finding& f
   if (job.attempt.verdict.shifted) DoubtLatest(now);
   ledger_.devices.OnExchange(member, end, finding,
                              {.broadcast = broadcast,
-                              .probe = job.is_probe() && member.health.offline(),
+                              .probe = job.is_probe() && member.health.absent(),
                               .routed = job.As<Job::Routed>() != nullptr});
   ledger_.line.OnExchange(member, end, broadcast, UseOf(job));
   ShowLine(now);
@@ -96,10 +96,10 @@ void Upkeep::Charge(const Job& job, bool answered, Instant now) {
 
 void Upkeep::OnTask(Member& member, Outcome outcome, const std::string& reason, Instant now) {
   Device* const device = member.device;
-  const bool was_offline = member.health.offline();
+  const bool was_offline = member.health.absent();
   member.health.OnTask(outcome, now);
   ledger_.devices.OnTask(member, ProvesLife(outcome));
-  const bool offline = member.health.offline();
+  const bool offline = member.health.absent();
   if (offline && !was_offline) {
     ledger_.devices.OnOffline(member);
     chooser_.parked().Drop(member);
@@ -151,7 +151,7 @@ void Upkeep::SetInUse(Device& device, bool in_use, bool open, Instant now) {
   schedule_.Suspend(device.place);
   if (in_use) {
     Reconnect(device, now);
-    if (open && !device.health.offline()) schedule_.Restart(device.place, now);
+    if (open && !device.health.absent()) schedule_.Restart(device.place, now);
   }
   ledger_.rounds.Measure(now);
   ledger_.states.OnState(device, in_use ? "taken into use" : "taken out of use");
@@ -161,7 +161,7 @@ void Upkeep::OnEnabled(Device& device, bool open, Instant now) {
   device.conversation->OnEnabled();
   ledger_.states.OnMemory(device);
   schedule_.Release(device.place);
-  if (!device.in_use || !open || device.health.offline()) return;
+  if (!device.in_use || !open || device.health.absent()) return;
   chooser_.parked().Drop(device);
   schedule_.Restart(device.place, now);
 }
@@ -175,7 +175,7 @@ void Upkeep::OnReplaced(Device& device, Now now) {
     unknown.push_back({static_cast<std::uint32_t>(point), {}, QualityOfDevice(Reason::swapped)});
   }
   store_.Update(device.index, unknown, now, {});
-  schedule_.Restart(device.place, now.instant);
+  if (device.in_use) schedule_.Restart(device.place, now.instant);
   ledger_.states.OnReplaced(device);
 }
 
@@ -190,7 +190,7 @@ void Upkeep::OnHeard(Device& device, Instant now) {
   if (!ledger_.states.OnTrouble(device)) return;
   // The values so far are those of another device.
   DoubtAll(device, now);
-  schedule_.Restart(device.place, now);
+  if (device.in_use) schedule_.Restart(device.place, now);
 }
 
 LateAnswers::Stray Upkeep::OnStray(const StrayBytes& stray, Instant now) {
@@ -221,13 +221,6 @@ void Upkeep::DoubtLatest(Instant now) {
     Doubt(device, read.points, now);
     ReadBack(device, read.points);
   }
-}
-
-void Upkeep::Doubt(const QueryRef& read, Instant now) {
-  const Device& device = roster_.device(read.device);
-  const auto queries = device.conversation->Queries();
-  if (!device.in_use || read.query >= queries.size()) return;
-  store_.Doubt(device.index, queries[read.query].points, now);
 }
 
 void Upkeep::Doubt(const Device& device, const std::vector<std::size_t>& points, Instant now) {
@@ -276,8 +269,7 @@ void Upkeep::Replan(Device& device, Instant now) {
   }
   Plan(device);
   for (const auto& job : parked) {
-    const auto* const read_back = job->As<Job::ReadBack>();
-    if (read_back != nullptr) ReadBack(device, read_back->points);
+    if (job->As<Job::ReadBack>() != nullptr) ReadBack(device, job->points);
   }
 }
 
@@ -296,7 +288,6 @@ void Upkeep::Plan(Device& device) {
   ledger_.rounds.OnPlan(device);
 }
 
-/// Reads these points as soon as possible.
 void Upkeep::ReadBack(const Device& device, const std::vector<std::size_t>& points) {
   chooser_.agenda().write_queue.AddReadBacks(device.place, device.conversation->Queries(), points);
 }

@@ -47,10 +47,10 @@ class Upkeep {
   LateAnswers::Stray OnStray(const StrayBytes& stray, Instant now);
   /// A second, different reply has come after the one that was taken.
   void OnSecondReply(Instant now);
-  /// The points of this query, if it exists, are uncertain until they are read again.
-  void Doubt(const QueryRef& read, Instant now);
   /// These points are uncertain until they are read again.
   void Doubt(const Device& device, const std::vector<std::size_t>& points, Instant now);
+  /// Reads these points as soon as possible.
+  void ReadBack(const Device& device, const std::vector<std::size_t>& points);
   void SetInUse(Device& device, bool in_use, bool open, Instant now);
   /// A person wants it to be polled now, whether it was in use or not.
   void OnEnabled(Device& device, bool open, Instant now);
@@ -68,7 +68,6 @@ class Upkeep {
  private:
   void Charge(const Job& job, bool answered, Instant now);
   void Plan(Device& device);
-  void ReadBack(const Device& device, const std::vector<std::size_t>& points);
   void Reconnect(Device& device, Instant now);
   void DoubtLatest(Instant now);
   void DoubtAll(const Device& device, Instant now);

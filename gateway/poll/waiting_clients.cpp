@@ -54,7 +54,9 @@ const char* WaitingClients::WhyNotAsked(const WriteCommand& command) const {
   const Device& device = roster_.DeviceAt(command.device);
   if (command.abandoned && *command.abandoned) return "its client has left";
   if (!device.in_use) return "the device is disabled";
-  return device.health.offline() ? "the device is offline" : nullptr;
+  // Nothing but a write shows that such a device is back.
+  const bool is_its_probe = !command.writes().empty() && chooser_.probes().CannotProbe(device);
+  return device.health.absent() && !is_its_probe ? "the device is offline" : nullptr;
 }
 
 void WaitingClients::NotSent(WriteCommand& command, const std::string& reason) {
@@ -85,7 +87,7 @@ void WaitingClients::AnswerRouted(const Idle& idle, bool line_is_free) {
   if (queue.empty()) return;
   for (RoutedRequest& request : queue.TakeExpired(idle.now)) {
     const Member* member = roster_.FindSlave(request.slave);
-    const bool offline = member != nullptr && member->health.offline();
+    const bool offline = member != nullptr && member->health.absent();
     RoutedReply reply;
     reply.outcome = Outcome::no_reply;
     reply.sent = request.tries > 0;
@@ -99,7 +101,7 @@ void WaitingClients::AnswerRouted(const Idle& idle, bool line_is_free) {
   }
   for (const std::uint8_t slave : queue.Slaves()) {
     const Member* member = roster_.FindSlave(slave);
-    if (member == nullptr || !member->health.offline()) continue;
+    if (member == nullptr || !member->health.absent()) continue;
     const std::size_t keep = line_is_free && chooser_.MayProbe(*member, idle) ? 1 : 0;
     for (RoutedRequest& read :
          agenda_.routes.TakeHopeless(*member, keep, *roster_.carrier()->carrier, idle.now)) {

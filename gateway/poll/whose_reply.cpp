@@ -50,6 +50,7 @@ bool WhoseReply::NeedsProbeFirst(const Asked& asked, Instant now) const {
   const Member& member = *asked.member;
   const bool answered = asked.request->expect.reply == Expectation::Reply::one;
   if (!asked.first || !answered || !member.in_use || member.device == nullptr) return false;
+  if (asked.unprovable) return false;
   const State& state = states_[member];
   const Duration holds = asked.renews_proof_early ? kProofRenews : kProofHolds;
   if (!state.answered_probe || now - state.proven_at > holds) return true;
@@ -142,8 +143,8 @@ void WhoseReply::Learn(const Asked& asked, View frame, Outcome outcome) {
   if (names && !state.identity.known() && order.IsAnswerTo(request.bytes)) {
     state.identity.Learn(request.bytes, frame, outcome);
   }
-  // ? ? ? P P P P: of four replies three at most were to strangers, so the last was to a P. One
-  // that is owed to another P could be told.
+  // ? ? ? P P P P: three replies at most are to strangers, so the fourth reply is to a P. One that
+  // is owed to another P could be told.
   if (state.strangers && request.is_proof() && outcome == Outcome::ok && order.IsOfLatest()) {
     order.Reset();
     state.strangers = false;
@@ -212,6 +213,10 @@ void WhoseReply::OnReconnect(const Member& member) {
   state.lag = 0;
   state.read = false;
   state.odd.clear();
+}
+
+void WhoseReply::OnNoProof(const Device& device) {
+  if (device.conversation->Queries().empty()) orders_.Of(device).ForgetStrangers();
 }
 
 void WhoseReply::OnSecondReply(const Member& member) { orders_.OnCopy(member); }

@@ -80,6 +80,11 @@ class WhoseReply {
   /// Another device may be connected now.
   void OnReconnect(const Member& member);
 
+  /// A proof was wanted, and the device cannot be probed. A read is asked again until it is certain
+  /// whose its reply is, a write cannot be. So where nothing is read, replies to strangers are
+  /// taken for lost; one that may be to an earlier request of ours still confirms nothing.
+  void OnNoProof(const Device& device);
+
   /// After its reply came a second, different one: one of the two belongs to another request.
   void OnSecondReply(const Member& member);
 

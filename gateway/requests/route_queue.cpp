@@ -141,8 +141,6 @@ void RouteQueue::Abandon(std::uint64_t client) {
   for (const RoutedRequest& request : gone) request.done(Abandoned(request.tries > 0));
 }
 
-bool RouteQueue::HasShortWrite() const { return std::ranges::any_of(waiting_, IsShortWrite); }
-
 bool RouteQueue::HasAny(const MayAsk& may_ask) const {
   return std::ranges::any_of(waiting_, may_ask);
 }

@@ -69,7 +69,6 @@ class RouteQueue {
 
   bool empty() const { return waiting_.empty(); }
   std::size_t size() const { return waiting_.size(); }
-  bool HasShortWrite() const;
   bool HasAny(const MayAsk& may_ask) const;
   /// The sequence of the first write that waits for this slave, or for all.
   std::optional<std::uint64_t> FirstWrite(std::uint8_t slave) const;

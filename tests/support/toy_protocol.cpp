@@ -67,6 +67,7 @@ class ToyConversation final : public Conversation {
 
   Result<Request> Ask(const Task& task, Instant) override {
     if (task.kind == Task::Kind::probe) {
+      if (IsOnlyWritten()) return Error{"nothing of it can be read"};
       Request request = Make("P0");
       request.steady = true;
       return request;
@@ -178,8 +179,14 @@ class ToyConversation final : public Conversation {
   void Plan() {
     queries_.clear();
     for (std::size_t i = 0; i < device_.points.size(); ++i) {
-      if (!dropped_.contains(i)) queries_.push_back({device_.points[i].group, {i}});
+      const bool read = !device_.points[i].read.starts_with("V") && !dropped_.contains(i);
+      if (read) queries_.push_back({device_.points[i].group, {i}});
     }
+  }
+
+  bool IsOnlyWritten() const {
+    return std::ranges::all_of(
+        device_.points, [](const config::Point& point) { return point.read.starts_with("V"); });
   }
 
   std::size_t PointOf(const Task& task) const {

@@ -55,6 +55,20 @@ TEST(Background, WhatTheLatestExchangesTookIsRoomEnough) {
   EXPECT_FALSE(line.background.Next(Which::that_fits, kStart + 800ms));
 }
 
+TEST(Background, WhatCouldNotBeSentHasNoOtherTurnAtTheSameMoment) {
+  FakeLine line;
+  line.background.Set(0, kStart, kRoom);
+  line.Poll(kStart);
+  line.background.OnTaken(0, kStart + 100ms);
+  line.background.OnUnsent(0);
+  EXPECT_FALSE(line.background.Next(Which::that_fits, kStart + 100ms));
+  line.Poll(kStart + 1s);
+  EXPECT_EQ(line.background.NextAt(kStart + 1s), kStart + 1100ms);
+  EXPECT_EQ(line.background.Next(Which::that_fits, kStart + 1100ms), 0U);
+  line.background.OnTaken(0, kStart + 1100ms);
+  EXPECT_EQ(line.background.Next(Which::that_fits, kStart + 1100ms), 0U) << "this one was sent";
+}
+
 TEST(Background, AProofGoesWithAnExchangeWhereThereIsRoomForBoth) {
   FakeLine line;
   line.background.Set(0, kStart, kRoom);

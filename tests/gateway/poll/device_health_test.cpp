@@ -20,13 +20,13 @@ class DeviceHealthTest : public ::testing::Test {
 
 TEST_F(DeviceHealthTest, NeverSeenUntilTheFirstAnswer) {
   EXPECT_EQ(health_.state(), DeviceState::never_seen);
-  EXPECT_FALSE(health_.offline()) << "its first poll is no probe";
+  EXPECT_FALSE(health_.absent()) << "its first poll is no probe";
   Task(Outcome::no_reply, 0s);
   EXPECT_EQ(health_.state(), DeviceState::never_seen);
-  EXPECT_TRUE(health_.offline());
+  EXPECT_TRUE(health_.absent());
   Task(Outcome::ok, 1s);
   EXPECT_EQ(health_.state(), DeviceState::online);
-  EXPECT_FALSE(health_.offline());
+  EXPECT_FALSE(health_.absent());
 }
 
 TEST_F(DeviceHealthTest, AnyAnswerProvesLife) {

@@ -52,7 +52,7 @@ TEST_F(JobEndTest, OfAPoll) {
     EXPECT_EQ(effects.poll->answered, ProvesLife(row.outcome));
     EXPECT_TRUE(effects.judges_member);
     EXPECT_FALSE(effects.polls_first);
-    EXPECT_FALSE(effects.doubt);
+    EXPECT_TRUE(effects.doubt.empty());
   }
 }
 
@@ -66,9 +66,20 @@ TEST_F(JobEndTest, AMuteJobSaysNothingOfItsMemberOrItsQuery) {
 }
 
 TEST_F(JobEndTest, OfAReadBack) {
-  EXPECT_FALSE(End(Make(Job::ReadBack{}), Outcome::ok).doubt);
-  EXPECT_EQ(End(Make(Job::ReadBack{}), Outcome::no_reply).doubt, (QueryRef{0, 0}));
+  EXPECT_TRUE(End(Make(Job::ReadBack{}), Outcome::ok).doubt.empty());
+  EXPECT_EQ(End(Make(Job::ReadBack{}), Outcome::no_reply).doubt, std::vector<std::size_t>{0});
   EXPECT_FALSE(End(Make(Job::ReadBack{}), Outcome::no_reply).polls_first);
+}
+
+/// Others may have taken its number: which points it has read is not known.
+TEST_F(JobEndTest, OfAReadWhoseQueryIsGone) {
+  Job back = Make(Job::ReadBack{});
+  back.unplanned = true;
+  EXPECT_EQ(End(std::move(back), Outcome::ok).read_again, std::vector<std::size_t>{0});
+  EXPECT_TRUE(End(Make(Job::ReadBack{}), Outcome::ok).read_again.empty());
+  Job once = Make(Job::Poll{config::Group::once, true});
+  once.unplanned = true;
+  EXPECT_EQ(End(std::move(once), Outcome::ok).repeat, config::Group::once);
 }
 
 TEST_F(JobEndTest, OfABackgroundTask) {
@@ -77,6 +88,7 @@ TEST_F(JobEndTest, OfABackgroundTask) {
   };
   EXPECT_EQ(end(Outcome::ok)->took, 40ms);
   EXPECT_EQ(end(Outcome::no_reply)->took, 0ms) << "lost";
+  EXPECT_FALSE(end(Outcome::unsupported)->sent) << "it cannot be asked";
   EXPECT_FALSE(End(Make(Job::Events{}, Task::Kind::events), Outcome::ok).background);
 }
 
@@ -127,6 +139,30 @@ TEST_F(JobEndTest, OfAWrite) {
   }
 }
 
+/// The first step may have written.
+TEST_F(JobEndTest, OfAWriteWhoseNextStepCannotBeAsked) {
+  const std::pair<std::optional<JobEnd>, WriteEnd> kRows[] = {
+      {std::nullopt, WriteEnd::unknown},
+      {JobEnd{Outcome::ok}, WriteEnd::unknown},
+      {JobEnd{Outcome::refused, "no"}, WriteEnd::refused},
+  };
+  for (const auto& [told, expected] : kRows) {
+    Job::Write write;
+    write.command.kind = Writes{{0, 1.0}};
+    write.command.deadline = kStart + 1s;
+    write.next = 1;
+    write.told = told;
+    write.command.state = WriteState::sent;
+    Job job = Make(std::move(write), Task::Kind::write);
+    job.unasked = true;
+    const EndEffects effects = End(std::move(job), Outcome::unsupported);
+    ASSERT_TRUE(effects.write);
+    EXPECT_EQ(effects.write->next, Next::answer);
+    EXPECT_EQ(effects.write->result.end, expected);
+    EXPECT_FALSE(effects.write->result.unfit);
+  }
+}
+
 TEST_F(JobEndTest, OfARoutedRequest) {
   const auto end = [this](const std::string& pdu, Outcome outcome) {
     RoutedRequest request;
@@ -154,6 +190,13 @@ TEST_F(JobEndTest, OfARoutedRequest) {
   EXPECT_EQ(silent.replies[0].second.reason, "no_reply");
   EXPECT_FALSE(silent.polls_first) << "a read";
   EXPECT_TRUE(end("06 00 08 00 00", Outcome::no_reply).polls_first);
+  RoutedRequest unsent;
+  unsent.pdu = ParseHex("06 00 08 00 00").value();
+  Job behind_probe = Make(Job::Routed{.batch = {}, .reply = {}, .is_read = false});
+  behind_probe.As<Job::Routed>()->batch.push_back(std::move(unsent));
+  const EndEffects refused = End(std::move(behind_probe), Outcome::refused);
+  EXPECT_EQ(refused.replies[0].second.outcome, Outcome::no_reply) << "the probe was refused";
+  EXPECT_FALSE(refused.replies[0].second.sent);
   const EndEffects left =
       End(Make(Job::Routed{.batch = {}, .reply = {}, .is_read = true}), Outcome::no_reply);
   EXPECT_FALSE(left.polls_first) << "a read whose clients have left is a read";

@@ -102,6 +102,8 @@ class Rig : private PollerListener {
   }
 
   Device& a() { return roster_.device(0); }
+  Upkeep& upkeep() { return upkeep_; }
+  Schedule& schedule() { return agenda_.schedule; }
   JobRun& run() { return run_; }
   LateAnswers& late() { return owed_.late; }
   WriteQueue& writes() { return agenda_.write_queue; }
@@ -326,6 +328,36 @@ TEST(JobRunTest, AfterAWhileAProbeGoesFirstAndItsSilenceEndsTheJob) {
     rig.Turn();
     EXPECT_EQ(rig.Next(), row.next);
   }
+}
+
+TEST(JobRunTest, ARefusedProbeRefusesNotTheWriteThatWaitsForIt) {
+  Rig rig("1");
+  rig.schedule().Hold(0, rig.now() + 1h);  // the device wants to be left in peace
+  rig.Write({0});
+  for (const char* what : {"a while", "!A0~refused"}) rig.Hear(what);
+  EXPECT_EQ(rig.Next(), "ended");
+  ASSERT_EQ(rig.results.size(), 1U);
+  EXPECT_EQ(rig.results[0].end, WriteEnd::not_sent);
+}
+
+/// "L1" was dropped, so "2" is the only query. While it is asked, "L1" comes back, and "2" is the
+/// second one.
+TEST(JobRunTest, AReplyGoesToThePointThatWasAskedThoughTheQueriesHaveOtherNumbers) {
+  Rig rig("L1");
+  rig.Poll(0);
+  while (rig.run().job() != nullptr) rig.Hear("silence");
+  rig.Hear("a while");
+  ASSERT_EQ(rig.a().conversation->Queries().size(), 1U);
+  rig.Poll(0);
+  rig.Turn();
+  while (rig.Next() == "PA0") rig.Hear("!A0");
+  ASSERT_EQ(rig.Next(), "?A2");
+  ASSERT_TRUE(rig.Go());
+  rig.upkeep().OnSecondReply(rig.now());
+  ASSERT_EQ(rig.a().conversation->Queries().size(), 2U);
+  rig.Answer("A2=9");
+  EXPECT_EQ(rig.Value(0), "");
+  EXPECT_EQ(rig.Value(1), "9");
 }
 
 TEST(JobRunTest, APollWaitsBesideTheLineForALateReplyOfItsDevice) {

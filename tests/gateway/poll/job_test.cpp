@@ -44,6 +44,22 @@ TEST_F(JobTest, WritesTheirReadBacksAndShortRoutedWritesAreUrgent) {
   EXPECT_FALSE(IsUrgent(Make(Job::Probe{})));
 }
 
+TEST_F(JobTest, APollKeepsItsPointsWhenItsDeviceIsPlannedAgain) {
+  Job poll(a, Job::Poll{}, Task{.query = 1}, kStart);
+  FollowPlan(poll);
+  EXPECT_EQ(poll.task.query, 1U) << "nothing has changed";
+  a.conversation->OnFrame(Task{.query = 0}, AskFor("?A1\r"), ToyReply("A1~replan"), kStart);
+  ASSERT_EQ(a.conversation->Queries().size(), 1U);
+  FollowPlan(poll);
+  EXPECT_EQ(poll.task.query, 0U) << "another number";
+  a.conversation->OnFrame(Task{.query = 0}, AskFor("?A2\r"), ToyReply("A2~replan"), kStart);
+  FollowPlan(poll);
+  EXPECT_FALSE(IsPlanned(poll.task, *a.conversation)) << "it is gone";
+  a.conversation->ForgetRefusals();
+  FollowPlan(poll);
+  EXPECT_EQ(poll.task.query, 1U);
+}
+
 TEST_F(JobTest, APollMayBeSentAtAnyTime) {
   const Job job = Make(Job::Poll{});
   EXPECT_FALSE(LatestStart(job));

@@ -146,6 +146,19 @@ TEST_F(LedgerTest, ALineIsSilentWhenWhatWasAskedSinceRemainsUnanswered) {
   EXPECT_FALSE(ledger_.line.SilentSince(now + 1s));
 }
 
+TEST_F(LedgerTest, ALineWhoseDeviceSendsUnaskedIsNotSilent) {
+  const Instant now = At(0s).instant;
+  OnExchange({Outcome::no_reply, {}, {}, 0});
+  ledger_.line.OnUnasked(Outcome::ok);
+  ledger_.OnTime(At(5s), false, nullptr);
+  OnExchange({Outcome::no_reply, {}, {}, 0});
+  EXPECT_FALSE(ledger_.line.SilentSince(now + 1s));
+  ledger_.OnTime(At(9s), false, nullptr);
+  ledger_.line.OnUnasked(Outcome::corrupt);
+  OnExchange({Outcome::no_reply, {}, {}, 0});
+  EXPECT_TRUE(ledger_.line.SilentSince(now + 6s)) << "noise is no answer";
+}
+
 TEST_F(LedgerTest, StatesAreToldOnce) {
   a_.health.OnTask(Outcome::ok, At(0s).instant);
   ledger_.states.OnState(a_, "ok");

@@ -95,6 +95,27 @@ TEST(PollerRoutedOrder, AStartDoesNotWaitForTheRetriesOfAPoll) {
   EXPECT_EQ(line.OnWire()[before + 1], kStartOnWire);
 }
 
+// It waits for nothing but a probe of its slave.
+TEST(PollerRoutedOrder, AStartForAnAbsentSlaveTakesNoRetriesFromTheOthers) {
+  RoutedLine line(DriveLine({Polled("21", 2, 200ms)}), {});
+  std::uint32_t replies = 0;
+  std::uint32_t lost = 0;
+  line.twin(0).manner.distort = [&](Bytes reply) {
+    if (++replies % 4 != 0) return reply;
+    ++lost;
+    return Bytes();
+  };
+  BusyClients clients(line);
+  clients.Add(kStartDrive, 99);
+  line.RunFor(10s);
+  const std::uint32_t lost_before = lost;
+  const std::uint32_t repeated_before = line.StatusOf(0).retries;
+  line.RunFor(60s);
+  EXPECT_GT(lost - lost_before, 20U);
+  EXPECT_GE(line.StatusOf(0).retries - repeated_before, (lost - lost_before) * 9 / 10);
+  EXPECT_GT(clients.failed(0), 10) << "it does wait all the time";
+}
+
 // What is destroyed by reading is read again by another request only, start or no start.
 TEST(PollerRoutedOrder, AStartDoesNotMakeADestructiveReadHappenTwice) {
   config::Device counter = ToyDevice("counter", "A", {"L7"});

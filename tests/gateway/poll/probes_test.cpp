@@ -61,6 +61,23 @@ TEST_F(ProbesTest, OneWhoseLateAnswerMayComeWaitsForThat) {
   EXPECT_EQ(probes_.NextAt(At(1s)), kStart + 1s);
 }
 
+TEST_F(ProbesTest, OneThatCannotBeProbedIsTriedAgainAfterAWhileAndKeepsNobodyWaiting) {
+  PutOffline(a);
+  PutOffline(b);
+  probes_.OnAsked(a, false, kStart);
+  EXPECT_EQ(probes_.Next(At(0s)), &b);
+  b.health.OnTask(Outcome::ok, kStart);
+  EXPECT_EQ(probes_.Next(At(0s)), nullptr);
+  EXPECT_EQ(probes_.NextAt(At(0s)), kStart + Probes::kAskAgain);
+  EXPECT_EQ(probes_.NoticeBound(kStart), 0s) << "no probe notices its return";
+  EXPECT_EQ(probes_.Next(At(Probes::kAskAgain)), &a);
+  probes_.OnOffline(a, kStart);
+  EXPECT_EQ(probes_.Next(At(0s)), &a) << "it was forgotten why";
+  EXPECT_TRUE(probes_.CannotProbe(a));
+  probes_.OnAsked(a, true, kStart);
+  EXPECT_FALSE(probes_.CannotProbe(a));
+}
+
 TEST_F(ProbesTest, WhatMadeOthersWaitIsEarnedFirst) {
   PutOffline(a);
   next_wanted_ = kStart;

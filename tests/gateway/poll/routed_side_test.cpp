@@ -46,7 +46,7 @@ TEST_F(RoutedSideTest, ReadsOfASlaveThatIsOfflineAreTakenButForItsProbe) {
   Push("06 00 08 00 00");
   Push(kReadOne);
   EXPECT_EQ(Refuse(1), 1U);
-  EXPECT_TRUE(side_.queue().HasShortWrite()) << "writes wait for their deadlines";
+  EXPECT_TRUE(side_.queue().HasAny(RouteQueue::IsShortWrite)) << "writes wait for their deadlines";
   EXPECT_EQ(Refuse(0), 1U);
 }
 

@@ -113,6 +113,22 @@ TEST_F(UpkeepTest, TakenIntoUseADeviceIsPolledAndHasToSayItsValuesAnew) {
   EXPECT_NE(QualityOf(a), Quality::good);
 }
 
+/// The exchange under way was sent before.
+TEST_F(UpkeepTest, OutOfUseADeviceIsNotPolledWhateverItsLastReplySays) {
+  const Task poll;
+  const Request request = AskFor("?A1\r");
+  Open();
+  a.conversation->OnFrame(poll, request, ToyReply("A1~foreign"), kStart);
+  upkeep_.OnHeard(a, kStart);
+  Due(0s);
+  upkeep_.SetInUse(a, false, true, kStart);
+  a.conversation->OnFrame(poll, request, ToyReply("A1=5"), kStart);
+  upkeep_.OnHeard(a, kStart);
+  EXPECT_EQ(Due(1s), "b") << "it is the right one again";
+  upkeep_.OnReplaced(a, {kStart, kWall});
+  EXPECT_EQ(Due(2s), "b") << "it tells another name";
+}
+
 TEST_F(UpkeepTest, WhoCannotBeToldApartOnTheWireWaitsToo) {
   Open();
   a.sender = b.sender = ToBytes("A");

@@ -107,10 +107,10 @@ TEST_F(RouteQueueTest, ShortWritesOvertakeReadsWhateverTheirPriority) {
   Push(1, kBlock, 20, Priority::high);
   Push(2, BlockWrite(), 21);
   Push(3, kWrite, 20, Priority::low);
-  EXPECT_TRUE(queue.HasShortWrite());
+  EXPECT_TRUE(queue.HasAny(RouteQueue::IsShortWrite));
   EXPECT_THAT(Urgent(), ElementsAre(Of(3, kWrite)));
   EXPECT_THAT(Urgent(), IsEmpty());
-  EXPECT_FALSE(queue.HasShortWrite());
+  EXPECT_FALSE(queue.HasAny(RouteQueue::IsShortWrite));
 }
 
 TEST_F(RouteQueueTest, AWriteOfEightRegistersIsShortAndOneOfNineIsNot) {

@@ -86,6 +86,30 @@ TEST(TelegramLine, AWriteIsSentOnceAndReadBack) {
   EXPECT_EQ(line.CountSent("T\r\n"), 2U) << "and it is not repeated";
 }
 
+/// Its only telegram is a write that is answered, so nothing proves whose its answers are.
+TEST(TelegramLine, ADeviceThatIsOnlyWrittenIsWrittenTo) {
+  const config::Device device = Described(R"(
+device: d
+telegrams:
+  limit: { send: 'L={value:03d}\r', receive: 'L={value:03d}\r', example: { send: 'L=050\r', receive: 'L=050\r' } }
+points: [ { name: limit, access: w, write: limit, type: uint16 } ]
+)");
+  VirtualLine line(LineWith(TelegramProtocol(), device, 9600), {&TelegramProtocol()});
+  line.Open();
+  ASSERT_TRUE(line.Write(0, 0, std::uint64_t{50}));
+  line.RunFor(3s);
+  EXPECT_EQ(line.ends, std::vector{WriteEnd::ok});
+  line.twin(0).manner.dead = true;
+  ASSERT_TRUE(line.Write(0, 0, std::uint64_t{51}));
+  line.RunFor(1min);
+  EXPECT_EQ(line.ends.back(), WriteEnd::unknown);
+  line.twin(0).manner.dead = false;
+  ASSERT_TRUE(line.Write(0, 0, std::uint64_t{52}));
+  line.RunFor(3s);
+  EXPECT_EQ(line.ends.back(), WriteEnd::ok) << "its answer repeats the value";
+  EXPECT_EQ(line.sent.size(), 3U);
+}
+
 TEST(TelegramLine, WhatIsSaidUnaskedGrowsOldWhenNothingComes) {
   VirtualLine line(
       LineWith(TelegramProtocol(), ShippedDevice(TelegramProtocol(), "nmea-0183-weather"), 4800),
