@@ -170,9 +170,16 @@ void Upkeep::OnReplaced(Device& device, Now now) {
   device.conversation->OnReconnect();
   if (device.LearnTimes()) ledger_.states.ShowTimes(device);
   Plan(device);
+  // A point that no query reads, as a command, would stay so for ever.
+  std::vector<Quality> qualities(device.config->points.size(), Quality::bad_waiting);
+  for (const Query& query : device.planned_queries) {
+    for (const std::size_t point : query.points) {
+      qualities[point] = QualityOfDevice(Reason::swapped);
+    }
+  }
   std::vector<Sample> unknown;
-  for (std::size_t point = 0; point < device.config->points.size(); ++point) {
-    unknown.push_back({static_cast<std::uint32_t>(point), {}, QualityOfDevice(Reason::swapped)});
+  for (std::size_t point = 0; point < qualities.size(); ++point) {
+    unknown.push_back({static_cast<std::uint32_t>(point), {}, qualities[point]});
   }
   store_.Update(device.index, unknown, now, {});
   if (device.in_use) schedule_.Restart(device.place, now.instant);

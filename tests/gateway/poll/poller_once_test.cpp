@@ -82,6 +82,24 @@ TEST(PollerOnce, WhatTheDeviceBeforeHasSaidIsNotGoodAgainUnread) {
   EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
 }
 
+TEST(PollerOnce, OfAnotherDeviceWhatIsOnlyWrittenIsNotKnown) {
+  VirtualLine line(ToyLine({ToyDevice("a", "A", {"1", "V2"})}), {&ToyProtocol()});
+  line.Open();
+  line.RunFor(10s);
+  line.twin(0).manner.instead = [](View request) -> std::optional<Bytes> {
+    if (AsText(request) != "PA0\r") return std::nullopt;
+    return ToyReply("A0=2");
+  };
+  bool swapped = false;
+  line.always = [&] {
+    swapped = swapped || line.QualityOf(0, 0).reason == Reason::swapped;
+    EXPECT_EQ(line.QualityOf(0, 1), Quality::bad_waiting) << "nobody would read it again";
+  };
+  line.RunFor(2min);
+  EXPECT_TRUE(swapped);
+  EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
+}
+
 TEST(PollerOnce, NorAfterItWasTakenOutOfUse) {
   VirtualLine line = OneOnce();
   line.Open();
