@@ -85,11 +85,15 @@ void AnswerOrder::OnCopy() {
   if (Owed() < kMostOwed) answered_ |= answered_ << 1U;
 }
 
-bool AnswerOrder::IsSafe() const {
+bool AnswerOrder::Owes(const std::function<bool(const SentRequest&)>& is_one) const {
   for (std::size_t lag = 0; lag < Owed(); ++lag) {
-    if (!SentBefore(lag).proof) return false;
+    if (is_one(SentBefore(lag))) return true;
   }
-  return true;
+  return false;
+}
+
+bool AnswerOrder::IsSafe() const {
+  return !Owes([](const SentRequest& sent) { return !sent.proof; });
 }
 
 bool AnswerOrder::IsAnswerTo(const Bytes& request) const {

@@ -63,6 +63,8 @@ class AnswerOrder {
 
   /// How many of the latest requests may still be answered.
   std::size_t Owed() const { return static_cast<std::size_t>(std::bit_width(answered_)) - 1; }
+  /// Whether one of these is among them.
+  bool Owes(const std::function<bool(const SentRequest&)>& is_one) const;
   /// Nothing is owed: the latest request was answered last.
   bool IsInStep() const { return answered_ == 1; }
   bool MayBeInStep() const { return (answered_ & 1U) != 0; }

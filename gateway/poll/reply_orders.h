@@ -90,8 +90,15 @@ class ReplyOrders {
     const std::size_t own = Of(*asked.member).Owed();
     return static_cast<int>(asked.named() ? own : std::max(own, line_.Owed()));
   }
-  /// Another device of the line may owe a reply that comes before the awaited one.
-  bool OthersOwe(const Asked& asked) const { return line_.Owed() > Of(*asked.member).Owed(); }
+  /// Another device of the line may owe a reply that comes before the awaited one. The two counts
+  /// of owed replies do not tell: a reply that comes while another device is asked is not taken off
+  /// those that its own device owes.
+  bool OthersOwe(const Asked& asked) const {
+    return line_.Owes([&](const SentRequest& sent) {
+      const auto& everyone = roster_.everyone();
+      return sent.place < everyone.size() && !everyone[sent.place]->IsSame(*asked.member);
+    });
+  }
   /// See AnswerOrder.
   Duration Older(const Asked& asked) const {
     const Duration own = Of(*asked.member).Older();

@@ -45,6 +45,24 @@ TEST_F(ReplyOrdersTest, ALostReplyOfANeighbourCountsWhereRepliesNameNobody) {
   }
 }
 
+/// Behind a server that lags, the replies to a device may have come while its neighbour was asked.
+/// They are counted as owed for ever, so how many are owed says nothing of the neighbour.
+TEST_F(ReplyOrdersTest, ANeighbourMayOweWhereTheDeviceItselfOwesMore) {
+  const Request theirs = AskFor("?B1\r");
+  const Request asked = AskFor("?A1\r");
+  for (int i = 0; i < 3; ++i) Send(a, asked);
+  Send(b, theirs);
+  Answer(b, theirs);
+  Send(a, asked);
+  EXPECT_FALSE(orders_.OthersOwe(Of(a, asked)));
+  Send(b, theirs);
+  Send(b, theirs);
+  Answer(b, theirs);
+  Send(a, asked);
+  EXPECT_EQ(orders_.Owed(Of(a, asked)), 5);
+  EXPECT_TRUE(orders_.OthersOwe(Of(a, asked)));
+}
+
 TEST_F(ReplyOrdersTest, EntriesOfOneAddressShareAnOrder) {
   orders_.Recognise(a, ToBytes("A"));
   orders_.Recognise(b, ToBytes("A"));
