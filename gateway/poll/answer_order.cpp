@@ -70,11 +70,11 @@ bool AnswerOrder::OnAnswer(bool fits, const MayAnswer& may_answer) {
   return fitting != 0;
 }
 
-bool AnswerOrder::IsBehindProof(const MayAnswer& may_answer) const {
+bool AnswerOrder::IsBehindProof() const {
   std::size_t before = 1;
   while (before < kMostOwed && SentBefore(before).bytes == SentBefore(0).bytes) ++before;
   const SentRequest& sent = SentBefore(before);
-  return sent.proof && Owed() <= before && !may_answer(sent);
+  return sent.proof && Owed() <= before;
 }
 
 bool AnswerOrder::MayBeEarlier(const MayAnswer& may_answer) const {

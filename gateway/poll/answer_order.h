@@ -47,9 +47,9 @@ class AnswerOrder {
   /// A reply came. `fits`: it may answer the latest request. False: it answers none of the
   /// remembered requests, and nothing has changed.
   bool OnAnswer(bool fits, const MayAnswer& may_answer);
-  /// Since a proof was answered, nothing but the latest request was sent, perhaps several times. A
-  /// reply that answers neither of the two can be no copy of an earlier one. Before OnAnswer.
-  bool IsBehindProof(const MayAnswer& may_answer) const;
+  /// Since a proof was answered, nothing but the latest request was sent, perhaps several times. So
+  /// nothing is owed, and of all earlier replies only that to the proof may come again.
+  bool IsBehindProof() const;
   /// Such a reply came: the device answers the latest request so, or somebody else has.
   void OnOddForm() { answered_ |= 1; }
   /// A reply came to a request that is not remembered any more.

@@ -28,7 +28,7 @@ void JobRun::Conclude(ExchangeEnd end, const Finding& finding) {
   Job& job = *job_;
   const bool cut_off = end.outcome == Outcome::line_down;
   if (!cut_off && !job.attempt.answer.reason.empty()) end.reason = job.attempt.answer.reason;
-  job.judges_member = !job.is_broadcast() && !job.attempt.verdict.odd;
+  job.judges_member = !job.is_broadcast();
   const bool answered = ProvesLife(end.outcome);
   upkeep_.OnExchange(job, end, finding, now_.instant);
   if (answered) job.wire += now_.instant - job.attempt.began;

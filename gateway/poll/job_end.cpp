@@ -115,7 +115,8 @@ void EndOfRouted(const Job& job, Job::Routed& routed, const JobEnd& end, EndEffe
 
 EndEffects EffectsOf(Job& job, const JobEnd& end, Instant now) {
   EndEffects effects;
-  effects.judges_member = job.judges_member;
+  // A device that answers in an odd form is there.
+  effects.judges_member = job.judges_member && !job.attempt.verdict.odd;
   const bool in_vain = !ProvesLife(end.outcome);
   if (const auto* poll = job.As<Job::Poll>()) {
     EndOfPoll(job, *poll, end, effects);

@@ -116,6 +116,9 @@ void ReplyJudge::OnEnd(const Job& job, const ExchangeEnd& end, bool echoed, Find
   const bool refuses = answered && end.outcome != Outcome::ok;
   finding.outcome = end.outcome;
   finding.ended = end.ended;
+  // The form of the reply to an earlier request; but the order of replies is proven.
+  const bool proven = job.attempt.verdict.odd && finding.symptom == Symptom::one_behind;
+  if (proven) finding.symptom = Symptom::odd;
   if (refuses || (doubt && !doubt->refusal.empty())) {
     finding.symptom = Symptom::refusal;
     if (!refuses) finding.outcome = doubt->refused_as;

@@ -48,9 +48,8 @@ class ReplyOrders {
     if (!own && !known) Of(member).OnForgotten();
   }
   /// See AnswerOrder.
-  bool IsBehindProof(const Asked& asked, const AnswerOrder::MayAnswer& may_answer) const {
-    return Of(*asked.member).IsBehindProof(may_answer) &&
-           (asked.named() || line_.IsBehindProof(may_answer));
+  bool IsBehindProof(const Asked& asked) const {
+    return Of(*asked.member).IsBehindProof() && (asked.named() || line_.IsBehindProof());
   }
   void OnOddForm(const Member& member) {
     Of(member).OnOddForm();

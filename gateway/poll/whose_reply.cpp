@@ -56,7 +56,7 @@ bool WhoseReply::NeedsProbeFirst(const Asked& asked, Instant now) const {
   if (!state.answered_probe || now - state.proven_at > holds) return true;
   if (IsUnprovable(member)) return false;
   const bool odd = std::ranges::find(state.odd, asked.request->bytes) != state.odd.end();
-  if (odd && !asked.proved) return true;  // row 14
+  if (odd && !asked.proved && state.proofless == 0) return true;  // row 14
   if (IsSafe(asked)) return false;
   // If the lag has not grown, at most four repeats reach the right reply. More repeats would not
   // end: a round of 22 requests looks like a lag of 22.
@@ -169,9 +169,11 @@ WhoseReply::Verdict WhoseReply::OnReply(const Asked& asked, View frame, Outcome 
   Verdict verdict;
   verdict.replaced = IsReplaced(asked, frame, outcome, may_answer);
   const bool fits = Fits(asked, frame, outcome);
-  verdict.odd = !fits && !asked.probe && orders_.IsBehindProof(asked, may_answer);  // row 14
-  verdict.shifted = !fits && !verdict.odd && orders_.Owed(asked) == 1;              // row 2
+  const bool copied = std::ranges::equal(frame, state.proof_reply);
+  verdict.odd = !fits && !asked.probe && !copied && orders_.IsBehindProof(asked);  // row 14
+  verdict.shifted = !fits && !verdict.odd && orders_.Owed(asked) == 1;             // row 2
   if (fits || verdict.odd || verdict.shifted) NoteForm(asked, fits);
+  if (fits && proof) state.proof_reply.assign(frame.begin(), frame.end());
   if (verdict.odd) {
     orders_.OnOddForm(*asked.member);
   } else {

@@ -97,6 +97,7 @@ class WhoseReply {
     int lag = 0;             // replies owed when its order was last proven
     Instant proven_at{};     // when a probe was answered last
     int proofless = 0;       // answered probes in a row that were no proofs
+    Bytes proof_reply;       // the latest to a proof
     std::vector<Bytes> odd;  // requests whose latest replies had a form that was not asked for
   };
   /// Fewer probes find a device that does not answer its identification
