@@ -15,7 +15,7 @@ namespace baudgate {
 namespace {
 
 constexpr std::size_t kQuotedBytes = 8;
-/// What a modem, radio or serial server puts around a packet is no longer.
+/// A modem, radio or serial server puts no more around a packet.
 constexpr std::size_t kLongestFrame = 24;
 /// So many are no accident of a driver.
 constexpr std::ptrdiff_t kFewStrange = 2;
@@ -38,7 +38,7 @@ Symptom SymptomOf(Recognised::What what) {
   return Symptom::other_protocol;
 }
 
-/// What a driver makes when it takes or leaves the bus: ones, then zeros, or the reverse.
+/// A driver that takes or leaves the bus makes ones and then zeros of a character, or the reverse.
 bool IsOfDriver(std::uint8_t byte) {
   const unsigned inverse = static_cast<std::uint8_t>(~byte);
   return (byte & (byte + 1U)) == 0 || (inverse & (inverse + 1U)) == 0;

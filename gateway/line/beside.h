@@ -15,7 +15,7 @@ namespace baudgate {
 /// A driver that takes or leaves the bus may make so many bytes of nothing.
 inline constexpr std::size_t kHarmless = 3;
 
-/// What the protocol knows of bytes that are no reply: see Recognised.
+/// Bytes that are no reply, as the protocol recognises them: see Recognised.
 std::optional<Finding> Recognise(const Hearing& hearing, View heard);
 /// Digits and line ends, where replies are made of them.
 bool IsHexText(const Hearing& hearing, View part);

@@ -67,9 +67,7 @@ void Intake::Store(const Job& job, Device& device, const Answer& answer, Instant
   if (SpoilsOnce(answer, *device.config)) effects.repeat.push_back(config::Group::once);
   if (jumps.spoils) effects.repeat.push_back(*jumps.spoils);
   listener_.OnRead(device.index, PointsOf(samples), at);
-  if (job.task.kind == Task::Kind::poll) {
-    effects.stored = {device.place, device.planned_queries[job.task.query].points};
-  }
+  if (job.task.kind == Task::Kind::poll) effects.stored = {device.place, job.points};
 }
 
 void Intake::Report(const Job& job, const Device& device, EventBatch batch, ReplyEffects& effects) {

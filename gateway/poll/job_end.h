@@ -4,8 +4,7 @@
 //   poll         line time of the fast round; the count of its query; a seldom group that was not
 //                read is read again
 //   read-back    a seldom group as above; not answered: its points are in doubt; its query gone:
-//   they
-//                are read by the queries of the new plan
+//                they are read by the queries of the new plan
 //   events       nothing of its own
 //   background   how long its exchange took, or that it was lost or not sent
 //   probe        nothing of its own

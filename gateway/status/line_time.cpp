@@ -24,9 +24,9 @@ constexpr double kSomeWaste = 0.03;
 constexpr double kFull = 0.8;
 constexpr double kBusy = 0.5;
 constexpr double kMuchOfOne = 0.4;
-/// No protocol wants as much.
+/// The longest silence that a protocol needs before a request is shorter.
 constexpr Duration kLongQuiet = 50ms;
-/// So many times what each would have if all had the same.
+/// A device stands out if it takes this many times its even share.
 constexpr double kMoreThanOthers = 1.25;
 
 /// The time that the last minutes have had so far.

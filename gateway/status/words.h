@@ -16,7 +16,7 @@ inline constexpr const char* kHasWorked =
     "it has answered before: another device, other settings or a fault: look at it, restart it";
 inline constexpr const char* kProfileFits = "does the profile fit";
 
-/// Whose replies come as well. `network`: over a connection.
+/// Why replies come that nobody asked for here. `network`: over a connection.
 inline const char* AnotherAsksIt(bool network) {
   return network ? "another client of the server asks it (let the server serve one client only)"
                  : "another master asks it (take it away)";

@@ -126,7 +126,7 @@ class Findings {
   const Lengths& DamagedLong() const { return damaged_; }
 
  private:
-  /// So often in a row.
+  /// Long replies that come damaged so often, with no whole one between, are no chance.
   static constexpr std::size_t kNoChance = 8;
   static constexpr unsigned kBothParities = kEvenByte | kOddByte;
 

@@ -224,7 +224,7 @@ DecodedReply DecodeRead(const Command& request, std::optional<Form> wanted, std:
   }
   if (!LeadFits(form, reply.lead)) {
     return Fail(Outcome::unexpected, "reply " + Shown(frame) + " does not have the form that " +
-                                         request.text + " asks for; it may be a late one");
+                                         request.text + " asks for");
   }
   // With INIT* grounded a module answers at 00 and tells its stored address here.
   const bool init = request.text == "$2" && request.address == 0;
