@@ -29,8 +29,6 @@ constexpr std::size_t kManyFailures = 8;
 constexpr double kNotableOutage = 0.01;
 /// So many exchanges in a row are no disturbance that is just over.
 constexpr std::uint32_t kManyBehind = 16;
-/// Separates the cause and the remedy in a reason.
-constexpr std::string_view kBehindReason = "; ";
 /// One that begins so soon behind the start may be its end.
 constexpr Duration kStart = 5min;
 
@@ -173,7 +171,7 @@ Sentences DiagnoseDevice(const LineStatus& line, const DeviceRecord& device,
         status.unconfirmed));
   }
   if (found.empty() && status.behind >= kManyBehind) {
-    const std::size_t remedy = status.last_reason.find(kBehindReason);
+    const std::string& remedy = status.findings.Last(Symptom::odd).remedy;
     bool serves = false;
     for (std::size_t i = 0; i < device.points.size(); ++i) {
       serves = serves || IsGood(QualityAt(device, i, now.instant));
@@ -182,9 +180,7 @@ Sentences DiagnoseDevice(const LineStatus& line, const DeviceRecord& device,
         serves ? "its replies answer the request before, so that each request is sent twice: "
                  "restart the serial server or radio in between, and switch its cache off"
                : "its replies do not fit (" + Shortened(status.last_reason) + "): " +
-                     (remedy == std::string::npos
-                          ? "does the profile fit the device and its options?"
-                          : status.last_reason.substr(remedy + kBehindReason.size())));
+                     (remedy.empty() ? "does the profile fit the device and its options?" : remedy));
   }
   const bool again = status.doubled > 1 && now.instant - status.last_doubled < 1h;
   if (again && status.findings.Count(Symptom::others_beside) == 0) {
