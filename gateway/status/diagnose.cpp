@@ -177,10 +177,11 @@ Sentences DiagnoseDevice(const LineStatus& line, const DeviceRecord& device,
       serves = serves || IsGood(QualityAt(device, i, now.instant));
     }
     found.push_back(
-        serves ? "its replies answer the request before, so that each request is sent twice: "
-                 "restart the serial server or radio in between, and switch its cache off"
-               : "its replies do not fit (" + Shortened(status.last_reason) + "): " +
-                     (remedy.empty() ? "does the profile fit the device and its options?" : remedy));
+        serves
+            ? "its replies answer the request before, so that each request is sent twice: "
+              "restart the serial server or radio in between, and switch its cache off"
+            : "its replies do not fit (" + Shortened(status.last_reason) + "): " +
+                  (remedy.empty() ? "does the profile fit the device and its options?" : remedy));
   }
   const bool again = status.doubled > 1 && now.instant - status.last_doubled < 1h;
   if (again && status.findings.Count(Symptom::others_beside) == 0) {

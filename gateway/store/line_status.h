@@ -67,12 +67,12 @@ struct LineStatus : LineCounters {
   WallTime port_since{};  ///< when `port` last changed
   WallTime released_until{};
   WallTime release_asked_until{};  ///< by hand, while a write under way ends first; else the epoch
-  bool silent = false;           ///< closed to be opened again: no device behind it answered
-  bool lent_to_client = false;   ///< released: to a client over the network, not by hand
-  std::uint32_t times_lost = 0;  ///< how often the open port was lost
-  RecentTimes losses;            ///< when
-  bool takes_no_data = false;    ///< that was why, the last time
-  std::uint32_t restored = 0;    ///< how often another program has changed the settings of the port
+  bool silent = false;             ///< closed to be opened again: no device behind it answered
+  bool lent_to_client = false;     ///< released: to a client over the network, not by hand
+  std::uint32_t times_lost = 0;    ///< how often the open port was lost
+  RecentTimes losses;              ///< when
+  bool takes_no_data = false;      ///< that was why, the last time
+  std::uint32_t restored = 0;  ///< how often another program has changed the settings of the port
   RecentTimes drops;  ///< when a server ended a connection that was in use; it was opened again
   /// Errors that the driver counts since the port was opened; zero where it does not.
   std::uint32_t parity_errors = 0;
