@@ -38,6 +38,10 @@ class LineAccount {
   /// `broadcast`: nothing has answered. `use`: what it was for.
   void OnExchange(const Member& member, const ExchangeEnd& end, bool broadcast, LineUse use);
   /// A device has sent something unasked, with this outcome.
+  /// About a member, for the user.
+  void Warn(const Member& member, const std::string& warning) {
+    listener_.OnWarning(member.index, warning);
+  }
   void OnUnasked(Outcome outcome) {
     Count(outcome);
     if (ProvesLife(outcome)) silent_from_.reset();

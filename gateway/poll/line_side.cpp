@@ -6,14 +6,13 @@
 namespace baudgate {
 
 LineSide::LineSide(Reception reception, JobRun& run, UnaskedSide& unasked, Upkeep& upkeep,
-                   Ledger& ledger, RequestPort& port, PollerListener& listener)
+                   Ledger& ledger, RequestPort& port)
     : reception_(std::move(reception)),
       run_(run),
       unasked_(unasked),
       upkeep_(upkeep),
       ledger_(ledger),
-      port_(port),
-      listener_(listener) {
+      port_(port) {
   if (const Standing* const standing = unasked_.speaker().standing()) line_.Listen(*standing);
 }
 
@@ -37,7 +36,7 @@ void LineSide::OnBytes(View bytes, Now now) {
   const Job* const job = run_.job();
   const EchoWatch::Received heard = reception_.OnBytes(bytes, job, now.instant);
   if (heard.echo) ledger_.line.OnEcho();
-  if (heard.warning != nullptr) listener_.OnWarning(job->member->index, heard.warning);
+  if (heard.warning != nullptr) ledger_.line.Warn(*job->member, heard.warning);
   if (heard.collision) {
     ledger_.line.OnCollision();
     ledger_.line.OnSecondMaster();
@@ -97,7 +96,7 @@ void LineSide::Hear(LineNews news, Now now) {
 
 void LineSide::OnStray(const StrayBytes& stray, Instant now) {
   const LateAnswers::Stray told = upkeep_.OnStray(stray, now);
-  if (told.warned != nullptr) listener_.OnWarning(told.warned->index, told.warning);
+  if (told.warned != nullptr) ledger_.line.Warn(*told.warned, told.warning);
 }
 
 void LineSide::Conclude() {

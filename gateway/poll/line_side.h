@@ -28,9 +28,9 @@ namespace baudgate {
 
 class LineSide : private LineClient {
  public:
-  /// All references outlive it; `port` and `listener` may be made later than it.
+  /// All references outlive it; `port` may be made later than it.
   LineSide(Reception reception, JobRun& run, UnaskedSide& unasked, Upkeep& upkeep, Ledger& ledger,
-           RequestPort& port, PollerListener& listener);
+           RequestPort& port);
 
   /// `keeps_bit_rate`: see Line::OnOpened.
   void OnOpened(Now now, bool keeps_bit_rate);
@@ -70,7 +70,6 @@ class LineSide : private LineClient {
   Upkeep& upkeep_;
   Ledger& ledger_;
   RequestPort& port_;
-  PollerListener& listener_;
 };
 
 }  // namespace baudgate

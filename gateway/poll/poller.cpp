@@ -19,8 +19,7 @@ Poller::Poller(const config::Line& line, std::uint32_t first_device, const FindP
       intake_(store, listener),
       unasked_(roster_, ledger_, upkeep_, intake_),
       run_(owed_, chooser_, ledger_, upkeep_, intake_),
-      line_(Reception(line.echo, roster_, owed_.whose), run_, unasked_, upkeep_, ledger_, port,
-            listener) {
+      line_(Reception(line.echo, roster_, owed_.whose), run_, unasked_, upkeep_, ledger_, port) {
   if (const Device* const device = unasked_.speaker().device()) ledger_.devices.OnSpeaks(*device);
 }
 
