@@ -127,7 +127,7 @@ class Findings {
 
  private:
   /// Long replies that come damaged so often, with no whole one between, are no chance.
-  static constexpr std::size_t kNoChance = 8;
+  static constexpr std::size_t kNoChance = 24;
   static constexpr unsigned kBothParities = kEvenByte | kOddByte;
 
   void KeepLength(const Finding& finding) {

@@ -84,7 +84,7 @@ TEST(Findings, LongRepliesThatComeDamagedSinceLaterAreKnown) {
   const Finding cut{.symptom = tail_lost, .bytes = 32, .expected = 49};
   const Finding small{.symptom = clean, .bytes = 7, .expected = 7};
   findings.Add(whole);
-  for (int i = 0; i < 7; ++i) {
+  for (int i = 0; i < 23; ++i) {
     findings.Add(cut);
     findings.Add(small);
   }
