@@ -49,7 +49,7 @@ std::string Joined(const std::vector<std::string>& sentences, const char* betwee
   return all;
 }
 
-/// What is applied and does not work yet, behind a sentence.
+/// The end of a sentence: parts that were applied and do not work yet.
 std::string NotYet(const std::vector<std::string>& missing) {
   return missing.empty() ? std::string() : "; not yet: " + Joined(missing);
 }

@@ -52,8 +52,8 @@ std::vector<Fact> LastingFacts::Renew(const config::Config& config,
   return ended;
 }
 
-/// What the configuration has changed holds; otherwise a device is as it was set by hand. Returns
-/// the devices that were out of use and are in use now.
+/// If the configuration has changed `enabled` of a device, that holds. Otherwise the device stays
+/// as it was set by hand. Returns the devices that were out of use and are in use now.
 std::vector<LastingFacts::Place> LastingFacts::NoteUse(const config::Config& config) {
   const std::map<Place, bool> before = std::exchange(enabled_, {});
   std::vector<Place> in_use;

@@ -31,7 +31,7 @@ struct Words {
   const char* over = nullptr;  ///< null: it has no end
 };
 
-/// Of facts.
+/// The words of a Fact with this code.
 Words WordsOf(OwnCode code) {
   switch (code) {
     case OwnCode::port_down:

@@ -46,7 +46,7 @@ struct Fact {
   bool unknown = false;  ///< with `over`: nobody watches it any more, so it may not be over
 };
 EventRecord FactRecord(const Fact& fact, WallTime at);
-/// Of facts: such a fact lasts. Others have happened.
+/// Whether a Fact with this code lasts. The others happen at one moment.
 bool HasEnd(OwnCode code);
 
 }  // namespace baudgate::events

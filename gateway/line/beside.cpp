@@ -44,18 +44,16 @@ bool IsOfDriver(std::uint8_t byte) {
   return (byte & (byte + 1U)) == 0 || (inverse & (inverse + 1U)) == 0;
 }
 
-/// The same, and line ends.
+/// 00 and FF, as from a line that is not driven, and line ends.
 bool IsFiller(View bytes) {
-  return std::ranges::all_of(
-      bytes, [](auto byte) { return byte % 0xFF == 0 || byte == '\r' || byte == '\n'; });
+  return std::ranges::all_of(bytes, [](auto byte) { return byte % 0xFF == 0 || IsLineEnd(byte); });
 }
 
 /// "10 02 ... 10 03"; empty: too many for a packet's frame.
 std::string Around(View before, View behind) {
   if (before.size() + behind.size() > kLongestFrame) return {};
-  const auto is_end = [](std::uint8_t byte) { return byte == '\r' || byte == '\n'; };
-  while (!before.empty() && is_end(before.back())) before = before.first(before.size() - 1);
-  while (!behind.empty() && is_end(behind.front())) behind = behind.subspan(1);
+  while (!before.empty() && IsLineEnd(before.back())) before = before.first(before.size() - 1);
+  while (!behind.empty() && IsLineEnd(behind.front())) behind = behind.subspan(1);
   const std::string front = ToHex(before.first(std::min(before.size(), kQuotedBytes)));
   const std::string back = ToHex(behind.first(std::min(behind.size(), kQuotedBytes)));
   return front + (front.empty() ? "... " : " ...") + (back.empty() || front.empty() ? "" : " ") +
@@ -111,7 +109,7 @@ Finding StrayBeside(const Hearing& hearing, View before, View behind) {
   };
   // Characters such as no driver makes: something speaks while nobody else does.
   const auto strange = std::ranges::count_if(
-      before, [](std::uint8_t byte) { return !IsOfDriver(byte) && byte != '\r' && byte != '\n'; });
+      before, [](std::uint8_t byte) { return !IsOfDriver(byte) && !IsLineEnd(byte); });
   const bool speaks = !hearing.connection && strange >= kFewStrange;
   if (before.size() > kHarmless || speaks) return noise(Symptom::noise_before);
   if (behind.size() > kHarmless) return noise(Symptom::noise_behind);

@@ -29,8 +29,7 @@ void AnswerOrder::OnStranger(Instant now) {
   }
 }
 
-/// What strangers ("?") sent is taken out. The mark shows which request may have been answered
-/// last:
+/// Removes requests of strangers ("?"). The mark shows which request may have been answered last:
 ///
 ///   sent        a ? ? b      a ? ? b      a ? ? b
 ///   marked        ^ ^        ^ ^ ^              ^

@@ -50,7 +50,8 @@ class AnswerOrder {
   /// Since a proof was answered, nothing but the latest request was sent, perhaps several times. So
   /// nothing is owed, and of all earlier replies only that to the proof may come again.
   bool IsBehindProof() const;
-  /// Such a reply came: the device answers the latest request so, or somebody else has.
+  /// Behind a proof, a reply fits neither: the device answers the latest request in another form,
+  /// or somebody else has answered.
   void OnOddForm() { answered_ |= 1; }
   /// A reply came to a request that is not remembered any more.
   void OnForgotten() { answered_ = std::uint64_t{1} << kMostOwed; }

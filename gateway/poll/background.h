@@ -21,6 +21,7 @@ namespace baudgate {
 class Background {
  public:
   static constexpr Duration kLongest = std::chrono::minutes(1);
+  /// After a read that could not be sent.
   static constexpr Duration kPause = 1s;
   static constexpr int kFew = 8;
   enum class Which : std::uint8_t { that_fits, that_starves };

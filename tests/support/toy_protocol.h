@@ -19,8 +19,8 @@ namespace baudgate {
 /// How a point's `read` chooses what is asked: "7" plain, "L7" destructive with B7 in its place,
 /// "D7" destructive with nothing in its place, "U7" untagged, "S7" inside a session that is opened
 /// first (and closed again after a write, even one that failed), "E7" cannot be asked at all,
-/// "Q7" writes that nobody answers, "N7" read behind a broadcast, "V7" only written: a device with
-/// such points alone cannot be probed.
+/// "Q7" a write without an answer, "N7" a read behind a broadcast, "V7" a point that is only
+/// written. A device that has only "V" points cannot be probed.
 ///
 /// Words in a reply: busy, refused, unsupported end the exchange so; closed opens the session and
 /// asks again; replan drops the query; fault and nan are readings without a usable value; foreign:
