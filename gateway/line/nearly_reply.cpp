@@ -18,6 +18,8 @@ namespace {
 constexpr std::string_view kCharacters = "0123456789.+-/: ABCDEFGHIJKLMNOPQRSTUVWXYZ";
 /// No longer text is tried character by character.
 constexpr std::size_t kLongestTried = 80;
+/// No longer binary reply is tried byte by byte: some milliseconds.
+constexpr std::size_t kLongestBinary = 40;
 /// The digits of a check value in a text.
 constexpr std::size_t kCheckDigits = 2;
 /// The longest number in a reply that is taken for a name.
@@ -265,6 +267,29 @@ bool IsWholeWithOneMore(const Hearing& hearing, View heard) {
   return false;
 }
 
+/// A binary reply that its check value proves once a byte is put in somewhere before its end. It is
+/// one byte shorter than a reply that has but one length.
+bool IsWholeWithByteInside(const Hearing& hearing, View heard) {
+  if (hearing.protocol->tcp || heard.size() < kShortestReply) return false;
+  if (IsText(hearing, hearing.request)) return false;
+  const bool one_short = std::ranges::any_of(hearing.expect->shapes, [&](const Shape& shape) {
+    return shape.min_length == shape.max_length && shape.max_length == heard.size() + 1;
+  });
+  if (!one_short || heard.size() > kLongestBinary) return false;
+  for (std::size_t at = 1; at < heard.size(); ++at) {
+    Bytes longer(heard.begin(), heard.begin() + static_cast<std::ptrdiff_t>(at));
+    longer.push_back(0);
+    Append(longer, heard.subspan(at));
+    for (int byte = 0; byte <= 0xFF; ++byte) {
+      longer[at] = static_cast<std::uint8_t>(byte);
+      if (StartsWithReply(hearing, longer, heard.size())) {
+        return !IsWeak(hearing, longer, at, at == 1 ? 2 : 1);
+      }
+    }
+  }
+  return false;
+}
+
 /// Nothing but its check value is missing, of which the frame of a binary protocol has one.
 bool LacksCheck(const Hearing& hearing, View heard) {
   const PduCarrier* const carrier = hearing.protocol->carrier;
@@ -342,7 +367,9 @@ std::optional<Finding> NearlyReply(const Hearing& hearing, View heard) {
   if (IsWholeWithOtherCheck(hearing, heard)) {
     return Finding{.symptom = Symptom::bad_check, .cause = "a text"};
   }
-  if (IsWholeWithOneMore(hearing, heard)) return Finding{.symptom = Symptom::bytes_lost};
+  if (IsWholeWithOneMore(hearing, heard) || IsWholeWithByteInside(hearing, heard)) {
+    return Finding{.symptom = Symptom::bytes_lost};
+  }
   if (LacksLineEnd(hearing, heard)) {
     return Finding{.symptom = Symptom::tail_lost, .cause = "its line end"};
   }

@@ -18,6 +18,8 @@ namespace {
 constexpr std::size_t kKept = 1024;
 constexpr std::size_t kArrivals = 256;
 constexpr std::size_t kTaken = 8;
+/// So many characters may be missing inside a text.
+constexpr std::size_t kFewLost = 2;
 /// The line was silent before the request, this many times longer than the reply took.
 constexpr int kRested = 8;
 /// A request that was sent earlier gets no reply any more.
@@ -278,9 +280,25 @@ bool Examiner::IsOfLostTry(const Member& member) {
   return true;
 }
 
+/// A text of which the check value is wrong, and which is a character or two shorter than the last
+/// good reply to the same request.
+bool Examiner::IsShorterThanLast() const {
+  if (!std::ranges::all_of(request_.bytes, IsPrintable)) return false;
+  const auto last = std::find_if(taken_.rbegin(), taken_.rend(), [this](const Taken& one) {
+    return one.request == request_.bytes;
+  });
+  if (last == taken_.rend() || heard_.front() != last->reply.front()) return false;
+  return heard_.size() < last->reply.size() && heard_.size() + kFewLost >= last->reply.size();
+}
+
 /// A text that seems to lack a character. If the same comes to the same request again, the device
 /// sends another form.
 Finding Examiner::Compare(Finding finding) {
+  if (finding.symptom == Symptom::bad_check && IsShorterThanLast()) {
+    finding.symptom = Symptom::bytes_lost;
+    finding.cause.clear();
+    return finding;
+  }
   if (finding.symptom != Symptom::bytes_lost || finding.cause.empty()) return finding;
   Taken& misfit = open_[*member_].misfit;
   if (misfit.request == request_.bytes && misfit.reply == heard_) {

@@ -103,6 +103,7 @@ class Examiner {
   Finding Look();
   void OnFound(Symptom symptom);
   Finding Compare(Finding finding);
+  bool IsShorterThanLast() const;
   bool IsOfLostTry(const Member& member);
   Finding Attribute(Finding finding);
   Finding Late(const Open& open, Duration after, std::optional<Duration> next);

@@ -13,6 +13,8 @@ namespace {
 constexpr double kChance = 0.001;
 /// An outage has at least this many failures on average: the request and its repeat.
 constexpr double kFewest = 2;
+/// A single outage that has this many times the failures of all others stands for itself.
+constexpr double kMostly = 4;
 /// This many coincidences are no chance.
 constexpr std::size_t kOften = 2;
 /// Failures this close together belong to one outage.
@@ -117,9 +119,16 @@ std::optional<Absences> FindAbsences(const FailureRuns& failures) {
   const auto ended = Ended(failures);
   if (ended.empty()) return std::nullopt;
   const FailureTally tally = TallyOf(failures);
-  // One long outage says nothing about the others.
-  const bool others = tally.failed - tally.longest >= kFewest * (tally.runs - 1);
-  if ((!others || Chance(tally) > kChance) && !ComeRegularly(failures)) return std::nullopt;
+  // One long outage says nothing about the others, unless they are few.
+  const double others = tally.failed - tally.longest;
+  const bool alike = others >= kFewest * (tally.runs - 1);
+  const bool over = failures.runs().back().after.has_value();
+  const bool alone = !alike && over && tally.longest >= kMostly * others;
+  const bool unlikely = (alike || alone) && Chance(tally) <= kChance;
+  if (!unlikely && !ComeRegularly(failures)) return std::nullopt;
+  if (unlikely && alone) {
+    return Absences{1, LengthOf(*std::ranges::max_element(ended, {}, &FailureRuns::Run::failed))};
+  }
   Duration length{};
   for (const FailureRuns::Run& run : ended) length += LengthOf(run);
   return Absences{ended.size(), length / static_cast<std::int64_t>(ended.size()),

@@ -50,6 +50,8 @@ TEST(Absences, AreToldFromLosses) {
       {Times(4, "oooooooooooooxxx") + "o", "3.0 s every 16 s"},
       {Times(4, "oooooxxxxx") + "o", "5.0 s every 10 s"},
       {"ooooooxxxxxooooooooxxxoooooooooooooooooooxxxxoooooo", "4.0 s"},
+      {"x" + Times(40, "o") + "xxxxxooo", "5.0 s"},
+      {Times(20, "o") + "x" + Times(20, "o") + "xxxxxooo", "5.0 s"},
       // As chance or a rule has it, whatever their number.
       {Times(16, "oox"), ""},
       {Times(16, "oxx"), ""},
