@@ -1,5 +1,5 @@
 // The contract of frame rules. Bytes come from a serial line in pieces of any size; a frame rule
-// says where a message begins and where it ends. gateway/line/assembler.h keeps the bytes and calls
+// says where a message begins and where it ends. protocols/assembler.h keeps the bytes and calls
 // it. docs: protocols/README.md, "Frame rules".
 // SPDX-License-Identifier: Apache-2.0
 #pragma once

@@ -24,7 +24,7 @@
 #include "gateway/cli/client/writes.h"
 #include "gateway/cli/ports/ports.h"
 #include "gateway/cli/settings/settings.h"
-#include "gateway/cli/trace/trace.h"
+#include "gateway/cli/trace.h"
 #include "gateway/terminal/live_screen.h"
 #include "gateway/terminal/words.h"
 

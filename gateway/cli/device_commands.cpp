@@ -8,8 +8,8 @@
 #include <memory>
 
 #include "gateway/cli/client/points.h"
-#include "gateway/cli/direct/bridge.h"
-#include "gateway/cli/direct/read_port.h"
+#include "gateway/cli/live/bridge.h"
+#include "gateway/cli/live/read_port.h"
 #include "gateway/cli/offline/check_profile.h"
 #include "gateway/cli/offline/new_profile.h"
 #include "gateway/cli/offline/profiles.h"

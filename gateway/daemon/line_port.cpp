@@ -20,8 +20,8 @@ std::string HintOf(const Rest& rest, bool reset, const std::string& protocol) {
   }
   // One that resets it has not even read the request.
   if (rest.asks() && !reset) {
-    return "before it had worked: check the port number, its protocol (" + protocol +
-           "), or other clients";
+    return "before it had worked, behind the first request: check the port number, its protocol (" + protocol +
+           "), whether it admits this address, or other clients";
   }
   return "before it had worked; is it in use by another client, or at its connection limit?";
 }

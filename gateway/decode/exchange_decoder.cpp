@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "gateway/base/shown.h"
-#include "gateway/line/assembler.h"
 #include "gateway/store/conversion.h"
+#include "protocols/assembler.h"
 
 namespace baudgate {
 namespace {

@@ -12,8 +12,8 @@
 
 #include "gateway/base/decimal_comma.h"
 #include "gateway/base/text.h"
-#include "gateway/line/assembler.h"
 #include "gateway/line/words.h"
+#include "protocols/assembler.h"
 
 namespace baudgate {
 namespace {

@@ -11,13 +11,13 @@
 #include <utility>
 
 #include "gateway/base/text.h"
-#include "gateway/line/assembler.h"
 #include "gateway/line/beside.h"
 #include "gateway/line/changed_bytes.h"
 #include "gateway/line/nearly_reply.h"
 #include "gateway/line/other_frame.h"
 #include "gateway/line/other_service.h"
 #include "gateway/line/words.h"
+#include "protocols/assembler.h"
 
 namespace baudgate {
 namespace {

@@ -13,10 +13,10 @@
 #include "gateway/base/bytes.h"
 #include "gateway/base/outcome.h"
 #include "gateway/base/time.h"
-#include "gateway/line/assembler.h"
 #include "gateway/line/second_reply.h"
 #include "gateway/line/transmission.h"
 #include "gateway/line/unasked_receiver.h"
+#include "protocols/assembler.h"
 #include "protocols/conversation.h"
 
 namespace baudgate {

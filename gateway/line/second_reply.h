@@ -4,7 +4,7 @@
 #pragma once
 
 #include "gateway/base/bytes.h"
-#include "gateway/line/assembler.h"
+#include "protocols/assembler.h"
 
 namespace baudgate {
 

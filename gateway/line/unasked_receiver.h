@@ -17,7 +17,7 @@
 
 #include "gateway/base/bytes.h"
 #include "gateway/base/time.h"
-#include "gateway/line/assembler.h"
+#include "protocols/assembler.h"
 #include "protocols/conversation.h"
 
 namespace baudgate {

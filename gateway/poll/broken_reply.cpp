@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "gateway/line/assembler.h"
+#include "protocols/assembler.h"
 
 namespace baudgate {
 namespace {

@@ -5,10 +5,10 @@
 #include <string>
 #include <utility>
 
-#include "gateway/line/assembler.h"
 #include "gateway/line/changed_bytes.h"
 #include "gateway/line/other_service.h"
 #include "gateway/line/words.h"
+#include "protocols/assembler.h"
 #include "protocols/transaction.h"
 
 namespace baudgate {

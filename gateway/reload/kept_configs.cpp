@@ -4,7 +4,7 @@
 #include <system_error>
 
 #include "gateway/base/system_trouble.h"
-#include "gateway/state/whole_file.h"
+#include "gateway/base/whole_file.h"
 
 namespace baudgate::reload {
 namespace {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <bit>
 
-#include "gateway/line/assembler.h"
+#include "protocols/assembler.h"
 
 namespace baudgate::scan {
 namespace {

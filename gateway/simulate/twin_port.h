@@ -14,8 +14,8 @@
 #include <optional>
 #include <vector>
 
-#include "gateway/line/assembler.h"
 #include "gateway/simulate/residents.h"
+#include "protocols/assembler.h"
 
 namespace baudgate {
 

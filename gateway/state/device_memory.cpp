@@ -9,8 +9,8 @@
 #include <utility>
 
 #include "gateway/base/system_trouble.h"
+#include "gateway/base/whole_file.h"
 #include "gateway/state/versions.h"
-#include "gateway/state/whole_file.h"
 
 namespace baudgate {
 namespace {

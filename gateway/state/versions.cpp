@@ -11,8 +11,8 @@
 #include <system_error>
 #include <vector>
 
+#include "gateway/base/whole_file.h"
 #include "gateway/state/events_file.h"
-#include "gateway/state/whole_file.h"
 
 namespace baudgate {
 namespace {

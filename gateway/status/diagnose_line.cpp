@@ -265,11 +265,17 @@ Sentences DiagnoseLine(const config::Line& line, const LineStatus& status,
     return found;
   }
   const bool nobody = AbsentTogether(devices);
+  const bool echoless = status.collisions > 0 && 2 * status.collisions >= status.exchanges;
   if (status.cut_since) {
     found.push_back(fmt::format(
         "the ring is open since {}, as requests come back no more: look for a loose or broken "
         "fibre, or a device on it without power",
         ClockText(*status.cut_since)));
+  } else if (nobody && echoless) {
+    found.push_back(fmt::format(
+        "none of its {} devices answers, and requests do not come back ({}, echo: verify): if the "
+        "bus has no echo, set 'echo: off' at the line; else look for two talkers at once",
+        InUse(devices), Times(status.collisions)));
   } else if (nobody) {
     found = NobodyAnswers(status, devices, now);
   }
@@ -280,13 +286,13 @@ Sentences DiagnoseLine(const config::Line& line, const LineStatus& status,
     found.push_back(fmt::format("the request itself came back {}: set 'echo: strip' at the line",
                                 Times(status.echoes)));
   }
-  if (status.collisions > 0 && !status.cut_since) {
-    const bool echoes = 2 * status.collisions < status.exchanges;
+  if (status.collisions > 0 && !status.cut_since && !(nobody && echoless)) {
     found.push_back(fmt::format(
         "the echo was missing or different {}: two talkers at once, or {}",
         Times(status.collisions),
-        echoes ? "a ring or bus that opens now and then: a loose plug, or a device that restarts"
-               : "a bus that does not echo (set 'echo: off')"));
+        echoless
+            ? "a bus that does not echo (set 'echo: off')"
+            : "a ring or bus that opens now and then: a loose plug, or a device that restarts"));
   }
   if (status.negotiations > 0 && answered) {
     found.push_back(

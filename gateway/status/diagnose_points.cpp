@@ -34,6 +34,8 @@ const char* RemedyFor(Reason reason) {
       return "a fault of its own: look at it, restart or replace it";
     case Reason::channel_disabled:
       return "switch them on in the device, or take these points out of the profile";
+    case Reason::not_ready:
+      return "it has measured nothing there since its start, or not yet: wait, then look at it";
     default:
       return nullptr;
   }

@@ -18,6 +18,9 @@ constexpr double kUnexplained = 0.3;
 constexpr double kWorthSaying = 0.15;
 /// Once may be chance.
 constexpr std::size_t kFacts = 2;
+/// A converter takes no more single bytes out of a reply.
+constexpr std::size_t kMissing = 4;
+constexpr std::string_view kSetProtocol = "set protocol: ";
 /// Fewer silences may be spread like this by chance.
 constexpr std::size_t kSilences = 3;
 /// No chance any more.
@@ -145,6 +148,11 @@ double NotTransparent(const Evidence& evidence) {
   // Good messages that come unasked are not looked at.
   if (evidence.device->status.unasked) return 0;
   if (evidence.failed < kFacts || Suspects(evidence) == 0) return 0;
+  // What breaks off long before its end lacks more than such a byte.
+  const Finding& cut = evidence.Last(tail_lost);
+  const bool breaks_off =
+      cut.expected > cut.bytes + kMissing && 2 * evidence.Count(tail_lost) > evidence.failed;
+  if (breaks_off) return 0;
   return evidence.Share({damaged, noise, bad_check, bytes_lost, bytes_added, tail_lost});
 }
 
@@ -225,7 +233,9 @@ double BreaksOff(const Evidence& evidence) {
 /// Not a character of the other parity came.
 double OtherParity(const Evidence& evidence) {
   if (evidence.device == nullptr || evidence.failed < kMany || !OnWire(evidence)) return 0;
-  if (evidence.line->is_network() || !evidence.device->status.findings.IsOneParity()) return 0;
+  const Findings& findings = evidence.device->status.findings;
+  const bool network = evidence.line->is_network() && !evidence.answered;
+  if (network ? !findings.LacksOneParity() : !findings.IsOneParity()) return 0;
   return evidence.Share({bad_check, damaged, noise, bytes_lost, tail_lost, end_lost, head_lost});
 }
 
@@ -311,13 +321,23 @@ std::string AsFound(const Evidence& evidence) {
   return WithRemedy(evidence.Last(kSymptom));
 }
 
+/// Beside others that are read well, the device has to change, not the line.
+std::string SayOtherProtocol(const Evidence& evidence) {
+  Finding finding = evidence.Last(other_protocol);
+  if (!evidence.healthy.empty() && finding.remedy.starts_with(kSetProtocol)) {
+    finding.remedy = "set that device to " + evidence.device->device->protocol + ", as " +
+                     evidence.healthy + " is";
+  }
+  return WithRemedy(finding);
+}
+
 }  // namespace
 
 const std::vector<Hypothesis>& Hypotheses() {
   // If two are supported equally, the first is said: what is proven stands before what is
   // likely.
   static const std::vector<Hypothesis> kAll = {
-      {"another protocol or service answers", OtherProtocol, AsFound<other_protocol>, true},
+      {"another protocol or service answers", OtherProtocol, SayOtherProtocol, true},
       {"right, were another setting made", OtherSetting, AsFound<other_setting>, true},
       {"another master speaks on the line", OtherMaster, SayOtherMaster, true},
       {"slave N answers where slave N was asked", OtherDevice, SayOtherDevice, true},

@@ -40,8 +40,10 @@ std::string SaySevenBits(const Evidence& evidence) {
 }
 
 std::string SayOtherParity(const Evidence& evidence) {
-  return "only characters of one parity come, and FF in place of the others: its parity is another "
-         "one; set both alike (" +
+  const bool network = evidence.line->is_network();
+  return std::string("only characters of one parity come") +
+         (network ? "" : ", and FF in place of the others") + ": its parity is another one; set " +
+         (network ? "serial server and device" : "both") + " alike (" +
          SerialOf(evidence.first()).ToString() + ")";
 }
 

@@ -77,6 +77,11 @@ class Findings {
     const unsigned parities = any_specials_ & kBothParities;
     return (any_specials_ & kMark) != 0 && (parities == kEvenByte || parities == kOddByte);
   }
+  /// The same behind a serial server, which drops such characters.
+  bool LacksOneParity() const {
+    const unsigned parities = any_specials_ & kBothParities;
+    return any_bad_ && (parities == kEvenByte || parities == kOddByte);
+  }
   /// In all that came no character had its eighth bit, although the protocol has such.
   bool IsSevenBit() const {
     return any_bad_ && !any_high_ && (any_specials_ & kBothParities) == kBothParities;

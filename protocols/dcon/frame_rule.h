@@ -1,4 +1,4 @@
-// Where DCON messages begin and end in the bytes that gateway/line/assembler.h holds.
+// Where DCON messages begin and end in the bytes that protocols/assembler.h holds.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -14,6 +14,8 @@ namespace {
 
 /// What a loopback carries: a pattern that no address or count looks like.
 constexpr std::uint16_t kLoopbackData = 0xA55A;
+/// A device that refuses so many reads of which no poll has the length refuses all of them.
+constexpr std::size_t kMostProbes = 3;
 
 /// How long a device that says it is busy is left in peace.
 constexpr Duration kBusyWait = 200ms;
@@ -41,12 +43,23 @@ Outcome OutcomeOf(std::uint8_t exception, bool write) {
   }
 }
 
+/// The addresses of manuals: 3xxxx are inputs, 4xxxx holding registers, each from 1 on.
+bool IsOfManual(View request) {
+  constexpr unsigned kFirst = 30001;
+  constexpr unsigned kLast = 49999;
+  const auto begin = request.size() > 4 ? ByteReader(request).U16Be(1) : std::nullopt;
+  return TableOf(request[0]) && begin && *begin >= kFirst && *begin <= kLast;
+}
+
 /// What a user can do about an exception.
-const char* RemedyOf(std::uint8_t exception) {
+const char* RemedyOf(std::uint8_t exception, View request) {
   switch (exception) {
     case kIllegalFunction:
       return "does the profile fit the device? It does not know this function";
     case kIllegalAddress:
+      if (IsOfManual(request)) {
+        return "40001 in a manual is holding 0, and 30001 is input 0: write these numbers";
+      }
       return "does the profile fit the device? It does not have these points";
     case kIllegalValue:
       return "does the profile fit the device? Ask for less at once (block)";
@@ -118,14 +131,30 @@ Result<Request> ModbusConversation::Ask(const Task& task, Instant) {
   }
   const auto read = probes_.Next(plan_.queries().size());
   if (read) return MakeRequest(PollPdu(*read));
-  Request request = MakeRequest(OwnProbe());
+  const std::vector<Bytes> own = OwnProbes();
+  Request request = MakeRequest(own[own_probe_ % own.size()]);
   request.unlike_polls = !request.steady;
   return request;
 }
 
-Bytes ModbusConversation::OwnProbe() const {
-  const auto read = settings_.probe_by_loopback ? std::nullopt : DistinctRead(plan_);
-  return read ? ReadOf(*read) : LoopbackRequest(kLoopbackData);
+std::vector<Bytes> ModbusConversation::OwnProbes() const {
+  std::vector<Bytes> probes;
+  if (!settings_.probe_by_loopback) {
+    for (const Block<Space>& read : DistinctReads(plan_)) {
+      if (probes.size() < kMostProbes) probes.push_back(ReadOf(read));
+    }
+  }
+  if (probes.empty()) probes.push_back(LoopbackRequest(kLoopbackData));
+  return probes;
+}
+
+/// Which of its own probes this is; nothing: it is none.
+std::optional<std::size_t> ModbusConversation::OwnProbeOf(View pdu) const {
+  const std::vector<Bytes> own = OwnProbes();
+  const auto found =
+      std::ranges::find_if(own, [&](const Bytes& one) { return std::ranges::equal(one, pdu); });
+  if (found == own.end()) return std::nullopt;
+  return static_cast<std::size_t>(found - own.begin());
 }
 
 /// Objects come from the first one of their category on, and go on where the last reply ended.
@@ -176,7 +205,7 @@ ModbusConversation::Exchanged ModbusConversation::Decode(View request, View fram
   const std::uint8_t function = exchanged.request[0];
   exchanged.answer.outcome = OutcomeOf(verdict.exception, !TableOf(function).has_value());
   exchanged.answer.reason = "function " + HexByte(function) + ": " + verdict.reason;
-  exchanged.answer.remedy = RemedyOf(verdict.exception);
+  exchanged.answer.remedy = RemedyOf(verdict.exception, exchanged.request);
   if (verdict.exception == kBusy) exchanged.answer.wait = kBusyWait;
   if (verdict.exception == kAcknowledge) exchanged.answer.wait = kWorkWait;
   AddFaults(exchanged);
@@ -237,15 +266,22 @@ Answer ModbusConversation::AfterIdentification(Exchanged exchanged) {
 }
 
 /// To its own probe a device may say that it does not know the function, or has no such registers:
-/// it is there.
+/// it is there. A refusal may answer any request, so that the next one is asked at once.
 Answer ModbusConversation::AfterProbe(Exchanged exchanged) {
   Answer answer = std::move(exchanged.answer);
   const bool ok = answer.outcome == Outcome::ok;
   if (!ok) answer.readings.clear();
   if (answer.outcome == Outcome::no_reply) return answer;
-  const bool own = exchanged.request == OwnProbe();
-  probes_.OnAnswered(own);
-  if (own && !ok && answer.outcome != Outcome::busy) answer = {};
+  const auto own = OwnProbeOf(exchanged.request);
+  probes_.OnAnswered(own.has_value());
+  if (own && answer.outcome == Outcome::unsupported) {
+    const bool more = *own + 1 < OwnProbes().size();
+    own_probe_ = more ? *own + 1 : 0;
+    answer = {};
+    if (more) answer.then = Then::ask_again;
+  } else if (own && !ok && answer.outcome != Outcome::busy) {
+    answer = {};
+  }
   plan_.OnProbed();
   return answer;
 }
@@ -285,7 +321,7 @@ Then ModbusConversation::OnFailure(const Task& task, const Request& request, Out
   writing_.Forget();
   if (task.kind == Task::Kind::probe) {
     const auto asked = Unwrap(framing_, request.bytes);
-    const bool own = asked && asked->pdu == OwnProbe();
+    const bool own = asked && OwnProbeOf(asked->pdu);
     return probes_.OnFailed(own) ? Then::ask_again : Then::done;
   }
   next_object_.reset();
@@ -304,6 +340,7 @@ Then ModbusConversation::OnFailure(const Task& task, const Request& request, Out
 void ModbusConversation::OnReconnect() {
   writing_.Forget();
   probes_.OnReconnect();
+  own_probe_ = 0;
   plan_.OnReconnect();
   identification_.OnReconnect();
   next_object_.reset();

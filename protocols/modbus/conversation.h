@@ -60,10 +60,12 @@ class ModbusConversation : public Conversation {
   void AddLabels(Exchanged& exchanged) const;
   void AddFaults(Exchanged& exchanged) const;
   Request MakeRequest(View pdu) const;
-  Bytes OwnProbe() const;  ///< a loopback, or a read that no poll makes
+  /// A loopback, or reads that no poll makes: the next one where the device refuses one.
+  std::vector<Bytes> OwnProbes() const;
   Bytes PollPdu(std::size_t query) const;
   Reading ReadingOf(std::size_t point, const Data& data) const;
   Answer AfterWrite(Exchanged exchanged);
+  std::optional<std::size_t> OwnProbeOf(View pdu) const;
   Answer AfterProbe(Exchanged exchanged);
   Answer AfterIdentification(Exchanged exchanged);
   Answer AfterPoll(std::size_t query, Exchanged exchanged);
@@ -80,6 +82,7 @@ class ModbusConversation : public Conversation {
   // An identification may come in several replies: what to ask for next.
   std::optional<std::pair<Space, std::uint8_t>> next_object_;
   ProbeChoice probes_;
+  std::size_t own_probe_ = 0;  // which one of its own goes out next
 };
 
 }  // namespace baudgate::protocols::modbus

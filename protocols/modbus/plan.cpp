@@ -57,25 +57,26 @@ SpacePlan MakePlan(std::span<const config::Point> points,
   return plan;
 }
 
-std::optional<Block<Space>> DistinctRead(const SpacePlan& plan) {
-  const std::size_t queries = plan.queries().size();
-  std::size_t of_table = 0;
-  while (of_table < queries && plan.block(of_table).key.table > Table::input) ++of_table;
-  if (of_table == queries) return std::nullopt;
-  const Block<Space>& first = plan.block(of_table);
-  const std::size_t unit = IsBits(first.key.table) ? 8 : 1;  // what makes a reply longer
-  const auto units = [unit](std::size_t size) { return (size + unit - 1) / unit; };
-  const auto is_polled = [&](std::size_t wanted) {
-    for (std::size_t query = 0; query < queries; ++query) {
-      const Block<Space>& block = plan.block(query);
-      if (block.key == first.key && units(block.size()) == wanted) return true;
-    }
-    return false;
-  };
-  std::size_t count = 1;
-  while (is_polled(count)) ++count;
-  const std::size_t begin = std::min(first.begin, std::size_t{0x10000} - count * unit);
-  return Block<Space>{first.key, begin, begin + count * unit, 1};
+std::vector<Block<Space>> DistinctReads(const SpacePlan& plan) {
+  std::vector<Block<Space>> polled;
+  for (std::size_t query = 0; query < plan.queries().size(); ++query) {
+    if (plan.block(query).key.table <= Table::input) polled.push_back(plan.block(query));
+  }
+  std::vector<Block<Space>> reads;
+  std::vector<Block<Space>> beyond;
+  for (const Block<Space>& block : polled) {
+    const std::size_t unit = IsBits(block.key.table) ? 8 : 1;  // what makes a reply longer
+    std::size_t count = 1;
+    const auto is_polled = [&](const Block<Space>& other) {
+      return other.key == block.key && (other.size() + unit - 1) / unit == count;
+    };
+    while (std::ranges::any_of(polled, is_polled)) ++count;
+    const std::size_t begin = std::min(block.begin, std::size_t{0x10000} - count * unit);
+    const bool inside = count * unit <= block.size();
+    (inside ? reads : beyond).push_back({block.key, begin, begin + count * unit, 1});
+  }
+  reads.insert(reads.end(), beyond.begin(), beyond.end());
+  return reads;
 }
 
 }  // namespace baudgate::protocols::modbus

@@ -23,8 +23,9 @@ std::vector<std::optional<Place>> ReadPlaces(std::span<const config::Point> poin
 SpacePlan MakePlan(std::span<const config::Point> points,
                    std::span<const std::optional<Place>> places, const Settings& settings);
 
-/// Reads as many registers, or bytes of bits, as no query does: the shortest such read from where
-/// the first query of a table begins. Empty: there is no such query.
-std::optional<Block<Space>> DistinctRead(const SpacePlan& plan);
+/// Reads of as many registers, or bytes of bits, as no query of the same table asks for, each from
+/// where a query begins. First those that ask for nothing beyond their query: a device may refuse
+/// the others. Empty: there is no query of a table.
+std::vector<Block<Space>> DistinctReads(const SpacePlan& plan);
 
 }  // namespace baudgate::protocols::modbus

@@ -1,4 +1,4 @@
-// Where Modbus RTU messages begin and end in the bytes that gateway/line/assembler.h holds.
+// Where Modbus RTU messages begin and end in the bytes that protocols/assembler.h holds.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

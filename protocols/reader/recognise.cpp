@@ -17,6 +17,7 @@ namespace {
 constexpr std::size_t kQuoted = 24;
 constexpr std::size_t kShortest = 3;
 constexpr std::string_view kLineEnds = "\r\n";
+constexpr std::string_view kUnusual = "{|}~`^\\";
 
 bool IsShown(std::uint8_t byte) { return byte >= 0x20 && byte < 0x7F; }
 
@@ -86,14 +87,27 @@ std::optional<Recognised> OtherText(View heard, const Settings& settings) {
                  "set start to what it sends; or a converter eats the first byte");
   }
   if (settings.end && std::ranges::all_of(heard, IsShown)) {
+    // Hardly any label or display has these; another bit rate makes them of anything.
+    if (std::ranges::any_of(heard, [](auto byte) {
+          return kUnusual.find(static_cast<char>(byte)) != std::string_view::npos;
+        })) {
+      return Other("bytes come that are no message" + said,
+                   "check bit rate, parity and data bits at the line and at the reader");
+    }
     return Other("its messages have no end character" + said,
                  "raise idle, if they come in pieces; or set end: \"\", so that silence ends them");
   }
   if (settings.end && !has(*settings.end)) {
+    const std::uint8_t last = heard.back();
+    const std::string end = IsShown(last) ? "end to what it sends" : "end: " + Code(last);
+    const bool framed = !settings.start && !IsShown(heard.front());
     return Other("its messages do not end with " + Code(*settings.end) + said,
-                 "set end to what it sends");
+                 "set " + (framed ? "start: " + Code(heard.front()) + ", " : std::string()) + end);
   }
-  const auto size = static_cast<std::size_t>(std::ranges::count_if(heard, IsShown));
+  const auto is_counted = [&](std::uint8_t byte) {
+    return IsShown(byte) && byte != settings.start && byte != settings.end;
+  };
+  const auto size = static_cast<std::size_t>(std::ranges::count_if(heard, is_counted));
   if (settings.length > 0 && size != settings.length) {
     return Other("its messages have " + std::to_string(size) + " characters" + said +
                      ", and length is " + std::to_string(settings.length),

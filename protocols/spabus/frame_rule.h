@@ -1,5 +1,5 @@
 // Where messages of the SPA Bus begin and end: replies for the master, requests for twins.
-// Bytes come from the line through gateway/line/assembler.h; whole frames go to the conversation or
+// Bytes come from the line through protocols/assembler.h; whole frames go to the conversation or
 // twin.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once

@@ -25,8 +25,8 @@
 #include "gateway/dds/link/process_link.h"
 #include "gateway/dds/publisher.h"
 #include "gateway/dds/sample_writer.h"
-#include "gateway/line/assembler.h"
 #include "gateway/simulate/pty.h"
+#include "protocols/assembler.h"
 #include "tests/bench/bench.h"
 #include "transports/loop_thread.h"
 

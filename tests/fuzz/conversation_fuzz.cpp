@@ -7,8 +7,8 @@
 #include <memory>
 #include <optional>
 
-#include "gateway/line/assembler.h"
 #include "gateway/line/unasked_receiver.h"
+#include "protocols/assembler.h"
 #include "tests/fuzz/devices.h"
 #include "tests/fuzz/stream.h"
 #include "tests/fuzz/under_test.h"

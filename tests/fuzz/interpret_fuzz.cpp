@@ -3,7 +3,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <memory>
 
-#include "gateway/line/assembler.h"
+#include "protocols/assembler.h"
 #include "tests/fuzz/devices.h"
 #include "tests/fuzz/stream.h"
 #include "tests/fuzz/under_test.h"

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <memory>
 
-#include "gateway/line/assembler.h"
+#include "protocols/assembler.h"
 #include "protocols/telegram/expect.h"
 #include "protocols/telegram/frame_rule.h"
 #include "protocols/telegram/reply.h"

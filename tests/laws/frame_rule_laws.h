@@ -18,7 +18,7 @@
 #include <vector>
 
 #include "gateway/base/text.h"
-#include "gateway/line/assembler.h"
+#include "protocols/assembler.h"
 
 namespace baudgate {
 

@@ -14,9 +14,9 @@
 #include <string>
 #include <vector>
 
-#include "gateway/line/assembler.h"
 #include "gateway/simulate/pty.h"
 #include "gateway/simulate/twin_faults.h"
+#include "protocols/assembler.h"
 #include "protocols/protocol.h"
 
 namespace baudgate {

@@ -10,8 +10,8 @@
 #include <utility>
 
 #include "gateway/base/checksum.h"
-#include "gateway/line/assembler.h"
 #include "gateway/simulate/fault_text.h"
+#include "protocols/assembler.h"
 
 namespace baudgate {
 namespace {

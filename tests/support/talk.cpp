@@ -2,7 +2,7 @@
 #include "tests/support/talk.h"
 
 #include "config/catalog/option_values.h"
-#include "gateway/line/assembler.h"
+#include "protocols/assembler.h"
 
 namespace baudgate {
 

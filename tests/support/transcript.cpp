@@ -10,9 +10,9 @@
 
 #include "config/catalog/option_values.h"
 #include "gateway/base/text.h"
-#include "gateway/line/assembler.h"
 #include "gateway/line/unasked_receiver.h"
 #include "gateway/store/conversion.h"
+#include "protocols/assembler.h"
 #include "tests/support/transcript_script.h"
 
 namespace baudgate {

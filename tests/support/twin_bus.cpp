@@ -7,8 +7,8 @@
 
 #include "config/catalog/option_values.h"
 #include "config/loader.h"
-#include "gateway/line/assembler.h"
 #include "protocols/all_protocols.h"
+#include "protocols/assembler.h"
 
 namespace baudgate {
 namespace {

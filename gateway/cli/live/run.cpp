@@ -20,12 +20,12 @@
 #include "gateway/base/exit_code.h"
 #include "gateway/base/log.h"
 #include "gateway/base/version.h"
+#include "gateway/base/whole_file.h"
 #include "gateway/base/worker.h"
 #include "gateway/cli/offline/check.h"
 #include "gateway/daemon/daemon.h"
 #include "gateway/reload/kept_configs.h"
 #include "gateway/state/state_folder.h"
-#include "gateway/state/whole_file.h"
 
 namespace baudgate {
 

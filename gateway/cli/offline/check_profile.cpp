@@ -6,8 +6,8 @@
 
 #include "config/loader.h"
 #include "gateway/base/exit_code.h"
+#include "gateway/base/whole_file.h"
 #include "gateway/cli/offline/check.h"
-#include "gateway/state/whole_file.h"
 
 namespace baudgate {
 namespace {

@@ -12,10 +12,10 @@
 #include "config/trial_config.h"
 #include "gateway/base/exit_code.h"
 #include "gateway/base/spelling.h"
+#include "gateway/base/whole_file.h"
 #include "gateway/cli/offline/check.h"
 #include "gateway/cli/offline/simulate.h"
 #include "gateway/simulate/line_twins.h"
-#include "gateway/state/whole_file.h"
 #include "gateway/terminal/text_table.h"
 
 namespace baudgate {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/cli/offline/taken_back.h"
 
+#include "gateway/base/whole_file.h"
 #include "gateway/reload/kept_configs.h"
 #include "gateway/state/state_folder.h"
-#include "gateway/state/whole_file.h"
 
 namespace baudgate {
 

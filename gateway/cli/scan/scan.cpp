@@ -13,11 +13,11 @@
 #include "config/identity.h"
 #include "config/loader.h"
 #include "gateway/base/exit_code.h"
+#include "gateway/base/whole_file.h"
 #include "gateway/cli/scan/line_loan.h"
 #include "gateway/cli/scan/port_wire.h"
 #include "gateway/cli/scan/scan_view.h"
 #include "gateway/cli/scan/target.h"
-#include "gateway/state/whole_file.h"
 #include "transports/tcp_address.h"
 
 namespace baudgate {

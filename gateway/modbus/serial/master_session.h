@@ -13,10 +13,10 @@
 #include "config/model/listener.h"
 #include "gateway/base/bytes.h"
 #include "gateway/base/time.h"
-#include "gateway/line/assembler.h"
 #include "gateway/modbus/serial/reply_echo.h"
 #include "gateway/modbus/service/request_service.h"
 #include "gateway/modbus/service/server_shared.h"
+#include "protocols/assembler.h"
 #include "protocols/protocol.h"
 
 namespace baudgate::modbus {

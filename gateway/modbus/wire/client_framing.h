@@ -11,9 +11,9 @@
 #include <string_view>
 
 #include "gateway/base/bytes.h"
-#include "gateway/line/assembler.h"
 #include "gateway/modbus/wire/frames.h"
 #include "gateway/modbus/wire/mbap.h"
+#include "protocols/assembler.h"
 #include "protocols/protocol.h"
 
 namespace baudgate::modbus {

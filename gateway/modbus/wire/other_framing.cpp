@@ -3,9 +3,9 @@
 
 #include <algorithm>
 
-#include "gateway/line/assembler.h"
 #include "gateway/modbus/wire/mbap.h"
 #include "gateway/modbus/wire/request.h"
+#include "protocols/assembler.h"
 
 namespace baudgate::modbus {
 namespace {

@@ -40,6 +40,12 @@ TEST_F(DiagnoseTest, ABusThatDoesNotEchoIsNoRingThatOpens) {
   line_.collisions = 90;
   EXPECT_THAT(SayOfLine(), ElementsAre("the echo was missing or different 90 times: two talkers at "
                                        "once, or a bus that does not echo (set 'echo: off')"));
+  Looked(device(), Symptom::odd, 9);
+  device().state = neighbour_.status.state = DeviceState::offline;
+  EXPECT_THAT(SayOfLine(),
+              ElementsAre("none of its 2 devices answers, and requests do not come back (90 times, "
+                          "echo: verify): if the bus has no echo, set 'echo: off' at the line; else "
+                          "look for two talkers at once"));
 }
 
 TEST_F(DiagnoseTest, TroubleOfALine) {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "gateway/base/text.h"
-#include "gateway/line/assembler.h"
+#include "protocols/assembler.h"
 #include "protocols/dcon/codec.h"
 #include "protocols/dcon/conversation.h"
 #include "protocols/dcon/expect.h"

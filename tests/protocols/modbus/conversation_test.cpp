@@ -217,6 +217,35 @@ TEST(ModbusProbe, IsAReadOfALengthThatNoPollHas) {
   EXPECT_TRUE(answer.readings.empty()) << "a poll says what is wrong with the point";
 }
 
+/// A refusal may answer any request, so that it proves nothing.
+TEST(ModbusProbe, TheNextReadIsAskedWhereTheDeviceRefusesOne) {
+  const config::Device device = MakeDevice(
+      {ReadPoint("a", "holding 0"), ReadPoint("b", "holding 50"), ReadPoint("c", "input 7")});
+  Talk talk(ModbusRtuProtocol(), device);
+  EXPECT_EQ(Asked(talk, Probe()), "03 00 00 00 02");
+  for (int copy = 0; copy < 2; ++copy) {  // it may be asked again until its order is certain
+    const Answer answer = talk.Reply(Probe(), talk.protocol().carrier->wrap(kSlave, Hex("8302")));
+    EXPECT_EQ(answer.outcome, Outcome::ok);
+    EXPECT_EQ(answer.then, Then::ask_again);
+  }
+  EXPECT_EQ(Asked(talk, Probe()), "03 00 32 00 02");
+  EXPECT_EQ(Exchange(talk, Probe(), "03 04 0001 0002").then, Then::done);
+  EXPECT_EQ(Asked(talk, Probe()), "03 00 32 00 02") << "it is answered";
+  EXPECT_EQ(Exchange(talk, Probe(), "8302").then, Then::ask_again);
+  EXPECT_EQ(Asked(talk, Probe()), "04 00 07 00 02");
+  EXPECT_EQ(Exchange(talk, Probe(), "8402").then, Then::done) << "all are refused";
+  EXPECT_EQ(Asked(talk, Probe()), "03 00 00 00 02");
+}
+
+/// A device may refuse what lies behind the registers that are polled.
+TEST(ModbusProbe, ReadsNothingBeyondThePollsWhereOneIsLongEnough) {
+  const config::Device device =
+      MakeDevice({ReadPoint("a", "holding 0"), ReadPoint("b", "holding 50", config::Type::float32),
+                  ReadPoint("c", "holding 100", config::Type::float64)});
+  Talk talk(ModbusRtuProtocol(), device);
+  EXPECT_EQ(Asked(talk, Probe()), "03 00 64 00 03");
+}
+
 TEST(ModbusProbe, WhereNothingIsReadItIsALoopback) {
   const config::Device device = MakeDevice({WritePoint("a", "", "holding 5")});
   Talk talk(ModbusRtuProtocol(), device);

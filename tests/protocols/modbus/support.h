@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "gateway/base/text.h"
-#include "gateway/line/assembler.h"
+#include "protocols/assembler.h"
 #include "protocols/modbus/codec.h"
 #include "protocols/modbus/conversation.h"
 #include "protocols/modbus/expect.h"

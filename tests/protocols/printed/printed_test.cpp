@@ -10,7 +10,7 @@
 #include "config/catalog/option_values.h"
 #include "gateway/base/checksum.h"
 #include "gateway/base/text.h"
-#include "gateway/line/assembler.h"
+#include "protocols/assembler.h"
 #include "tests/config/shipped.h"
 #include "tests/protocols/printed/printed_script.h"
 #include "tests/support/talk.h"

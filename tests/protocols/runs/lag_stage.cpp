@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "gateway/line/assembler.h"
 #include "gateway/store/ageing.h"
+#include "protocols/assembler.h"
 
 namespace baudgate {
 namespace {

@@ -288,7 +288,8 @@ const FaultRow kFaults[] = {
          return rtu;
        });
      },
-     "Modbus RTU come back: set protocol: modbus_rtu", "gap|power|parity", true, IsTcp},
+     "Modbus RTU come back: set (protocol: modbus_rtu|that device to modbus_tcp)",
+     "gap|power|parity", true, IsTcp},
     {"TCP on RTU",
      [](Stage stage) {
        Distort(stage, [](Bytes reply) {
@@ -297,7 +298,8 @@ const FaultRow kFaults[] = {
          return tcp;
        });
      },
-     "Modbus TCP come back: set protocol: modbus_tcp", "gap|power|parity", true, IsRtu},
+     "Modbus TCP come back: set (protocol: modbus_tcp|that device to modbus_rtu)",
+     "gap|power|parity", true, IsRtu},
     {"transaction",
      [](Stage stage) {
        Distort(stage, [](Bytes reply) {

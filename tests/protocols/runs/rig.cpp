@@ -7,7 +7,7 @@
 #include "config/loader.h"
 #include "gateway/base/checksum.h"
 #include "gateway/base/text.h"
-#include "gateway/line/assembler.h"
+#include "protocols/assembler.h"
 #include "protocols/dcon/protocol.h"
 #include "protocols/modbus/protocol.h"
 #include "protocols/set4tm/protocol.h"

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "gateway/base/text.h"
-#include "gateway/line/assembler.h"
+#include "protocols/assembler.h"
 #include "protocols/set4tm/codec.h"
 #include "protocols/set4tm/conversation.h"
 #include "protocols/set4tm/expect.h"

@@ -8,7 +8,7 @@
 
 #include "gateway/base/checksum.h"
 #include "gateway/base/text.h"
-#include "gateway/line/assembler.h"
+#include "protocols/assembler.h"
 #include "protocols/spabus/expect.h"
 #include "protocols/spabus/protocol.h"
 #include "tests/support/talk.h"

@@ -10,7 +10,7 @@
 
 #include "config/loader.h"
 #include "gateway/base/text.h"
-#include "gateway/line/assembler.h"
+#include "protocols/assembler.h"
 #include "protocols/telegram/protocol.h"
 #include "tests/support/talk.h"
 

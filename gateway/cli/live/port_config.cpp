@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/cli/direct/port_config.h"
+#include "gateway/cli/live/port_config.h"
 
 #include "config/loader.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/cli/direct/read_port.h"
+#include "gateway/cli/live/read_port.h"
 
 #include <algorithm>
 #include <csignal>
@@ -10,7 +10,7 @@
 #include "gateway/base/text.h"
 #include "gateway/cli/client/control_client.h"
 #include "gateway/cli/client/points.h"
-#include "gateway/cli/direct/port_config.h"
+#include "gateway/cli/live/port_config.h"
 #include "gateway/cli/live/scratch_directory.h"
 #include "gateway/cli/offline/make_line.h"
 #include "gateway/daemon/daemon.h"
@@ -25,7 +25,7 @@ constexpr const char* kDevice = "device";
 /// A connection that is not there after this time does not come by itself; and a device that has so
 /// much to say is shown with what it has said.
 constexpr Duration kWaitForPort = 15s;
-constexpr Duration kLookEvery = 20ms;
+constexpr Duration kLookAtValuesEvery = 20ms;
 
 Result<std::string> Yaml(const ReadPortOptions& options, const std::string& protocol,
                          const ScratchDirectory& scratch) {
@@ -84,7 +84,7 @@ Status AwaitPort(const PointStore& store) {
     if (open && IsKnown(store)) return {};
     const bool tried = !line.port_text.empty() && line.port_text != kNotOpenedYet;
     if (!open && tried) return Error{line.port_text};
-    std::this_thread::sleep_for(kLookEvery);
+    std::this_thread::sleep_for(kLookAtValuesEvery);
   }
   if (store.ReadLine(0).port == LineStatus::Port::open) return {};
   return Error{"it did not open within " + FormatDuration(kWaitForPort)};

@@ -1,7 +1,7 @@
 // The buffering loop around frame rules: conservation, bounds, blame. The laws of real rules stand
 // in tests/laws.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/line/assembler.h"
+#include "protocols/assembler.h"
 
 #include <gtest/gtest.h>
 

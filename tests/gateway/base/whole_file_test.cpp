@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/state/whole_file.h"
+#include "gateway/base/whole_file.h"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>

@@ -1,6 +1,6 @@
 // `trace` against a control server.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/cli/trace/trace.h"
+#include "gateway/cli/trace.h"
 
 #include <gmock/gmock.h>
 #include <signal.h>

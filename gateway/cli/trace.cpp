@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/cli/trace/trace.h"
+#include "gateway/cli/trace.h"
 
 #include <algorithm>
 #include <optional>

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/cli/direct/bridge.h"
+#include "gateway/cli/live/bridge.h"
 
 #include "config/model/network.h"
 #include "gateway/base/exit_code.h"
 #include "gateway/base/text.h"
-#include "gateway/cli/direct/port_config.h"
+#include "gateway/cli/live/port_config.h"
 #include "gateway/cli/live/run.h"
 #include "gateway/cli/live/scratch_directory.h"
 

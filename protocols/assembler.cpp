@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/line/assembler.h"
+#include "protocols/assembler.h"
 
 #include <algorithm>
 
