@@ -20,7 +20,7 @@ namespace baudgate::dds {
 class DdsPublisher {
  public:
   /// Called on the publisher's thread.
-  using Log = SampleSender::Log;
+  using Log = PacedWriter::Log;
 
   /// Starts publishing to `writer`: everything to each that takes samples there, then what changes.
   /// `config` and `store` outlive it; call before the lines start. `events`: null: there are none.
