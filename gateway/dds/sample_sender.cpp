@@ -27,7 +27,6 @@ SampleSender::SampleSender(const config::Config& config, const PointStore& store
                            SampleWriter& writer, PacedWriter::Log log, Now now, EventSupply* events)
     : config_(config),
       store_(store),
-      writer_(writer),
       slots_(store),
       plan_(NewPlan(now.instant)),
       paced_(writer, std::move(log)),

@@ -20,12 +20,10 @@
 
 namespace baudgate::dds {
 
-struct DdsCounters {
-  std::uint64_t written = 0;      ///< samples
-  std::uint64_t failed = 0;       ///< samples that the library did not take; they are tried again
-  std::uint32_t subscribers = 0;  ///< readers of the points topic, now
-  DatagramCounters datagrams;
-  std::uint64_t events = 0;          ///< of `written`
+struct SampleCounters {
+  std::uint64_t written = 0;
+  std::uint64_t failed = 0;  ///< samples that the library did not take; they are tried again
+  std::uint64_t events = 0;  ///< of `written`
   std::uint64_t events_skipped = 0;  ///< that were no longer to be had
 };
 
@@ -65,11 +63,9 @@ class SampleSender {
   void Confirm() { notices_.Confirm(); }
 
   /// From any thread.
-  DdsCounters counters() const {
+  SampleCounters counters() const {
     return {.written = paced_.written(),
             .failed = paced_.failed(),
-            .subscribers = writer_.subscribers(),
-            .datagrams = writer_.datagrams(),
             .events = notices_.events().sent(),
             .events_skipped = notices_.events().skipped()};
   }
@@ -102,7 +98,6 @@ class SampleSender {
 
   const config::Config& config_;
   const PointStore& store_;
-  const SampleWriter& writer_;
   PointSlots slots_;
   PublishPlan plan_;
   PacedWriter paced_;
