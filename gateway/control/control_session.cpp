@@ -42,6 +42,7 @@ ControlSession::ControlSession(Socket socket, RequestHandler& service, const Lim
       on_closed_(std::move(closed)),
       left_(std::make_shared<std::atomic<bool>>(false)),
       client_{UserOf(socket_.native_handle()), NextNumber(), left_},
+      in_(limits.request),
       may_trace_(may_trace) {}
 
 void ControlSession::Start() {
@@ -51,7 +52,7 @@ void ControlSession::Start() {
 
 void ControlSession::Close(const std::string& farewell) {
   if (std::exchange(closed_, true)) return;
-  if (!farewell.empty() && trace_ && !sending_) {
+  if (!farewell.empty() && trace_ && out_.empty()) {
     asio::error_code ignored;  // a reader that has no room for it sees the end of the stream
     socket_.non_blocking(true, ignored);
     socket_.write_some(asio::buffer(farewell + "\n"), ignored);
@@ -66,7 +67,7 @@ void ControlSession::Close(const std::string& farewell) {
 }
 
 void ControlSession::OnReload(const config::Config& config) {
-  if (!trace_ || !config.lines[wish_.line].name.empty()) return;
+  if (!trace_ || !config.lines[trace_->line()].name.empty()) return;
   Close(R"({"end":"a reload has ended this line; one of its name may run anew"})");
 }
 
@@ -84,7 +85,7 @@ void ControlSession::OnImpatience() {
 
 void ControlSession::Receive() {
   socket_.async_read_some(
-      asio::buffer(chunk_),
+      asio::buffer(in_.space()),
       [self = shared_from_this()](const asio::error_code& failed, std::size_t count) {
         if (self->closed_) return;
         if (failed) return self->Close();
@@ -94,17 +95,15 @@ void ControlSession::Receive() {
 
 void ControlSession::OnReceived(std::size_t count) {
   if (trace_) return Receive();  // only its end is of interest
-  in_.append(chunk_.data(), count);
-  const auto end = in_.find('\n');
-  if (std::min(end, in_.size()) > limits_.request) {
+  in_.Commit(count);
+  if (in_.IsTooLong()) {
     return Send(ErrorLine("usage", "the request is longer than " + std::to_string(limits_.request) +
                                        " bytes"),
                 true);
   }
-  if (end == std::string::npos) return Receive();
-  const std::string request = in_.substr(0, end);
-  in_.erase(0, end + 1);
-  Handle(request);
+  const auto request = in_.Take();
+  if (!request) return Receive();
+  Handle(*request);
 }
 
 /// Nothing is read while a request has no answer, so this alone tells that its client has left. One
@@ -136,14 +135,13 @@ void ControlSession::Handle(std::string_view request) {
   }
   if (reply.trace && !may_trace_) return Send(TooMany(limits_));
   Send(std::move(reply.text));
-  if (reply.trace) StartTrace(std::move(*reply.trace));
+  if (reply.trace) StartTrace(*reply.trace);
 }
 
 void ControlSession::Send(std::string text, bool last) {
   out_ = std::move(text);
   out_ += '\n';
   asked_ = false;
-  sending_ = true;
   if (!trace_) BePatient(limits_.patience);
   asio::async_write(socket_, asio::buffer(out_),
                     [self = shared_from_this(), last](const asio::error_code& failed, std::size_t) {
@@ -154,7 +152,6 @@ void ControlSession::Send(std::string text, bool last) {
 }
 
 void ControlSession::OnSent(bool last) {
-  sending_ = false;
   out_ = {};
   if (last) return Close();
   if (trace_) return SendRecords();
@@ -162,8 +159,7 @@ void ControlSession::OnSent(bool last) {
   OnReceived(0);  // the next request may be here already
 }
 
-void ControlSession::StartTrace(TraceWish wish) {
-  wish_ = std::move(wish);
+void ControlSession::StartTrace(const TraceWish& wish) {
   // Called on the line's thread, maybe after this session has ended.
   const std::weak_ptr<ControlSession> weak = weak_from_this();
   auto wake = [weak, executor = socket_.get_executor()] {
@@ -171,21 +167,16 @@ void ControlSession::StartTrace(TraceWish wish) {
       if (const auto self = weak.lock(); self && !self->closed_) self->SendRecords();
     });
   };
-  trace_ = service_.control().Trace(wish_.line, std::move(wake));
-  if (!trace_) return Close();  // it has ended this moment
+  auto queue = service_.control().Trace(wish.line, std::move(wake));
+  if (!queue) return Close();  // it has ended this moment
+  trace_.emplace(wish, std::move(queue));
   patience_.cancel();
   Receive();
 }
 
 void ControlSession::SendRecords() {
-  // While the client does not read, the queue fills up and counts what it drops.
-  if (sending_) return;
-  std::string text;
-  for (const TraceRecord& record : trace_->Take()) {
-    if (!Wanted(wish_, record)) continue;
-    if (!text.empty()) text += '\n';
-    text += RecordLine(record);
-  }
+  if (!out_.empty()) return;
+  std::string text = trace_->Take();
   if (!text.empty()) Send(std::move(text));
 }
 

@@ -4,15 +4,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
 #include <asio/local/stream_protocol.hpp>
 #include <asio/steady_timer.hpp>
 #include <atomic>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "gateway/control/request_handler.h"
+#include "gateway/control/request_lines.h"
+#include "gateway/control/trace_stream.h"
 
 namespace baudgate::control {
 
@@ -41,7 +43,7 @@ class ControlSession : public std::enable_shared_from_this<ControlSession> {
   /// A trace of a line that is gone ends.
   void OnReload(const config::Config& config);
   /// Between two requests, or before its first: it may make room for others.
-  bool is_idle() const { return !asked_ && !sending_ && !trace_; }
+  bool is_idle() const { return !asked_ && out_.empty() && !trace_; }
   /// They rise.
   std::uint64_t number() const { return client_.number; }
   /// `farewell`: a last line for a client that follows a trace.
@@ -53,7 +55,7 @@ class ControlSession : public std::enable_shared_from_this<ControlSession> {
   void Handle(std::string_view request);
   void Send(std::string text, bool last = false);
   void OnSent(bool last);
-  void StartTrace(TraceWish wish);
+  void StartTrace(const TraceWish& wish);
   void SendRecords();
   void WatchEnd();
   void BePatient(Duration patience);
@@ -66,16 +68,13 @@ class ControlSession : public std::enable_shared_from_this<ControlSession> {
   std::function<void(ControlSession&)> on_closed_;
   const std::shared_ptr<std::atomic<bool>> left_;  // the client has left
   const Writer client_;
-  std::array<char, 4096> chunk_{};
-  std::string in_;        // what came and is not answered yet
-  std::string out_;       // being sent
+  RequestLines in_;
+  std::string out_;       // the socket has it; empty: nothing is being sent
   bool asked_ = false;    // its request has no answer yet
   bool watched_ = false;  // WatchEnd is under way
   std::string late_;      // see Reply
-  bool sending_ = false;  // out_ belongs to the socket
   const bool may_trace_;
-  TraceWish wish_;
-  std::shared_ptr<TraceQueue> trace_;
+  std::optional<TraceStream> trace_;
   bool closed_ = false;
 };
 

@@ -15,7 +15,7 @@ std::vector<dds::EventSample> EventSamples::Take(std::uint64_t after, std::size_
 }
 
 std::optional<dds::EventSupply::Place> EventSamples::place() const {
-  const auto cursor = feed_->cursor(events::kDdsConsumer);
+  const auto cursor = feed_->cursors().Of(events::kDdsConsumer);
   if (!cursor) return std::nullopt;
   return Place{static_cast<std::uint64_t>(std::max<std::int64_t>(cursor->seq, 0)), cursor->sure};
 }
@@ -47,8 +47,9 @@ std::vector<dds::EventSupply::Alarm> EventSamples::TakeAlarms(std::uint64_t afte
 }
 
 void EventSamples::OnNew(std::function<void()> wake) {
-  if (const auto listener = std::exchange(listener_, std::nullopt)) feed_->Leave(*listener);
-  if (wake) listener_ = feed_->Listen(std::move(wake));
+  if (const auto listener = std::exchange(listener_, std::nullopt))
+    feed_->listeners().Leave(*listener);
+  if (wake) listener_ = feed_->listeners().Listen(std::move(wake));
 }
 
 dds::EventSample EventSamples::SampleOf(const events::FedEvent& event) const {

@@ -34,7 +34,7 @@ class EventSamples final : public dds::EventSupply {
   const std::string gateway_;
   const std::shared_ptr<events::EventFeed> feed_;
   const bool events_;
-  std::optional<events::EventFeed::Listener> listener_;
+  std::optional<events::FeedListeners::Listener> listener_;
 };
 
 }  // namespace baudgate

@@ -1,5 +1,5 @@
 // Which alarm is published next: each one that has changed, as it is now; all of them to a new
-// reader. Pure; gateway/dds/sample_sender.h sends.
+// reader. Pure; gateway/dds/notice_sender.h sends.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

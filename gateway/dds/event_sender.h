@@ -1,6 +1,6 @@
 // Which event is published next: each once, in the order of the numbers; to a new reader the newest
 // ones once more. After a restart it goes on where it was, if subscribers have confirmed that.
-// Pure; gateway/dds/sample_sender.h sends.
+// Pure; gateway/dds/notice_sender.h sends.
 //
 //   there are 1 … 5000, and a reader comes    → 4001, 4002 … 5000
 //   5001 happens                              → 5001

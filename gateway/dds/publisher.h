@@ -17,10 +17,15 @@
 
 namespace baudgate::dds {
 
+struct DdsCounters : SampleCounters {
+  std::uint32_t subscribers = 0;  ///< readers of the points topic, now
+  DatagramCounters datagrams{};
+};
+
 class DdsPublisher {
  public:
   /// Called on the publisher's thread.
-  using Log = SampleSender::Log;
+  using Log = PacedWriter::Log;
 
   /// Starts publishing to `writer`: everything to each that takes samples there, then what changes.
   /// `config` and `store` outlive it; call before the lines start. `events`: null: there are none.
@@ -40,7 +45,9 @@ class DdsPublisher {
   /// Tells subscribers that all points are gone and ends; within about a second. Idempotent.
   void Stop();
 
-  DdsCounters counters() const { return sender_.counters(); }
+  DdsCounters counters() const {
+    return {sender_.counters(), writer_->subscribers(), writer_->datagrams()};
+  }
 
  private:
   DdsPublisher(const config::Config& config, PointStore& store, Log log,

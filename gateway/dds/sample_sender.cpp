@@ -2,54 +2,35 @@
 #include "gateway/dds/sample_sender.h"
 
 #include <algorithm>
+#include <functional>
+#include <span>
 #include <utility>
 
-#include "gateway/base/version.h"
 #include "gateway/dds/fill_samples.h"
 
 namespace baudgate::dds {
 namespace {
 
-// Loss-free even on the 208 KiB socket buffers that a kernel grants by default: 20 samples/ms.
-constexpr Duration kPaceInterval = 50us;
-constexpr std::uint32_t kPaceBurst = 100;
-// At a stop there is about a second for all samples.
-constexpr Duration kEndInterval = 20us;
-constexpr Duration kEndTime = 700ms;
 constexpr std::size_t kDueBatch = 64;
-constexpr Duration kRetry = 1s;     // of what goes before values
-constexpr std::size_t kBatch = 64;  // of what goes before values
 
 // A reader that is connected in the middle of a long image gets its end before its beginning; one
 // on Fast DDS 2.9 then searches all that it holds for each sample, for ten seconds and more.
-// Subscribers that are already there find a new gateway within this time.
 constexpr std::size_t kLongImage = 1000;
-constexpr Duration kDiscoveryTime = 500ms;
 
 Instant ImageTime(std::size_t points, Instant now) {
-  return points > kLongImage ? now + kDiscoveryTime : now;
+  return points > kLongImage ? now + NoticeSender::kDiscoveryTime : now;
 }
 
 }  // namespace
 
 SampleSender::SampleSender(const config::Config& config, const PointStore& store,
-                           SampleWriter& writer, Log log, Now now, EventSupply* events)
+                           SampleWriter& writer, PacedWriter::Log log, Now now, EventSupply* events)
     : config_(config),
       store_(store),
-      writer_(writer),
-      log_(std::move(log)),
       slots_(store),
       plan_(NewPlan(now.instant)),
-      pace_(Pacer(kPaceInterval, kPaceBurst)),
-      gateway_due_(now.instant),
-      events_(events),
-      events_due_(now.instant + kDiscoveryTime),
-      alarms_(events),
-      alarms_due_(events_due_) {
-  gateway_sample_.gateway = config_.name;
-  gateway_sample_.start_time_ns = now.wall.time_since_epoch().count();
-  AssignBounded(gateway_sample_.version, kVersion, kMaxVersion);
-}
+      paced_(writer, std::move(log)),
+      notices_(config, store, writer, paced_, events, now) {}
 
 /// Plans only the points that have numbers: a reload may be adding devices to the store meanwhile.
 PublishPlan SampleSender::NewPlan(Instant now) const {
@@ -62,33 +43,23 @@ PublishPlan SampleSender::NewPlan(Instant now) const {
 void SampleSender::StartAnew(Instant now) {
   plan_ = NewPlan(now);
   round_ = {};
-  gone_.clear();
-  pace_.ForgetHold();
-  gateway_due_ = now;
-  events_.StartAnew();
-  alarms_.StartAnew();
-  alarms_due_ = events_due_ = now + kDiscoveryTime;
+  paced_.ForgetHold();
+  notices_.StartAnew(now);
 }
 
-// A point that has come back under its name before its end was told has none.
 void SampleSender::OnReload(Instant now) {
-  AddGone();
+  AddEnds();
   slots_ = PointSlots(store_);
   plan_ = NewPlan(now);
   round_ = {};
-  const auto slots = SlotsByName(store_, slots_);
-  std::erase_if(gone_, [&](const PointRef& ref) {
-    const auto found = slots.find(NameOf(store_, ref));
-    if (found != slots.end()) plan_.MarkSent(found->second);
-    return found != slots.end();
-  });
-  gone_due_ = now;
+  for (const std::uint32_t slot : notices_.ends().TakeBack(slots_)) plan_.MarkSent(slot);
+  notices_.SendEndsAt(now);
 }
 
 /// All that subscribers have been told of.
-void SampleSender::AddGone() {
+void SampleSender::AddEnds() {
   for (std::uint32_t slot = 0; slot < slots_.size(); ++slot) {
-    if (plan_.WasSent(slot)) gone_.push_back(slots_.RefOf(slot));
+    if (plan_.WasSent(slot)) notices_.ends().Add(slots_.RefOf(slot));
   }
 }
 
@@ -111,74 +82,14 @@ bool SampleSender::idle() const {
 }
 
 Instant SampleSender::Send(Instant now) {
-  if (!SendGateway(now) || !SendGone(now)) return pace_.ReadyAt();
-  if (!SendFrom(events_, events_due_, now) || !SendFrom(alarms_, alarms_due_, now))
-    return pace_.ReadyAt();
-  if (!SendRound(now)) return pace_.ReadyAt();
+  if (!notices_.Send(now)) return paced_.ReadyAt();
+  if (!SendRound(now)) return paced_.ReadyAt();
   // What has changed meanwhile goes before the next few that are due: it does not wait for the
   // whole start-up image.
   if (!std::exchange(due_may_follow_, false)) return now;
   TakeDue(now);
-  if (!SendRound(now)) return pace_.ReadyAt();
-  return std::min({plan_.NextDue(), gateway_due_, BehindDue()});
-}
-
-/// False: the pace or the writer does not allow it now.
-bool SampleSender::SendGateway(Instant now) {
-  if (now < gateway_due_) return true;
-  if (!pace_.MayWrite(now)) return false;
-  const Sent sent = writer_.Write(gateway_sample_);
-  if (!pace_.Took(sent, now)) return false;
-  gateway_due_ = sent == Sent::yes ? Instant::max() : now + kRetry;
-  Count(sent, "gateway ", config_.name);
-  return true;
-}
-
-/// False: the pace or the writer does not allow it now.
-bool SampleSender::SendGone(Instant now) {
-  if (now < gone_due_) return true;
-  for (std::size_t sent = 0; sent < kBatch && !gone_.empty(); ++sent) {
-    if (!pace_.MayWrite(now)) return false;
-    const PointRef ref = gone_.front();
-    const Sent said = EndPoint(ref);
-    if (!pace_.Took(said, now)) return false;
-    Count(said, "device ", store_.device(ref.device).name);
-    if (said == Sent::refused) {
-      gone_due_ = now + kRetry;
-      return true;
-    }
-    gone_.pop_front();
-  }
-  return true;
-}
-
-/// False: the pace or the writer does not allow it now. In their order: one that is refused holds
-/// up those behind it.
-template <typename Sender>
-bool SampleSender::SendFrom(Sender& sender, Instant& due, Instant now) {
-  if (now < due) return true;
-  for (std::size_t sent = 0; sent < kBatch; ++sent) {
-    const auto* sample = sender.Next();
-    if (sample == nullptr) return true;
-    if (!pace_.MayWrite(now)) return false;
-    const Sent said = writer_.Write(*sample);
-    if (!pace_.Took(said, now)) return false;
-    Count(said, "device ", sample->device);
-    if (said == Sent::refused) {
-      due = now + kRetry;
-      return true;
-    }
-    sender.OnSent();
-  }
-  return true;
-}
-
-/// When what is left of ends, events and alarms may be sent.
-Instant SampleSender::BehindDue() {
-  const Instant gone = gone_.empty() ? Instant::max() : gone_due_;
-  const Instant events = events_.Next() == nullptr ? Instant::max() : events_due_;
-  const Instant alarms = alarms_.Next() == nullptr ? Instant::max() : alarms_due_;
-  return std::min({gone, events, alarms});
+  if (!SendRound(now)) return paced_.ReadyAt();
+  return std::min(plan_.NextDue(), notices_.Due());
 }
 
 void SampleSender::TakeDue(Instant now) {
@@ -233,10 +144,10 @@ void SampleSender::StageNextDevice(Instant now) {
 }
 
 bool SampleSender::SendStaged(Instant now) {
-  if (!pace_.MayWrite(now)) return false;
+  if (!paced_.MayWrite(now)) return false;
   const Staged& staged = round_.staged[round_.next_staged];
-  const Sent sent = writer_.Write(staged.sample);
-  if (!pace_.Took(sent, now)) {
+  const Sent sent = paced_.Write(staged.sample, now);
+  if (sent == Sent::later) {
     Unstage();
     return false;
   }
@@ -246,7 +157,6 @@ bool SampleSender::SendStaged(Instant now) {
   } else {
     plan_.PointFailed(staged.slot, now);
   }
-  Count(sent, "device ", staged.sample.device);
   return true;
 }
 
@@ -277,74 +187,20 @@ bool SampleSender::SendDevice(std::uint32_t device, Instant now) {
   };
   store_.Read(device, std::cref(look));
   if (!wanted) return true;
-  if (!pace_.MayWrite(now)) return false;
-  const Sent sent = writer_.Write(device_sample_);
-  if (!pace_.Took(sent, now)) return false;
+  if (!paced_.MayWrite(now)) return false;
+  const Sent sent = paced_.Write(device_sample_, now);
+  if (sent == Sent::later) return false;
   if (sent == Sent::yes) {
     plan_.DeviceSent(device, state, now);
   } else {
     plan_.DeviceFailed(device, now);
   }
-  Count(sent, "device ", device_sample_.device);
   return true;
 }
 
 std::optional<Instant> SampleSender::End(Instant now) {
-  if (!ending_) {
-    ending_ = Ending{now + kEndTime, Pacer(kEndInterval, kPaceBurst)};
-    AddGone();
-  }
-  if (const auto next = EndOf(events_, now)) return next;
-  if (const auto next = EndOf(alarms_, now)) return next;
-  for (; !gone_.empty(); gone_.pop_front()) {
-    if (now >= ending_->deadline) return std::nullopt;
-    if (!ending_->pacer.Take(now)) return ending_->pacer.ReadyAt();
-    if (EndPoint(gone_.front()) == Sent::later) return now + WritePace::kLongestHold;
-  }
-  return std::nullopt;
-}
-
-/// What has happened until now; empty: all is told, or cannot be.
-template <typename Sender>
-std::optional<Instant> SampleSender::EndOf(Sender& sender, Instant now) {
-  while (const auto* sample = sender.Next()) {
-    if (now >= ending_->deadline) return std::nullopt;
-    if (!ending_->pacer.Take(now)) return ending_->pacer.ReadyAt();
-    const Sent said = writer_.Write(*sample);
-    if (said == Sent::later) return now + WritePace::kLongestHold;
-    if (said == Sent::refused) return std::nullopt;
-    sender.OnSent();
-  }
-  return std::nullopt;
-}
-
-/// Its last value, which nobody reads any more.
-Sent SampleSender::EndPoint(PointRef ref) {
-  PointSample last;
-  last.gateway = config_.name;
-  const auto look = [&](const DeviceRecord& record) {
-    const Value& value = record.points[ref.point].value;
-    FillPoint(record, ref.point, PointState::Of(value, Quality::bad_not_connected), last);
-  };
-  store_.Read(ref.device, std::cref(look));
-  return writer_.Write(last);
-}
-
-void SampleSender::Count(Sent sent, std::string_view whose, const std::string& name) {
-  if (sent == Sent::yes) {
-    ++written_;
-    if (failing_ > 0 && log_) {
-      log_(log::Level::info,
-           "samples are taken again; " + std::to_string(failing_) + " were refused and repeated");
-    }
-    failing_ = 0;
-    return;
-  }
-  ++failed_;
-  if (failing_++ == 0 && log_) {
-    log_(log::Level::warning,
-         "a sample of " + std::string(whose) + name + " was refused; it will be repeated");
-  }
+  if (!notices_.is_ending()) AddEnds();
+  return notices_.End(now);
 }
 
 }  // namespace baudgate::dds

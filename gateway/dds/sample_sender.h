@@ -4,48 +4,37 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <atomic>
-#include <deque>
-#include <functional>
+#include <cstdint>
 #include <optional>
-#include <span>
-#include <string>
 #include <vector>
 
 #include "config/model/config.h"
-#include "gateway/base/log.h"
-#include "gateway/dds/alarm_sender.h"
-#include "gateway/dds/event_sender.h"
+#include "gateway/dds/notice_sender.h"
+#include "gateway/dds/paced_writer.h"
 #include "gateway/dds/point_slots.h"
 #include "gateway/dds/publish_plan.h"
 #include "gateway/dds/sample_writer.h"
 #include "gateway/dds/samples.h"
-#include "gateway/dds/write_pace.h"
 #include "gateway/store/change_feed.h"
 #include "gateway/store/point_store.h"
 
 namespace baudgate::dds {
 
-struct DdsCounters {
-  std::uint64_t written = 0;      ///< samples
-  std::uint64_t failed = 0;       ///< samples that the library did not take; they are tried again
-  std::uint32_t subscribers = 0;  ///< readers of the points topic, now
-  DatagramCounters datagrams;
-  std::uint64_t events = 0;          ///< of `written`
+struct SampleCounters {
+  std::uint64_t written = 0;
+  std::uint64_t failed = 0;  ///< samples that the library did not take; they are tried again
+  std::uint64_t events = 0;  ///< of `written`
   std::uint64_t events_skipped = 0;  ///< that were no longer to be had
 };
 
 class SampleSender {
  public:
-  /// One line for people, at a change only, without the name of the output.
-  using Log = std::function<void(log::Level level, const std::string& line)>;
-
   /// All outlive the sender; it is asked to Send only while the writer has a session. `now` is told
   /// as the gateway's start. Everything is due then: the start-up image. A long image waits 500 ms,
   /// until subscribers that are already there have found the gateway.
   /// `events`: null: there are none.
-  SampleSender(const config::Config& config, const PointStore& store, SampleWriter& writer, Log log,
-               Now now, EventSupply* events = nullptr);
+  SampleSender(const config::Config& config, const PointStore& store, SampleWriter& writer,
+               PacedWriter::Log log, Now now, EventSupply* events = nullptr);
 
   /// The receiver of the samples knows nothing yet: forgets what was sent; everything is due at
   /// `now` again.
@@ -71,12 +60,14 @@ class SampleSender {
   /// empty: all is told, or the 700 ms for it are over (the end of the writer tells the rest).
   std::optional<Instant> End(Instant now);
   /// Behind End: subscribers have confirmed everything.
-  void Confirm() { events_.Confirm(); }
+  void Confirm() { notices_.Confirm(); }
 
   /// From any thread.
-  DdsCounters counters() const {
-    return {written_,       failed_,          writer_.subscribers(), writer_.datagrams(),
-            events_.sent(), events_.skipped()};
+  SampleCounters counters() const {
+    return {.written = paced_.written(),
+            .failed = paced_.failed(),
+            .events = notices_.events().sent(),
+            .events_skipped = notices_.events().skipped()};
   }
 
  private:
@@ -95,53 +86,26 @@ class SampleSender {
     std::vector<std::uint32_t> devices;
     std::size_t next_device = 0;
   };
-  /// The end is being told.
-  struct Ending {
-    Instant deadline;
-    Pacer pacer;
-  };
 
   PublishPlan NewPlan(Instant now) const;
-  void AddGone();
-  bool SendGateway(Instant now);
-  bool SendGone(Instant now);
-  template <typename Sender>
-  bool SendFrom(Sender& sender, Instant& due, Instant now);
-  Instant BehindDue();
-  template <typename Sender>
-  std::optional<Instant> EndOf(Sender& sender, Instant now);
+  void AddEnds();
   bool SendRound(Instant now);
   void TakeDue(Instant now);
   void StageNextDevice(Instant now);
   bool SendStaged(Instant now);
   void Unstage();
   bool SendDevice(std::uint32_t device, Instant now);
-  Sent EndPoint(PointRef ref);
-  void Count(Sent sent, std::string_view whose, const std::string& name);
 
   const config::Config& config_;
   const PointStore& store_;
-  SampleWriter& writer_;
-  const Log log_;
   PointSlots slots_;
   PublishPlan plan_;
-  WritePace pace_;
+  PacedWriter paced_;
+  NoticeSender notices_;
   Round round_;
   bool due_may_follow_ = false;
-  std::deque<PointRef> gone_;       ///< points whose end subscribers have to be told
-  Instant gone_due_{};              ///< not before
   std::vector<std::uint32_t> due_;  ///< kept to save its memory
   DeviceSample device_sample_;      ///< so is this
-  GatewaySample gateway_sample_;
-  Instant gateway_due_;  ///< Instant::max(): it has been sent
-  EventSender events_;
-  Instant events_due_;  ///< not before
-  AlarmSender alarms_;
-  Instant alarms_due_;  ///< not before
-  std::optional<Ending> ending_;
-  std::uint64_t failing_ = 0;  ///< failures since the last success; the edge is logged
-  std::atomic<std::uint64_t> written_ = 0;
-  std::atomic<std::uint64_t> failed_ = 0;
 };
 
 }  // namespace baudgate::dds

@@ -4,15 +4,10 @@
 // of them has a cursor; events that are no longer in memory it gets from the file, by way of that
 // thread. A consumer that only looks misses these, and can count them by their numbers. Events have
 // the names of their devices; the number of a device is looked up when it is asked for.
-//
-//   number  1 … 60   61 … 80          81 … 90
-//           old      only the device  whole
-//
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
-#include <deque>
 #include <functional>
 #include <map>
 #include <optional>
@@ -25,6 +20,8 @@
 #include "gateway/events/backlog.h"
 #include "gateway/events/cursors.h"
 #include "gateway/events/event_record.h"
+#include "gateway/events/feed_listeners.h"
+#include "gateway/events/recent_events.h"
 #include "gateway/events/source_numbers.h"
 
 namespace baudgate::events {
@@ -35,31 +32,11 @@ struct FedEvent {
   EventRecord record{};
 };
 
-/// The device of an event that is no longer shown.
-struct GoneEvent {
-  std::int64_t seq = 0;
-  std::string device{};
-};
-
-struct FeedLimits {
-  std::size_t events = 4000;       ///< about 1 MB
-  std::size_t remembered = 16000;  ///< devices of the events before these: 256 kB
-};
-
-/// What a file holds when it is opened; both by their numbers.
-struct FeedImage {
-  std::int64_t newest = 0;
-  std::vector<EventRecord> events{};
-  std::vector<Alarm> alarms{};
-  std::vector<GoneEvent> gone{};
-  std::map<std::string, std::int64_t> older{};  ///< the newest of each device before these
-};
-
 class EventFeed {
  public:
   /// `consumers`: names of those with a cursor.
   explicit EventFeed(FeedLimits limits = {}, std::set<std::string> consumers = {})
-      : limits_(limits), cursors_(std::move(consumers)) {}
+      : recent_(limits), cursors_(std::move(consumers)) {}
 
   /// Does nothing if there are events already: the file was opened again.
   void Begin(FeedImage image);
@@ -67,11 +44,8 @@ class EventFeed {
   void Add(std::vector<EventRecord> events);
   /// The sources have these numbers from now on. Before the first call no device has one.
   void Renumber(const SourceNames& sources);
-  using Listener = std::uint64_t;
-  /// `wake` is called after Begin, Add and Supply, on the writing thread; it returns at once.
-  Listener Listen(std::function<void()> wake);
-  /// When this returns, it is not called any more.
-  void Leave(Listener listener);
+  /// They are woken after Begin, Add and Supply.
+  FeedListeners& listeners() { return listeners_; }
 
   struct Shown {
     std::int64_t newest = 0;  ///< of all devices; 0: none
@@ -91,51 +65,32 @@ class EventFeed {
   /// The new states of alarms; called before the listeners are woken.
   const AlarmBoard& alarms() const { return alarms_; }
 
-  /// The position of the consumer; after Begin.
-  std::optional<Cursor> cursor(const std::string& consumer) const { return cursors_.Of(consumer); }
+  /// The positions of consumers; after Begin.
+  CursorBook& cursors() { return cursors_; }
   /// On the disk within a second or so.
   void SetCursor(const std::string& consumer, Cursor cursor);
 
   /// The rest is for the thread that writes the file. `asked` is called on any thread; `now`:
   /// events are to be read, else cursors are to be written. Null: the file is not read.
   void ServeWith(std::function<void(bool now)> asked);
-  CursorBook& cursors() { return cursors_; }
   /// The number after which events are to be read; empty: none are.
   std::optional<std::int64_t> wanted() const;
   void Supply(std::int64_t after, std::vector<EventRecord> events);
 
  private:
-  struct Gone {
-    std::int64_t seq = 0;
-    const std::string* device = nullptr;  // in gone_devices_
-  };
-  void Forget(std::int64_t seq, const std::string& device) BAUDGATE_REQUIRES(mutex_);
-  void Drop() BAUDGATE_REQUIRES(mutex_);
-  std::int64_t Whole(std::uint32_t number) const BAUDGATE_REQUIRES(mutex_);
-  std::uint64_t Lost(const std::string* device, std::int64_t first) const BAUDGATE_REQUIRES(mutex_);
   FedEvent Numbered(EventRecord record) const BAUDGATE_REQUIRES(mutex_);
-  bool HasLeft(std::int64_t after) const BAUDGATE_REQUIRES(mutex_);
-  void Wake() const;
   void Ask(bool now) const;
   bool IsServed() const;
 
-  const FeedLimits limits_;
   mutable Mutex mutex_;
-  std::int64_t newest_ BAUDGATE_GUARDED_BY(mutex_) = 0;
-  std::deque<EventRecord> events_ BAUDGATE_GUARDED_BY(mutex_);
-  std::deque<Gone> gone_ BAUDGATE_GUARDED_BY(mutex_);
-  std::set<std::string> gone_devices_ BAUDGATE_GUARDED_BY(mutex_);
-  std::map<std::string, std::int64_t> older_ BAUDGATE_GUARDED_BY(mutex_);
-  std::map<Source, std::string> devices_ BAUDGATE_GUARDED_BY(mutex_);
-  std::map<std::string, Source> numbers_ BAUDGATE_GUARDED_BY(mutex_);  // the same, by name
+  RecentEvents recent_ BAUDGATE_GUARDED_BY(mutex_);
+  std::map<std::string, Source> numbers_ BAUDGATE_GUARDED_BY(mutex_);  // of devices
   Backlog backlog_ BAUDGATE_GUARDED_BY(mutex_);
   AlarmBoard alarms_;
   CursorBook cursors_;
   mutable Mutex asking_;
   std::function<void(bool now)> asked_ BAUDGATE_GUARDED_BY(asking_);
-  mutable Mutex waking_;
-  std::map<Listener, std::function<void()>> listeners_ BAUDGATE_GUARDED_BY(waking_);
-  Listener next_ BAUDGATE_GUARDED_BY(waking_) = 1;
+  FeedListeners listeners_;
 };
 
 }  // namespace baudgate::events

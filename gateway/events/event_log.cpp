@@ -75,7 +75,7 @@ void EventLog::WriteDue() {
   TellAlarms(status ? round.batches : rounds_.Unsaved());
   if (status) ReadBacklog();
   if (!kept.empty()) options_.kept(kept);
-  AckService::Answer(round.acks, status ? std::string() : status.error());
+  AnswerAcks(round.acks, status ? std::string() : status.error());
 }
 
 Status EventLog::Write(EventRounds::Round& round) {

@@ -59,15 +59,16 @@ void EventQueue::End(Duration most) {
   }
 }
 
-std::size_t EventQueue::Acknowledge(const AckQuery& query, AckService::Done done) {
+std::size_t EventQueue::Acknowledge(const AckQuery& query,
+                                    std::function<void(const Acknowledged&)> done) {
   Acknowledged now;
   {
     const MutexLock lock(pending_.mutex);
     now.at = options_.clocks().wall;
-    now.alarms = AckService::Tell(query, pending_.Alarms(), pending_.book, now.at);
+    now.alarms = TellAcks(query, pending_.Alarms(), pending_.book, now.at);
     now.trouble = pending_.disk.trouble();
     if (now.alarms > 0 && now.trouble.empty()) {
-      pending_.acks.Wait({now.alarms, now.at, std::exchange(done, nullptr)});
+      pending_.acks.push_back({now.alarms, now.at, std::exchange(done, nullptr)});
     }
   }
   pending_.wake();

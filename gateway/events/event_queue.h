@@ -35,7 +35,7 @@ class EventQueue {
   /// disk is in trouble, or after `most`.
   void End(Duration most);
   /// See EventSource.
-  std::size_t Acknowledge(const AckQuery& query, AckService::Done done);
+  std::size_t Acknowledge(const AckQuery& query, std::function<void(const Acknowledged&)> done);
   /// Calls `opened` once when the file is open: at once, or on the writing thread.
   void WhenOpened(std::function<void()> opened);
   bool opened() const;

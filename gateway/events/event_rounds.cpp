@@ -16,7 +16,7 @@ EventRounds::EventRounds(const LogOptions& options, PendingEvents& pending)
 }
 
 std::vector<Batch> EventRounds::Watch() {
-  std::vector<AckService::Ack> acks;
+  std::vector<WaitingAck> acks;
   std::vector<Batch> batches;
   std::string trouble;
   {
@@ -30,11 +30,11 @@ std::vector<Batch> EventRounds::Watch() {
     SetDisk(Disk::stalled, "the disk does not answer in time");
     batches = pending_.book.Ahead();
     pending_.book.OnTold(batches.size());
-    acks = pending_.acks.Take();
+    acks = std::exchange(pending_.acks, {});
     trouble = pending_.disk.trouble();
   }
   pending_.changed.notify_all();
-  AckService::Answer(acks, trouble);
+  AnswerAcks(acks, trouble);
   return batches;
 }
 
@@ -100,7 +100,7 @@ EventRounds::Round EventRounds::Take() {
   return {.look = watch_.TakeLook(),
           .batches = pending_.book.Prepare(),
           .records = pending_.records,
-          .acks = pending_.acks.Take(),
+          .acks = std::exchange(pending_.acks, {}),
           .ends_alarms = pending_.watched.TakeDue()};
 }
 
@@ -121,7 +121,7 @@ std::vector<Source> EventRounds::Done(Round& round, const Status& status, std::i
       if (round.ends_alarms) pending_.watched.Follow(pending_.book, now.wall);
     } else {
       if (round.ends_alarms) pending_.watched.SetDue();
-      if (round.acks.empty()) round.acks = pending_.acks.Take();
+      if (round.acks.empty()) round.acks = std::exchange(pending_.acks, {});
       timer_.Rest(now.instant + kTick);
     }
     if (oldest > 0) pending_.oldest = oldest;  // known as well while the disk is full

@@ -44,7 +44,7 @@ class EventRounds {
     FileWatch::Look look{};
     std::vector<Batch> batches{};
     std::vector<KeptRecord> records{};
-    std::vector<AckService::Ack> acks{};
+    std::vector<WaitingAck> acks{};
     bool ends_alarms = false;  ///< after this commit, alarms that nobody watches any more end
   };
   Round Take();

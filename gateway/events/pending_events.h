@@ -11,12 +11,12 @@
 #include <vector>
 
 #include "gateway/base/guarded.h"
-#include "gateway/events/ack_service.h"
 #include "gateway/events/event_book.h"
 #include "gateway/events/kept_record.h"
 #include "gateway/events/log_options.h"
 #include "gateway/events/own_run.h"
 #include "gateway/events/source_numbers.h"
+#include "gateway/events/waiting_ack.h"
 #include "gateway/events/watched.h"
 #include "gateway/state/disk_condition.h"
 
@@ -44,7 +44,7 @@ struct PendingEvents {
   std::condition_variable changed;  ///< a round has ended, or the disk has stalled
   EventBook book BAUDGATE_GUARDED_BY(mutex);
   std::vector<KeptRecord> records BAUDGATE_GUARDED_BY(mutex);
-  AckService acks BAUDGATE_GUARDED_BY(mutex);
+  std::vector<WaitingAck> acks BAUDGATE_GUARDED_BY(mutex);
   OwnRun run BAUDGATE_GUARDED_BY(mutex);
   SourceNumbers numbers BAUDGATE_GUARDED_BY(mutex);
   WatchedAlarms watched BAUDGATE_GUARDED_BY(mutex);

@@ -38,14 +38,12 @@ StoreLimits LimitsOf(const config::History& history) {
 
 HistoryLog::HistoryLog(Options options)
     : options_(std::move(options)),
-      most_samples_(std::max(kLeastQueue, 4 * options_.config->history.points.size())),
-      most_trends_(most_samples_),
-      feed_(options_.store->Subscribe()),
       view_(std::make_shared<HistoryView>(HistoryView::Options{
           options_.folder, options_.why_no_folder, options_.warn, options_.inform})),
       recorder_(options_.config->history, *options_.store, options_.clocks()),
       files_(options_.folder, NamesOf(*options_.config), LimitsOf(options_.config->history),
              options_.vfs),
+      queue_(std::max(kLeastQueue, 4 * options_.config->history.points.size())),
       disk_(options_.clocks().wall),
       writing_("history files",
                [this](bool last) {
@@ -69,10 +67,9 @@ HistoryLog::HistoryLog(Options options)
 
 HistoryLog::~HistoryLog() {
   recording_.RequestStop();
-  feed_->Wake();
+  recorder_.Wake();
   recording_.Stop();
   writing_.Stop();
-  options_.store->Unsubscribe(feed_);
   const HistoryState state = view_->state();
   if (state.trouble.empty() || state.waiting == 0) return;
   options_.warn(fmt::format("history: the gateway ends, and {} values are not kept: {}",
@@ -83,23 +80,16 @@ HistoryLog::~HistoryLog() {
 
 /// Waits in the feed for what changes, until the next tick.
 Instant HistoryLog::Record(bool last) {
-  feed_->Drain(last ? Instant() : tick_, changes_);
+  recorder_.Wait(last);
   std::size_t room = 0;
   bool anew = false;
   {
     const MutexLock lock(mutex_);
-    room = Room();
+    room = queue_.Room();
     anew = std::exchange(begin_anew_, false);
   }
   const Now now = options_.clocks();
-  Batch batch;
-  recorder_.Take(changes_, now, room, batch);
-  if (anew) recorder_.BeginAnew(now, room, batch);
-  if (now.instant >= tick_) {
-    recorder_.Tick(now, room, batch);
-    tick_ = now.instant + kCommit;
-  }
-  if (last) recorder_.End(now, batch);
+  Batch batch = recorder_.Take(now, room, anew, last);
   const MutexLock lock(mutex_);
   HandOver(std::move(batch));
   // Opening takes as long as reading the file.
@@ -110,21 +100,11 @@ Instant HistoryLog::Record(bool last) {
 }
 
 void HistoryLog::HandOver(Batch&& batch) {
-  // Spans have a queue of their own: there are few, and they are worth more.
-  std::size_t dropped = 0;
-  if (queue_.trends.size() + batch.trends.size() > most_trends_) {
-    dropped = batch.trends.size();
-    batch.trends.clear();
-  }
-  queue_.Append(std::move(batch));
+  const std::size_t dropped = queue_.Add(std::move(batch));
   view_->Update([&](HistoryState& state) {
     state.trends_dropped += dropped;
     state.counters = recorder_.counters();
   });
-}
-
-std::size_t HistoryLog::Room() const {
-  return most_samples_ - std::min(most_samples_, queue_.samples.size());
 }
 
 // ---------------------------------------------------------------- the writing thread
@@ -142,7 +122,7 @@ bool HistoryLog::AreTaken(Instant now) {
 void HistoryLog::WriteOnce(bool last) {
   if (options_.folder.empty()) {
     const MutexLock lock(mutex_);
-    queue_ = {};
+    queue_.TakeAll();
     return;
   }
   const Now clocks = options_.clocks();
@@ -162,7 +142,7 @@ void HistoryLog::WriteOnce(bool last) {
     Batch batch;
     if (!files_.waits()) {
       const MutexLock lock(mutex_);
-      std::swap(batch, queue_);
+      batch = queue_.TakeAll();
     }
     status = files_.Write(std::move(batch), clocks, last);
   }
@@ -171,7 +151,7 @@ void HistoryLog::WriteOnce(bool last) {
   }
   const FolderFiles& folder = files_.folder_files();
   const MutexLock lock(mutex_);
-  const std::size_t waiting = queue_.samples.size() + files_.waiting();
+  const std::size_t waiting = queue_.samples() + files_.waiting();
   view_->Update([&](HistoryState& state) {
     state.waiting = waiting;
     state.bytes = folder.bytes();

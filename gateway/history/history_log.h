@@ -13,6 +13,8 @@
 
 #include "gateway/base/guarded.h"
 #include "gateway/base/worker.h"
+#include "gateway/history/batch_queue.h"
+#include "gateway/history/change_recorder.h"
 #include "gateway/history/history_view.h"
 #include "gateway/history/value_store.h"
 #include "gateway/state/disk_condition.h"
@@ -55,26 +57,19 @@ class HistoryLog {
  private:
   Instant Record(bool last);
   void HandOver(Batch&& batch) BAUDGATE_REQUIRES(mutex_);
-  std::size_t Room() const BAUDGATE_REQUIRES(mutex_);
   void WriteOnce(bool last);
   bool AreTaken(Instant now);
   void SetDisk(Disk disk, const std::string& trouble) BAUDGATE_REQUIRES(mutex_);
 
   const Options options_;
-  const std::size_t most_samples_;
-  const std::size_t most_trends_;
-  const std::shared_ptr<ChangeFeed> feed_;
   const std::shared_ptr<HistoryView> view_;
-  // Used by the recording thread.
-  Recorder recorder_;
-  Changes changes_;
-  Instant tick_{};
+  ChangeRecorder recorder_;  // used by the recording thread
   // Used by the writing thread.
   ValueStore files_;
   Instant look_at_{};
   std::optional<Instant> waits_since_;  // for another log
   Mutex mutex_;
-  Batch queue_ BAUDGATE_GUARDED_BY(mutex_);
+  BatchQueue queue_ BAUDGATE_GUARDED_BY(mutex_);
   DiskCondition disk_ BAUDGATE_GUARDED_BY(mutex_);
   bool begin_anew_ BAUDGATE_GUARDED_BY(mutex_) = false;  // values are lost that were kept
   std::optional<Instant> writing_since_ BAUDGATE_GUARDED_BY(mutex_);

@@ -21,8 +21,8 @@ namespace baudgate::serial_server {
 
 /// A client that has the port, or had it.
 struct Visit {
-  std::string client;  ///< "10.0.0.7:40112"
-  std::string place;   ///< where it has come in: "127.0.0.1:4001"
+  std::string client{};  ///< "10.0.0.7:40112"
+  std::string place{};   ///< where it has come in: "127.0.0.1:4001"
   config::PortServer::Mode mode = config::PortServer::Mode::raw;
   Now began{};
   std::uint64_t to_port = 0;  ///< bytes, as below

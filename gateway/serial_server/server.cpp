@@ -184,7 +184,9 @@ void Server::Welcome(tcp::socket socket) {
 }
 
 void Server::BeginSession(Client& client, Now now) {
-  client.session.emplace(config_.mode, config_.idle, "baudgate " + line_, *client.socket, now);
+  client.session.emplace(
+      Visit{.client = client.name, .place = config_.Place(), .mode = config_.mode, .began = now},
+      config_.idle, "baudgate " + line_, *client.socket);
 }
 
 void Server::OnBytes(Client& client, View bytes) {
@@ -249,12 +251,7 @@ void Server::OnPortRoom() {
   if (holder_ != nullptr) holder_->session->OnPortRoom();
 }
 
-Visit Server::visit() const {
-  if (holder_ == nullptr) return {};
-  const Session& session = *holder_->session;
-  return {holder_->name,   config_.Place(),   config_.mode,
-          session.began(), session.to_port(), session.from_port()};
-}
+Visit Server::visit() const { return holder_ == nullptr ? Visit() : holder_->session->visit(); }
 
 void Server::Settle(Client& client, Now now) {
   if (const auto why = client.session->over()) return Leave(client, *why, now);

@@ -6,49 +6,34 @@
 
 namespace baudgate::serial_server {
 
-using Mode = config::PortServer::Mode;
-
-Session::Session(Mode mode, Duration idle, std::string signature, Connection& connection, Now now)
-    : mode_(mode),
+Session::Session(Visit visit, Duration idle, std::string signature, Connection& connection)
+    : visit_(std::move(visit)),
       idle_(idle),
       signature_(std::move(signature)),
       connection_(connection),
-      began_(now),
-      heard_(now.instant) {
-  if (mode_ == Mode::rfc2217) connection_.Send(options_.Begin());
+      heard_(visit_.began.instant) {
+  if (is_telnet()) connection_.Send(telnet_.Begin());
 }
 
 // ---------------------------------------------------------------- from the client
 
 void Session::OnClient(View bytes, Now now) {
   heard_ = now.instant;
-  if (mode_ == Mode::raw) {
-    Take(false, bytes);
-  } else {
+  if (is_telnet()) {
     Decode(bytes);
+  } else {
+    Take(false, bytes);
   }
   Regulate();
 }
 
 void Session::Decode(View bytes) {
-  while (const auto item = decoder_.Next(bytes)) {
-    switch (item->what) {
-      case TelnetItem::What::data:
-        Take(false, item->bytes);
-        break;
-      case TelnetItem::What::negotiation:
-        if (const Bytes answer = options_.On(item->verb, item->option); !answer.empty()) {
-          connection_.Send(answer);
-        }
-        // A program for serial ports sends bytes, not lines of text.
-        if (options_.theirs(telnet::kBinary) || options_.theirs(telnet::kComPort)) {
-          decoder_.SetBinary();
-        }
-        break;
-      case TelnetItem::What::subnegotiation:
-        if (item->option == telnet::kComPort) Take(true, item->bytes);
-        break;
-    }
+  for (;;) {
+    Bytes answers;
+    const auto part = telnet_.Next(bytes, answers);
+    if (!answers.empty()) connection_.Send(answers);
+    if (!part) return;
+    Take(part->is_command, part->bytes);
   }
 }
 
@@ -59,15 +44,14 @@ void Session::Take(bool is_command, View bytes) {
   } else if (is_command) {
     if (const Bytes answer = com_->On(bytes); !answer.empty()) connection_.Send(answer);
   } else {
-    to_port_ += bytes.size();
+    visit_.to_port += bytes.size();
     port_->Send(bytes);
   }
 }
 
 void Session::OnClientEnd(Now now) {
-  if (drains_since_) return;
-  drains_since_ = now.instant;
-  drained_at_ = now.instant;
+  if (drain_.has_begun()) return;
+  drain_.Begin(now.instant);
   OnTimer(now);
 }
 
@@ -75,9 +59,9 @@ void Session::OnClientEnd(Now now) {
 
 void Session::Begin(Transport& port, const config::SerialSettings& serial, Now now) {
   port_ = &port;
-  began_ = now;
+  visit_.began = now;
   heard_ = now.instant;
-  if (mode_ == Mode::rfc2217) {
+  if (is_telnet()) {
     com_.emplace(port, serial, signature_);
     look_at_ = now.instant + kLookEvery;
   }
@@ -87,14 +71,14 @@ void Session::Begin(Transport& port, const config::SerialSettings& serial, Now n
 
 void Session::OnPort(View bytes, Now now) {
   heard_ = now.instant;
-  from_port_ += bytes.size();
-  if (mode_ == Mode::raw) {
-    connection_.Send(bytes);
-  } else {
+  visit_.from_port += bytes.size();
+  if (is_telnet()) {
     Bytes escaped;
     escaped.reserve(bytes.size());
     AppendEscaped(escaped, bytes);
     connection_.Send(escaped);
+  } else {
+    connection_.Send(bytes);
   }
   Regulate();
 }
@@ -120,12 +104,9 @@ void Session::Regulate() {
 
 void Session::OnTimer(Now now) {
   const auto is_due = [&](const std::optional<Instant>& at) { return at && *at <= now.instant; };
-  if (is_due(drained_at_)) {
-    drained_at_ = now.instant + kDrainEvery;
-    if (port_ == nullptr ? waiting_.empty() : port_->IsDrained()) over_ = "it has left";
-    if (now.instant - *drains_since_ >= kLongestDrain) {
-      over_ = "it has left, and the port did not take all that it had sent";
-    }
+  if (is_due(drain_.Deadline())) {
+    const bool drained = port_ == nullptr ? waiting_.empty() : port_->IsDrained();
+    if (const auto why = drain_.Look(drained, now.instant)) over_ = why;
   }
   if (is_due(look_at_)) {
     look_at_ = now.instant + kLookEvery;
@@ -138,7 +119,7 @@ void Session::OnTimer(Now now) {
 
 std::optional<Instant> Session::Deadline() const {
   Instant soonest = heard_ + idle_;
-  for (const auto& at : {look_at_, drained_at_}) {
+  for (const auto& at : {look_at_, drain_.Deadline()}) {
     if (at) soonest = std::min(soonest, *at);
   }
   return soonest;

@@ -12,12 +12,13 @@
 #include <string>
 #include <vector>
 
-#include "config/model/port_server.h"
 #include "config/model/serial.h"
 #include "gateway/base/bytes.h"
 #include "gateway/base/time.h"
 #include "gateway/serial_server/com_port.h"
-#include "gateway/serial_server/telnet.h"
+#include "gateway/serial_server/port_drain.h"
+#include "gateway/serial_server/port_owner.h"
+#include "gateway/serial_server/telnet_stream.h"
 #include "transports/transport.h"
 
 namespace baudgate::serial_server {
@@ -40,12 +41,10 @@ class Session {
   static constexpr std::size_t kMostForPort = 16 * 1024;
   static constexpr std::size_t kMostForClient = 32 * 1024;
   static constexpr Duration kLookEvery = 100ms;  ///< at the control lines
-  static constexpr Duration kDrainEvery = 10ms;
-  static constexpr Duration kLongestDrain = 30s;
 
-  /// The connection outlives the session.
-  Session(config::PortServer::Mode mode, Duration idle, std::string signature,
-          Connection& connection, Now now);
+  /// `visit`: began with the connection, and begins once more with Begin. The connection outlives
+  /// the session.
+  Session(Visit visit, Duration idle, std::string signature, Connection& connection);
 
   /// From the client; at most what one read gives, until it has the port.
   void OnClient(View bytes, Now now);
@@ -68,9 +67,8 @@ class Session {
   /// Why the client is to be disconnected; empty: it is not.
   const std::optional<std::string>& over() const { return over_; }
 
-  Now began() const { return began_; }  ///< to have the port; before that: its connection
-  std::uint64_t to_port() const { return to_port_; }
-  std::uint64_t from_port() const { return from_port_; }
+  /// Since it has had the port; before that: since its connection.
+  const Visit& visit() const { return visit_; }
 
  private:
   /// What waits for the port.
@@ -80,29 +78,24 @@ class Session {
   };
   void Decode(View bytes);
   void Take(bool is_command, View bytes);
-  void Send(View data);
   void Regulate();
+  bool is_telnet() const { return visit_.mode == config::PortServer::Mode::rfc2217; }
 
-  const config::PortServer::Mode mode_;
+  Visit visit_;
   const Duration idle_;
   const std::string signature_;
   Connection& connection_;
   Transport* port_ = nullptr;
-  TelnetDecoder decoder_;
-  TelnetOptions options_;
+  TelnetStream telnet_;
   std::optional<ComPort> com_;
   std::vector<Waiting> waiting_;
   bool asks_ = false;
   bool port_paused_ = false;
   bool client_paused_ = false;
-  Now began_;
   Instant heard_;  // a byte, in either direction
   std::optional<Instant> look_at_;
-  std::optional<Instant> drains_since_;
-  std::optional<Instant> drained_at_;  // to be looked at
+  PortDrain drain_;
   std::optional<std::string> over_;
-  std::uint64_t to_port_ = 0;
-  std::uint64_t from_port_ = 0;
 };
 
 }  // namespace baudgate::serial_server

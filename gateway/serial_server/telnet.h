@@ -1,6 +1,6 @@
 // The telnet protocol as serial servers use it (RFC 854, 855, 856, 857, 858): cuts what a client
 // sends into data, negotiations and subnegotiations, and makes what it is sent. Pure, any
-// fragmentation gives the same items, memory is bounded. Used by session.cpp.
+// fragmentation gives the same items, memory is bounded. Used by telnet_stream.cpp.
 //
 //   61 FF FF FF FD 2C FF FA 2C 01 41 FF F0   →   data 61 · data FF · DO 2C · subnegotiation 2C: 01
 //   41

@@ -1,6 +1,6 @@
 // Tells clients that their sockets can be read or written, many at a time: one epoll set of their
 // own inside the server's io_context. asio alone would cost one more system call a request.
-// Sockets come from listener.cpp; client_session.cpp reads and writes them.
+// Sockets come from listener.cpp; client_socket.cpp reads and writes them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -2,11 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/modbus/server/client_session.h"
 
-#include <sys/socket.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <cerrno>
 #include <utility>
 
 #include "gateway/modbus/server/client_log.h"
@@ -27,8 +23,7 @@ constexpr Duration kLongestAsciiGap = 1s;
 ClientSession::ClientSession(int socket, ClientPoll& clients, const config::Listener& listener,
                              ServerShared& shared, std::string peer, config::Priority priority,
                              const Now& now, Owner& owner)
-    : socket_(socket),
-      clients_(clients),
+    : socket_(socket, clients, *this, now.instant),
       listener_(listener),
       shared_(shared),
       peer_(std::move(peer)),
@@ -36,26 +31,16 @@ ClientSession::ClientSession(int socket, ClientPoll& clients, const config::List
       framing_(MakeFraming(listener.framing, shared.frames())),
       service_(std::make_shared<RequestService>(listener, shared, *this, peer_, priority, now)),
       last_bytes_(now.instant),
-      last_frame_(now.instant),
-      blocked_since_(now.instant) {}
-
-ClientSession::~ClientSession() { Release(); }
+      last_frame_(now.instant) {}
 
 void ClientSession::Start() {
-  watched_ = EPOLLIN;
-  if (!clients_.Add(socket_, *this, watched_)) Close();
-}
-
-void ClientSession::Release() {
-  if (socket_ < 0) return;
-  clients_.Remove(socket_, *this);
-  ::close(std::exchange(socket_, -1));
+  if (!socket_.Start()) Close();
 }
 
 void ClientSession::Close() {
   if (closed_) return;
   closed_ = true;
-  Release();
+  socket_.Close();
   service_->Close();
   owner_.OnClosed(*this);
 }
@@ -63,16 +48,14 @@ void ClientSession::Close() {
 void ClientSession::OnEvents(std::uint32_t events, const Now& now) {
   const auto self = shared_from_this();
   // Not read to its end now, because it is paced; but whatever it says, no answer can reach it.
-  if ((events & (EPOLLERR | EPOLLHUP)) != 0 && (watched_ & EPOLLIN) == 0) return Close();
-  if (!blocked_) return Receive(now);
+  if ((events & (EPOLLERR | EPOLLHUP)) != 0 && !socket_.is_read()) return Close();
+  if (!socket_.is_blocked()) return Receive(now);
   Flush(now.instant);
   Continue();
 }
 
 void ClientSession::Watch(std::uint32_t events) {
-  if (watched_ == events) return;
-  watched_ = events;
-  if (!clients_.Change(socket_, *this, events)) Close();
+  if (!socket_.Watch(events)) Close();
 }
 
 void ClientSession::Receive(const Now& now) {
@@ -83,17 +66,16 @@ void ClientSession::Receive(const Now& now) {
 bool ClientSession::Fill(Instant now) {
   const auto space = framing_->Space();
   if (space.empty()) return false;
-  const ssize_t count = ::recv(socket_, space.data(), space.size(), 0);
-  if (count < 0 && (errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR)) return false;
-  if (count <= 0) {
+  const auto count = socket_.Receive(space);
+  if (!count) return false;
+  if (*count == 0) {
     Close();
     return false;
   }
-  if (!understood_ && first_.size() < kMostLookedAt) {
-    const std::size_t room = kMostLookedAt - first_.size();
-    Append(first_, View(space).first(std::min(room, static_cast<std::size_t>(count))));
+  if (first_ && first_->size() < kMostLookedAt) {
+    Append(*first_, View(space).first(std::min(kMostLookedAt - first_->size(), *count)));
   }
-  framing_->Commit(static_cast<std::size_t>(count));
+  framing_->Commit(*count);
   last_bytes_ = now;
   return true;
 }
@@ -101,16 +83,16 @@ bool ClientSession::Fill(Instant now) {
 void ClientSession::Turn(const Now& now) {
   in_turn_ = true;
   auto state = ClientFraming::State::need_more;
-  for (int i = 0; i < kFramesPerTurn && !closed_ && !blocked_; ++i) {
+  for (int i = 0; i < kFramesPerTurn && !closed_ && !socket_.is_blocked(); ++i) {
     View frame;
     state = framing_->Take(frame);
     if (state != ClientFraming::State::frame) break;
     last_frame_ = now.instant;
-    understood_ = true;
+    first_.reset();
     if (!framing_->one_at_a_time() || Supersede(frame)) service_->Handle(frame, now);
   }
   in_turn_ = false;
-  if (!understood_ && CloseOther(now)) return;
+  if (first_ && CloseOther(now)) return;
   if (state == ClientFraming::State::malformed) return CloseMalformed(now.instant);
   Flush(now.instant);
   Continue();
@@ -121,21 +103,19 @@ void ClientSession::Turn(const Now& now) {
 /// all slaves waits for no answer: it gives nothing up when it goes on.
 bool ClientSession::Supersede(View frame) {
   service_->Abandon();
-  out_.clear();
+  socket_.unsent().clear();
   const bool last = framing_->Peek() != ClientFraming::State::frame;
   return last || (UnitOf(frame) == 0 && IsPlainWrite(FunctionOf(frame)));
 }
 
 void ClientSession::Continue() {
   if (closed_) return;
-  if (blocked_) return Watch(EPOLLOUT);
+  if (socket_.is_blocked()) return Watch(EPOLLOUT);
   if (framing_->Peek() == ClientFraming::State::need_more) return Watch(EPOLLIN);
   Watch(0);
-  if (closed_ || turn_posted_) return;
-  turn_posted_ = true;
-  clients_.Post([self = shared_from_this()](const Now& now) {
-    self->turn_posted_ = false;
-    if (!self->closed_ && !self->blocked_) self->Turn(now);
+  if (closed_) return;
+  socket_.PostTurn([self = shared_from_this()](const Now& now) {
+    if (!self->closed_ && !self->socket_.is_blocked()) self->Turn(now);
   });
 }
 
@@ -144,15 +124,15 @@ void ClientSession::Answer(const ModbusRequest& request, Responder& responder, I
   if (!SendAtOnce(request, responder) && !closed_) {
     Bytes frame;
     if (!responder.Append(request, frame)) return Close();
-    framing_->Append(out_, frame);
+    framing_->Append(socket_.unsent(), frame);
   }
   Answered(now);
 }
 
 bool ClientSession::SendAtOnce(const ModbusRequest& request, Responder& responder) {
-  if (!out_.empty() || framing_->one_at_a_time()) return false;
+  if (!socket_.unsent().empty() || framing_->one_at_a_time()) return false;
   if (framing_->Peek() != ClientFraming::State::need_more) return false;
-  switch (responder.Send(request, socket_)) {
+  switch (responder.Send(request, socket_.number())) {
     case Responder::Sent::whole:
       return true;
     case Responder::Sent::would_block:
@@ -170,7 +150,7 @@ bool ClientSession::SendAtOnce(const ModbusRequest& request, Responder& responde
 
 void ClientSession::Answer(View frame, Instant now) {
   const auto self = Hold();
-  framing_->Append(out_, frame);
+  framing_->Append(socket_.unsent(), frame);
   Answered(now);
 }
 
@@ -189,28 +169,23 @@ void ClientSession::Answered(Instant now) {
 }
 
 void ClientSession::Flush(Instant now) {
-  if (closed_ || (!blocked_ && framing_->HoldsMore())) return;
-  if (!out_.empty()) {
-    const ssize_t sent = ::send(socket_, out_.data(), out_.size(), MSG_NOSIGNAL);
-    if (sent < 0 && errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR) return Close();
-    out_.erase(out_.begin(), out_.begin() + std::max<ssize_t>(sent, 0));
-  }
-  if (!blocked_ && !out_.empty()) blocked_since_ = now;
-  blocked_ = !out_.empty();
+  if (closed_ || (!socket_.is_blocked() && framing_->HoldsMore())) return;
+  if (!socket_.Flush(now)) Close();
 }
 
 void ClientSession::Sweep(const Now& clocks) {
   const Instant now = clocks.instant;
-  if (blocked_ && now - blocked_since_ > shared_.limits().stall) {
+  if (socket_.IsBlockedLonger(shared_.limits().stall, now)) {
     return CloseStalled("it does not read its answers");
   }
-  if (!blocked_ && service_->outstanding() == 0 && now - last_frame_ > listener_.idle_timeout) {
+  if (!socket_.is_blocked() && service_->outstanding() == 0 &&
+      now - last_frame_ > listener_.idle_timeout) {
     LiveCounters::Add(shared_.counters().idle);
     return Close();
   }
   const auto self = shared_from_this();
   const bool ascii = listener_.framing == Framing::ascii;
-  if (!blocked_ && now - last_bytes_ >= (ascii ? kLongestAsciiGap : kLongestGap)) {
+  if (!socket_.is_blocked() && now - last_bytes_ >= (ascii ? kLongestAsciiGap : kLongestGap)) {
     framing_->Settle();
     Flush(now);
     Continue();
@@ -220,7 +195,7 @@ void ClientSession::Sweep(const Now& clocks) {
 
 /// Before its first request was understood. False: it may still be one.
 bool ClientSession::CloseOther(const Now& now) {
-  const auto other = OtherFraming(first_, listener_.framing, shared_.frames());
+  const auto other = OtherFraming(*first_, listener_.framing, shared_.frames());
   if (!other) return false;
   LiveCounters::Add(shared_.counters().malformed);
   shared_.book()->HeardOther(listener_.Place(), peer_, *other, listener_.framing, now.wall);

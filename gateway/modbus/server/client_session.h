@@ -16,6 +16,7 @@
 #include "gateway/base/bytes.h"
 #include "gateway/base/time.h"
 #include "gateway/modbus/server/client_poll.h"
+#include "gateway/modbus/server/client_socket.h"
 #include "gateway/modbus/service/request_service.h"
 #include "gateway/modbus/service/server_shared.h"
 #include "gateway/modbus/wire/client_framing.h"
@@ -43,9 +44,6 @@ class ClientSession final : public ClientPoll::Client,
   ClientSession(int socket, ClientPoll& clients, const config::Listener& listener,
                 ServerShared& shared, std::string peer, config::Priority priority, const Now& now,
                 Owner& owner);
-  ~ClientSession();
-  ClientSession(const ClientSession&) = delete;
-  ClientSession& operator=(const ClientSession&) = delete;
 
   void Start();
   void Close();
@@ -58,7 +56,6 @@ class ClientSession final : public ClientPoll::Client,
  private:
   void OnEvents(std::uint32_t events, const Now& now) override;
   void Watch(std::uint32_t events);
-  void Release();
   void Receive(const Now& now);
   /// Takes bytes from the socket; false when there are none.
   bool Fill(Instant now);
@@ -86,24 +83,18 @@ class ClientSession final : public ClientPoll::Client,
   void CloseMalformed(Instant now);
   void CloseStalled(std::string_view why);
 
-  int socket_;
-  ClientPoll& clients_;
+  ClientSocket socket_;
   const config::Listener& listener_;
   ServerShared& shared_;
   std::string peer_;
   Owner& owner_;
   std::unique_ptr<ClientFraming> framing_;
   std::shared_ptr<RequestService> service_;
-  Bytes first_;  ///< what it has sent before its first request, as much as is looked at
-  bool understood_ = false;
-  Bytes out_;             ///< answers that are not sent yet
-  bool blocked_ = false;  ///< the client's buffers are full: nothing is read or answered
+  /// Sent before its first request, as much as is looked at; empty: a request has come.
+  std::optional<Bytes> first_ = Bytes();
   bool in_turn_ = false;  ///< answers are flushed at its end
   Instant last_bytes_;
   Instant last_frame_;
-  Instant blocked_since_;
-  std::uint32_t watched_ = 0;  ///< events that the poll knows of
-  bool turn_posted_ = false;
   bool closed_ = false;
 };
 

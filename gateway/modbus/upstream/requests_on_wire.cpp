@@ -10,6 +10,20 @@ constexpr std::size_t kMostExpired = 64;
 
 }  // namespace
 
+void RequestsOnWire::Sent::Answer(Outcome outcome, View pdu, const std::string& reason) const {
+  const bool unknown = outcome == Outcome::no_reply && !only_reads();
+  for (std::size_t i = 0; i < requests.size(); ++i) {
+    RoutedReply reply;
+    reply.outcome = outcome;
+    reply.pdu = Bytes(pdu.begin(), pdu.end());
+    reply.reason = reason + (unknown ? "; the request may have been carried out" : "");
+    reply.sent = true;
+    reply.shared = i > 0;
+    reply.waited = at - requests[i].arrived;
+    requests[i].done(std::move(reply));
+  }
+}
+
 void RequestsOnWire::OnConnecting(Instant now) {
   silent_ = 0;
   silent_from_ = now;

@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -50,6 +51,7 @@ class RequestsOnWire {
       return std::ranges::any_of(requests,
                                  [](const RoutedRequest& request) { return request.tries > 0; });
     }
+    void Answer(Outcome outcome, View pdu, const std::string& reason) const;
   };
 
   /// There is a connection to be tried: nothing is known of it.

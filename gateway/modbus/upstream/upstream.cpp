@@ -22,14 +22,11 @@ constexpr Duration kConnectTimeout = 5s;  // name look-up and connection togethe
 // ---------------------------------------------------------------- from any thread
 
 bool Upstream::Link::Submit(RoutedRequest request) {
-  const MutexLock lock(mutex_);
-  const std::size_t waiting = incoming_.size() + queued_;
-  if (!accepting_ || waiting >= RouteQueue::LimitFor(request, kMostWaiting)) return false;
-  incoming_.push_back(std::move(request));
-  if (incoming_.size() == 1) {
+  const UpstreamQueue::Entry entry = queue_.Submit(std::move(request));
+  if (entry == UpstreamQueue::Entry::first) {
     asio::post(io_, [self = shared_from_this()] { self->TakeIncoming(); });
   }
-  return true;
+  return entry != UpstreamQueue::Entry::refused;
 }
 
 void Upstream::Link::Abandon(std::uint64_t client) {
@@ -41,8 +38,7 @@ void Upstream::Link::Abandon(std::uint64_t client) {
 
 void Upstream::Link::Start() {
   resting_ = false;
-  const MutexLock lock(mutex_);
-  accepting_ = true;
+  queue_.Open();
 }
 
 void Upstream::Link::Rest() {
@@ -57,41 +53,22 @@ void Upstream::Link::CloseAtRest() {
 }
 
 void Upstream::Link::Stop() {
-  {
-    const MutexLock lock(mutex_);
-    if (!accepting_) return;
-    accepting_ = false;
-    for (RoutedRequest& request : incoming_) queue_.Push(std::move(request));
-    incoming_.clear();
-    queued_ = 0;
-  }
+  if (!queue_.Close()) return;
   timer_.cancel();
   if (connection_) std::exchange(connection_, nullptr)->Close();
   const std::string why = "the gateway is stopping";
-  for (const Sent& sent : on_wire_.TakeAll()) {
-    AnswerSent(sent, Outcome::no_reply, {}, why);
-  }
+  for (const Sent& sent : on_wire_.TakeAll()) sent.Answer(Outcome::no_reply, {}, why);
   AnswerUnsent(queue_.TakeAll(), Outcome::line_down, why);
 }
 
 void Upstream::Link::TakeIncoming() {
-  if (Gather()) Work();
-}
-
-/// False: it has stopped.
-bool Upstream::Link::Gather() {
-  const MutexLock lock(mutex_);
-  if (!accepting_) return false;
-  for (RoutedRequest& request : incoming_) queue_.Push(std::move(request));
-  incoming_.clear();
-  queued_ = queue_.size();
-  return true;
+  if (queue_.Gather()) Work();
 }
 
 void Upstream::Link::Drop(std::uint64_t client) {
-  if (!Gather()) return;
+  if (!queue_.Gather()) return;
   queue_.Abandon(client);
-  queued_ = queue_.size();
+  queue_.Count();
   on_wire_.Abandon(client);
 }
 
@@ -113,7 +90,7 @@ void Upstream::Link::Work() {
     }
   }
   CloseAtRest();
-  queued_ = queue_.size();
+  queue_.Count();
   Arm(now);
 }
 
@@ -156,7 +133,7 @@ void Upstream::Link::RefusePaused(Instant now) {
 void Upstream::Link::ExpireSent(Instant now) {
   const std::vector<Sent> expired = on_wire_.TakeExpired(now);
   for (const Sent& sent : expired) {
-    AnswerSent(sent, Outcome::no_reply, {}, name_ + " did not answer in time");
+    sent.Answer(Outcome::no_reply, {}, name_ + " did not answer in time");
   }
   const bool over =
       std::ranges::any_of(expired, [now](const Sent& sent) { return sent.deadline <= now; });
@@ -169,7 +146,7 @@ void Upstream::Link::ExpireSent(Instant now) {
 
 void Upstream::Link::AnswerUnsent(const std::vector<RoutedRequest>& requests, Outcome outcome,
                                   const std::string& reason) {
-  queued_ = queue_.size();  // whoever is answered may ask again at once
+  queue_.Count();
   const Instant now = clock_();
   for (const RoutedRequest& request : requests) {
     RoutedReply reply;
@@ -216,7 +193,7 @@ void Upstream::Link::Break(const std::string& reason, Instant now) {
   std::exchange(connection_, nullptr)->Close();
   const std::string text = name_ + " " + reason;
   if (reconnect_.OnBroken(accepted, text, now)) log::Warn("modbus: {}", text);
-  for (const Sent& sent : on_wire_.TakeAll()) AnswerSent(sent, Outcome::no_reply, {}, text);
+  for (const Sent& sent : on_wire_.TakeAll()) sent.Answer(Outcome::no_reply, {}, text);
 }
 
 // ---------------------------------------------------------------- the outside

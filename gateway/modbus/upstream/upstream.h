@@ -22,8 +22,6 @@ namespace baudgate::modbus {
 /// if it has any, is dropped.
 class Upstream final : public RouteTarget {
  public:
-  /// Requests that wait to be sent; more are not let in, but for some short writes.
-  static constexpr std::size_t kMostWaiting = 512;
   using OnLate = std::function<void(std::uint8_t unit)>;
   using Clock = std::function<Instant()>;
 

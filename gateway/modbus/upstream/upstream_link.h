@@ -1,22 +1,20 @@
-// What is behind upstream.h: requests that wait for one server elsewhere, and the connection to it.
-// What is on the wire is in requests_on_wire.h.
+// What is behind upstream.h: the connection to one server elsewhere. What waits for it is in
+// upstream_queue.h, what is on the wire in requests_on_wire.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <asio/steady_timer.hpp>
-#include <atomic>
 #include <functional>
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "gateway/base/guarded.h"
 #include "gateway/modbus/upstream/reconnect.h"
 #include "gateway/modbus/upstream/requests_on_wire.h"
 #include "gateway/modbus/upstream/unit_pauses.h"
 #include "gateway/modbus/upstream/upstream.h"
 #include "gateway/modbus/upstream/upstream_connection.h"
-#include "gateway/requests/route_queue.h"
+#include "gateway/modbus/upstream/upstream_queue.h"
 
 namespace baudgate::modbus {
 
@@ -50,7 +48,6 @@ class Upstream::Link final : public std::enable_shared_from_this<Link>,
 
   // upstream.cpp: its coming and going
   void TakeIncoming();
-  bool Gather();
   void Drop(std::uint64_t client);
   void Work();
   void CloseAtRest();
@@ -68,7 +65,6 @@ class Upstream::Link final : public std::enable_shared_from_this<Link>,
   void Pump(Instant now);
   RouteQueue::Batch Choose(Instant now);
   void Send(RouteQueue::Batch batch, Instant now);
-  static void AnswerSent(const Sent& sent, Outcome outcome, View pdu, const std::string& reason);
 
   asio::io_context& io_;
   asio::steady_timer timer_;  // the next deadline, whatever it is for
@@ -78,12 +74,7 @@ class Upstream::Link final : public std::enable_shared_from_this<Link>,
   const Clock clock_;
   const std::string name_;
 
-  Mutex mutex_;
-  bool accepting_ BAUDGATE_GUARDED_BY(mutex_) = false;
-  std::vector<RoutedRequest> incoming_ BAUDGATE_GUARDED_BY(mutex_);
-  std::atomic<std::size_t> queued_ = 0;  // the size of queue_ when it was looked at last
-
-  RouteQueue queue_;
+  UpstreamQueue queue_;
   RequestsOnWire on_wire_;
   UnitPauses pauses_;
   Reconnect reconnect_;

@@ -43,24 +43,9 @@ RouteQueue::Batch Upstream::Link::Choose(Instant now) {
 void Upstream::Link::Send(RouteQueue::Batch batch, Instant now) {
   Sent sent = on_wire_.Number(std::move(batch), now);
   const Status status = connection_->Send(AduOf(sent.id, sent.unit, sent.pdu));
-  if (status && sent.requests[0].broadcast) return AnswerSent(sent, Outcome::ok, {}, "");
+  if (status && sent.requests[0].broadcast) return sent.Answer(Outcome::ok, {}, "");
   on_wire_.Add(std::move(sent));
   if (!status) Break(status.error(), now);
-}
-
-void Upstream::Link::AnswerSent(const Sent& sent, Outcome outcome, View pdu,
-                                const std::string& reason) {
-  const bool unknown = outcome == Outcome::no_reply && !sent.only_reads();
-  for (std::size_t i = 0; i < sent.requests.size(); ++i) {
-    RoutedReply reply;
-    reply.outcome = outcome;
-    reply.pdu = Bytes(pdu.begin(), pdu.end());
-    reply.reason = reason + (unknown ? "; the request may have been carried out" : "");
-    reply.sent = true;
-    reply.shared = i > 0;
-    reply.waited = sent.at - sent.requests[i].arrived;
-    sent.requests[i].done(std::move(reply));
-  }
 }
 
 std::size_t Upstream::Link::LengthOf(View head, std::size_t told) const {
@@ -74,17 +59,17 @@ void Upstream::Link::OnFrame(View frame) {
   if (late) on_late_(unit);
   if (!sent) return;
   if (unit != sent->unit) {
-    return AnswerSent(*sent, Outcome::unexpected, {},
-                      name_ + " answered for unit " + std::to_string(unit));
+    return sent->Answer(Outcome::unexpected, {},
+                        name_ + " answered for unit " + std::to_string(unit));
   }
   // Its id says that it answers this request: of whatever form it is, its client judges.
   const View pdu = PduOf(frame);
   const bool refused = pdu[0] == (sent->function() | kExceptionBit) && pdu.size() == 2;
-  if (refused) return AnswerSent(*sent, Outcome::refused, pdu, "");
-  if (pdu[0] == sent->function()) return AnswerSent(*sent, Outcome::ok, pdu, "");
-  AnswerSent(*sent, Outcome::unexpected, {},
-             name_ + " sent an answer that does not fit the request: " +
-                 ToHex(pdu.first(std::min(pdu.size(), kShownOfReply))));
+  if (refused) return sent->Answer(Outcome::refused, pdu, "");
+  if (pdu[0] == sent->function()) return sent->Answer(Outcome::ok, pdu, "");
+  sent->Answer(Outcome::unexpected, {},
+               name_ + " sent an answer that does not fit the request: " +
+                   ToHex(pdu.first(std::min(pdu.size(), kShownOfReply))));
 }
 
 }  // namespace baudgate::modbus

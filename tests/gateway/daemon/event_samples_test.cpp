@@ -39,7 +39,7 @@ TEST(EventSamples, KeepTheirPlaceAmongTheEvents) {
   EventSamples samples("plant", feed);
   EXPECT_FALSE(samples.place());
   samples.Keep({7, true});
-  EXPECT_EQ(feed->cursor("dds"), (events::Cursor{7, true}));
+  EXPECT_EQ(feed->cursors().Of("dds"), (events::Cursor{7, true}));
   EXPECT_EQ(samples.place()->seq, 7U);
   EXPECT_TRUE(samples.place()->sure);
 }

@@ -137,8 +137,8 @@ TEST(EventFeed, GivesConsumersWhatIsBehindTheirPlace) {
   Events events;
   int woken = 0;
   int other = 0;
-  const auto first = feed.Listen([&] { ++woken; });
-  feed.Listen([&] { ++other; });
+  const auto first = feed.listeners().Listen([&] { ++woken; });
+  feed.listeners().Listen([&] { ++other; });
   EXPECT_TRUE(feed.Take(0, 10).empty());
   feed.Add(Fed(events.Of({0, 1})));
   EXPECT_EQ(feed.Take(0, 1).size(), 1U);
@@ -149,7 +149,7 @@ TEST(EventFeed, GivesConsumersWhatIsBehindTheirPlace) {
   ASSERT_EQ(late.size(), 3U);
   EXPECT_EQ(late.front().record.seq, 3) << "2 has left, which whoever was at 1 can count";
   EXPECT_TRUE(feed.Take(5, 10).empty());
-  feed.Leave(first);
+  feed.listeners().Leave(first);
   feed.Add(Fed(events.Of({0})));
   EXPECT_EQ(woken, 2);
   EXPECT_EQ(other, 3);
@@ -173,7 +173,7 @@ TEST(EventFeed, BeginsWithTheFileAndOnlyOnce) {
   // The second has been taken out of the configuration, the first moved to another line.
   feed.Renumber({{"bay-2", "feeder-3"}, {"bay-2", "feeder-1"}});
   int woken = 0;
-  feed.Listen([&] { ++woken; });
+  feed.listeners().Listen([&] { ++woken; });
   feed.Begin(contents.image);
   auto shown = feed.Show(kAll, 4, kMost);
   EXPECT_EQ(shown.newest, 304);

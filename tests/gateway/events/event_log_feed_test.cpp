@@ -38,8 +38,8 @@ TEST_F(EventLogTest, KeepsThePlaceOfAConsumerAndReadsWhatHasLeftTheMemory) {
   }
   feed_ = small();
   const auto log = Start(file());
-  while (!feed_->cursor("dds")) std::this_thread::yield();
-  EXPECT_EQ(feed_->cursor("dds"), (Cursor{320, true}));
+  while (!feed_->cursors().Of("dds")) std::this_thread::yield();
+  EXPECT_EQ(feed_->cursors().Of("dds"), (Cursor{320, true}));
   EXPECT_EQ(take(320).front().record.seq, 321);
   // A file that lacks what he has not had.
   std::filesystem::remove(file());

@@ -34,7 +34,8 @@ struct FakeConnection final : Session::Connection {
 
 class SessionTest : public testing::Test {
  protected:
-  explicit SessionTest(Mode mode = Mode::raw) : session_(mode, kIdle, "baudgate", client_, now_) {}
+  explicit SessionTest(Mode mode = Mode::raw)
+      : session_({.mode = mode, .began = now_}, kIdle, "baudgate", client_) {}
 
   void Begin() { session_.Begin(port_, {}, now_); }
   void FromClient(const Bytes& bytes) { session_.OnClient(bytes, now_); }
@@ -77,8 +78,8 @@ TEST_F(SessionTest, PassesEveryByteOn) {
   FromPort(all);
   EXPECT_EQ(port_.sent, all);
   EXPECT_EQ(client_.sent, all);
-  EXPECT_EQ(session_.to_port(), 256U);
-  EXPECT_EQ(session_.from_port(), 256U);
+  EXPECT_EQ(session_.visit().to_port, 256U);
+  EXPECT_EQ(session_.visit().from_port, 256U);
 }
 
 TEST_F(SessionTest, TheClientWaitsForThePort) {
@@ -132,7 +133,7 @@ TEST_F(SessionTest, LeavesWhenThePortHasSentAll) {
   Pass(1s);
   EXPECT_EQ(over(), "");
   port_.unsent = 0;
-  Pass(Session::kDrainEvery);
+  Pass(PortDrain::kLookEvery);
   EXPECT_EQ(over(), "it has left");
 }
 
@@ -142,7 +143,7 @@ TEST_F(SessionTest, LeavesWhenWhatItHasSentBeforeItsTurnIsOut) {
   Pass(1s);
   EXPECT_EQ(over(), "");
   Begin();
-  Pass(Session::kDrainEvery);
+  Pass(PortDrain::kLookEvery);
   EXPECT_EQ(port_.sent, Bytes({1, 2}));
   EXPECT_EQ(over(), "it has left");
 }
@@ -152,7 +153,7 @@ TEST_F(SessionTest, LeavesAtLastWhereThePortTakesNothing) {
   port_.takes = false;
   FromClient({1, 2, 3});
   session_.OnClientEnd(now_);
-  Pass(Session::kLongestDrain);
+  Pass(PortDrain::kLongest);
   EXPECT_THAT(over(), HasSubstr("the port did not take all"));
 }
 

@@ -64,7 +64,7 @@ void EventConsumers::End() {
   } while (sender_->Next() != nullptr);
   ReadRing();
   sender_->Confirm();
-  const auto kept = feed_->cursor(events::kDdsConsumer);
+  const auto kept = feed_->cursors().Of(events::kDdsConsumer);
   may_repeat_ = !kept || !kept->sure;
 }
 

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "gateway/modbus/upstream/upstream_queue.h"
 #include "gateway/requests/route_queue.h"
 #include "tests/gateway/modbus/upstream/upstream_fixture.h"
 
@@ -52,7 +53,7 @@ TEST_F(UpstreamTest, AForgottenClientIsNotSentFor) {
 
 TEST_F(UpstreamTest, AFullQueueSaysNoUntilThereIsRoom) {
   FillTheWire();
-  for (std::size_t i = 0; i < Upstream::kMostWaiting; ++i) {
+  for (std::size_t i = 0; i < UpstreamQueue::kMostWaiting; ++i) {
     Submit({.pdu = "2B 0E 01 00", .client = i});
     if (i % 2 == 0) RunReady(io_);
   }

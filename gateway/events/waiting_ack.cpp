@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/events/ack_service.h"
+#include "gateway/events/waiting_ack.h"
 
 #include "gateway/events/own_records.h"
 
 namespace baudgate::events {
 
-std::size_t AckService::Tell(const AckQuery& query, const std::vector<Alarm>& alarms,
-                             EventBook& book, WallTime at) {
+std::size_t TellAcks(const AckQuery& query, const std::vector<Alarm>& alarms, EventBook& book,
+                     WallTime at) {
   std::size_t count = 0;
   for (const Alarm& alarm : alarms) {
     if (!IsUnacknowledged(alarm.state) || !query.Means(alarm)) continue;
@@ -16,8 +16,8 @@ std::size_t AckService::Tell(const AckQuery& query, const std::vector<Alarm>& al
   return count;
 }
 
-void AckService::Answer(const std::vector<Ack>& acks, const std::string& trouble) {
-  for (const Ack& ack : acks) ack.done({ack.alarms, trouble, ack.at});
+void AnswerAcks(const std::vector<WaitingAck>& acks, const std::string& trouble) {
+  for (const WaitingAck& ack : acks) ack.done({ack.alarms, trouble, ack.at});
 }
 
 }  // namespace baudgate::events

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/dds/notice_sender.h"
+
+#include <algorithm>
+#include <type_traits>
+
+#include "gateway/base/version.h"
+
+namespace baudgate::dds {
+namespace {
+
+constexpr Duration kRetry = 1s;
+constexpr std::size_t kBatch = 64;
+// At a stop there is about a second for all samples.
+constexpr Duration kEndInterval = 20us;
+constexpr std::uint32_t kEndBurst = 100;
+constexpr Duration kEndTime = 700ms;
+
+}  // namespace
+
+NoticeSender::NoticeSender(const config::Config& config, const PointStore& store,
+                           SampleWriter& writer, PacedWriter& paced, EventSupply* events, Now now)
+    : writer_(writer),
+      paced_(paced),
+      gateway_due_(now.instant),
+      ends_(config, store),
+      events_(events),
+      events_due_(now.instant + kDiscoveryTime),
+      alarms_(events),
+      alarms_due_(events_due_) {
+  gateway_.gateway = config.name;
+  gateway_.start_time_ns = now.wall.time_since_epoch().count();
+  AssignBounded(gateway_.version, kVersion, kMaxVersion);
+}
+
+void NoticeSender::StartAnew(Instant now) {
+  ends_.Clear();
+  gateway_due_ = now;
+  events_.StartAnew();
+  alarms_.StartAnew();
+  alarms_due_ = events_due_ = now + kDiscoveryTime;
+}
+
+bool NoticeSender::Send(Instant now) {
+  return SendGateway(now) && SendFrom(ends_, ends_due_, now) &&
+         SendFrom(events_, events_due_, now) && SendFrom(alarms_, alarms_due_, now);
+}
+
+/// False: the pace or the writer does not allow it now.
+bool NoticeSender::SendGateway(Instant now) {
+  if (now < gateway_due_) return true;
+  if (!paced_.MayWrite(now)) return false;
+  const Sent sent = paced_.Write(gateway_, now);
+  if (sent == Sent::later) return false;
+  gateway_due_ = sent == Sent::yes ? Instant::max() : now + kRetry;
+  return true;
+}
+
+/// False: the pace or the writer does not allow it now. In their order: one that is refused holds
+/// up those behind it.
+template <typename Sender>
+bool NoticeSender::SendFrom(Sender& sender, Instant& due, Instant now) {
+  if (now < due) return true;
+  for (std::size_t count = 0; count < kBatch; ++count) {
+    const auto* sample = sender.Next();
+    if (sample == nullptr) return true;
+    if (!paced_.MayWrite(now)) return false;
+    const Sent sent = paced_.Write(*sample, now);
+    if (sent == Sent::later) return false;
+    if (sent == Sent::refused) {
+      due = now + kRetry;
+      return true;
+    }
+    sender.OnSent();
+  }
+  return true;
+}
+
+Instant NoticeSender::Due() {
+  const Instant ends = ends_.empty() ? Instant::max() : ends_due_;
+  const Instant events = events_.Next() == nullptr ? Instant::max() : events_due_;
+  const Instant alarms = alarms_.Next() == nullptr ? Instant::max() : alarms_due_;
+  return std::min({gateway_due_, ends, events, alarms});
+}
+
+std::optional<Instant> NoticeSender::End(Instant now) {
+  if (!ending_) ending_ = Ending{now + kEndTime, Pacer(kEndInterval, kEndBurst)};
+  if (const auto next = EndOf(events_, now)) return next;
+  if (const auto next = EndOf(alarms_, now)) return next;
+  return EndOf(ends_, now);
+}
+
+/// What has happened until now; empty: all is told, or cannot be.
+template <typename Sender>
+std::optional<Instant> NoticeSender::EndOf(Sender& sender, Instant now) {
+  while (const auto* sample = sender.Next()) {
+    if (now >= ending_->deadline) return std::nullopt;
+    if (!ending_->pacer.Take(now)) return ending_->pacer.ReadyAt();
+    const Sent sent = writer_.Write(*sample);
+    if (sent == Sent::later) return now + PacedWriter::kLongestHold;
+    // An event or an alarm that is refused holds up those behind it; the end of a point does not.
+    if (sent == Sent::refused && !std::is_same_v<Sender, PointEnds>) return std::nullopt;
+    sender.OnSent();
+  }
+  return std::nullopt;
+}
+
+}  // namespace baudgate::dds

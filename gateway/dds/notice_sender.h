@@ -1,0 +1,75 @@
+// Sends what goes before values: the start of the gateway, the ends of points, events and alarms.
+// What is refused is tried again a second later. Sans-I/O: time is an argument;
+// gateway/dds/sample_sender.h says when.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "config/model/config.h"
+#include "gateway/base/time.h"
+#include "gateway/dds/alarm_sender.h"
+#include "gateway/dds/event_sender.h"
+#include "gateway/dds/paced_writer.h"
+#include "gateway/dds/pacer.h"
+#include "gateway/dds/point_ends.h"
+
+namespace baudgate::dds {
+
+class NoticeSender {
+ public:
+  /// Subscribers that are already there find a new gateway within this time.
+  static constexpr Duration kDiscoveryTime = 500ms;
+
+  /// All outlive this. `now` is told as the gateway's start. `events`: null: there are none.
+  NoticeSender(const config::Config& config, const PointStore& store, SampleWriter& writer,
+               PacedWriter& paced, EventSupply* events, Now now);
+
+  void StartAnew(Instant now);
+  PointEnds& ends() { return ends_; }
+  /// Also those that were refused.
+  void SendEndsAt(Instant at) { ends_due_ = at; }
+
+  /// At most 64 of each kind. False: the pace or the writer does not allow it now.
+  bool Send(Instant now);
+  /// When what is left may be sent.
+  Instant Due();
+
+  /// Sends all that is left, as far as the pace of the end allows, for at most 700 ms. Returns when
+  /// to go on; empty: all is told, or cannot be.
+  std::optional<Instant> End(Instant now);
+  bool is_ending() const { return ending_.has_value(); }
+  /// Behind End: subscribers have confirmed everything.
+  void Confirm() { events_.Confirm(); }
+
+  /// From any thread.
+  const EventSender& events() const { return events_; }
+
+ private:
+  /// The end is being told.
+  struct Ending {
+    Instant deadline;
+    Pacer pacer;
+  };
+
+  bool SendGateway(Instant now);
+  template <typename Sender>
+  bool SendFrom(Sender& sender, Instant& due, Instant now);
+  template <typename Sender>
+  std::optional<Instant> EndOf(Sender& sender, Instant now);
+
+  SampleWriter& writer_;
+  PacedWriter& paced_;
+  GatewaySample gateway_;
+  Instant gateway_due_;  ///< Instant::max(): it has been sent
+  PointEnds ends_;
+  Instant ends_due_{};  ///< not before
+  EventSender events_;
+  Instant events_due_;  ///< not before
+  AlarmSender alarms_;
+  Instant alarms_due_;  ///< not before
+  std::optional<Ending> ending_;
+};
+
+}  // namespace baudgate::dds

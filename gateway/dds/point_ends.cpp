@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/dds/point_ends.h"
+
+#include <functional>
+
+#include "gateway/dds/fill_samples.h"
+
+namespace baudgate::dds {
+
+std::vector<std::uint32_t> PointEnds::TakeBack(const PointSlots& slots) {
+  std::vector<std::uint32_t> back;
+  const auto by_name = SlotsByName(store_, slots);
+  std::erase_if(gone_, [&](const PointRef& ref) {
+    const auto found = by_name.find(NameOf(store_, ref));
+    if (found != by_name.end()) back.push_back(found->second);
+    return found != by_name.end();
+  });
+  return back;
+}
+
+const PointSample* PointEnds::Next() {
+  if (gone_.empty()) return nullptr;
+  const PointRef ref = gone_.front();
+  sample_ = {};
+  sample_.gateway = config_.name;
+  const auto look = [&](const DeviceRecord& record) {
+    const Value& value = record.points[ref.point].value;
+    FillPoint(record, ref.point, PointState::Of(value, Quality::bad_not_connected), sample_);
+  };
+  store_.Read(ref.device, std::cref(look));
+  return &sample_;
+}
+
+}  // namespace baudgate::dds

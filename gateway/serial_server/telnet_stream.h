@@ -1,0 +1,32 @@
+// What a client sends by telnet: data and commands for the port. What the client and the server
+// negotiate is answered here.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+
+#include "gateway/base/bytes.h"
+#include "gateway/serial_server/telnet.h"
+
+namespace baudgate::serial_server {
+
+class TelnetStream {
+ public:
+  /// For the port.
+  struct Part {
+    bool is_command = false;  ///< of RFC 2217
+    View bytes{};             ///< valid until the next call
+  };
+
+  /// What the server offers and asks for at the start.
+  Bytes Begin() { return options_.Begin(); }
+  /// Takes the next part from the front of `input`; empty: all of it is used up. Appends what the
+  /// client is to be sent before the part is handled.
+  std::optional<Part> Next(View& input, Bytes& answers);
+
+ private:
+  TelnetDecoder decoder_;
+  TelnetOptions options_;
+};
+
+}  // namespace baudgate::serial_server
