@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "gateway/base/deadline.h"
+
 namespace baudgate {
 
 Chooser::Chooser(const config::Line& line, Roster& roster, Agenda& agenda, const LateAnswers& late)
@@ -64,7 +66,7 @@ std::unique_ptr<Job> Chooser::Take(Turns::Choice choice, const Idle& idle) {
 std::optional<Instant> Chooser::NextAt(const Idle& idle) const {
   std::optional<Instant> soonest;
   const auto sooner = [&soonest](std::optional<Instant> other) {
-    if (other && (!soonest || *other < *soonest)) soonest = other;
+    soonest = Soonest({soonest, other});
   };
   const auto when_clear = [&](const Member& member) {
     if (!late_.IsClear(member, idle.now)) sooner(late_.LateUntil(member));

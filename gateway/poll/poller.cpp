@@ -5,6 +5,8 @@
 #include <memory>
 #include <utility>
 
+#include "gateway/base/deadline.h"
+
 namespace baudgate {
 
 Poller::Poller(const config::Line& line, std::uint32_t first_device, const FindProtocol& find,
@@ -161,9 +163,7 @@ void Poller::Abandon(std::uint64_t client, Now now) {
 std::optional<Instant> Poller::Deadline() const {
   if (!line_.is_open()) return std::nullopt;
   std::optional<Instant> soonest = line_.Deadline();
-  const auto sooner = [&](std::optional<Instant> other) {
-    if (other && (!soonest || *other < *soonest)) soonest = other;
-  };
+  const auto sooner = [&](std::optional<Instant> other) { soonest = Soonest({soonest, other}); };
   sooner(agenda_.write_queue.Deadline());
   sooner(agenda_.routes.queue().Deadline());
   sooner(unasked_.speaker().DueAt());

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/serial_server/session.h"
 
-#include <algorithm>
 #include <utility>
+
+#include "gateway/base/deadline.h"
 
 namespace baudgate::serial_server {
 
@@ -119,15 +120,14 @@ void Session::Regulate() {
 // ---------------------------------------------------------------- time
 
 void Session::OnTimer(Now now) {
-  const auto is_due = [&](const std::optional<Instant>& at) { return at && *at <= now.instant; };
-  if (is_due(drained_at_)) {
+  if (HasCome(drained_at_, now.instant)) {
     drained_at_ = now.instant + kDrainEvery;
     if (port_ == nullptr ? waiting_.empty() : port_->IsDrained()) over_ = "it has left";
     if (now.instant - *drains_since_ >= kLongestDrain) {
       over_ = "it has left, and the port did not take all that it had sent";
     }
   }
-  if (is_due(look_at_)) {
+  if (HasCome(look_at_, now.instant)) {
     look_at_ = now.instant + kLookEvery;
     if (const Bytes news = com_->Poll(); !news.empty()) connection_.Send(news);
   }
@@ -137,11 +137,7 @@ void Session::OnTimer(Now now) {
 }
 
 std::optional<Instant> Session::Deadline() const {
-  Instant soonest = heard_ + idle_;
-  for (const auto& at : {look_at_, drained_at_}) {
-    if (at) soonest = std::min(soonest, *at);
-  }
-  return soonest;
+  return Soonest({heard_ + idle_, look_at_, drained_at_});
 }
 
 }  // namespace baudgate::serial_server
