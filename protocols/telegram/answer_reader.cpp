@@ -1,10 +1,11 @@
-// What answers mean for the points: the part of TelegramConversation (conversation.h) that
-// remembers nothing.
 // SPDX-License-Identifier: Apache-2.0
+#include "protocols/telegram/answer_reader.h"
+
 #include <algorithm>
+#include <utility>
 
 #include "gateway/base/text.h"
-#include "protocols/telegram/conversation.h"
+#include "protocols/telegram/reply.h"
 
 namespace baudgate::protocols::telegram {
 namespace {
@@ -13,65 +14,80 @@ constexpr const char* kUnknownCode = "set that at the device, or add it to its c
 constexpr const char* kNotReady =
     "is what it measures unstable (vibration, draught, load), or is it in a menu?";
 
+AnswerReader::Places PlacesOf(const Description& description, const config::Device& device) {
+  AnswerReader::Places places;
+  for (const config::Point& point : device.points) {
+    auto& place = places.emplace_back();
+    if (point.access == config::Access::write) continue;
+    auto parsed = ParseRead(point);
+    if (parsed && description.Find(parsed->call.telegram)) place = std::move(*parsed);
+  }
+  return places;
+}
+
 }  // namespace
 
-Answer TelegramConversation::AnswerOf(std::size_t telegram, const Bound& sent, View frame) const {
-  const Reply reply = DecodeReply(TelegramOf(telegram), frame, sent);
+AnswerReader::AnswerReader(const Description& description, const config::Device& device)
+    : description_(description), places_(PlacesOf(description, device)) {}
+
+Answer AnswerReader::Read(std::size_t telegram, const Bound& sent, View frame) const {
+  const Reply reply = DecodeReply(description_.telegrams[telegram], frame, sent);
   Answer answer{reply.outcome, reply.reason};
   AddReadings(telegram, sent, reply, answer);
   return answer;
 }
 
-void TelegramConversation::AddReadings(std::size_t telegram, const Bound& sent, const Reply& reply,
-                                       Answer& answer) const {
+void AnswerReader::AddReadings(std::size_t telegram, const Bound& sent, const Reply& reply,
+                               Answer& answer) const {
   if (reply.outcome == Outcome::busy) answer.remedy = kNotReady;
   if (reply.outcome == Outcome::ok && !reply.reason.empty()) answer.remedy = kUnknownCode;
   const bool refused = reply.outcome == Outcome::unsupported;
   if (reply.outcome != Outcome::ok && !refused) return;
-  for (std::size_t i = 0; i < reads_.size(); ++i) {
-    if (!reads_[i] || !IsCallOf(reads_[i]->call, TelegramOf(telegram), sent)) continue;
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    if (!places_[i] || !IsCallOf(places_[i]->call, description_.telegrams[telegram], sent))
+      continue;
     if (refused) {
       answer.readings.push_back({i, {}, {Quality::bad_configuration, Reason::not_fitted}, {}});
       continue;
     }
-    Decoded decoded = ValueAt(*reads_[i], reply);
+    Decoded decoded = ValueAt(*places_[i], reply);
     answer.readings.push_back({i, std::move(decoded.value), decoded.quality, {}});
   }
 }
 
-Outcome TelegramConversation::Check(View request, View frame) const {
-  const auto sent = settings_.description->Recognise(request);
+Outcome AnswerReader::Check(View request, View frame) const {
+  const auto sent = description_.Recognise(request);
   if (!sent) return Outcome::corrupt;
-  return DecodeReply(TelegramOf(sent->telegram), frame, sent->values).outcome;
+  return DecodeReply(description_.telegrams[sent->telegram], frame, sent->values).outcome;
 }
 
-Answer TelegramConversation::Interpret(View request, View frame) {
-  const auto sent = settings_.description->Recognise(request);
+Answer AnswerReader::Interpret(View request, View frame) const {
+  const auto sent = description_.Recognise(request);
   if (!sent) {
     return {Outcome::corrupt,
             "request '" + Printable(request) + "' is no telegram of the description"};
   }
-  const Reply reply = DecodeReply(TelegramOf(sent->telegram), frame, sent->values);
+  const Reply reply = DecodeReply(description_.telegrams[sent->telegram], frame, sent->values);
   Answer answer{reply.outcome, reply.reason};
   AddReadings(sent->telegram, sent->values, reply, answer);
   if (reply.outcome != Outcome::ok) return answer;
   for (const auto& [name, field] : reply.fields) {
-    const bool shown = std::ranges::any_of(reads_, [&, &name = name](const auto& read) {
+    const bool shown = std::ranges::any_of(places_, [&, &name = name](const auto& read) {
       return read && read->field == name &&
-             IsCallOf(read->call, TelegramOf(sent->telegram), sent->values);
+             IsCallOf(read->call, description_.telegrams[sent->telegram], sent->values);
     });
     if (shown) continue;
     answer.readings.push_back({kNoPoint, field.decoded.value, field.decoded.quality,
-                               TelegramOf(sent->telegram).name + "." + name});
+                               description_.telegrams[sent->telegram].name + "." + name});
   }
   return answer;
 }
 
-Answer TelegramConversation::OnUnasked(View message, Now) {
+Answer AnswerReader::ReadUnasked(View message, const Bound& bound) const {
   Answer why{Outcome::corrupt, "'" + Printable(message) + "' is no telegram of the description"};
-  for (std::size_t i = 0; i < settings_.description->telegrams.size(); ++i) {
-    if (!TelegramOf(i).listen) continue;
-    Answer answer = AnswerOf(i, bound_, message);
+  for (std::size_t i = 0; i < description_.telegrams.size(); ++i) {
+    if (!description_.telegrams[i].listen) continue;
+    Answer answer = Read(i, bound, message);
     if (answer.outcome != Outcome::unexpected) return answer;
   }
   return why;
