@@ -254,13 +254,10 @@ bool JobRun::Withdraw() {
   }
   auto* routed = job_->As<Job::Routed>();
   if (routed == nullptr || !routed->is_read) return false;
-  RouteQueue& queue = agenda_.routes.queue();
-  const auto urgent = [this](const RoutedRequest& request) {
-    return RouteQueue::IsShortWrite(request) && chooser_.MayAsk(request, now_.instant);
-  };
-  if (!chooser_.turns().UrgentAllowed(chooser_.ShortWriteWaits())) return false;
-  if (!queue.HasAny(urgent)) return false;
-  queue.Return(std::move(routed->batch));
+  const RoutedJobs& others = chooser_.routed();
+  if (!chooser_.turns().UrgentAllowed(others.ShortWriteWaits())) return false;
+  if (!others.ShortWriteMayGo(now_.instant)) return false;
+  agenda_.routes.queue().Return(std::move(routed->batch));
   job_.reset();
   return true;
 }

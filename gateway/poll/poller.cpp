@@ -15,7 +15,7 @@ Poller::Poller(const config::Line& line, std::uint32_t first_device, const FindP
       roster_(line, first_device, find),
       owed_(roster_),
       ledger_(roster_, agenda_.schedule, store, store.LineIndex(line), listener),
-      chooser_(line, roster_, agenda_, owed_.late),
+      chooser_(roster_, agenda_, owed_.late),
       upkeep_(roster_, store, owed_, chooser_, ledger_),
       clients_(store, roster_, chooser_, ledger_.devices),
       intake_(store, listener),
