@@ -46,7 +46,7 @@ class HeardExchange {
   const Bytes& frame() const { return frame_; }
   /// What was heard before and after the reply; without one, before it.
   std::pair<View, View> BesideReply() const;
-  /// As it is looked at.
+  /// The same, for gateway/line/examine.h.
   Hearing AsHearing(const Roster& roster) const;
 
  private:

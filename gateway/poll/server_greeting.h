@@ -1,5 +1,5 @@
-// What a connection says before anything is asked: another service, a word of a server that is in
-// use, or Telnet. It explains why nobody answers, until somebody does. A part of
+// Keeps what a connection says before anything is asked: another service, a word of a server that
+// is in use, or Telnet. The greeting explains why no device answers, until one does. A part of
 // gateway/poll/examiner.h.
 //
 //   opened, "Login: ", a request, silence     the greeting explains it

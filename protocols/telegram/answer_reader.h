@@ -1,4 +1,5 @@
-// What an answer of a described device means for its points. It remembers nothing.
+// Reads the answers of a described device: their outcome, and the values of its points. Remembers
+// nothing.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,5 +1,6 @@
-// Whether the device at the address is the one of the profile: before it is polled or written to it
-// is asked for its name, as long as nobody knows that or it was a wrong one.
+// Finds out whether the device at the address is the one of the profile. Before it is polled or
+// written to, the device is asked for its name: until the name is known, and as long as it is that
+// of another device.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,4 +1,4 @@
-// Which requests of routes may be sent now, and the jobs that they become.
+// Requests of routes become jobs in the right order.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/poll/routed_jobs.h"
 
