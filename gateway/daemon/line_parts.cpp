@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "gateway/base/deadline.h"
 #include "protocols/transaction.h"
 
 namespace baudgate {
@@ -65,11 +66,10 @@ void LineParts::OnEventsKept(std::uint32_t device, const std::string& said, bool
 }
 
 void LineParts::OnTimer(Now now) {
-  const auto is_due = [&](const std::optional<Instant>& at) { return at && *at <= now.instant; };
   port.OnTimer(now);
-  if (is_due(loan.Deadline())) loan.OnTimer(now);
-  if (is_due(telegrams.Deadline())) telegrams.OnTimer(now);
-  if (is_due(poller.Deadline())) poller.OnTimer(now);
+  if (HasCome(loan.Deadline(), now.instant)) loan.OnTimer(now);
+  if (HasCome(telegrams.Deadline(), now.instant)) telegrams.OnTimer(now);
+  if (HasCome(poller.Deadline(), now.instant)) poller.OnTimer(now);
 }
 
 void LineParts::Settle(Now now) {
@@ -78,11 +78,7 @@ void LineParts::Settle(Now now) {
 }
 
 std::optional<Instant> LineParts::Deadline() const {
-  std::optional<Instant> soonest = poller.Deadline();
-  for (const auto& at : {port.Deadline(), loan.Deadline(), telegrams.Deadline()}) {
-    if (at && (!soonest || *at < *soonest)) soonest = at;
-  }
-  return soonest;
+  return Soonest({poller.Deadline(), port.Deadline(), loan.Deadline(), telegrams.Deadline()});
 }
 
 }  // namespace baudgate

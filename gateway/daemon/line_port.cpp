@@ -3,6 +3,7 @@
 
 #include <utility>
 
+#include "gateway/base/deadline.h"
 #include "gateway/base/log.h"
 #include "gateway/daemon/not_opened_yet.h"
 
@@ -12,6 +13,12 @@ namespace {
 /// A server that takes so many requests passes them on.
 constexpr int kPassedOn = 2;
 
+/// One step each: to the end of the exchange, of the silence behind it, and of what waits.
+void CatchUp(auto& part, Now now) {
+  constexpr int kMostSteps = 100;
+  for (int i = 0; i < kMostSteps && HasCome(part.Deadline(), now.instant); ++i) part.OnTimer(now);
+}
+
 /// What to look at where a connection has ended before it had worked.
 std::string HintOf(const Rest& rest, bool reset, const std::string& protocol) {
   if (rest.unanswered() >= kPassedOn) {
@@ -20,8 +27,8 @@ std::string HintOf(const Rest& rest, bool reset, const std::string& protocol) {
   }
   // One that resets it has not even read the request.
   if (rest.asks() && !reset) {
-    return "before it had worked, behind the first request: check the port number, its protocol (" + protocol +
-           "), whether it admits this address, or other clients";
+    return "before it had worked, behind the first request: check the port number, its protocol (" +
+           protocol + "), whether it admits this address, or other clients";
   }
   return "before it had worked; is it in use by another client, or at its connection limit?";
 }
@@ -92,13 +99,8 @@ void LinePort::OnOpened(Now now) {
 /// The request that waits for this connection is not sent if its exchange has ended meanwhile (the
 /// program may have been stopped), or if it may not be sent any more.
 void LinePort::DropLate() {
-  const auto is_due = [this](const std::optional<Instant>& at) {
-    return at && *at <= now_.instant;
-  };
-  // One step each: to the end of the exchange, of the silence behind it, and of what waits.
-  constexpr int kMostSteps = 100;
-  for (int i = 0; i < kMostSteps && is_due(telegrams_.Deadline()); ++i) telegrams_.OnTimer(now_);
-  for (int i = 0; i < kMostSteps && is_due(poller_.Deadline()); ++i) poller_.OnTimer(now_);
+  CatchUp(telegrams_, now_);
+  CatchUp(poller_, now_);
   if (!telegrams_.MayGoOut(now_) || !poller_.MayGoOut(now_)) rest_.GiveUpHeld();
 }
 
@@ -115,18 +117,12 @@ void LinePort::OnOpenFailed(const std::string& reason, Now now) {
   }
   // The time of the loan is over, but the port is not ours yet.
   if (std::exchange(out_of_service_, false)) poller_.OnClosed(now);
-  Down(reason);
+  display_.OnDown(reason, {.first = retries_.OnDown(reason)}, now_);
 }
 
-void LinePort::OnLost(const std::string& reason, Now now) {
+void LinePort::OnLost(const std::string& reason, Now now, bool takes_no_data) {
   now_ = now;
-  display_.CountLoss(now);
-  Lost(reason);
-}
-
-void LinePort::OnStuck(const std::string& reason, Now now) {
-  now_ = now;
-  display_.CountLoss(now, true);
+  display_.CountLoss(now, takes_no_data);
   Lost(reason);
 }
 
@@ -153,12 +149,8 @@ void LinePort::Lost(const std::string& reason, Loss loss) {
   telegrams_.OnClosed("the port was lost");
   loan_.OnClosed("the port is lost: " + reason, now_);
   poller_.OnClosed(now_);
-  Down(proof_.OnLost() ? reason : reason + ", " + hint, loss);
-}
-
-void LinePort::Down(const std::string& reason, Loss loss) {
-  display_.OnDown(reason, {.first = retries_.OnDown(reason), .silent = loss == Loss::silence},
-                  now_);
+  const std::string shown = proof_.OnLost() ? reason : reason + ", " + hint;
+  display_.OnDown(shown, {.first = retries_.OnDown(shown), .silent = loss == Loss::silence}, now_);
 }
 
 void LinePort::CheckConnection() {
@@ -281,14 +273,13 @@ void LinePort::DropUnsent() {
 
 void LinePort::OnTimer(Now now) {
   now_ = now;
-  const auto is_due = [&](const std::optional<Instant>& at) { return at && *at <= now.instant; };
   if (grace_.IsOver(now.instant) && poller_.IsWriting()) {
     log::Warn({.line = line_.name},
               "a write was aborted; the device may still be unlocked by its password");
     grace_.End();
   }
-  if (is_due(lent_until_)) EndLoan();
-  if (is_due(proof_.check_at())) CheckConnection();
+  if (HasCome(lent_until_, now.instant)) EndLoan();
+  if (HasCome(proof_.check_at(), now.instant)) CheckConnection();
   settings_.OnTimer(now);
 }
 
@@ -298,11 +289,7 @@ void LinePort::Settle(Now now) {
 }
 
 std::optional<Instant> LinePort::Deadline() const {
-  std::optional<Instant> soonest;
-  for (const auto& at : {proof_.check_at(), settings_.Deadline(), lent_until_, grace_.until()}) {
-    if (at && (!soonest || *at < *soonest)) soonest = at;
-  }
-  return soonest;
+  return Soonest({proof_.check_at(), settings_.Deadline(), lent_until_, grace_.until()});
 }
 
 }  // namespace baudgate

@@ -48,8 +48,8 @@ class LinePort final : public RequestPort, public PortLoan::Line {
   void OnOpened(Now now);
   void OnOpenFailed(const std::string& reason, Now now);
   void OnBytes(View bytes, Now now);
-  void OnLost(const std::string& reason, Now now);
-  void OnStuck(const std::string& reason, Now now);
+  /// `takes_no_data`: see TransportListener::OnStuck.
+  void OnLost(const std::string& reason, Now now, bool takes_no_data = false);
   void OnEnded(const std::string& reason, bool reset, Now now);
 
   // From the poller and the telegrams by hand.
@@ -88,7 +88,6 @@ class LinePort final : public RequestPort, public PortLoan::Line {
     silence,  ///< closed here, because no device behind it has answered
   };
   void Lost(const std::string& reason, Loss loss = Loss::port);
-  void Down(const std::string& reason, Loss loss = Loss::port);
   void ClosePort();
   // The loan, and the stop.
   void AfterTheWrite(std::function<void()> then);

@@ -127,7 +127,7 @@ void LineRunner::OnLost(const std::string& reason) {
 }
 
 void LineRunner::OnStuck(const std::string& reason) {
-  Handle([&](LineParts& line, Now now) { line.port.OnStuck(reason, now); });
+  Handle([&](LineParts& line, Now now) { line.port.OnLost(reason, now, true); });
 }
 
 void LineRunner::OnEnded(const std::string& reason, bool reset) {

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/daemon/telegram_queue.h"
 
-#include <algorithm>
 #include <utility>
+
+#include "gateway/base/deadline.h"
 
 namespace baudgate {
 namespace {
@@ -125,11 +126,13 @@ void TelegramQueue::OnClosed(const std::string& reason) {
 }
 
 std::optional<Instant> TelegramQueue::Deadline() const {
-  std::optional<Instant> soonest = exchange_ ? exchange_->Deadline() : std::nullopt;
-  const auto sooner = [&](Instant at) { soonest = soonest ? std::min(*soonest, at) : at; };
-  if (command_ && command_->state != WriteState::sent) sooner(command_->deadline);
-  if (!waiting_.empty()) sooner(waiting_.front().deadline);
-  return soonest;
+  std::optional<Instant> under_way;
+  std::optional<Instant> unsent;
+  std::optional<Instant> waiting;
+  if (exchange_) under_way = exchange_->Deadline();
+  if (command_ && command_->state != WriteState::sent) unsent = command_->deadline;
+  if (!waiting_.empty()) waiting = waiting_.front().deadline;
+  return Soonest({under_way, unsent, waiting});
 }
 
 }  // namespace baudgate

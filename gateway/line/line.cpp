@@ -44,6 +44,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "gateway/base/deadline.h"
+
 namespace baudgate {
 namespace {
 
@@ -59,6 +61,19 @@ bool IsUnderWay(Line::State state) {
 
 /// A reply may come.
 bool IsAwaited(Line::State state) { return IsUnderWay(state) && state != Line::State::settle; }
+
+/// The line waits for bytes, in silence or behind noise.
+bool IsListening(Line::State state) {
+  return state == Line::State::await_first || state == Line::State::receiving;
+}
+
+/// The state ends by itself at its deadline.
+bool HasTimer(Line::State state) {
+  return state != Line::State::closed && state != Line::State::idle;
+}
+
+/// The program was stopped while it waited: the silence before these bytes counts.
+bool IsHeldUp(Instant deadline, Instant now) { return now >= deadline + kHeldUp; }
 
 /// The silence that the line keeps behind an exchange that ended like this.
 Duration SilenceAfter(Outcome outcome, const Exchange& exchange) {
@@ -89,8 +104,7 @@ LineNews Line::OnClosed() {
 std::optional<Instant> Line::Deadline() const {
   if (state_ == State::closed) return std::nullopt;
   const auto heard = unasked_ ? unasked_->Deadline() : std::nullopt;
-  if (!OwnTimer()) return heard;
-  return heard ? std::min(deadline_, *heard) : deadline_;
+  return HasTimer(state_) ? Soonest({deadline_, heard}) : heard;
 }
 
 LineNews Line::Start(Exchange exchange, Instant now) {
@@ -112,7 +126,7 @@ LineNews Line::OnBytes(View bytes, Instant now) {
   if (!unasked_ || state_ == State::closed) {
     TakeBytes(bytes, now);
   } else {
-    if (IsHeldUp(now)) TakeTimer(now);
+    if (IsListening(state_) && IsHeldUp(deadline_, now)) TakeTimer(now);
     last_activity_ = now;
     if (state_ == State::quiet) deadline_ = std::min(now + exchange_.times.quiet, limit_);
     if (state_ == State::receiving) deadline_ = std::min(now + exchange_.times.gap, limit_);
@@ -134,7 +148,7 @@ void Line::Hear(UnaskedInput heard, Instant now) {
   if (state_ == State::sending && now >= transmission_.until()) EndSending(now);
   const bool early = state_ == State::sending && !transmission_.keeps_bit_rate();
   const bool awaited = exchange_.request.expect.reply == Expectation::Reply::standing &&
-                       (early || state_ == State::await_first || state_ == State::receiving);
+                       (early || IsListening(state_));
   if (awaited && !heard.messages.empty()) {
     Finish(client_.Judge(heard.messages.front().bytes, now), {}, now);
   }
@@ -174,7 +188,7 @@ void Line::TakeBytes(View bytes, Instant now) {
       break;
     case State::await_first:
     case State::receiving:
-      if (IsHeldUp(now)) {
+      if (IsHeldUp(deadline_, now)) {
         TakeTimer(now);
         TakeBytes(bytes, now);
       } else {
@@ -182,11 +196,6 @@ void Line::TakeBytes(View bytes, Instant now) {
       }
       break;
   }
-}
-
-/// The program was stopped while it waited for the reply: the silence before these bytes counts.
-bool Line::IsHeldUp(Instant now) const {
-  return (state_ == State::await_first || state_ == State::receiving) && now >= deadline_ + kHeldUp;
 }
 
 LineNews Line::OnCollision(Instant now) {
@@ -205,7 +214,7 @@ LineNews Line::OnEnded(Instant now) {
 }
 
 void Line::TakeTimer(Instant now) {
-  if (!OwnTimer() || now < deadline_) return;
+  if (!HasTimer(state_) || now < deadline_) return;
   switch (state_) {
     case State::closed:
     case State::idle:
@@ -223,7 +232,7 @@ void Line::TakeTimer(Instant now) {
       if (TakeEarly(now)) break;
       // Noise alone counts as silence; whole replies of others make it unexpected.
       if (assembler_.blame() == Outcome::unexpected) {
-        FinishSilent(now);
+        Finish(Outcome::unexpected, std::string(assembler_.why()), now);
       } else {
         Finish(Outcome::no_reply, {}, now);
       }
@@ -300,7 +309,7 @@ void Line::TakeStray(View bytes, Instant now) {
 /// Only early bytes have come, so they are the reply: this port does not keep its bit rate.
 bool Line::TakeEarly(Instant now) {
   // A reply that mirrors its request could be the echo; bytes that waited came at an unknown time.
-  const bool held_up = now >= deadline_ + kHeldUp;
+  const bool held_up = IsHeldUp(deadline_, now);
   if (!transmission_.has_early() || held_up || exchange_.request.expect.mirrors) return false;
   assembler_.Feed(transmission_.TakeEarly());
   state_ = State::receiving;
@@ -341,16 +350,11 @@ void Line::OnGap(Instant now) {
   if (harmless && now < due) {
     state_ = State::await_first;
     deadline_ = due;
+  } else if (blame == Outcome::none) {
+    Finish(Outcome::no_reply, {}, now);
   } else {
-    FinishSilent(now);
+    Finish(blame, std::string(assembler_.why()), now);
   }
-}
-
-/// Nothing more comes: what was discarded decides.
-void Line::FinishSilent(Instant now) {
-  const Outcome blame = assembler_.blame();
-  if (blame == Outcome::none) return Finish(Outcome::no_reply, {}, now);
-  Finish(blame, std::string(assembler_.why()), now);
 }
 
 void Line::Finish(Outcome outcome, std::string reason, Instant now) {

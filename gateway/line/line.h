@@ -132,8 +132,6 @@ class Line {
 
  private:
   LineNews TakeNews() { return std::exchange(news_, {}); }
-  bool IsHeldUp(Instant now) const;
-  bool OwnTimer() const { return state_ != State::closed && state_ != State::idle; }
   void Hear(UnaskedInput heard, Instant now);
   void TakeBytes(View bytes, Instant now);
   void TakeTimer(Instant now);
@@ -144,7 +142,6 @@ class Line {
   void TellStray(std::size_t count, Duration since_end);
   void TakeStray(View bytes, Instant now);
   void OnGap(Instant now);
-  void FinishSilent(Instant now);
   void Finish(Outcome outcome, std::string reason, Instant now);
   bool TakeEarly(Instant now);
   void TakeAhead(Instant now);

@@ -76,7 +76,13 @@ bool Has(View heard, std::span<const std::string_view> words) {
       words, [&](std::string_view word) { return text.find(word) != std::string::npos; });
 }
 
+/// What a modem says when it has no connection.
+constexpr std::string_view kHungUp[] = {"no carrier", "no answer", "no dialtone"};
+
 std::string RemedyFor(View heard) {
+  if (IsModem(heard) && Has(heard, kHungUp)) {
+    return "the modem has no connection: dial again, look at it and at its line";
+  }
   if (Has(heard, kLogins)) {
     return "a login prompt: switch the console (getty) off at the other end, or check the port";
   }

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "gateway/base/deadline.h"
+
 namespace baudgate {
 
 Background::Item& Background::At(std::size_t device) {
@@ -97,7 +99,7 @@ std::optional<Instant> Background::NextAt(Instant now) const {
     if (!begin) continue;
     const Instant at = std::max(*begin, now);
     const Instant when = Fits(items_[device], at) ? at : std::max(at, Starves(items_[device]));
-    if (!soonest || when < *soonest) soonest = when;
+    soonest = Soonest({soonest, when});
   }
   return soonest;
 }

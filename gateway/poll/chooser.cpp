@@ -4,23 +4,17 @@
 #include <algorithm>
 #include <utility>
 
+#include "gateway/base/deadline.h"
+
 namespace baudgate {
 
-Chooser::Chooser(const config::Line& line, Roster& roster, Agenda& agenda, const LateAnswers& late)
-    : line_(line),
-      roster_(roster),
+Chooser::Chooser(Roster& roster, Agenda& agenda, const LateAnswers& late)
+    : roster_(roster),
       agenda_(agenda),
       late_(late),
       probes_(roster, late),
-      background_(agenda.schedule) {}
-
-Turns::Waiting Chooser::Waiting() const {
-  const RouteQueue& queue = agenda_.routes.queue();
-  if (queue.empty()) return {};
-  return {.short_write = ShortWriteWaits(),
-          .routed = true,
-          .high_clients = queue.Clients(config::Priority::high)};
-}
+      background_(agenda.schedule),
+      routed_(roster, agenda, late) {}
 
 void Chooser::OnTime(Duration passed, const Member* busy_with) {
   const bool failing = busy_with != nullptr && busy_with->device != nullptr &&
@@ -29,7 +23,7 @@ void Chooser::OnTime(Duration passed, const Member* busy_with) {
 }
 
 std::unique_ptr<Job> Chooser::Next(const Idle& idle) {
-  const Turns::Waiting waiting = Waiting();
+  const Turns::Waiting waiting = routed_.Waiting();
   for (const Turns::Choice choice : turns_.Order(waiting)) {
     auto job = Take(choice, idle);
     if (!job) continue;
@@ -52,11 +46,11 @@ std::unique_ptr<Job> Chooser::Take(Turns::Choice choice, const Idle& idle) {
     case Choice::poll:
       return TakePoll(idle.now);
     case Choice::routed_high:
-      return TakeRouted(config::Priority::high, idle.now);
+      return routed_.Take(config::Priority::high, idle.now);
     case Choice::routed_normal:
-      return TakeRouted(config::Priority::normal, idle.now);
+      return routed_.Take(config::Priority::normal, idle.now);
     case Choice::routed_low:
-      return TakeRouted(config::Priority::low, idle.now);
+      return routed_.Take(config::Priority::low, idle.now);
   }
   return nullptr;
 }
@@ -64,7 +58,7 @@ std::unique_ptr<Job> Chooser::Take(Turns::Choice choice, const Idle& idle) {
 std::optional<Instant> Chooser::NextAt(const Idle& idle) const {
   std::optional<Instant> soonest;
   const auto sooner = [&soonest](std::optional<Instant> other) {
-    if (other && (!soonest || *other < *soonest)) soonest = other;
+    soonest = Soonest({soonest, other});
   };
   const auto when_clear = [&](const Member& member) {
     if (!late_.IsClear(member, idle.now)) sooner(late_.LateUntil(member));
@@ -96,8 +90,7 @@ std::optional<Instant> Chooser::NextAt(const Idle& idle) const {
 
 std::unique_ptr<Job> Chooser::TakeUrgent(const Idle& idle) {
   if (!agenda_.routes.queue().empty()) {
-    const auto may_ask = [&](const RoutedRequest& request) { return MayAsk(request, idle.now); };
-    if (auto job = ForRoute(agenda_.routes.queue().TakeUrgent(may_ask), idle.now)) return job;
+    if (auto job = routed_.TakeUrgent(idle.now)) return job;
     if (auto job = TakeWriteProbe(idle)) return job;
   }
   // Read-backs before further writes: their clients are waiting.
@@ -112,8 +105,7 @@ std::unique_ptr<Job> Chooser::TakeWriteProbe(const Idle& idle) {
     if (member == nullptr || !member->health.absent()) continue;
     if (!late_.IsClear(*member, idle.now)) continue;
     if (probes_.NextWriteAt(*member, facts) > idle.now) return nullptr;
-    const auto to_it = [slave](const RoutedRequest& request) { return request.slave == slave; };
-    auto job = ForRoute(agenda_.routes.queue().TakeUrgent(to_it), idle.now);
+    auto job = routed_.TakeShortWrite(slave, idle.now);
     if (!job) continue;
     job->probe_budget = Probes::Kind::short_write;
     return job;
@@ -198,32 +190,25 @@ std::unique_ptr<Job> Chooser::TakeProbe(const Idle& idle) {
   if (member.device != nullptr && member.in_use) {
     job = std::make_unique<Job>(member, Job::Probe{}, Task{.kind = Task::Kind::probe}, idle.now);
   } else {
-    // A client's request to an offline slave is its probe.
-    job = ForRoute(agenda_.routes.queue().TakeFor(member.slave), idle.now);
-    if (!job && agenda_.routes.MayRepeatRead(member, idle.since == idle.now, idle.now)) {
-      job = ForRoute(agenda_.routes.RepeatRead(member), idle.now);
-    }
+    job = routed_.TakeProbe(member, idle);
   }
   if (job) job->probe_budget = kind;
   return job;
 }
 
 Probes::Facts Chooser::FactsOf(const Idle& idle) const {
-  const bool now = agenda_.routes.ClientsAreHere(idle.now) || RoutedWaits(idle.now);
+  const auto is_looked_for = [this, idle](const Member& one) {
+    return (one.device != nullptr && one.in_use) || routed_.IsLookedFor(one, idle);
+  };
+  const bool now = agenda_.routes.ClientsAreHere(idle.now) || routed_.AnyMayGo(idle.now);
   return {.now = idle.now,
           .idle_since = idle.since,
           .next_wanted = now ? idle.now : agenda_.schedule.NextDue(),
           .clients_gone = agenda_.routes.ClientsGone(),
-          .is_looked_for = [this, idle](const Member& one) { return IsLookedFor(one, idle); },
-          .client_waits =
-              [this](const Member& one) { return agenda_.routes.queue().HasFor(one.slave); }};
-}
-
-bool Chooser::IsLookedFor(const Member& member, const Idle& idle) const {
-  if (member.device != nullptr && member.in_use) return true;
-  if (member.slave == 0) return false;
-  return agenda_.routes.queue().HasFor(member.slave) ||
-         agenda_.routes.MayRepeatRead(member, idle.since == idle.now, idle.now);
+          .is_looked_for = is_looked_for,
+          .client_waits = [this](const Member& one) {
+            return agenda_.routes.queue().HasFor(one.slave);
+          }};
 }
 
 bool Chooser::MayProbe(const Member& member, const Idle& idle) const {
@@ -232,7 +217,7 @@ bool Chooser::MayProbe(const Member& member, const Idle& idle) const {
 }
 
 Duration Chooser::Waited(Instant from, Instant to) const {
-  if (!agenda_.write_queue.empty() || RoutedWaits(to)) return to - from;
+  if (!agenda_.write_queue.empty() || routed_.AnyMayGo(to)) return to - from;
   const auto due = agenda_.schedule.NextDue();
   if (!due || *due >= to) return Duration::zero();
   return to - std::max(from, *due);
@@ -251,63 +236,7 @@ bool Chooser::MayRepeat(const Job& job, int more, Instant now) const {
   if (fails && more == 0 && agenda_.schedule.HealthyDue(now)) return false;
   // What must not be repeated is followed by the request that makes it good, or its answer is lost:
   // PollerRoutedOrder.AStartDoesNotMakeADestructiveReadHappenTwice.
-  return !(ShortWriteWaits() && job.step.request.expect.repeatable);
-}
-
-// ---------------------------------------------------------------- routed requests
-
-bool Chooser::ShortWriteWaits() const {
-  return agenda_.routes.queue().HasAny([this](const RoutedRequest& request) {
-    if (!RouteQueue::IsShortWrite(request)) return false;
-    const Member* member = roster_.FindSlave(request.slave);
-    return member == nullptr || !member->health.absent();
-  });
-}
-
-/// A client waits for a slave that answers.
-bool Chooser::RoutedWaits(Instant now) const {
-  return agenda_.routes.queue().HasAny(
-      [&](const RoutedRequest& request) { return MayAsk(request, now); });
-}
-
-/// Not while a late reply could pass for its own; and no write before an earlier one to a point of
-/// the same device.
-bool Chooser::MayAsk(const RoutedRequest& request, Instant now) const {
-  const Member* member = roster_.FindSlave(request.slave);
-  if (member != nullptr && (!late_.IsClear(*member, now) || member->health.absent())) return false;
-  if (!IsWrite(request)) return true;
-  const Device* device = member == nullptr ? nullptr : member->device;
-  if (device != nullptr && agenda_.schedule.GoesFirst(device->place, now)) return false;
-  return !agenda_.write_queue.HasAny([&](const WriteCommand& command) {
-    const std::uint8_t slave = roster_.DeviceAt(command.device).slave;
-    const bool same = slave != 0 && (slave == request.slave || request.slave == 0);
-    return same && command.sequence < request.sequence;
-  });
-}
-
-std::unique_ptr<Job> Chooser::TakeRouted(config::Priority priority, Instant now) {
-  const auto may_ask = [&](const RoutedRequest& request) { return MayAsk(request, now); };
-  return ForRoute(agenda_.routes.queue().Take(priority, may_ask), now);
-}
-
-std::unique_ptr<Job> Chooser::ForRoute(RouteQueue::Batch batch, Instant now) {
-  if (batch.empty()) return nullptr;
-  const Protocol& protocol = *roster_.carrier();
-  const RoutedRequest& first = batch.front();
-  Request request;
-  request.bytes = protocol.carrier->wrap(first.slave, first.pdu);
-  Member& slave = roster_.SlaveAt(first.slave);
-  request.expect = protocol.expect(request.bytes, slave.options);
-  const bool common = protocol.carrier->is_common(first.pdu);
-  const bool read = !IsWrite(first);
-  auto job = std::make_unique<Job>(
-      slave,
-      Job::Routed{
-          .batch = std::move(batch), .every_slave_answers = common, .reply = {}, .is_read = read},
-      Task{}, now);
-  job->step = {.request = std::move(request), .waiting = true};
-  job->requests = 1;
-  return job;
+  return !(routed_.ShortWriteWaits() && job.step.request.expect.repeatable);
 }
 
 }  // namespace baudgate

@@ -5,9 +5,7 @@
 
 #include <memory>
 #include <optional>
-#include <vector>
 
-#include "config/model/line.h"
 #include "gateway/poll/agenda.h"
 #include "gateway/poll/background.h"
 #include "gateway/poll/idle_time.h"
@@ -16,6 +14,7 @@
 #include "gateway/poll/parked_jobs.h"
 #include "gateway/poll/probes.h"
 #include "gateway/poll/roster.h"
+#include "gateway/poll/routed_jobs.h"
 #include "gateway/poll/turns.h"
 
 namespace baudgate {
@@ -23,7 +22,7 @@ namespace baudgate {
 class Chooser {
  public:
   /// All references outlive the chooser.
-  Chooser(const config::Line& line, Roster& roster, Agenda& agenda, const LateAnswers& late);
+  Chooser(Roster& roster, Agenda& agenda, const LateAnswers& late);
 
   /// What it chooses from.
   Agenda& agenda() { return agenda_; }
@@ -36,11 +35,6 @@ class Chooser {
   /// Time has passed; the line was busy with this member, or (null) with none.
   void OnTime(Duration passed, const Member* busy_with);
 
-  /// Whether a routed request may be sent, as far as its slave and earlier writes are concerned.
-  bool MayAsk(const RoutedRequest& request, Instant now) const;
-  /// A start or stop of a client waits for a slave that is not offline. For one that is offline it
-  /// waits for a probe, so nothing else has to make room.
-  bool ShortWriteWaits() const;
   /// Whether the failed request of this job may be sent again now. Usually at once. But while a
   /// device that answers is due, nothing is repeated to a device that has failed a whole task, nor
   /// while another fails too: part of the bus may be cut off. A start or stop that a client sends
@@ -57,16 +51,12 @@ class Chooser {
   Background& background() { return background_; }
 
   Turns& turns() { return turns_; }
-  const Turns& turns() const { return turns_; }
   Probes& probes() { return probes_; }
-  const Probes& probes() const { return probes_; }
   ParkedJobs& parked() { return parked_; }
+  RoutedJobs& routed() { return routed_; }
 
  private:
-  Turns::Waiting Waiting() const;
   Probes::Facts FactsOf(const Idle& idle) const;
-  bool RoutedWaits(Instant now) const;
-  bool IsLookedFor(const Member& member, const Idle& idle) const;
 
   std::unique_ptr<Job> Take(Turns::Choice choice, const Idle& idle);
   std::unique_ptr<Job> TakeUrgent(const Idle& idle);
@@ -76,10 +66,7 @@ class Chooser {
   std::unique_ptr<Job> TakeProbe(const Idle& idle);
   std::unique_ptr<Job> TakePoll(Instant now);
   std::unique_ptr<Job> TakeBackground(Background::Which which, Instant now);
-  std::unique_ptr<Job> TakeRouted(config::Priority priority, Instant now);
-  std::unique_ptr<Job> ForRoute(RouteQueue::Batch batch, Instant now);
 
-  const config::Line& line_;
   Roster& roster_;
   Agenda& agenda_;
   const LateAnswers& late_;
@@ -87,6 +74,7 @@ class Chooser {
   Probes probes_;
   Background background_;
   ParkedJobs parked_;
+  RoutedJobs routed_;
 };
 
 }  // namespace baudgate

@@ -7,7 +7,8 @@
 
 namespace baudgate {
 
-void EffectApplier::OnReply(const Device& device, const ReplyEffects& effects, Instant now) {
+void EffectApplier::OnReply(const Job& job, Device& device, Answer answer, Instant now) {
+  const ReplyEffects effects = intake_.Take(job, device, std::move(answer), now);
   if (effects.rechecked) ledger_.devices.OnRecheck(device);
   if (effects.unconfirmed) ledger_.devices.OnUnconfirmed(device);
   for (const QueryRef& query : effects.read_soon) agenda_.write_queue.AddReadBack(query);

@@ -1,5 +1,5 @@
-// Applies what follows from a reply or from the end of a job (effects.h), field by field: to the
-// schedule, the queues, the accounts and the store. Decides nothing. A part of
+// Applies what follows from a reply (intake.h) or from the end of a job (effects.h), field by
+// field: to the schedule, the queues, the accounts and the store. Decides nothing. A part of
 // gateway/poll/job_run.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "gateway/poll/effects.h"
+#include "gateway/poll/intake.h"
 #include "gateway/poll/job.h"
 #include "gateway/poll/job_end.h"
 #include "gateway/poll/upkeep.h"
@@ -16,14 +17,21 @@ namespace baudgate {
 class EffectApplier {
  public:
   /// All references outlive it.
-  EffectApplier(OwedReplies& owed, Chooser& chooser, Ledger& ledger, Upkeep& upkeep)
+  EffectApplier(OwedReplies& owed, Chooser& chooser, Ledger& ledger, Upkeep& upkeep, Intake& intake)
       : owed_(owed),
         chooser_(chooser),
         agenda_(chooser.agenda()),
         ledger_(ledger),
-        upkeep_(upkeep) {}
+        upkeep_(upkeep),
+        intake_(intake) {}
 
-  void OnReply(const Device& device, const ReplyEffects& effects, Instant now);
+  /// The answer to a request of `job` counts.
+  void OnReply(const Job& job, Device& device, Answer answer, Instant now);
+  /// Another device answers in its place.
+  void OnReplaced(Device& device, Now now) {
+    upkeep_.OnReplaced(device, now);
+    intake_.OnReplaced(device);
+  }
   /// Answers the clients of the job. Returns a write of which points remain to be written.
   std::optional<Job::Write> OnEnd(Job& done, EndEffects effects, const JobEnd& end, Instant now);
 
@@ -36,6 +44,7 @@ class EffectApplier {
   Agenda& agenda_;  // the chooser's
   Ledger& ledger_;
   Upkeep& upkeep_;
+  Intake& intake_;
 };
 
 }  // namespace baudgate

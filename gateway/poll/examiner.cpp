@@ -14,9 +14,6 @@
 namespace baudgate {
 namespace {
 
-/// More is not looked at. The longest reply of a Modbus device has 260 bytes.
-constexpr std::size_t kKept = 1024;
-constexpr std::size_t kArrivals = 256;
 constexpr std::size_t kTaken = 8;
 /// So many characters may be missing inside a text.
 constexpr std::size_t kFewLost = 2;
@@ -29,104 +26,91 @@ constexpr Duration kLongestLag = 5s;
 
 void Examiner::Begin(const Member& member, const Request& request, const LineTimes& times,
                      Instant now) {
-  times_ = times;
-  idle_ = last_ == Instant{} ? kLongIdle : std::max(now - last_, Duration());
-  sent_ = now + static_cast<std::int64_t>(request.bytes.size()) * times.character;
-  last_ = sent_;
+  Bytes unanswered;  // what came to its last request
+  if (exchange_.member() == &member) unanswered = exchange_.TakeHeard();
+  exchange_.Begin(member, request, times, now);
+  const Instant sent = exchange_.sent();
   broken_.OnBegin(member);
   LastTwo& asked = open_[member];
   ++asked.since;
   const bool again = asked.last.member != nullptr && asked.last.request.bytes == request.bytes;
-  Instant first = sent_;
-  Instant tried = sent_;
+  Instant first = sent;
+  Instant tried = sent;
   Bytes vain;
   if (again && !asked.last.answered && !asked.last.late) {
-    if (4 * (sent_ - asked.last.first) < 5 * times.ceiling) first = asked.last.first;
-    if (sent_ - asked.last.tried < kLongestLag) tried = asked.last.tried;
+    if (4 * (sent - asked.last.first) < 5 * times.ceiling) first = asked.last.first;
+    if (sent - asked.last.tried < kLongestLag) tried = asked.last.tried;
     if (asked.last.silent) {
       asked.lost = tried;
       asked.since = 1;
     }
-    if (member_ == &member) vain = std::move(heard_);
+    vain = std::move(unanswered);
   } else if (asked.last.member != nullptr && !again) {
     asked.before = std::move(asked.last);
   }
   asked.last = {.member = &member,
                 .request = request,
-                .sent = sent_,
+                .sent = sent,
                 .first = first,
                 .tried = tried,
                 .vain = std::move(vain),
                 .reply = {}};
-  member_ = &member;
-  request_ = request;
-  outcome_ = Outcome::none;
-  frame_.clear();
-  judged_ = 0;
-  heard_.clear();
-  arrivals_.clear();
 }
 
 void Examiner::Hear(View bytes, Instant now) {
-  last_ = std::max(last_, now);
-  if (member_ == nullptr) {
-    Append(greeting_, bytes.first(std::min(bytes.size(), kKept - greeting_.size())));
-    return;
-  }
-  if (heard_.size() >= kKept) return;
-  if (arrivals_.size() < kArrivals) arrivals_.push_back({heard_.size(), now - sent_});
-  Append(heard_, bytes.first(std::min(bytes.size(), kKept - heard_.size())));
+  if (exchange_.member() == nullptr) greeting_.OnBytes(bytes);
+  exchange_.Hear(bytes, now);
 }
 
 Finding Examiner::End(Outcome outcome) {
-  outcome_ = outcome;
-  judged_ = heard_.size();
-  if (member_ == nullptr) return {};
+  exchange_.End(outcome);
+  const Member* const member = exchange_.member();
+  if (member == nullptr) return {};
+  const Bytes& request = exchange_.request().bytes;
+  const Bytes& heard = exchange_.heard();
+  const Bytes& frame = exchange_.frame();
+  LastTwo& asked = open_[*member];
   if (ProvesLife(outcome)) {
-    Open& last = open_[*member_].last;
-    last.answered = true;
-    last.reply = frame_;
-    if (Taken& misfit = open_[*member_].misfit; misfit.request == request_.bytes) misfit = {};
-    if (LacksSome(last.vain, frame_)) {
-      earlier_.push_back({member_, {.symptom = Symptom::bytes_lost, .bytes = last.vain.size()}, 1});
+    asked.last.answered = true;
+    asked.last.reply = frame;
+    if (asked.misfit.request == request) asked.misfit = {};
+    if (LacksSome(asked.last.vain, frame)) {
+      earlier_.push_back(
+          {member, {.symptom = Symptom::bytes_lost, .bytes = asked.last.vain.size()}, 1});
     }
-    taken_.push_back({request_.bytes, frame_});
+    taken_.push_back({request, frame});
     if (taken_.size() > kTaken) taken_.pop_front();
-    const View first = greeting_.empty() && fresh_ ? View(heard_) : View(greeting_);
-    negotiated_ = roster_.is_network() && IsTelnet(first);
-    greeting_.clear();  // it has kept nobody from answering
+    negotiated_ = IsTelnet(greeting_.OnAnswered(heard)) && roster_.is_network();
   }
-  open_[*member_].last.silent = heard_.empty();
-  if (!ProvesLife(outcome)) frame_.clear();
-  const bool plain = ProvesLife(outcome) && heard_.size() == frame_.size();
-  Finding finding = plain ? Plain(Heard()) : Look();
+  asked.last.silent = heard.empty();
+  const bool plain = ProvesLife(outcome) && heard.size() == frame.size();
+  Finding finding = plain ? Plain(exchange_.AsHearing(roster_)) : Look();
   const bool right = IsAnswered(finding.symptom);
   // A Modbus TCP reply says by its number that it is another one's.
-  const bool told = member_->protocol->tcp && !finding.remedy.empty();
+  const bool told = member->protocol->tcp && !finding.remedy.empty();
   if (IsSameAgain(outcome == Outcome::ok) && !right && !told) {
-    const bool text = std::ranges::all_of(heard_, IsPrintable);
+    const bool text = std::ranges::all_of(heard, IsPrintable);
     finding = {.symptom = Symptom::same_again,
-               .bytes = heard_.size(),
-               .cause = text ? Quote(heard_) : std::string()};
+               .bytes = heard.size(),
+               .cause = text ? Quote(heard) : std::string()};
   }
-  // What a server says at once may meet the first request.
-  const bool says =
-      finding.symptom == Symptom::text ||
-      (roster_.is_network() && OtherService(heard_, member_->protocol->tcp).has_value());
-  if (std::exchange(fresh_, false) && says && greeting_.empty()) greeting_ = heard_;
-  const bool greeted = !IsAnswered(finding.symptom) && !greeting_.empty();
-  if (greeted) finding = Greeting(Heard(), greeting_).value_or(finding);
-  finding.idle = idle_;
+  const bool speaks = finding.symptom == Symptom::text ||
+                      (roster_.is_network() && OtherService(heard, member->protocol->tcp));
+  greeting_.OnEnd(heard, speaks);
+  if (!IsAnswered(finding.symptom) && !greeting_.text().empty()) {
+    finding = Greeting(exchange_.AsHearing(roster_), greeting_.text()).value_or(finding);
+  }
+  finding.idle = exchange_.idle();
   OnFound(finding.symptom);
   if (finding.symptom == Symptom::tail_lost || finding.symptom == Symptom::end_lost) {
-    broken_ = BrokenReply(*member_, request_, heard_, arrivals_.back().after + sent_);
+    broken_ = BrokenReply(*member, exchange_.request(), heard, exchange_.last_came());
   }
   return finding;
 }
 
 void Examiner::OnFound(Symptom symptom) {
   told_ = symptom;
-  if (symptom == Symptom::late) open_[*member_].last.late = true;
+  if (symptom == Symptom::late) open_[*exchange_.member()].last.late = true;
 }
 
 std::optional<Examiner::Earlier> Examiner::TakeEarlier() {
@@ -136,25 +120,31 @@ std::optional<Examiner::Earlier> Examiner::TakeEarlier() {
   return earlier;
 }
 
-/// What was heard before and after the reply that was taken; without one, before it.
-std::pair<View, View> Examiner::BesideReply() const {
-  const View heard = heard_;
-  const auto found = std::search(heard.begin(), heard.end(), frame_.begin(), frame_.end());
-  if (frame_.empty() || found == heard.end()) return {heard, {}};
-  View behind(found + static_cast<std::ptrdiff_t>(frame_.size()), heard.end());
-  while (!behind.empty() && (behind[0] == '\r' || behind[0] == '\n')) behind = behind.subspan(1);
-  return {View(heard.begin(), found), behind};
+/// When the rest of a reply that broke off has come in this exchange: before or behind the reply
+/// that was taken; where none was, before or behind the beginning of another one.
+std::optional<Duration> Examiner::RestCame() const {
+  const Instant came = exchange_.last_came();
+  const auto [before, behind] = exchange_.BesideReply();
+  const auto& arrivals = exchange_.arrivals();
+  if (broken_.IsRest(before, came) || broken_.IsRest(behind, came)) {
+    return (exchange_.frame().empty() ? arrivals.front() : arrivals.back()).after;
+  }
+  if (!exchange_.frame().empty()) return std::nullopt;
+  for (const Arrival& arrival : arrivals) {
+    if (broken_.IsRest(View(exchange_.heard()).subspan(arrival.at), came)) return arrival.after;
+    if (broken_.IsRest(View(exchange_.heard()).first(arrival.at), came)) {
+      return arrivals.front().after;
+    }
+  }
+  return std::nullopt;
 }
 
 /// The rest of a reply that broke off has come, in this exchange.
 bool Examiner::FindRest() {
-  if (heard_.empty() || !broken_.IsAwaited(member_)) return false;
-  const Instant came = sent_ + arrivals_.back().after;
-  const auto [before, behind] = BesideReply();
-  if (!broken_.IsRest(before, came) && !broken_.IsRest(behind, came)) return false;
-  // One that was taken may stand in front of the rest.
-  const Arrival& rest = frame_.empty() ? arrivals_.front() : arrivals_.back();
-  const Duration pause = sent_ + rest.after - broken_.last();
+  if (exchange_.heard().empty() || !broken_.IsAwaited(exchange_.member())) return false;
+  const std::optional<Duration> rest = RestCame();
+  if (!rest) return false;
+  const Duration pause = exchange_.sent() + *rest - broken_.last();
   earlier_.push_back(
       {&broken_.member(), {.symptom = Symptom::split, .time = pause}, broken_.began()});
   broken_ = {};
@@ -162,9 +152,7 @@ bool Examiner::FindRest() {
 }
 
 std::optional<Finding> Examiner::More() {
-  if (member_ == nullptr || outcome_ == Outcome::none || heard_.size() == judged_)
-    return std::nullopt;
-  judged_ = heard_.size();
+  if (!exchange_.TakeMore()) return std::nullopt;
   Finding finding = Look();
   if (finding.symptom == told_) return std::nullopt;
   if (finding.symptom == Symptom::split) broken_ = {};  // that was its rest
@@ -191,13 +179,13 @@ std::optional<Finding> Examiner::InItsPlace(const Open& open, View frame) {
 bool Examiner::Answers(Open& open) const {
   if (open.member == nullptr) return false;
   const Expectation& expect = open.request.expect;
-  const bool own = open.member->IsSame(*member_);
-  if (own ? open.request.bytes == request_.bytes : expect.address.empty()) return false;
+  const bool own = open.member->IsSame(*exchange_.member());
+  if (own ? open.request.bytes == exchange_.request().bytes : expect.address.empty()) return false;
   Assembler assembler;
   assembler.Begin(open.member->protocol->reply_rule, expect);
-  assembler.Feed(heard_);
+  assembler.Feed(exchange_.heard());
   while (const auto frame = assembler.Next(true)) {
-    if (*frame == frame_) continue;
+    if (*frame == exchange_.frame()) continue;
     open.in_its_place = InItsPlace(open, *frame);
     if (!open.in_its_place && !Fits(open, *frame)) continue;
     open.repeated = *frame == open.reply;
@@ -220,14 +208,14 @@ Examiner::Open* Examiner::FindEarlier() {
 /// in between sends twice.
 bool Examiner::IsCopy() const {
   Assembler assembler;
-  assembler.Begin(member_->protocol->reply_rule, request_.expect);
-  assembler.Feed(heard_);
+  assembler.Begin(exchange_.member()->protocol->reply_rule, exchange_.request().expect);
+  assembler.Feed(exchange_.heard());
   int copies = 0;
-  int others = frame_.empty() ? 0 : 1;  // its own, of which a copy may come as well
+  int others = exchange_.frame().empty() ? 0 : 1;  // its own, of which a copy may come as well
   while (const auto frame = assembler.Next(true)) {
-    if (*frame == frame_) continue;
+    if (*frame == exchange_.frame()) continue;
     const bool known = std::ranges::any_of(taken_, [&](const Taken& one) {
-      return one.request != request_.bytes && one.reply == *frame;
+      return one.request != exchange_.request().bytes && one.reply == *frame;
     });
     ++(known ? copies : others);
   }
@@ -236,42 +224,29 @@ bool Examiner::IsCopy() const {
 
 /// The same bytes came to other requests before. The transaction number is not compared.
 bool Examiner::IsSameAgain(bool right) {
-  const bool numbered = member_->protocol->tcp;
-  const View came =
-      View(heard_).subspan(std::min(heard_.size(), TransactionBytes(*member_->protocol)));
+  const Member& member = *exchange_.member();
+  const View heard = exchange_.heard();
+  const View came = heard.subspan(std::min(heard.size(), TransactionBytes(*member.protocol)));
   // Texts of other values may well be alike; the length of a PDU follows from its request.
-  const bool misfit = !ProvesLife(outcome_) && member_->protocol->carrier != nullptr;
-  return open_[*member_].same.OnCame(came, request_.bytes, right, misfit, numbered);
+  const bool misfit = !ProvesLife(exchange_.outcome()) && member.protocol->carrier != nullptr;
+  return open_[member].same.OnCame(came, exchange_.request().bytes, right, misfit,
+                                   member.protocol->tcp);
 }
 
 /// A request of this gateway has come back so late that it looks like another master's.
 bool Examiner::IsLateEcho() const {
-  return std::ranges::any_of(open_, [this](const LastTwo& asked) {
+  return std::ranges::any_of(open_, [heard = View(exchange_.heard())](const LastTwo& asked) {
     const Bytes& own = asked.last.request.bytes;
     return !own.empty() &&
-           std::search(heard_.begin(), heard_.end(), own.begin(), own.end()) != heard_.end();
+           std::search(heard.begin(), heard.end(), own.begin(), own.end()) != heard.end();
   });
-}
-
-Hearing Examiner::Heard() const {
-  return {.protocol = member_->protocol,
-          .options = &member_->options,
-          .request = request_.bytes,
-          .expect = &request_.expect,
-          .outcome = outcome_,
-          .heard = heard_,
-          .arrivals = arrivals_,
-          .reply = std::max(times_.reply, request_.reply),
-          .gap = times_.gap,
-          .connection = roster_.is_network(),
-          .foreign = roster_.foreign()};
 }
 
 /// A second reply of `member` has come. If one of its requests was lost and repeated lately, one of
 /// both replies answers that, and was late.
 bool Examiner::IsOfLostTry(const Member& member) {
   LastTwo& asked = open_[member];
-  const Duration after = sent_ + arrivals_.back().after - asked.lost;
+  const Duration after = exchange_.last_came() - asked.lost;
   const bool lost = asked.lost != Instant{} && after < kLongestLag;
   if (!lost) asked.doubles = true;
   if (!lost || asked.doubles) return false;
@@ -283,12 +258,13 @@ bool Examiner::IsOfLostTry(const Member& member) {
 /// A text of which the check value is wrong, and which is a character or two shorter than the last
 /// good reply to the same request.
 bool Examiner::IsShorterThanLast() const {
-  if (!std::ranges::all_of(request_.bytes, IsPrintable)) return false;
-  const auto last = std::find_if(taken_.rbegin(), taken_.rend(), [this](const Taken& one) {
-    return one.request == request_.bytes;
-  });
-  if (last == taken_.rend() || heard_.front() != last->reply.front()) return false;
-  return heard_.size() < last->reply.size() && heard_.size() + kFewLost >= last->reply.size();
+  const Bytes& request = exchange_.request().bytes;
+  const Bytes& heard = exchange_.heard();
+  if (!std::ranges::all_of(request, IsPrintable)) return false;
+  const auto last = std::find_if(taken_.rbegin(), taken_.rend(),
+                                 [&request](const Taken& one) { return one.request == request; });
+  if (last == taken_.rend() || heard.front() != last->reply.front()) return false;
+  return heard.size() < last->reply.size() && heard.size() + kFewLost >= last->reply.size();
 }
 
 /// A text that seems to lack a character. If the same comes to the same request again, the device
@@ -300,18 +276,18 @@ Finding Examiner::Compare(Finding finding) {
     return finding;
   }
   if (finding.symptom != Symptom::bytes_lost || finding.cause.empty()) return finding;
-  Taken& misfit = open_[*member_].misfit;
-  if (misfit.request == request_.bytes && misfit.reply == heard_) {
-    finding.symptom = Symptom::other_form;
-  }
-  misfit = {request_.bytes, heard_};
+  Taken& misfit = open_[*exchange_.member()].misfit;
+  Taken now{exchange_.request().bytes, exchange_.heard()};
+  if (misfit == now) finding.symptom = Symptom::other_form;
+  misfit = std::move(now);
   return finding;
 }
 
 Finding Examiner::Look() {
   const bool rest = FindRest();
-  Finding finding = Examine(Heard());
-  if (rest && IsAnswered(finding.symptom)) return Plain(Heard());
+  const Hearing hearing = exchange_.AsHearing(roster_);
+  Finding finding = Examine(hearing);
+  if (rest && IsAnswered(finding.symptom)) return Plain(hearing);
   switch (finding.symptom) {
     case Symptom::other_master:
     case Symptom::master_beside:
@@ -321,7 +297,7 @@ Finding Examiner::Look() {
     case Symptom::copies:
       if (const Open* whose = FindEarlier(); whose != nullptr && whose->answered) {
         if (IsOfLostTry(*whose->member)) return {};
-      } else if (finding.bytes > 0 && IsOfLostTry(*member_)) {
+      } else if (finding.bytes > 0 && IsOfLostTry(*exchange_.member())) {
         return {};
       }
       return IsCopy() ? Finding{.symptom = Symptom::copies} : finding;
@@ -331,7 +307,7 @@ Finding Examiner::Look() {
       return Compare(std::move(finding));
     case Symptom::two_replies:
       if (IsCopy()) return {.symptom = Symptom::copies};
-      if (IsOfLostTry(*member_)) return earlier_.back().finding;
+      if (IsOfLostTry(*exchange_.member())) return earlier_.back().finding;
       [[fallthrough]];
     case Symptom::other_device:
     case Symptom::other_reply:
@@ -358,30 +334,31 @@ Finding Examiner::Late(const Open& open, Duration after, std::optional<Duration>
 /// The finding of this exchange, where what came may be the reply to another request.
 Finding Examiner::Attribute(Finding finding) {
   Open* const whose = FindEarlier();
-  if (whose == nullptr || arrivals_.empty()) return finding;
+  const std::vector<Arrival>& arrivals = exchange_.arrivals();
+  if (whose == nullptr || arrivals.empty()) return finding;
   const bool answered = IsAnswered(finding.symptom);
   const Duration reply = std::max(whose->member->times.reply, whose->request.reply);
-  const bool in_front = !BesideReply().first.empty();  // of the reply that was taken
-  const Arrival& came = in_front ? arrivals_.front() : arrivals_.back();
-  const Duration after = sent_ + came.after - whose->first;
+  const bool in_front = !exchange_.BesideReply().first.empty();  // of the reply that was taken
+  const Arrival& came = in_front ? arrivals.front() : arrivals.back();
+  const Duration after = exchange_.sent() + came.after - whose->first;
   const bool late = !whose->answered && after > reply;
   // On a busy line every reply comes soon behind a request.
   const bool soon = came.after >= Duration::zero() && came.after < reply / 2 &&
-                    idle_ != kLongIdle && idle_ > kRested * came.after;
+                    exchange_.idle() != kLongIdle && exchange_.idle() > kRested * came.after;
   const auto next = soon ? std::optional(came.after) : std::nullopt;
-  if (whose->member->IsSame(*member_)) {
+  if (whose->member->IsSame(*exchange_.member())) {
     if (answered && (!whose->answered || IsOfLostTry(*whose->member))) return {};
     if (answered) return {.symptom = whose->repeated ? Symptom::copies : Symptom::others_beside};
     if (finding.symptom == Symptom::two_replies) {
       return late && whose->silent ? Late(*whose, after, next) : finding;
     }
     // Where replies are numbered, one that is late is known by that.
-    if (late && (whose->silent || request_.any_order)) return Late(*whose, after, next);
-    if (arrivals_.back().after < reply / 2) return {.symptom = Symptom::one_behind};
+    if (late && (whose->silent || exchange_.request().any_order)) return Late(*whose, after, next);
+    if (arrivals.back().after < reply / 2) return {.symptom = Symptom::one_behind};
     return late ? Late(*whose, after, next) : finding;
   }
   // Its own address in a reply to another master's request is no second reply.
-  const bool early = arrivals_.back().after < reply / 2;
+  const bool early = arrivals.back().after < reply / 2;
   if (!late && early && finding.symptom == Symptom::other_device &&
       whose->member->device != nullptr) {
     finding.symptom = Symptom::one_behind;

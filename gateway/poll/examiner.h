@@ -24,9 +24,11 @@
 #include "gateway/line/examine.h"
 #include "gateway/poll/broken_reply.h"
 #include "gateway/poll/by_member.h"
+#include "gateway/poll/heard_exchange.h"
 #include "gateway/poll/reply_lag.h"
 #include "gateway/poll/roster.h"
 #include "gateway/poll/same_again.h"
+#include "gateway/poll/server_greeting.h"
 
 namespace baudgate {
 
@@ -36,21 +38,20 @@ class Examiner {
 
   /// The port has opened.
   void OnOpened() {
-    member_ = nullptr;
-    fresh_ = true;
-    greeting_.clear();
+    exchange_.OnOpened();
+    greeting_.OnOpened();
   }
   void Begin(const Member& member, const Request& request, const LineTimes& times, Instant now);
   void Hear(View bytes, Instant now);
   /// The frame was taken for the reply.
-  void Take(View frame) { frame_.assign(frame.begin(), frame.end()); }
+  void Take(View frame) { exchange_.Take(frame); }
   Finding End(Outcome outcome);
   /// Empty: it looks as before. Each change is returned once.
   std::optional<Finding> More();
   /// The connection began as Telnet, and yet a device has answered. True once.
   bool TakeNegotiation() { return std::exchange(negotiated_, false); }
   /// The member whose exchange began last; null: there was none.
-  const Member* member() const { return member_; }
+  const Member* member() const { return exchange_.member(); }
 
   /// What an earlier exchange looks like now: the one of `member` that is `back` before its last.
   struct Earlier {
@@ -82,6 +83,8 @@ class Examiner {
   struct Taken {
     Bytes request;
     Bytes reply;
+
+    bool operator==(const Taken&) const = default;
   };
   /// The last exchange of a member, and the one before it; and what is known of its replies.
   struct LastTwo {
@@ -95,10 +98,9 @@ class Examiner {
     Taken misfit;  // a text that lacks a character, and none was good to that request since
   };
 
-  Hearing Heard() const;
   bool IsCopy() const;
   bool IsSameAgain(bool right);
-  std::pair<View, View> BesideReply() const;
+  std::optional<Duration> RestCame() const;
   bool FindRest();
   Finding Look();
   void OnFound(Symptom symptom);
@@ -114,23 +116,12 @@ class Examiner {
   bool Answers(Open& open) const;
 
   const Roster& roster_;
-  const Member* member_ = nullptr;
-  Request request_;
-  LineTimes times_;
-  Instant sent_{};   // computed end of the request
-  Instant last_{};   // when something was on the line last
-  Duration idle_{};  // silence before the request
-  Outcome outcome_ = Outcome::none;
+  HeardExchange exchange_;  // the last one
   Symptom told_ = Symptom::clean;
-  Bytes frame_;             // the reply that was taken
-  std::size_t judged_ = 0;  // bytes that had come when the exchange ended
   ByMember<LastTwo> open_;
   std::deque<Taken> taken_;  // the latest replies
-  bool fresh_ = true;        // no exchange has ended since the port was opened
+  ServerGreeting greeting_;
   bool negotiated_ = false;
-  Bytes greeting_;  // came before the first request after the opening of the port
-  Bytes heard_;
-  std::vector<Arrival> arrivals_;
   std::vector<Earlier> earlier_;
   BrokenReply broken_;
 };

@@ -30,6 +30,23 @@ bool IsPlanned(const Task& task, const Conversation& conversation) {
   return task.kind != Task::Kind::poll || task.query < conversation.Queries().size();
 }
 
+void BeginNextPoints(Job& job) {
+  Job::Write& write = *job.As<Job::Write>();
+  std::vector<PointValue> rest;
+  for (std::size_t i = write.next; i < write.command.writes().size(); ++i) {
+    rest.push_back({write.command.writes()[i].point, write.command.writes()[i].raw});
+  }
+  Conversation& conversation = *job.member->device->conversation;
+  rest.resize(std::clamp<std::size_t>(conversation.WritesTogether(rest), 1, rest.size()));
+  write.first = std::exchange(write.next, write.next + rest.size());
+  write.told.reset();
+  write.may_have_acted = false;
+  job.task.kind = Task::Kind::write;
+  job.task.point = rest.front().point;
+  job.task.value = rest.front().value;
+  job.task.also.assign(rest.begin() + 1, rest.end());
+}
+
 LineUse UseOf(const Job& job) {
   if (job.As<Job::Routed>() != nullptr) return LineUse::routes;
   if (job.is_probe()) return LineUse::probes;

@@ -166,6 +166,9 @@ void FollowPlan(Job& job);
 /// False: its query no longer exists. Example: a poll of query 7 waits for a probe, and after the
 /// reply to the probe the device has 5 queries.
 bool IsPlanned(const Task& task, const Conversation& conversation);
+/// The points of a write before the next one are written. As many as one exchange carries come
+/// next: its task is to write them.
+void BeginNextPoints(Job& job);
 /// Writes, their read-backs, and short writes of routes.
 bool IsUrgent(const Job& job);
 /// The kind of use that the time of the line counts as.

@@ -13,6 +13,15 @@ bool IsReading(const Job& job) {
   return job.task.kind == Task::Kind::poll && !job.attempt.answer.readings.empty();
 }
 
+/// The request was a broadcast: there was no answer, and none is due.
+bool GoesOnBehindBroadcast(Job& job, Instant now) {
+  if (!job.is_broadcast() || job.As<Job::Routed>() != nullptr) return false;
+  Conversation& conversation = *job.member->device->conversation;
+  if (conversation.OnSent(job.task, job.step.request, now) != Then::ask_again) return false;
+  ++job.broadcasts;
+  return true;
+}
+
 }  // namespace
 
 void JobRun::OnEnd(ExchangeEnd end) {
@@ -33,19 +42,8 @@ void JobRun::Conclude(ExchangeEnd end, const Finding& finding) {
   upkeep_.OnExchange(job, end, finding, now_.instant);
   if (answered) job.wire += now_.instant - job.attempt.began;
   if (cut_off) return Finish(end.outcome, end.reason);
-  if (answered && GoesOnBehindBroadcast()) return Ask(job.step.retries);
+  if (answered && GoesOnBehindBroadcast(job, now_.instant)) return Ask(job.step.retries);
   answered ? OnAnswered(end) : OnFailed(end);
-}
-
-/// The request was a broadcast: there was no answer, and none is due.
-bool JobRun::GoesOnBehindBroadcast() {
-  Job& job = *job_;
-  if (!job.is_broadcast() || job.As<Job::Routed>() != nullptr) return false;
-  Conversation& conversation = *job.member->device->conversation;
-  if (conversation.OnSent(job.task, job.step.request, now_.instant) != Then::ask_again)
-    return false;
-  ++job.broadcasts;
-  return true;
 }
 
 /// * A read is repeated while its reply may answer a much older one.
@@ -63,8 +61,7 @@ void JobRun::OnAnswered(const ExchangeEnd& end) {
   attempt.round_trip = end.round_trip;
   attempt.late = LateAnswers::Lateness(job.asked(), end) > Duration::zero();
   if (attempt.verdict.replaced) {
-    upkeep_.OnReplaced(device, now_);
-    intake_.OnReplaced(device);
+    effects_.OnReplaced(device, now_);
     if (job.postponed) job.postponed->attempt.answer = {};
   }
   const bool reads = IsReading(job) && job.step.request.expect.repeatable;
@@ -132,8 +129,7 @@ void JobRun::TakeAnswer() {
     if (HasValue(reading.value) && reading.point != kNoPoint)
       device.heard.OnValue(reading.point, now_.instant);
   }
-  effects_.OnReply(device, intake_.Take(job, device, std::move(answer), now_.instant),
-                   now_.instant);
+  effects_.OnReply(job, device, std::move(answer), now_.instant);
   if (wait > Duration::zero()) agenda_.schedule.Hold(device.place, now_.instant + wait);
   if (then == Then::ask_again) return Ask();
   if (then == Then::replan || then == Then::restart) {

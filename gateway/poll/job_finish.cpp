@@ -15,8 +15,7 @@ void JobRun::Finish(Outcome outcome, const std::string& reason) {
   const JobEnd end{outcome, reason};
   auto rest = effects_.OnEnd(*done, EffectsOf(*done, end, now_.instant), end, now_.instant);
   if (!rest) return;
-  job_ = std::make_unique<Job>(*done->member, std::move(*rest), Task{}, now_.instant);
-  NextWrite();
+  Begin(std::make_unique<Job>(*done->member, std::move(*rest), Task{}, now_.instant));
 }
 
 /// If the probe has failed, the task ends as the probe did. If the probe was refused, the task was

@@ -51,6 +51,30 @@
 #include <vector>
 
 namespace baudgate {
+namespace {
+
+/// A request that may write the points under way goes out.
+void NoteWriting(Job::Write& write, const Device& device, WriteQueue& queue) {
+  write.command.MoveTo(WriteState::sent);
+  write.told.reset();
+  std::vector<std::size_t> points;
+  for (std::size_t i = write.first; i < write.next; ++i) {
+    points.push_back(write.command.writes()[i].point);
+    queue.OnBegun(device.index, write.command.writes()[i].point);
+  }
+  queue.AddReadBacks(device.place, device.conversation->Queries(), points);
+}
+
+/// The next step of a read waits for a late reply of its device. If replies carry an address, the
+/// line does not wait.
+bool MayPark(const Job& job, const ParkedJobs& parked) {
+  const Task::Kind kind = job.task.kind;
+  const bool reads =
+      kind == Task::Kind::poll || kind == Task::Kind::events || kind == Task::Kind::background;
+  return reads && job.asked().named() && !parked.HasLike(job);
+}
+
+}  // namespace
 
 void JobRun::OnClosed(const std::string& reason) {
   if (job_) Finish(Outcome::line_down, reason);
@@ -78,11 +102,8 @@ void JobRun::Abandon(std::uint64_t client, bool unsent) {
 
 void JobRun::Begin(std::unique_ptr<Job> job) {
   job_ = std::move(job);
-  if (job_->As<Job::Write>() != nullptr) {
-    NextWrite();
-  } else if (job_->As<Job::Routed>() == nullptr) {
-    Ask();
-  }
+  if (job_->As<Job::Write>() != nullptr) BeginNextPoints(*job_);
+  if (job_->As<Job::Routed>() == nullptr) Ask();
 }
 
 void JobRun::Ask(int retries) {
@@ -112,40 +133,6 @@ void JobRun::Ask(int retries) {
   job_->step = {.request = std::move(*request), .waiting = true, .retries = retries};
 }
 
-/// The points of the command before the next one are written; as many as one exchange carries come
-/// next.
-void JobRun::NextWrite() {
-  Job::Write& write = *job_->As<Job::Write>();
-  const Device& device = *job_->member->device;
-  std::vector<PointValue> rest;
-  for (std::size_t i = write.next; i < write.command.writes().size(); ++i) {
-    rest.push_back({write.command.writes()[i].point, write.command.writes()[i].raw});
-  }
-  rest.resize(std::clamp<std::size_t>(device.conversation->WritesTogether(rest), 1, rest.size()));
-  write.first = std::exchange(write.next, write.next + rest.size());
-  write.told.reset();
-  write.may_have_acted = false;
-  Task& task = job_->task;
-  task.kind = Task::Kind::write;
-  task.point = rest.front().point;
-  task.value = rest.front().value;
-  task.also.assign(rest.begin() + 1, rest.end());
-  Ask();
-}
-
-/// A request that may write the points under way goes out.
-void JobRun::NoteWriting(const Device& device) {
-  Job::Write& write = *job_->As<Job::Write>();
-  write.command.MoveTo(WriteState::sent);
-  write.told.reset();
-  std::vector<std::size_t> points;
-  for (std::size_t i = write.first; i < write.next; ++i) {
-    points.push_back(write.command.writes()[i].point);
-    agenda_.write_queue.OnBegun(device.index, write.command.writes()[i].point);
-  }
-  agenda_.write_queue.AddReadBacks(device.place, device.conversation->Queries(), points);
-}
-
 void JobRun::PutProbeFirst() {
   auto probe = std::make_unique<Job>(*job_->member, Job::Probe{}, Task{.kind = Task::Kind::probe},
                                      now_.instant);
@@ -171,18 +158,9 @@ JobRun::Turn JobRun::TakeTurn() {
   // A retry does not wait: a late reply to its first try is as good as its own.
   const Instant clear = owed_.late.ClearAt(job_->asked());
   if (job_->step.retries > 0 || clear <= now_.instant) return Turn::send;
-  if (!MayPark()) return Turn::wait;
+  if (!MayPark(*job_, chooser_.parked())) return Turn::wait;
   Park(clear);
   return Turn::next;
-}
-
-/// The next step of a read waits for a late reply of its device. If replies carry an address, the
-/// line does not wait.
-bool JobRun::MayPark() const {
-  const Task::Kind kind = job_->task.kind;
-  const bool reads =
-      kind == Task::Kind::poll || kind == Task::Kind::events || kind == Task::Kind::background;
-  return reads && job_->asked().named() && !chooser_.parked().HasLike(*job_);
 }
 
 void JobRun::Park(Instant until) {
@@ -225,7 +203,9 @@ const Request& JobRun::Send() {
   }
   if (auto* const write = job_->As<Job::Write>()) {
     write->may_have_written_before = write->sent();
-    if (!request.prepares && !request.closes) NoteWriting(*job_->member->device);
+    if (!request.prepares && !request.closes) {
+      NoteWriting(*write, *job_->member->device, agenda_.write_queue);
+    }
   }
   chooser_.turns().OnSent(IsUrgent(job_->goal()));
   owed_.whose.OnSent(job_->asked(), now_.instant);
@@ -254,13 +234,10 @@ bool JobRun::Withdraw() {
   }
   auto* routed = job_->As<Job::Routed>();
   if (routed == nullptr || !routed->is_read) return false;
-  RouteQueue& queue = agenda_.routes.queue();
-  const auto urgent = [this](const RoutedRequest& request) {
-    return RouteQueue::IsShortWrite(request) && chooser_.MayAsk(request, now_.instant);
-  };
-  if (!chooser_.turns().UrgentAllowed(chooser_.ShortWriteWaits())) return false;
-  if (!queue.HasAny(urgent)) return false;
-  queue.Return(std::move(routed->batch));
+  const RoutedJobs& others = chooser_.routed();
+  if (!chooser_.turns().UrgentAllowed(others.ShortWriteWaits())) return false;
+  if (!others.ShortWriteMayGo(now_.instant)) return false;
+  agenda_.routes.queue().Return(std::move(routed->batch));
   job_.reset();
   return true;
 }

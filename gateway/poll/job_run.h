@@ -20,7 +20,6 @@
 
 #include "gateway/line/line.h"
 #include "gateway/poll/effect_applier.h"
-#include "gateway/poll/intake.h"
 #include "gateway/poll/job.h"
 #include "gateway/poll/upkeep.h"
 
@@ -35,8 +34,7 @@ class JobRun {
         agenda_(chooser.agenda()),
         ledger_(ledger),
         upkeep_(upkeep),
-        intake_(intake),
-        effects_(owed, chooser, ledger, upkeep) {}
+        effects_(owed, chooser, ledger, upkeep, intake) {}
 
   /// Before each input of the line.
   void SetTime(Now now) { now_ = now; }
@@ -82,15 +80,11 @@ class JobRun {
  private:
   // job_run.cpp: to the request
   void Ask(int retries = 0);
-  void NextWrite();
   void PutProbeFirst();
-  bool MayPark() const;
   void Park(Instant until);
   void BreakOff(const Withheld& withheld);
-  void NoteWriting(const Device& device);
 
   // job_answer.cpp: what an exchange leads to
-  bool GoesOnBehindBroadcast();
   void OnAnswered(const ExchangeEnd& end);
   void OnRoutedAnswer(const ExchangeEnd& end);
   void TakeAnswer();
@@ -110,7 +104,6 @@ class JobRun {
   Agenda& agenda_;  // the chooser's
   Ledger& ledger_;
   Upkeep& upkeep_;
-  Intake& intake_;
   EffectApplier effects_;
   std::unique_ptr<Job> job_;  // under way
   Now now_{};                 // of the input that is being handled

@@ -5,6 +5,8 @@
 #include <memory>
 #include <utility>
 
+#include "gateway/base/deadline.h"
+
 namespace baudgate {
 
 Poller::Poller(const config::Line& line, std::uint32_t first_device, const FindProtocol& find,
@@ -13,7 +15,7 @@ Poller::Poller(const config::Line& line, std::uint32_t first_device, const FindP
       roster_(line, first_device, find),
       owed_(roster_),
       ledger_(roster_, agenda_.schedule, store, store.LineIndex(line), listener),
-      chooser_(line, roster_, agenda_, owed_.late),
+      chooser_(roster_, agenda_, owed_.late),
       upkeep_(roster_, store, owed_, chooser_, ledger_),
       clients_(store, roster_, chooser_, ledger_.devices),
       intake_(store, listener),
@@ -161,9 +163,7 @@ void Poller::Abandon(std::uint64_t client, Now now) {
 std::optional<Instant> Poller::Deadline() const {
   if (!line_.is_open()) return std::nullopt;
   std::optional<Instant> soonest = line_.Deadline();
-  const auto sooner = [&](std::optional<Instant> other) {
-    if (other && (!soonest || *other < *soonest)) soonest = other;
-  };
+  const auto sooner = [&](std::optional<Instant> other) { soonest = Soonest({soonest, other}); };
   sooner(agenda_.write_queue.Deadline());
   sooner(agenda_.routes.queue().Deadline());
   sooner(unasked_.speaker().DueAt());

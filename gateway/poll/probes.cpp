@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "gateway/base/deadline.h"
+
 namespace baudgate {
 
 void Probes::OnOpened() {
@@ -47,7 +49,7 @@ std::optional<Instant> Probes::NextAt(const Facts& facts) const {
     for (const Member* member : roster_.everyone()) {
       if (!member->health.absent() || !facts.is_looked_for(*member)) continue;
       const Instant ready = ReadyAt(*member);
-      if (ready > facts.now) soonest = std::min(soonest.value_or(ready), ready);
+      if (ready > facts.now) soonest = Soonest({soonest, ready});
     }
     return soonest;
   }

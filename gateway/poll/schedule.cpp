@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "gateway/base/deadline.h"
+
 namespace baudgate {
 namespace {
 
@@ -216,8 +218,7 @@ std::optional<Instant> Schedule::NextDue() const {
   std::optional<Instant> soonest;
   for (const Device& device : devices_) {
     for (const Round& round : device.rounds) {
-      const auto due = DueAt(device, round);
-      if (due && (!soonest || *due < *soonest)) soonest = due;
+      soonest = Soonest({soonest, DueAt(device, round)});
     }
   }
   return soonest;

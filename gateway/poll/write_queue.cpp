@@ -5,6 +5,8 @@
 #include <iterator>
 #include <utility>
 
+#include "gateway/base/deadline.h"
+
 namespace baudgate {
 namespace {
 
@@ -122,8 +124,7 @@ std::vector<WriteCommand> WriteQueue::TakeAll() {
 std::optional<Instant> WriteQueue::Deadline() const {
   std::optional<Instant> soonest;
   const auto sooner = [&soonest](const auto& command) {
-    const Instant deadline = CommandOf(command).deadline;
-    soonest = std::min(soonest.value_or(deadline), deadline);
+    soonest = Soonest({soonest, CommandOf(command).deadline});
   };
   std::ranges::for_each(waiting_, sooner);
   std::ranges::for_each(confirmed_, sooner);

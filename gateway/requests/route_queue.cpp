@@ -9,6 +9,8 @@
 #include <unordered_set>
 #include <utility>
 
+#include "gateway/base/deadline.h"
+
 namespace baudgate {
 namespace {
 
@@ -176,7 +178,7 @@ std::vector<std::uint8_t> RouteQueue::Slaves() const {
 std::optional<Instant> RouteQueue::Deadline() const {
   std::optional<Instant> soonest;
   for (const RoutedRequest& request : waiting_) {
-    if (!soonest || request.deadline < *soonest) soonest = request.deadline;
+    soonest = Soonest({soonest, request.deadline});
   }
   return soonest;
 }

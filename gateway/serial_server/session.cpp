@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/serial_server/session.h"
 
-#include <algorithm>
 #include <utility>
+
+#include "gateway/base/deadline.h"
 
 namespace baudgate::serial_server {
 
@@ -103,12 +104,11 @@ void Session::Regulate() {
 // ---------------------------------------------------------------- time
 
 void Session::OnTimer(Now now) {
-  const auto is_due = [&](const std::optional<Instant>& at) { return at && *at <= now.instant; };
-  if (is_due(drain_.Deadline())) {
+  if (HasCome(drain_.Deadline(), now.instant)) {
     const bool drained = port_ == nullptr ? waiting_.empty() : port_->IsDrained();
     if (const auto why = drain_.Look(drained, now.instant)) over_ = why;
   }
-  if (is_due(look_at_)) {
+  if (HasCome(look_at_, now.instant)) {
     look_at_ = now.instant + kLookEvery;
     if (const Bytes news = com_->Poll(); !news.empty()) connection_.Send(news);
   }
@@ -118,11 +118,7 @@ void Session::OnTimer(Now now) {
 }
 
 std::optional<Instant> Session::Deadline() const {
-  Instant soonest = heard_ + idle_;
-  for (const auto& at : {look_at_, drain_.Deadline()}) {
-    if (at) soonest = std::min(soonest, *at);
-  }
-  return soonest;
+  return Soonest({heard_ + idle_, look_at_, drain_.Deadline()});
 }
 
 }  // namespace baudgate::serial_server

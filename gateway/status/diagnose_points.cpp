@@ -4,7 +4,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
+#include <utility>
+#include <variant>
 
 #include "gateway/base/decimal_comma.h"
 #include "gateway/base/shown.h"
@@ -53,6 +56,34 @@ std::string NoNumber(const Finding& finding) {
   return ": '" + Shortened(text) + "' is no number: " +
          (comma ? "set a decimal point at the device, or type: string in its profile"
                 : "does the profile fit the device? type: string takes it");
+}
+
+/// No device measures less, apart from nothing at all, or more.
+constexpr double kLeastMeasured = 1e-20;
+constexpr double kMostMeasured = 1e20;
+
+/// Numbers such as bytes in another order make.
+Sentences AbsurdNumbers(const DeviceRecord& record, Now now) {
+  std::size_t numbers = 0;
+  std::size_t absurd = 0;
+  std::string first;
+  for (std::size_t i = 0; i < record.points.size(); ++i) {
+    const config::Point& point = record.device->points[i];
+    const auto* const number = std::get_if<double>(&record.points[i].value);
+    const bool is_float =
+        point.type == config::Type::float32 || point.type == config::Type::float64;
+    if (!is_float || number == nullptr || !IsGood(QualityAt(record, i, now.instant))) continue;
+    ++numbers;
+    const double size = std::abs(*number);
+    if (size == 0 || (size >= kLeastMeasured && size <= kMostMeasured)) continue;
+    ++absurd;
+    if (first.empty()) first = fmt::format("{}: {:.3g}", point.name, *number);
+  }
+  if (absurd == 0) return {};
+  return {fmt::format(
+      "{} of {} numbers cannot be true ({}{}): check the order of their bytes (order), their type "
+      "and their register",
+      absurd, numbers, first, absurd > 1 ? ", ..." : "")};
 }
 
 /// A point that is polled has a value by then.
@@ -166,6 +197,7 @@ Sentences DiagnosePoints(const LineStatus& line, const DeviceRecord& record, Now
     found.push_back(
         fmt::format("{} of {} points have no good value{}", reported, record.points.size(), why));
   }
+  for (std::string& sentence : AbsurdNumbers(record, now)) found.push_back(std::move(sentence));
   return found;
 }
 

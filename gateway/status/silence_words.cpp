@@ -131,6 +131,11 @@ std::string SaySilent(const Evidence& evidence) {
   const FailureRuns* const failures =
       evidence.device == nullptr ? nullptr : &evidence.device->status.failures;
   const bool now_and_then = failures != nullptr && IsUsualSilence(*failures, evidence.now);
+  const Finding* const words =
+      evidence.device == nullptr ? nullptr : &evidence.device->status.findings.LatestWords();
+  if (evidence.absent && words != nullptr && !words->remedy.empty()) {
+    return words->cause + " came, and nothing since: " + words->remedy;
+  }
   if ((evidence.absent && !now_and_then) || evidence.failed == evidence.looked) {
     const bool fell = evidence.answered && !evidence.fell.empty();
     return (evidence.answered ? "not a byte comes any more" : "not a byte came") +

@@ -120,6 +120,9 @@ class Findings {
     return shortest != kLongIdle && shortest > longest ? shortest : Duration();
   }
 
+  /// Words for people that came since the last reply beside which there were none; empty: none.
+  const Finding& LatestWords() const { return words_; }
+
   /// Lengths of replies that were asked for: the longest that came whole, the shortest that did
   /// not; and how often one did not that was longer than any that did. Nothing came, or damage.
   struct Lengths {
@@ -174,6 +177,11 @@ class Findings {
     any_high_ = any_high_ || (finding.specials & kHighBit) != 0;
     KeepLength(finding);
     KeepAround(finding);
+    if (finding.symptom == Symptom::text || finding.symptom == Symptom::text_beside) {
+      words_ = finding;
+    } else if (IsAnswered(finding.symptom)) {
+      words_ = {};
+    }
     if (IsAnswered(finding.symptom)) {
       good_specials_ = static_cast<std::uint8_t>(good_specials_ | finding.specials);
     } else if (finding.bytes > 0) {
@@ -196,6 +204,7 @@ class Findings {
   Lengths damaged_;
   Lengths again_;               // damaged, of a length that came whole before
   std::size_t good_since_ = 0;  // the longest that came whole meanwhile
+  Finding words_;
   std::uint8_t good_specials_ = 0;
   std::uint8_t bad_specials_ = 0xFF;
   std::uint8_t any_specials_ = 0;

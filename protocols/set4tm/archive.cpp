@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/set4tm/archive.h"
 
-#include <algorithm>
 #include <utility>
 
+#include "gateway/base/deadline.h"
 #include "protocols/set4tm/conversation_steps.h"
 
 namespace baudgate::protocols::set4tm {
@@ -26,17 +26,11 @@ MeterArchive::MeterArchive(bool events, const Settings& settings, Identification
 
 std::optional<Instant> MeterArchive::due() const {
   std::optional<Instant> soonest;
-  for (const BackgroundJob* one : jobs_) {
-    const auto due = one->due();
-    if (due && (!soonest || *due < *soonest)) soonest = due;
-  }
+  for (const BackgroundJob* one : jobs_) soonest = Soonest({soonest, one->due()});
   return soonest;
 }
 
-bool MeterArchive::IsDue(Instant now) const {
-  const auto soonest = due();
-  return soonest && *soonest <= now;
-}
+bool MeterArchive::IsDue(Instant now) const { return HasCome(due(), now); }
 
 void MeterArchive::OnKept(std::string_view said) {
   const auto changed = kept_.OnKept(said);

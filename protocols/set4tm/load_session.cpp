@@ -5,6 +5,7 @@
 #include <array>
 #include <utility>
 
+#include "gateway/base/deadline.h"
 #include "gateway/base/text.h"
 #include "protocols/set4tm/codec.h"
 #include "protocols/set4tm/conversation_steps.h"
@@ -41,8 +42,7 @@ LoadSession::LoadSession(const Settings& settings) {
 std::optional<Instant> LoadSession::NextDue() const {
   std::optional<Instant> soonest;
   for (const State& state : states_) {
-    if (state.refused || (soonest && *soonest <= state.due)) continue;
-    soonest = state.due;
+    if (!state.refused) soonest = Soonest({soonest, state.due});
   }
   return soonest;
 }

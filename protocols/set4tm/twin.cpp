@@ -24,7 +24,6 @@ constexpr Duration kChannelLife = 20s;
 /// Class 0.2S/0.5, 3 x 57.7 V, 5 A; both directions, three phases, A = 5000; type 8.
 constexpr std::uint8_t kVariantBytes[] = {0x10, 0x40, 0x80};
 constexpr std::uint8_t kUnitRatios[] = {0, 1, 0, 1, 0, 0, 0, 0, 0, 0};
-constexpr std::uint32_t kDefaultSerial = 9020001;
 /// A NaN whose first byte says that the parameter is not supported (reference, 9.8).
 constexpr std::uint8_t kUnsupportedFloat[] = {0x01, 0x00, 0x80, 0x7F};
 
@@ -48,11 +47,6 @@ std::optional<std::uint8_t> TypeOf(const Settings& settings) {
   return settings.types.empty() ? std::nullopt : std::optional(settings.types.front());
 }
 
-TwinJournals JournalsOf(const Settings& settings) {
-  return {settings.time_zone.value_or(CivilZone()),
-          static_cast<std::size_t>(settings.journal_records)};
-}
-
 bool HasFloats(const Settings& settings) {
   const auto code = TypeOf(settings);
   const MeterType* type = code ? FindType(*code) : nullptr;
@@ -62,8 +56,9 @@ bool HasFloats(const Settings& settings) {
 }  // namespace
 
 MeterTwin::MeterTwin(const config::Device& device, TwinValues& values)
-    : address_(ParseAddress(device.address).value()),
-      settings_(ReadSettings(device.options)),
+    : settings_(ReadSettings(device.options)),
+      address_(ParseAddress(device.address).value(), settings_.serial_number),
+      clock_(settings_.time_zone.value_or(CivilZone())),
       points_(
           device, values,
           [floats = HasFloats(settings_)](const config::Point& point) {
@@ -72,19 +67,13 @@ MeterTwin::MeterTwin(const config::Device& device, TwinValues& values)
             return field;
           },
           [](const config::Point&) { return Result<Field>(Error{"a meter is not written to"}); }),
-      journals_(JournalsOf(settings_)) {
+      journals_(clock_.zone(), static_cast<std::size_t>(settings_.journal_records)) {
   for (const auto& point : points_.all()) {
     if (!point.read || point.read->decoder != Decoder::float_le) continue;
     if (const auto parameter = ParameterAt(Live(point.read->pdu), point.read->offset)) {
       float_points_.emplace(*parameter, point.index);
     }
   }
-  serial_ = settings_.serial_number.value_or(0);
-  const auto number = ByteReader(address_).U32Be(1);
-  if (number && serial_ == 0) serial_ = *number;
-  // A meter that is configured by its extended address has a short one as well.
-  short_address_ = number ? static_cast<std::uint8_t>(1 + *number % 239) : address_[0];
-  if (serial_ == 0) serial_ = kDefaultSerial;
   type_ = TypeOf(settings_);
   const MeterType* type = type_ ? FindType(*type_) : nullptr;
   knows_floats_ = HasFloats(settings_);
@@ -92,13 +81,9 @@ MeterTwin::MeterTwin(const config::Device& device, TwinValues& values)
       settings_.snapshot != Snapshot::off && (type == nullptr || type->masked_floats != Knows::no);
 }
 
-bool MeterTwin::Hears(View address) const {
-  if (address.size() == 1) return address[0] == short_address_ || address[0] == kCommonAddress;
-  return std::ranges::equal(address, ExtendedAddress(serial_)) ||
-         std::ranges::equal(address, address_);
+void MeterTwin::ReplyAs(std::string_view address) {
+  address_.ReplyAs(ParseAddress(address).value());
 }
-
-void MeterTwin::ReplyAs(std::string_view address) { reply_as_ = ParseAddress(address).value(); }
 
 bool MeterTwin::Raise(const DeviceEvent& event, Now now) {
   return journals_.Raise(event, now.wall);
@@ -108,15 +93,11 @@ Bytes MeterTwin::Answer(View request, Instant now) {
   const auto parts = SplitFrame(request, settings_.checksum);
   if (!parts) return {};
   if (parts->address[0] == kBroadcast && IsLatch(parts->body)) Latch(now);
-  if (!Hears(parts->address)) return {};
+  if (!address_.Hears(parts->address)) return {};
   const auto length = LengthOfRequest(parts->body);
   if (!length || parts->body.size() < length->min || parts->body.size() > length->max) return {};
-  const bool common = parts->address[0] == kCommonAddress && short_address_ != kCommonAddress;
-  if (common && parts->body[0] == kWrite) return {};
-  const Bytes own = {short_address_};
-  const View asked = parts->address.size() > 1 ? parts->address : View(own);
-  return MakeFrame(reply_as_.empty() ? asked : View(reply_as_), Serve(parts->body, now),
-                   settings_.checksum);
+  if (address_.IsCommon(parts->address) && parts->body[0] == kWrite) return {};
+  return MakeFrame(address_.ReplyTo(parts->address), Serve(parts->body, now), settings_.checksum);
 }
 
 Bytes MeterTwin::Serve(View pdu, Instant now) {
@@ -140,7 +121,7 @@ Bytes MeterTwin::Serve(View pdu, Instant now) {
   }
   if (!open) return {kChannelClosed};
   last_correct_ = now;
-  if (const auto shown = ClockAt(now)) {
+  if (const auto shown = clock_.At(now)) {
     for (auto& [profile, load] : loads_) load.Advance(*shown);
   }
   if (pdu[0] == kWrite) return {Write(pdu, now)};
@@ -148,24 +129,12 @@ Bytes MeterTwin::Serve(View pdu, Instant now) {
   return data ? *data : Bytes{kNotAllowed};
 }
 
-/// Level 1 may correct the clock by up to two minutes, once a day; nothing else.
+/// Level 1 may correct the clock, and nothing else.
 std::uint8_t MeterTwin::Write(View pdu, Instant now) {
   constexpr std::uint8_t kCorrectClock = 0x0B;
-  constexpr int kMostSeconds = 120;
   if (pdu[1] != kCorrectClock) return kLevelTooLow;
   const std::chrono::seconds by(static_cast<std::int16_t>(ByteReader(pdu).U16Be(2).value_or(0)));
-  if (std::abs(by.count()) > kMostSeconds) return kNotAllowed;
-  const CivilZone zone = settings_.time_zone.value_or(CivilZone());
-  const auto shown = zone.ToCivil(ClockAt(now).value_or(CivilZone::Utc()));
-  if (std::chrono::floor<std::chrono::hours>(shown) !=
-      std::chrono::floor<std::chrono::hours>(shown + by)) {
-    return kNotAllowed;
-  }
-  const auto today = std::chrono::floor<std::chrono::days>(shown);
-  if (corrected_on_ == today) return kClockAlreadyCorrected;
-  corrected_on_ = today;
-  correction_ += by;
-  return kOk;
+  return clock_.Correct(by, now);
 }
 
 void MeterTwin::Latch(Instant now) {
@@ -181,16 +150,15 @@ Value MeterTwin::Measured(View pdu, const TwinPoints<Field>::One& point, Instant
 
 void MeterTwin::SetClock(Now now) {
   constexpr std::chrono::days kPast(7);
-  clock_ = now;
+  clock_.Set(now);
   latched_at_ = now.instant;
-  const CivilZone zone = settings_.time_zone.value_or(CivilZone());
   const auto bytes = static_cast<std::size_t>(settings_.load_records) * kLoadRecord;
   std::vector<unsigned> profiles = settings_.load_profiles;
   if (profiles.empty()) profiles.push_back(1);
   for (const unsigned profile : profiles) {
     constexpr unsigned kMinutes = 30;
-    loads_.insert_or_assign(profile,
-                            TwinLoad(zone, kMinutes, bytes, *ClockAt(now.instant) - kPast));
+    loads_.insert_or_assign(
+        profile, TwinLoad(clock_.zone(), kMinutes, bytes, *clock_.At(now.instant) - kPast));
   }
 }
 
@@ -199,18 +167,12 @@ TwinLoad* MeterTwin::load(unsigned profile) {
   return found == loads_.end() ? nullptr : &found->second;
 }
 
-std::optional<CivilZone::Utc> MeterTwin::ClockAt(Instant now) const {
-  if (!clock_) return std::nullopt;
-  const WallTime wall = clock_->wall + (now - clock_->instant);
-  return std::chrono::floor<std::chrono::seconds>(wall) + correction_;
-}
-
 /// The time, the pointer and the interval of a load profile, and its memory.
 std::optional<Bytes> MeterTwin::OfClock(View pdu, Instant now) const {
   const bool of_latch = std::ranges::equal(pdu, AskLatchTime());
-  const auto shown = ClockAt(of_latch ? latched_at_ : now);
+  const auto shown = clock_.At(of_latch ? latched_at_ : now);
   if (!shown) return std::nullopt;
-  const CivilZone zone = settings_.time_zone.value_or(CivilZone());
+  const CivilZone& zone = clock_.zone();
   if (of_latch) return BytesOf(zone.ToCivil(*shown));
   if (AsksClock(pdu)) {
     Bytes data = BytesOf(zone.ToCivil(*shown));
@@ -237,14 +199,14 @@ std::optional<Bytes> MeterTwin::OwnData(View pdu) const {
   if (pdu.size() < 2 || pdu[0] != kRead) return std::nullopt;
   switch (pdu[1]) {
     case kSerialNumber: {
-      Bytes data = ExtendedAddress(serial_);
+      Bytes data = ExtendedAddress(address_.serial());
       data.erase(data.begin());
       Append(data, Bytes{0x06, 0x09, 0x02});
       return data;
     }
     case kShortAddress: {
-      if (pdu.size() == 2) return Bytes{0, short_address_};
-      const Bytes extended = ExtendedAddress(serial_);
+      if (pdu.size() == 2) return Bytes{0, address_.short_address()};
+      const Bytes extended = ExtendedAddress(address_.serial());
       return Bytes(extended.begin() + 1, extended.end());
     }
     case kRatios:
@@ -328,9 +290,8 @@ std::optional<Bytes> MeterTwin::Data(View pdu, Instant now) const {
   if (type_ && pdu[0] == kRead && pdu[1] == kVariant) {
     data[2] = static_cast<std::uint8_t>(unsigned{*type_} << 4U | (data[2] & 0x0FU));
   }
-  if (const auto shown = ClockAt(now); shown && !own && !found) {
-    const CivilZone zone = settings_.time_zone.value_or(CivilZone());
-    if (auto registers = TwinRegisters(pdu, zone.ToCivil(*shown))) return registers;
+  if (const auto shown = clock_.At(now); shown && !own && !found) {
+    if (auto registers = TwinRegisters(pdu, clock_.zone().ToCivil(*shown))) return registers;
   }
   return own || found || journals_.Has(pdu) ? std::optional(std::move(data)) : std::nullopt;
 }

@@ -13,6 +13,8 @@
 #include "protocols/set4tm/codec.h"
 #include "protocols/set4tm/points.h"
 #include "protocols/set4tm/settings.h"
+#include "protocols/set4tm/twin_address.h"
+#include "protocols/set4tm/twin_clock.h"
 #include "protocols/set4tm/twin_journals.h"
 #include "protocols/set4tm/twin_load.h"
 #include "protocols/twin.h"
@@ -33,12 +35,9 @@ class MeterTwin : public Twin {
   TwinLoad* load(unsigned profile);
 
  private:
-  bool Hears(View address) const;
   /// The status byte, or the data; empty = silence.
   Bytes Serve(View pdu, Instant now);
   std::uint8_t Write(View pdu, Instant now);
-  /// What its clock shows: of this machine, and what it was corrected by.
-  std::optional<CivilZone::Utc> ClockAt(Instant now) const;
   std::optional<Bytes> OfClock(View pdu, Instant now) const;
   /// Nothing when this meter has no such parameter.
   std::optional<Bytes> Data(View pdu, Instant now) const;
@@ -51,20 +50,15 @@ class MeterTwin : public Twin {
   bool Fill(View pdu, Instant now, Bytes& data) const;
   Scale ScaleNow(Instant now) const;
 
-  const Bytes address_;  // as configured
   const Settings settings_;
+  TwinAddress address_;
+  TwinClock clock_;
   TwinPoints<Field> points_;
   std::map<std::uint8_t, std::size_t> float_points_;  // index by RWRI parameter
-  std::uint8_t short_address_;
-  Bytes reply_as_;  ///< empty: the address by which it was asked, the short one for 0
-  std::uint32_t serial_ = 0;
-  std::optional<std::uint8_t> type_;  ///< empty: as its points say, else 8
+  std::optional<std::uint8_t> type_;                  ///< empty: as its points say, else 8
   bool knows_floats_ = true;
   bool knows_masks_ = true;
   std::optional<Instant> last_correct_;  // of an open channel
-  std::optional<Now> clock_;
-  std::chrono::seconds correction_{};
-  std::optional<std::chrono::local_days> corrected_on_;
   Instant latched_at_{};
   std::vector<Value> latched_;  // by point; empty: never
   std::map<unsigned, TwinLoad> loads_;

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "protocols/common/designation.h"
 #include "protocols/telegram/expect.h"
 #include "protocols/telegram/frame_rule.h"
 #include "protocols/telegram/probes.h"
@@ -20,18 +19,6 @@ constexpr int kRefusals = 3;  // a damaged answer may look like one
 Settings WithDescription(Settings settings) {
   if (!settings.description) settings.description = std::make_shared<const Description>("");
   return settings;
-}
-
-std::vector<std::optional<ReadPlace>> PlacesOf(const config::Device& device,
-                                               const Description& description) {
-  std::vector<std::optional<ReadPlace>> places;
-  for (const config::Point& point : device.points) {
-    auto& place = places.emplace_back();
-    if (point.access == config::Access::write) continue;
-    auto parsed = ParseRead(point);
-    if (parsed && description.Find(parsed->call.telegram)) place = std::move(*parsed);
-  }
-  return places;
 }
 
 std::optional<Standing> StandingOf(const Settings& settings) {
@@ -59,19 +46,19 @@ TelegramConversation::TelegramConversation(const config::Device& device, const S
     : device_(device),
       settings_(WithDescription(settings)),
       bound_(BoundOf(settings_, device.address)),
-      reads_(PlacesOf(device, *settings_.description)),
+      reader_(*settings_.description, device),
       plan_({.may_join = {}, .refused = WhenRefused::ask_rarely, .refusals = kRefusals}),
       standing_(StandingOf(settings_)),
-      identity_(IdentityTelegram(*settings_.description)),
-      own_probe_(OwnProbe(*settings_.description, reads_, bound_)),
-      probes_(!own_probe_ ? ProbeChoice::Own::none
-              : identity_ ? ProbeChoice::Own::identification
-                          : ProbeChoice::Own::read),
+      identification_(*settings_.description, device.identity),
+      own_probe_(OwnProbe(*settings_.description, reader_.places(), bound_)),
+      probes_(!own_probe_                  ? ProbeChoice::Own::none
+              : identification_.telegram() ? ProbeChoice::Own::identification
+                                           : ProbeChoice::Own::read),
       exchanges_(*settings_.description) {
-  for (std::size_t i = 0; i < reads_.size(); ++i) {
-    if (!reads_[i] || TelegramOf(*settings_.description->Find(reads_[i]->call.telegram)).listen)
-      continue;
-    plan_.Add(device.points[i].group, i, reads_[i]->call);
+  for (std::size_t i = 0; i < reader_.places().size(); ++i) {
+    const auto& place = reader_.places()[i];
+    if (!place || TelegramOf(*settings_.description->Find(place->call.telegram)).listen) continue;
+    plan_.Add(device.points[i].group, i, place->call);
   }
   plan_.Make();
 }
@@ -80,8 +67,6 @@ TelegramConversation::TelegramConversation(const config::Device& device, const S
 
 Status TelegramConversation::Begin(const Task& task) {
   filled_ = bound_;
-  outcome_ = Outcome::none;
-  reason_.clear();
   Call call;
   if (task.kind == Task::Kind::write) {
     auto written = ParseWrite(device_.points[task.point]);
@@ -103,9 +88,9 @@ Status TelegramConversation::Begin(const Task& task) {
   }
   // What cannot be written is refused before anything is sent.
   if (const auto bytes = BytesOf(*telegram); !bytes) return Error{bytes.error()};
-  identifies_ = identity_ && (!identified_ || trouble_);
+  identifies_ = identification_.IsDue();
   if (identifies_) filled_ = bound_;
-  exchanges_.Begin(identifies_ ? *identity_ : *telegram);
+  exchanges_.Begin(identifies_ ? *identification_.telegram() : *telegram);
   return {};
 }
 
@@ -123,8 +108,6 @@ Result<Request> TelegramConversation::Ask(const Task& task, Instant) {
 
 Result<Request> TelegramConversation::AskProbe() {
   filled_ = bound_;
-  outcome_ = Outcome::none;
-  reason_.clear();
   identifies_ = false;
   const std::size_t count = plan_.queries().size();
   std::size_t best = 0;
@@ -132,7 +115,7 @@ Result<Request> TelegramConversation::AskProbe() {
   const auto read = probes_.Next(count, count > 0 && plan_.IsProven(best) ? best : 0);
   own_ = !read && own_probe_.has_value();
   if (own_) {
-    identifies_ = own_probe_ == identity_;
+    identifies_ = own_probe_ == identification_.telegram();
     exchanges_.Begin(*own_probe_);
     return AskStep();
   }
@@ -186,20 +169,14 @@ Answer TelegramConversation::OnFrame(const Task& task, const Request& request, V
   Match match = MatchAll(*TelegramOf(number).send, request.bytes, {});
   const Bound sent = ValuesOf(*TelegramOf(number).send, match);
   const bool meant = exchanges_.step().part == Exchanges::Step::Part::meant;
-  if (meant && identifies_)
-    return AfterStep(task, AfterIdentity(DecodeReply(TelegramOf(number), frame, sent)));
-  Answer answer = AnswerOf(number, sent, frame);
+  if (meant && identifies_) {
+    const Reply reply = DecodeReply(TelegramOf(number), frame, sent);
+    identification_.OnReply(reply);
+    return AfterStep(task, {reply.outcome, reply.reason});
+  }
+  Answer answer = reader_.Read(number, sent, frame);
   if (!meant) answer.readings.clear();
   return AfterStep(task, std::move(answer));
-}
-
-Answer TelegramConversation::AfterIdentity(const Reply& reply) {
-  Answer answer{reply.outcome, reply.reason};
-  const auto name = reply.fields.find(TelegramOf(*identity_).identity);
-  if (name == reply.fields.end()) return answer;
-  trouble_ = JudgeName(device_.identity, name->second.text);
-  identified_ = true;
-  return answer;
 }
 
 Then TelegramConversation::OnSent(const Task& task, const Request&, Instant) {
@@ -211,10 +188,7 @@ Answer TelegramConversation::AfterStep(const Task& task, Answer answer) {
   using Part = Exchanges::Step::Part;
   const Part part = exchanges_.under_way() ? exchanges_.step().part : Part::behind;
   if (part == Part::meant || answer.outcome != Outcome::ok) {
-    if (outcome_ == Outcome::none) {
-      outcome_ = answer.outcome;
-      reason_ = answer.reason;
-    }
+    exchanges_.EndAs(answer.outcome, answer.reason);
   }
   const bool more = answer.outcome == Outcome::ok ? exchanges_.Advance() : exchanges_.Fail();
   if (more) {
@@ -222,10 +196,9 @@ Answer TelegramConversation::AfterStep(const Task& task, Answer answer) {
     goes_on_ = true;
     return answer;
   }
-  // A closing telegram that is answered says nothing of what was meant.
-  if (part == Part::behind && outcome_ != Outcome::none) {
-    answer.outcome = outcome_;
-    answer.reason = reason_;
+  if (part == Part::behind && exchanges_.outcome() != Outcome::none) {
+    answer.outcome = exchanges_.outcome();
+    answer.reason = exchanges_.reason();
   }
   if (task.kind == Task::Kind::probe) {
     if (ProvesLife(answer.outcome)) probes_.OnAnswered(own_);
@@ -238,13 +211,13 @@ Answer TelegramConversation::AfterStep(const Task& task, Answer answer) {
 
 /// It was asked who the device is. One that is another one is not written to.
 Answer TelegramConversation::GoOnKnown(const Task& task, Answer answer) {
-  const bool goes_on = task.kind == Task::Kind::poll || !trouble_;
-  if (answer.outcome != Outcome::ok) identified_ = true;
+  const bool goes_on = task.kind == Task::Kind::poll || !trouble();
+  if (answer.outcome != Outcome::ok) identification_.OnNoName();
   if (goes_on && ProvesLife(answer.outcome)) {
     answer.then = Then::ask_again;
   } else if (!goes_on) {
     answer.outcome = Outcome::refused;
-    answer.reason = trouble_.text;
+    answer.reason = trouble().text;
   }
   return answer;
 }
@@ -270,10 +243,8 @@ void TelegramConversation::AfterPoll(std::size_t query, Answer& answer) {
 
 Then TelegramConversation::OnFailure(const Task& task, const Request&, Outcome outcome, Instant) {
   const bool silent = outcome == Outcome::no_reply;
-  if (outcome_ == Outcome::none) {
-    outcome_ = outcome == Outcome::line_down ? Outcome::no_reply : outcome;
-    reason_ = std::string(Name(outcome_));
-  }
+  const Outcome failure = outcome == Outcome::line_down ? Outcome::no_reply : outcome;
+  exchanges_.EndAs(failure, std::string(Name(failure)));
   const bool closes = exchanges_.Fail() && outcome != Outcome::line_down;
   if (!closes) exchanges_.Break();
   if (task.kind == Task::Kind::probe) {
@@ -282,13 +253,12 @@ Then TelegramConversation::OnFailure(const Task& task, const Request&, Outcome o
     return closes || another ? Then::ask_again : Then::done;
   }
   if (std::exchange(identifies_, false)) {
-    // Many devices of a kind do not know the question: they are polled anyway.
-    identified_ = true;
+    identification_.OnNoName();
     goes_on_ = false;
     return task.kind == Task::Kind::poll && outcome != Outcome::line_down ? Then::ask_again
                                                                           : Then::done;
   }
-  if (silent) identified_ = false;  // another device may answer next
+  if (silent) identification_.OnLost();
   if (closes) {
     goes_on_ = true;
     return Then::ask_again;
@@ -298,7 +268,8 @@ Then TelegramConversation::OnFailure(const Task& task, const Request&, Outcome o
 }
 
 void TelegramConversation::OnReconnect() {
-  goes_on_ = identifies_ = identified_ = false;
+  goes_on_ = identifies_ = false;
+  identification_.OnLost();
   exchanges_.Break();
   exchanges_.Forget();
   probes_.OnReconnect();

@@ -10,8 +10,9 @@
 #include "protocols/common/probe_choice.h"
 #include "protocols/common/query_plan.h"
 #include "protocols/conversation.h"
+#include "protocols/telegram/answer_reader.h"
+#include "protocols/telegram/identification.h"
 #include "protocols/telegram/plan.h"
-#include "protocols/telegram/points.h"
 
 namespace baudgate::protocols::telegram {
 
@@ -24,14 +25,14 @@ class TelegramConversation final : public Conversation {
   Answer OnFrame(const Task& task, const Request& request, View frame, Instant now) override;
   Then OnSent(const Task& task, const Request& request, Instant now) override;
   Then OnFailure(const Task& task, const Request& request, Outcome outcome, Instant now) override;
-  Outcome Check(View request, View frame) const override;
-  Answer Interpret(View request, View frame) override;
+  Outcome Check(View request, View frame) const override { return reader_.Check(request, frame); }
+  Answer Interpret(View request, View frame) override { return reader_.Interpret(request, frame); }
 
   const Standing* Listens() const override { return standing_ ? &*standing_ : nullptr; }
-  Answer OnUnasked(View message, Now received) override;
+  Answer OnUnasked(View message, Now) override { return reader_.ReadUnasked(message, bound_); }
 
   void OnReconnect() override;
-  const DeviceTrouble& trouble() const override { return trouble_; }
+  const DeviceTrouble& trouble() const override { return identification_.trouble(); }
   bool ForgetRefusals() override { return plan_.ForgetRefusals(); }
   config::Timing LeastTimes(Duration character) const override;
 
@@ -44,34 +45,25 @@ class TelegramConversation final : public Conversation {
   Result<Bytes> BytesOf(std::size_t telegram) const;
   Status Begin(const Task& task);
   Answer AfterStep(const Task& task, Answer answer);
-  Answer AfterIdentity(const Reply& reply);
   Answer GoOnKnown(const Task& task, Answer answer);
   void AfterPoll(std::size_t query, Answer& answer);
-  Answer AnswerOf(std::size_t telegram, const Bound& sent, View frame) const;
-  void AddReadings(std::size_t telegram, const Bound& sent, const Reply& reply,
-                   Answer& answer) const;
 
   const config::Device& device_;
-  const Settings settings_;                            // its description is never null
-  const Bound bound_;                                  // for every telegram
-  const std::vector<std::optional<ReadPlace>> reads_;  // by point
+  const Settings settings_;  // its description is never null
+  const Bound bound_;        // for every telegram
+  const AnswerReader reader_;
   QueryPlan<Call> plan_;
   const std::optional<Standing> standing_;
-  const std::optional<std::size_t> identity_;  // the telegram that tells the device's name
+  Identification identification_;
   const std::optional<std::size_t> own_probe_;
   ProbeChoice probes_;
 
   // The exchange under way.
   Exchanges exchanges_;
-  Bound filled_;                     // for its telegrams
-  bool goes_on_ = false;             // it has said ask_again
-  bool identifies_ = false;          // it asks who the device is, before what was meant
-  bool own_ = false;                 // a probe that is no poll
-  Outcome outcome_ = Outcome::none;  // of the telegram that is meant
-  std::string reason_;
-
-  bool identified_ = false;  // it was asked who it is, and has said so or was silent
-  DeviceTrouble trouble_;
+  Bound filled_;             // for its telegrams
+  bool goes_on_ = false;     // it has said ask_again
+  bool identifies_ = false;  // it asks who the device is, before what was meant
+  bool own_ = false;         // a probe that is no poll
 };
 
 }  // namespace baudgate::protocols::telegram

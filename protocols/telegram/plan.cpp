@@ -5,9 +5,10 @@ namespace baudgate::protocols::telegram {
 
 void Exchanges::Begin(std::size_t telegram) {
   const Telegram& meant = description_.telegrams[telegram];
-  meant_ = telegram;
   steps_.clear();
   at_ = 0;
+  outcome_ = Outcome::none;
+  reason_.clear();
   for (const std::size_t one : meant.before) {
     if (done_once_.contains(one)) continue;
     steps_.push_back({Step::Part::before, one});

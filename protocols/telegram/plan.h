@@ -5,8 +5,10 @@
 
 #include <optional>
 #include <set>
+#include <string>
 #include <vector>
 
+#include "gateway/base/outcome.h"
 #include "protocols/telegram/description.h"
 
 namespace baudgate::protocols::telegram {
@@ -23,7 +25,6 @@ class Exchanges {
 
   void Begin(std::size_t telegram);
   bool under_way() const { return at_ < steps_.size(); }
-  std::size_t meant() const { return meant_; }
   const Step& step() const { return steps_[at_]; }
 
   /// The step has succeeded. True: another one follows.
@@ -34,12 +35,24 @@ class Exchanges {
   void Forget() { done_once_.clear(); }
   void Break() { at_ = steps_.size(); }
 
+  /// How the telegram that is meant, or the first failure, has ended. The first call counts: the
+  /// answer to a closing telegram says nothing of what was meant.
+  void EndAs(Outcome outcome, const std::string& reason) {
+    if (outcome_ != Outcome::none) return;
+    outcome_ = outcome;
+    reason_ = reason;
+  }
+  /// Outcome::none: neither has come yet.
+  Outcome outcome() const { return outcome_; }
+  const std::string& reason() const { return reason_; }
+
  private:
   const Description& description_;
-  std::size_t meant_ = 0;
   std::vector<Step> steps_;
   std::size_t at_ = 0;
   std::set<std::size_t> done_once_;
+  Outcome outcome_ = Outcome::none;
+  std::string reason_;
 };
 
 }  // namespace baudgate::protocols::telegram

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "gateway/base/deadline.h"
 #include "gateway/base/log.h"
 #include "gateway/modbus/wire/mbap.h"
 #include "gateway/modbus/wire/other_framing.h"
@@ -102,14 +103,13 @@ void MasterSession::Answer(View frame, Instant) {
 /// A reply waits for the quiet before it, and until it is certain that what has come since its
 /// request is no new one.
 std::optional<Instant> MasterSession::Deadline() const {
-  std::optional<Instant> next = service_->Deadline();
-  const auto consider = [&next](Instant at) { next = next ? std::min(*next, at) : at; };
+  std::optional<Instant> next;
   if (HoldsBytes()) {
-    consider(last_byte_ + gap_);
+    next = last_byte_ + gap_;
   } else if (!reply_.empty()) {
-    consider(last_byte_ + quiet_);
+    next = last_byte_ + quiet_;
   }
-  return next;
+  return Soonest({next, service_->Deadline()});
 }
 
 void MasterSession::OnTime(const Now& now) {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "gateway/base/deadline.h"
 #include "gateway/modbus/service/permission.h"
 
 namespace baudgate::modbus {
@@ -122,9 +123,7 @@ void RequestService::Sweep(const Now& now) {
 
 std::optional<Instant> RequestService::Deadline() const {
   std::optional<Instant> next;
-  for (const Pending& pending : pending_) {
-    next = next ? std::min(*next, pending.Limit()) : pending.Limit();
-  }
+  for (const Pending& pending : pending_) next = Soonest({next, pending.Limit()});
   return next;
 }
 

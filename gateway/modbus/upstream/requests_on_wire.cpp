@@ -3,6 +3,8 @@
 
 #include <iterator>
 
+#include "gateway/base/deadline.h"
+
 namespace baudgate::modbus {
 namespace {
 
@@ -48,7 +50,7 @@ std::optional<Instant> RequestsOnWire::TriedOutAt(Instant now) const {
   std::optional<Instant> soonest;
   for (const Sent& sent : sent_) {
     const Instant at = sent.at + kTriedOut;
-    if (sent.repeated() && at > now) soonest = std::min(soonest.value_or(at), at);
+    if (sent.repeated() && at > now) soonest = Soonest({soonest, at});
   }
   return soonest;
 }
@@ -109,10 +111,11 @@ bool RequestsOnWire::IsOfExpired(std::optional<std::uint16_t> id) const {
 
 std::optional<Instant> RequestsOnWire::Deadline() const {
   std::optional<Instant> soonest;
-  const auto consider = [&soonest](Instant at) { soonest = std::min(soonest.value_or(at), at); };
   for (const Sent& sent : sent_) {
-    consider(sent.deadline);
-    for (const RoutedRequest& request : sent.requests) consider(request.deadline);
+    soonest = Soonest({soonest, sent.deadline});
+    for (const RoutedRequest& request : sent.requests) {
+      soonest = Soonest({soonest, request.deadline});
+    }
   }
   return soonest;
 }

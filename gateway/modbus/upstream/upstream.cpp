@@ -9,6 +9,7 @@
 #include <optional>
 #include <utility>
 
+#include "gateway/base/deadline.h"
 #include "gateway/base/log.h"
 #include "gateway/modbus/upstream/upstream_link.h"
 
@@ -96,9 +97,7 @@ void Upstream::Link::Work() {
 
 void Upstream::Link::Arm(Instant now) {
   std::optional<Instant> next = queue_.Deadline();
-  const auto consider = [&next](std::optional<Instant> at) {
-    if (at) next = std::min(next.value_or(*at), *at);
-  };
+  const auto consider = [&next](std::optional<Instant> at) { next = Soonest({next, at}); };
   if (connection_ && !connection_->connected()) consider(connect_by_);
   consider(on_wire_.Deadline());
   if (!queue_.empty()) consider(on_wire_.TriedOutAt(now));

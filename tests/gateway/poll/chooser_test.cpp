@@ -31,7 +31,7 @@ class ChooserTest : public ::testing::Test, protected ToyMembers {
   Schedule& schedule_ = agenda_.schedule;
   WriteQueue& writes_ = agenda_.write_queue;
   LateAnswers late_{roster};
-  Chooser chooser_{line, roster, agenda_, late_};
+  Chooser chooser_{roster, agenda_, late_};
 };
 
 TEST_F(ChooserTest, NothingWaits) {

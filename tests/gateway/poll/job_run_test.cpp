@@ -151,7 +151,7 @@ class Rig : private PollerListener {
   Agenda agenda_;
   OwedReplies owed_{roster_};
   Ledger ledger_{roster_, agenda_.schedule, store_, 0, *this};
-  Chooser chooser_{config_.lines[0], roster_, agenda_, owed_.late};
+  Chooser chooser_{roster_, agenda_, owed_.late};
   Upkeep upkeep_{roster_, store_, owed_, chooser_, ledger_};
   Intake intake_{store_, *this};
   ReplyJudge judge_{owed_.whose};

@@ -56,7 +56,7 @@ class UpkeepTest : public ::testing::Test, protected ToyMembers, protected Polle
   Schedule& schedule_ = agenda_.schedule;
   OwedReplies owed_{roster};
   Ledger ledger_{roster, schedule_, store_, 0, *this};
-  Chooser chooser_{line, roster, agenda_, owed_.late};
+  Chooser chooser_{roster, agenda_, owed_.late};
   Upkeep upkeep_{roster, store_, owed_, chooser_, ledger_};
   DeviceState state_ = DeviceState::never_seen;
 };

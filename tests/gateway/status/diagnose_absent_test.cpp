@@ -29,6 +29,22 @@ TEST_F(DiagnoseTest, AnAbsentDeviceSaysSinceWhenWhyAndWhenItsReturnIsNoticed) {
                   "feeder-1 answers on the same line"));
 }
 
+TEST_F(DiagnoseTest, WhatAModemSaidBeforeTheSilenceIsItsCause) {
+  const Finding said{.cause = "'NO CARRIER'", .remedy = "dial again"};
+  for (const bool answered_since : {false, true}) {
+    Looked(device(), Symptom::text_beside, 1, said);
+    if (answered_since) Looked(device(), Symptom::clean, 1);
+    device().state = DeviceState::offline;
+    device().last_ok = kNow.instant - 12min;
+    Ended(Outcome::no_reply, 34);
+    EXPECT_EQ(Say()[0],
+              answered_since
+                  ? "offline for 12 min: not a byte comes any more: check its power and "
+                    "its wire, or whether its settings were changed"
+                  : "offline for 12 min: 'NO CARRIER' came, and nothing since: dial again");
+  }
+}
+
 TEST_F(DiagnoseTest, DevicesFellTogetherOnlyIfTheyFellAtTheSameMoment) {
   device().state = neighbour_.status.state = DeviceState::offline;
   device().last_ok = kNow.instant - 12min;

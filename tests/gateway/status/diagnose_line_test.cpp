@@ -42,10 +42,11 @@ TEST_F(DiagnoseTest, ABusThatDoesNotEchoIsNoRingThatOpens) {
                                        "once, or a bus that does not echo (set 'echo: off')"));
   Looked(device(), Symptom::odd, 9);
   device().state = neighbour_.status.state = DeviceState::offline;
-  EXPECT_THAT(SayOfLine(),
-              ElementsAre("none of its 2 devices answers, and requests do not come back (90 times, "
-                          "echo: verify): if the bus has no echo, set 'echo: off' at the line; else "
-                          "look for two talkers at once"));
+  EXPECT_THAT(
+      SayOfLine(),
+      ElementsAre("none of its 2 devices answers, and requests do not come back (90 times, "
+                  "echo: verify): if the bus has no echo, set 'echo: off' at the line; else "
+                  "look for two talkers at once"));
 }
 
 TEST_F(DiagnoseTest, TroubleOfALine) {

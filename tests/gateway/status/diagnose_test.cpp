@@ -395,6 +395,19 @@ TEST_F(DiagnoseTest, PointsThatItIsSilentToAreNamed) {
   EXPECT_THAT(Say()[0], ::testing::Not(::testing::StartsWith("does not answer")));
 }
 
+TEST_F(DiagnoseTest, NumbersThatNothingMeasuresAreInAnotherOrder) {
+  record_.points[0].value = 3.879381e-35;
+  record_.points[1].value = 0.0;
+  config_.lines[0].devices[1].points[0].type = config::Type::float32;
+  config_.lines[0].devices[1].points[1].type = config::Type::float64;
+  const std::string name = record_.device->points[0].name;
+  EXPECT_THAT(Say(), ElementsAre("1 of 2 numbers cannot be true (" + name +
+                                 ": 3.88e-35): check the order of their bytes (order), their type "
+                                 "and their register"));
+  record_.points[0].value = -4.2e-9;
+  EXPECT_THAT(Say(), ::testing::IsEmpty());
+}
+
 TEST_F(DiagnoseTest, AClockThatIsNotSet) {
   device().lacks_time = true;
   EXPECT_THAT(Say(), ElementsAre(::testing::StartsWith("its clock is not set, as this machine's")));

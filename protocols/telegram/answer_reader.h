@@ -1,0 +1,41 @@
+// Reads the answers of a described device: their outcome, and the values of its points. Remembers
+// nothing.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "protocols/conversation.h"
+#include "protocols/telegram/description.h"
+#include "protocols/telegram/points.h"
+
+namespace baudgate::protocols::telegram {
+
+class AnswerReader {
+ public:
+  /// Where each point stands in answers; empty: it is not read.
+  using Places = std::vector<std::optional<ReadPlace>>;
+
+  /// `description` outlives it.
+  AnswerReader(const Description& description, const config::Device& device);
+
+  const Places& places() const { return places_; }
+
+  /// `sent`: the values with which the telegram was sent.
+  Answer Read(std::size_t telegram, const Bound& sent, View frame) const;
+  /// See Conversation. Interpret also gives what no point reads.
+  Outcome Check(View request, View frame) const;
+  Answer Interpret(View request, View frame) const;
+  /// `bound`: what every telegram of the device is filled with.
+  Answer ReadUnasked(View message, const Bound& bound) const;
+
+ private:
+  void AddReadings(std::size_t telegram, const Bound& sent, const Reply& reply,
+                   Answer& answer) const;
+
+  const Description& description_;
+  const Places places_;
+};
+
+}  // namespace baudgate::protocols::telegram

@@ -1,0 +1,41 @@
+// Finds out whether the device at the address is the one of the profile. Before it is polled or
+// written to, the device is asked for its name: until the name is known, and as long as it is that
+// of another device.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+
+#include "config/model/device.h"
+#include "protocols/conversation.h"
+#include "protocols/telegram/description.h"
+#include "protocols/telegram/reply.h"
+
+namespace baudgate::protocols::telegram {
+
+class Identification {
+ public:
+  /// Both outlive it.
+  Identification(const Description& description, const config::Identity& identity);
+
+  /// The telegram that asks for the name; empty: there is none.
+  const std::optional<std::size_t>& telegram() const { return telegram_; }
+  bool IsDue() const { return telegram_ && (!asked_ || trouble_); }
+  /// Its answer.
+  void OnReply(const Reply& reply);
+  /// It got no answer with a name. Many devices of a kind do not know the question.
+  void OnNoName() { asked_ = true; }
+  /// Another device may answer next.
+  void OnLost() { asked_ = false; }
+
+  const DeviceTrouble& trouble() const { return trouble_; }
+
+ private:
+  const Description& description_;
+  const config::Identity& identity_;
+  const std::optional<std::size_t> telegram_;
+  bool asked_ = false;
+  DeviceTrouble trouble_;
+};
+
+}  // namespace baudgate::protocols::telegram
