@@ -224,7 +224,8 @@ Finding Unreadable(const Hearing& hearing, View heard) {
   const bool ends = std::ranges::find(heard, '\n') != heard.end();
   if (heard.size() > LongestHeard(hearing) && !(ends && IsLine(hearing, heard)))
     return {.symptom = Symptom::endless};
-  auto words = IsHexText(hearing, heard) ? std::nullopt : Words(hearing, heard);
+  const bool of_reply = IsHexText(hearing, heard) || EndsInCheckValue(hearing, heard);
+  auto words = of_reply ? std::nullopt : Words(hearing, heard);
   if (words && (!other_form || IsTold(*words))) return *words;
   if (auto nearly = NearlyReply(hearing, heard)) {
     // Where it comes again and again, it is its form (gateway/poll/examiner.cpp).

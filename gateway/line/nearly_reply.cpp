@@ -212,21 +212,23 @@ std::size_t LostHead(const Hearing& hearing, View heard) {
   return IsWholeBehind(hearing, {request[0], request[1], 0}, 2, heard) ? 3 : 0;
 }
 
-/// A line of values without the character that a reply begins with. Its beginning is longer than
-/// LostHead can prove.
-bool IsEndOfText(const Hearing& hearing, View heard) {
+/// A line of a text without the character that a reply begins with; empty: it is none. Its
+/// beginning is longer than LostHead can prove.
+std::string_view LineWithoutLead(const Hearing& hearing, View heard) {
   const bool standing = hearing.expect->reply == Expectation::Reply::standing;
-  if (standing || hearing.request.empty() || !IsText(hearing, heard)) return false;
+  if (standing || hearing.request.empty() || !IsText(hearing, heard)) return {};
   heard = WithoutLineEndBefore(heard);
   const std::string_view text = AsText(heard);
   const std::size_t size = text.find_last_not_of("\r\n") + 1;
-  if (size < kShortestLine || size == text.size()) return false;
-  const std::string_view line = text.substr(0, size);
+  if (size < kShortestLine || size == text.size()) return {};
+  if (std::ispunct(heard.front()) != 0 || HasLead(hearing, heard)) return {};
+  return text.substr(0, size);
+}
+
+bool IsEndOfText(const Hearing& hearing, View heard) {
+  const std::string_view line = LineWithoutLead(hearing, heard);
   const bool values = line.find_first_not_of(kOfValues) == std::string_view::npos;
-  const std::string_view check = line.substr(size - kCheckDigits);
-  const bool checked = line[size - kCheckDigits - 1] == ':' &&
-                       check.find_first_not_of(kOfValues) == std::string_view::npos;
-  return (values || checked) && std::ispunct(line.front()) == 0 && !HasLead(hearing, heard);
+  return !line.empty() && (values || EndsInCheckValue(hearing, heard));
 }
 
 /// A text that is whole with other digits in front of its line end, and with no others. A check
@@ -327,6 +329,14 @@ bool LacksCrLf(const Hearing& hearing, View heard) {
 }
 
 }  // namespace
+
+bool EndsInCheckValue(const Hearing& hearing, View heard) {
+  const std::string_view line = LineWithoutLead(hearing, heard);
+  if (line.empty()) return false;
+  const std::string_view check = line.substr(line.size() - kCheckDigits);
+  return line[line.size() - kCheckDigits - 1] == ':' &&
+         check.find_first_not_of(kOfValues) == std::string_view::npos;
+}
 
 bool LacksFirstByte(const Hearing& hearing, View heard) {
   if (hearing.protocol->tcp) return false;

@@ -15,6 +15,9 @@ namespace baudgate {
 std::optional<Finding> NearlyReply(const Hearing& hearing, View heard);
 /// The check value of a reply proves that its first byte alone is missing.
 bool LacksFirstByte(const Hearing& hearing, View heard);
+/// A text without the character that a reply begins with, and ":" and the digits of a check value
+/// at its end.
+bool EndsInCheckValue(const Hearing& hearing, View heard);
 /// Its check value is missing; or, where the reply ends in it, as many bytes inside.
 std::optional<Finding> TooShort(const Hearing& hearing, View heard);
 

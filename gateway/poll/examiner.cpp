@@ -22,6 +22,11 @@ constexpr int kRested = 8;
 /// A request that was sent earlier gets no reply any more.
 constexpr Duration kLongestLag = 5s;
 
+std::string NameOf(const Member& member) {
+  return member.device == nullptr ? "slave " + std::to_string(member.slave)
+                                  : member.device->config->name;
+}
+
 }  // namespace
 
 void Examiner::Begin(const Member& member, const Request& request, const LineTimes& times,
@@ -48,6 +53,7 @@ void Examiner::Begin(const Member& member, const Request& request, const LineTim
   } else if (asked.last.member != nullptr && !again) {
     asked.before = std::move(asked.last);
   }
+  numbered_.OnSent(member, request.bytes, sent);
   asked.last = {.member = &member,
                 .request = request,
                 .sent = sent,
@@ -311,6 +317,15 @@ Finding Examiner::Look() {
       [[fallthrough]];
     case Symptom::other_device:
     case Symptom::other_reply:
+      if (const auto late = numbered_.Find(exchange_.heard(), exchange_.last_came());
+          late && late->after > hearing.reply) {
+        if (late->member->IsSame(*exchange_.member())) {
+          return {.symptom = Symptom::late, .time = late->after};
+        }
+        earlier_.push_back({late->member, {.symptom = Symptom::late, .time = late->after}, 0, {}});
+        return {.symptom = Symptom::late_other, .cause = NameOf(*late->member)};
+      }
+      [[fallthrough]];
     case Symptom::odd:
     case Symptom::other_form:
     case Symptom::noise_before:
@@ -377,10 +392,7 @@ Finding Examiner::Attribute(Finding finding) {
       {whose->member, std::move(earlier), 0, news ? after - reply : Duration::zero()});
   if (answered) return {};
   if (lags) return {.symptom = Symptom::one_behind, .cause = "lags"};
-  const Device* const other = whose->member->device;
-  return {.symptom = Symptom::late_other,
-          .cause = other == nullptr ? "slave " + std::to_string(whose->member->slave)
-                                    : other->config->name};
+  return {.symptom = Symptom::late_other, .cause = NameOf(*whose->member)};
 }
 
 }  // namespace baudgate

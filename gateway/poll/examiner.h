@@ -25,6 +25,7 @@
 #include "gateway/poll/broken_reply.h"
 #include "gateway/poll/by_member.h"
 #include "gateway/poll/heard_exchange.h"
+#include "gateway/poll/numbered_requests.h"
 #include "gateway/poll/reply_lag.h"
 #include "gateway/poll/roster.h"
 #include "gateway/poll/same_again.h"
@@ -124,6 +125,7 @@ class Examiner {
   bool negotiated_ = false;
   std::vector<Earlier> earlier_;
   BrokenReply broken_;
+  NumberedRequests numbered_;
 };
 
 }  // namespace baudgate

@@ -173,7 +173,7 @@ Sentences DeadQueries(const DeviceRecord& record, const Evidence& evidence) {
   const bool broken = std::ranges::all_of(status.queries, [&](const QueryCount& query) {
     return !fails(query) || query.symptom == Symptom::tail_lost;
   });
-  if (damaged && status.findings.Suspects() == 0 && (!broken || judged.empty())) {
+  if (damaged && status.findings.specials().Suspects() == 0 && (!broken || judged.empty())) {
     return {"the replies for " + points +
             " come damaged, and no others: take these points out of the profile, or set the "
             "converter in between to raw"};

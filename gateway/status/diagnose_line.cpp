@@ -32,7 +32,7 @@ constexpr Duration kRecently = 5min;
 /// What a server loses in so short a time is one restart.
 constexpr Duration kRestart = 10s;
 /// A connection is opened again so soon.
-constexpr Duration kMoment = 5s;
+constexpr Duration kMoment = 15s;
 /// So many errors of the driver for an exchange.
 constexpr double kNotableErrors = 0.02;
 

@@ -235,7 +235,8 @@ double OtherParity(const Evidence& evidence) {
   if (evidence.device == nullptr || evidence.failed < kMany || !OnWire(evidence)) return 0;
   const Findings& findings = evidence.device->status.findings;
   const bool network = evidence.line->is_network() && !evidence.answered;
-  if (network ? !findings.LacksOneParity() : !findings.IsOneParity()) return 0;
+  if (network ? !findings.specials().LacksOneParity() : !findings.specials().IsOneParity())
+    return 0;
   return evidence.Share({bad_check, damaged, noise, bytes_lost, tail_lost, end_lost, head_lost});
 }
 
@@ -243,7 +244,7 @@ double OtherParity(const Evidence& evidence) {
 double SevenBits(const Evidence& evidence) {
   if (evidence.failed < kMany || !OnWire(evidence)) return 0;
   const bool all = std::ranges::all_of(evidence.records, [](const DeviceRecord* record) {
-    return record->status.findings.IsSevenBit();
+    return record->status.findings.specials().IsSevenBit();
   });
   return all ? evidence.Share({bad_check, damaged}) : 0;
 }
@@ -251,23 +252,24 @@ double SevenBits(const Evidence& evidence) {
 double Silent(const Evidence& evidence) { return 0.9 * evidence.Share({silence}); }
 
 /// Replies up to a length are right, and those beyond it never.
-bool OnlyLong(const Evidence& evidence, const Findings::Lengths& (Findings::*lengths)() const) {
+bool OnlyLong(const Evidence& evidence,
+              const ReplyLengths::TooLong& (ReplyLengths::*which)() const) {
   // One that has died has answered the short ones as well, once.
   if (evidence.device == nullptr || evidence.absent) return false;
   if (!evidence.traits().has_blocks) return false;
   const Findings& findings = evidence.device->status.findings;
-  if (findings.Runs() < kFacts || findings.LongestGood() == 0) return false;
-  const Findings::Lengths& bad = (findings.*lengths)();
+  if (findings.Runs() < kFacts || findings.lengths().longest_good() == 0) return false;
+  const ReplyLengths::TooLong& bad = (findings.lengths().*which)();
   return bad.count >= kFacts && bad.shortest > kNoBuffer &&
-         4 * bad.shortest > 5 * findings.LongestGood();
+         4 * bad.shortest > 5 * findings.lengths().longest_good();
 }
 
 double TooLong(const Evidence& evidence) {
-  return OnlyLong(evidence, &Findings::SilentLong) ? evidence.Share({silence}) : 0;
+  return OnlyLong(evidence, &ReplyLengths::silent) ? evidence.Share({silence}) : 0;
 }
 
 double LongDamaged(const Evidence& evidence) {
-  if (!OnlyLong(evidence, &Findings::DamagedLong) || evidence.Count(split) > 0) return 0;
+  if (!OnlyLong(evidence, &ReplyLengths::damaged) || evidence.Count(split) > 0) return 0;
   return evidence.Share({damaged, noise, bad_check, bytes_lost, tail_lost, end_lost});
 }
 

@@ -64,7 +64,7 @@ std::string Service(const Evidence& evidence) { return std::string(evidence.trai
 /// As many as its longest whole reply has.
 std::size_t RegistersGiven(const Evidence& evidence) {
   const config::Traits::RegisterReply& reply = evidence.traits().register_reply;
-  const std::size_t good = evidence.device->status.findings.LongestGood();
+  const std::size_t good = evidence.device->status.findings.lengths().longest_good();
   return std::max<std::size_t>(1, (good - std::min(good, reply.around)) / reply.each);
 }
 
@@ -85,7 +85,7 @@ bool IsBehindServer(const Evidence& evidence) { return evidence.line->is_network
 
 /// FF is what a character with wrong parity becomes; on a connection it is Telnet's.
 unsigned Suspects(const Evidence& evidence) {
-  const unsigned all = evidence.device->status.findings.Suspects();
+  const unsigned all = evidence.device->status.findings.specials().Suspects();
   constexpr unsigned kTelnet = 1U << (std::size(kSpecialBytes) - 1);
   return evidence.line->is_network() ? all : all & ~kTelnet;
 }
@@ -101,6 +101,12 @@ std::string SayOtherMaster(const Evidence& evidence) {
 
 std::string SayHeadLost(const Evidence& evidence) {
   const std::string& how = evidence.Last(head_lost).cause;
+  const bool several = !how.empty() && how != kGarbled;
+  if (several && evidence.answered && !evidence.alike.empty() && !evidence.line->is_network()) {
+    return "the first bytes of its replies are missing, as those of its neighbours: another "
+           "program "
+           "reads the port (baudgate ports), or a converter switches too late";
+  }
   return std::string(how == kGarbled ? "the first byte of its replies comes garbled"
                      : how.empty()   ? "the first byte of its replies is missing"
                                      : "the first bytes of its replies are missing") +
@@ -193,7 +199,7 @@ std::string SayTooLong(const Evidence& evidence) {
   return fmt::format(
       "it does not answer requests for long replies ({} bytes; up to {} are fine): ask for less at "
       "once (block, max_items)",
-      findings.SilentLong().shortest, findings.LongestGood());
+      findings.lengths().silent().shortest, findings.lengths().longest_good());
 }
 
 std::string SayLongDamaged(const Evidence& evidence) {
@@ -201,7 +207,7 @@ std::string SayLongDamaged(const Evidence& evidence) {
   return fmt::format(
       "long replies come damaged ({} bytes; up to {} are fine): ask for less at once (block, "
       "max_items): a buffer is small",
-      findings.DamagedLong().shortest, findings.LongestGood());
+      findings.lengths().damaged().shortest, findings.lengths().longest_good());
 }
 
 std::string SayText(const Evidence& evidence) {

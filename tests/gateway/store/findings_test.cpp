@@ -47,23 +47,23 @@ TEST(Findings, BytesThatAreAlwaysTheSame) {
 
 TEST(Findings, CharactersWithoutTheirEighthBit) {
   Findings findings;
-  EXPECT_FALSE(findings.IsSevenBit()) << "nothing has come";
+  EXPECT_FALSE(findings.specials().IsSevenBit()) << "nothing has come";
   findings.Add({.symptom = bad_check, .bytes = 7, .specials = kEvenByte | kOddByte});
-  EXPECT_TRUE(findings.IsSevenBit());
+  EXPECT_TRUE(findings.specials().IsSevenBit());
   findings.Add({.symptom = bad_check, .bytes = 7, .specials = kHighBit | kOddByte});
-  EXPECT_FALSE(findings.IsSevenBit());
+  EXPECT_FALSE(findings.specials().IsSevenBit());
 }
 
 TEST(Findings, CharactersOfOneParity) {
   constexpr std::uint8_t kMark = 0x10;
   Findings findings;
   findings.Add({.symptom = bad_check, .bytes = 7, .specials = kEvenByte});
-  EXPECT_FALSE(findings.IsOneParity()) << "no FF came";
+  EXPECT_FALSE(findings.specials().IsOneParity()) << "no FF came";
   findings.Add({.symptom = bad_check, .bytes = 7, .specials = kEvenByte | kMark});
-  EXPECT_TRUE(findings.IsOneParity());
-  EXPECT_EQ(findings.Suspects(), 0U) << "one came without FF";
+  EXPECT_TRUE(findings.specials().IsOneParity());
+  EXPECT_EQ(findings.specials().Suspects(), 0U) << "one came without FF";
   findings.Add({.symptom = bad_check, .bytes = 7, .specials = kOddByte | kMark});
-  EXPECT_FALSE(findings.IsOneParity());
+  EXPECT_FALSE(findings.specials().IsOneParity());
 }
 
 TEST(Findings, SilenceBehindAShortPauseOnly) {
@@ -88,18 +88,18 @@ TEST(Findings, LongRepliesThatComeDamagedSinceLaterAreKnown) {
     findings.Add(cut);
     findings.Add(small);
   }
-  EXPECT_EQ(findings.LongestGood(), 49U) << "that may be chance";
+  EXPECT_EQ(findings.lengths().longest_good(), 49U) << "that may be chance";
   findings.Add(cut);
-  EXPECT_EQ(findings.LongestGood(), 7U);
-  EXPECT_EQ(findings.DamagedLong().shortest, 49U);
+  EXPECT_EQ(findings.lengths().longest_good(), 7U);
+  EXPECT_EQ(findings.lengths().damaged().shortest, 49U);
   findings.Add(whole);
-  EXPECT_EQ(findings.DamagedLong().count, 0U);
+  EXPECT_EQ(findings.lengths().damaged().count, 0U);
 }
 
 TEST(Findings, AShortRefusalIsNoLongReply) {
   Findings findings;
   findings.Add({.symptom = clean, .bytes = 4, .expected = 8});
-  EXPECT_EQ(findings.LongestGood(), 4U);
+  EXPECT_EQ(findings.lengths().longest_good(), 4U);
 }
 
 }  // namespace

@@ -1,0 +1,54 @@
+// A reply that comes behind other requests tells by its number how late it is.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/poll/numbered_requests.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/gateway/poll/part_fixture.h"
+#include "tests/support/times.h"
+
+namespace baudgate {
+namespace {
+
+class NumberedRequestsTest : public ::testing::Test, protected ToyMembers {
+ protected:
+  NumberedRequestsTest() {
+    numbered_.tcp = true;
+    a.protocol = &numbered_;
+  }
+  void Send(std::uint8_t number, Instant now) { sent_.OnSent(a, Bytes{0, number, 3}, now); }
+  std::optional<Duration> Lateness(std::uint8_t number, Instant came) const {
+    const auto late = sent_.Find(Bytes{0, number, 9, 9}, came);
+    return late ? std::optional(late->after) : std::nullopt;
+  }
+
+  Protocol numbered_ = ToyProtocol();
+  NumberedRequests sent_;
+};
+
+TEST_F(NumberedRequestsTest, TellTheTimeSinceTheFirstTry) {
+  Send(1, kStart);
+  EXPECT_EQ(Lateness(1, kStart + 2s), std::nullopt) << "nothing was asked since";
+  Send(1, kStart + 1s);  // a retry
+  Send(2, kStart + 2s);
+  EXPECT_EQ(Lateness(1, kStart + 3s), 3s);
+  EXPECT_EQ(Lateness(2, kStart + 3s), std::nullopt);
+  EXPECT_EQ(Lateness(7, kStart + 3s), std::nullopt) << "nobody here has asked that";
+  EXPECT_FALSE(sent_.Find(Bytes{0}, kStart + 3s));
+}
+
+TEST_F(NumberedRequestsTest, KeepTheLatest) {
+  for (std::uint8_t number = 0; number < 200; ++number) Send(number, kStart);
+  EXPECT_EQ(Lateness(190, kStart + 1s), 1s);
+  EXPECT_EQ(Lateness(100, kStart + 1s), std::nullopt);
+}
+
+TEST_F(NumberedRequestsTest, WithoutANumberTellNothing) {
+  numbered_.tcp = false;
+  Send(1, kStart);
+  Send(2, kStart + 1s);
+  EXPECT_EQ(Lateness(1, kStart + 2s), std::nullopt);
+}
+
+}  // namespace
+}  // namespace baudgate
