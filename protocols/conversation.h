@@ -209,7 +209,8 @@ class Conversation {
   virtual ~Conversation() = default;
 
   /// The requests that read all readable points, in the order of asking. They stay the same until
-  /// an Answer or OnFailure says replan, or OnReconnect or ForgetRefusals is called.
+  /// an Answer or OnFailure says replan or restart, or OnReconnect, ForgetRefusals or Recall is
+  /// called.
   virtual std::span<const Query> Queries() const = 0;
 
   /// The device has events, and the user wants them: tasks of events come as often as fast polls,

@@ -2,8 +2,8 @@
 // has ended, well or not. Implemented by gateway/daemon/reloader.h.
 //
 //   {"command":"reload","dry_run":false,"confirm_ms":60000}
-//   {"ok":true,"applied":true,"changes":["line bay-1: changed: poll of device feeder-1"],
-//    "warnings":[],"text":"1 line changed, 3 go on"}
+//   {"ok":true,"applied":true,"changes":["line bay-1: begins anew: poll of feeder-1"],
+//    "warnings":[],"text":"1 line begun anew; 3 lines untouched"}
 //   {"ok":false,"exit":2,"text":"…baudgate.yaml:7:3: …"}
 //
 // SPDX-License-Identifier: Apache-2.0

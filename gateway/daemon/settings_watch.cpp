@@ -24,7 +24,12 @@ void SettingsWatch::OnSend(const config::SerialSettings& serial, Now now) {
   if (now.instant - looked_ >= kLookEvery) Look(now);
   if (SameSettings(serial, applied_)) return;
   const Status status = port_.Apply(serial);
-  if (!status) log::Warn({.line = line_.name}, "{}", status.error());
+  if (!status) {
+    log::WarnFolded(line_.name + " settings",
+                    "line {}: {}; it is tried again with the next request", line_.name,
+                    status.error());
+    return;
+  }
   applied_ = serial;
 }
 

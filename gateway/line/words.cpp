@@ -122,11 +122,12 @@ std::optional<Finding> Words(const Hearing& hearing, View heard, bool lines) {
   if (!IsModem(heard) && (!likely || BeginsLikeReply(hearing, heard))) return std::nullopt;
   // What comes behind a password may repeat it.
   const bool secret = !hearing.expect->secrets.empty();
-  return Finding{
-      .symptom = Symptom::text,
-      .bytes = heard.size(),
-      .cause = secret ? std::string("behind a password, and so not shown") : Quote(heard),
-      .remedy = RemedyFor(heard)};
+  return Finding{.symptom = Symptom::text,
+                 .bytes = heard.size(),
+                 .cause = secret           ? std::string("behind a password, and so not shown")
+                          : IsModem(heard) ? Quote(ToBytes(Trim(AsText(heard))))
+                                           : Quote(heard),
+                 .remedy = RemedyFor(heard)};
 }
 
 }  // namespace baudgate

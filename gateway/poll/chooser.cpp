@@ -9,28 +9,23 @@
 namespace baudgate {
 
 Chooser::Chooser(Roster& roster, Agenda& agenda, const LateAnswers& late)
-    : roster_(roster),
-      agenda_(agenda),
-      late_(late),
-      probes_(roster, late),
-      background_(agenda.schedule),
-      routed_(roster, agenda, late) {}
+    : roster_(roster), agenda_(agenda), late_(late), routed_(roster, agenda, late) {}
 
 void Chooser::OnTime(Duration passed, const Member* busy_with) {
   const bool failing = busy_with != nullptr && busy_with->device != nullptr &&
                        agenda_.schedule.failing(busy_with->place);
-  turns_.OnTime(passed, failing);
+  agenda_.turns.OnTime(passed, failing);
 }
 
 std::unique_ptr<Job> Chooser::Next(const Idle& idle) {
   const Turns::Waiting waiting = routed_.Waiting();
-  for (const Turns::Choice choice : turns_.Order(waiting)) {
+  for (const Turns::Choice choice : agenda_.turns.Order(waiting)) {
     auto job = Take(choice, idle);
     if (!job) continue;
-    turns_.OnTaken(choice, waiting);
+    agenda_.turns.OnTaken(choice, waiting);
     return job;
   }
-  turns_.OnNothing();
+  agenda_.turns.OnNothing();
   return TakeBackground(Background::Which::that_fits, idle.now);
 }
 
@@ -40,7 +35,7 @@ std::unique_ptr<Job> Chooser::Take(Turns::Choice choice, const Idle& idle) {
     case Choice::urgent:
       return TakeUrgent(idle);
     case Choice::parked:
-      return parked_.Take(idle.now);
+      return agenda_.parked.Take(idle.now);
     case Choice::probe:
       return TakeProbe(idle);
     case Choice::poll:
@@ -65,12 +60,13 @@ std::optional<Instant> Chooser::NextAt(const Idle& idle) const {
   };
   const Probes::Facts facts = FactsOf(idle);
   sooner(agenda_.schedule.NextDue());
-  sooner(background_.NextAt(idle.now));
-  sooner(probes_.NextAt(facts));
-  sooner(parked_.NextAt());
+  sooner(agenda_.background.NextAt(idle.now));
+  sooner(agenda_.probes.NextAt(facts));
+  sooner(agenda_.parked.NextAt());
   for (const QueryRef& query : agenda_.write_queue.read_backs()) {
     const Instant held = agenda_.schedule.held_until(query.device);
     if (held > idle.now) sooner(held);
+    when_clear(roster_.device(query.device));
   }
   for (const WriteCommand& command : agenda_.write_queue.waiting()) {
     when_clear(roster_.DeviceAt(command.device));
@@ -81,7 +77,7 @@ std::optional<Instant> Chooser::NextAt(const Idle& idle) const {
     when_clear(*member);
     const bool tried = member->health.absent() && late_.IsClear(*member, idle.now);
     if (tried && agenda_.routes.queue().HasUrgent(slave))
-      sooner(probes_.NextWriteAt(*member, facts));
+      sooner(agenda_.probes.NextWriteAt(*member, facts));
   }
   return soonest;
 }
@@ -104,7 +100,7 @@ std::unique_ptr<Job> Chooser::TakeWriteProbe(const Idle& idle) {
     const Member* member = roster_.FindSlave(slave);
     if (member == nullptr || !member->health.absent()) continue;
     if (!late_.IsClear(*member, idle.now)) continue;
-    if (probes_.NextWriteAt(*member, facts) > idle.now) return nullptr;
+    if (agenda_.probes.NextWriteAt(*member, facts) > idle.now) return nullptr;
     auto job = routed_.TakeShortWrite(slave, idle.now);
     if (!job) continue;
     job->probe_budget = Probes::Kind::short_write;
@@ -148,19 +144,13 @@ std::unique_ptr<Job> Chooser::TakeCommand(Instant now) {
 
 // ---------------------------------------------------------------- polls and probes
 
-void Chooser::PlanBackground(const Device& device) {
-  constexpr int kCharacters = 100;
-  const LineTimes& times = device.times;
-  background_.Set(device.place, device.conversation->BackgroundDue(),
-                  times.quiet + times.reply + kCharacters * times.character);
-}
-
 std::unique_ptr<Job> Chooser::TakeBackground(Background::Which which, Instant now) {
-  const auto place = background_.Next(which, now);
+  const auto place = agenda_.background.Next(which, now);
   if (!place) return nullptr;
   Device& device = roster_.device(*place);
-  const bool renews = which == Background::Which::that_fits && background_.MayProve(*place, now);
-  background_.OnTaken(*place, now);
+  const bool renews =
+      which == Background::Which::that_fits && agenda_.background.MayProve(*place, now);
+  agenda_.background.OnTaken(*place, now);
   auto job =
       std::make_unique<Job>(device, Job::Background{}, Task{.kind = Task::Kind::background}, now);
   job->renews_proof_early = renews;
@@ -169,7 +159,7 @@ std::unique_ptr<Job> Chooser::TakeBackground(Background::Which which, Instant no
 
 std::unique_ptr<Job> Chooser::TakePoll(Instant now) {
   if (auto job = TakeBackground(Background::Which::that_starves, now)) return job;
-  const auto pick = agenda_.schedule.Next(now, turns_.HealthyFirst());
+  const auto pick = agenda_.schedule.Next(now, agenda_.turns.HealthyFirst());
   if (!pick) return nullptr;
   if (pick->query == kEventsQuery) {
     return std::make_unique<Job>(roster_.device(pick->device), Job::Events{},
@@ -182,10 +172,10 @@ std::unique_ptr<Job> Chooser::TakePoll(Instant now) {
 
 std::unique_ptr<Job> Chooser::TakeProbe(const Idle& idle) {
   const Probes::Facts facts = FactsOf(idle);
-  const auto when = probes_.NextAt(facts);
+  const auto when = agenda_.probes.NextAt(facts);
   if (!when || *when > idle.now) return nullptr;
-  Member& member = *probes_.Next(facts);
-  const Probes::Kind kind = probes_.OnTaken(member, idle.now);
+  Member& member = *agenda_.probes.Next(facts);
+  const Probes::Kind kind = agenda_.probes.OnTaken(member, idle.now);
   std::unique_ptr<Job> job;
   if (member.device != nullptr && member.in_use) {
     job = std::make_unique<Job>(member, Job::Probe{}, Task{.kind = Task::Kind::probe}, idle.now);
@@ -213,7 +203,7 @@ Probes::Facts Chooser::FactsOf(const Idle& idle) const {
 
 bool Chooser::MayProbe(const Member& member, const Idle& idle) const {
   const Probes::Facts facts = FactsOf(idle);
-  return probes_.NextAt(facts) == idle.now && probes_.Next(facts) == &member;
+  return agenda_.probes.NextAt(facts) == idle.now && agenda_.probes.Next(facts) == &member;
 }
 
 Duration Chooser::Waited(Instant from, Instant to) const {
@@ -231,7 +221,7 @@ bool Chooser::MayRepeat(const Job& job, int more, Instant now) const {
   if (const auto* write = job.goal().As<Job::Write>()) return now < write->command.deadline;
   // It can wait, and a repetition may be as silent.
   const bool waits = job.goal().task.kind == Task::Kind::background;
-  if (waits && more == 0 && !background_.HasRoom(member.place, now)) return false;
+  if (waits && more == 0 && !agenda_.background.HasRoom(member.place, now)) return false;
   const bool fails = member.health.failing() || agenda_.schedule.AnotherFails(member.place);
   if (fails && more == 0 && agenda_.schedule.HealthyDue(now)) return false;
   // What must not be repeated is followed by the request that makes it good, or its answer is lost:

@@ -7,12 +7,9 @@
 #include <optional>
 
 #include "gateway/poll/agenda.h"
-#include "gateway/poll/background.h"
 #include "gateway/poll/idle_time.h"
 #include "gateway/poll/job.h"
 #include "gateway/poll/late_answers.h"
-#include "gateway/poll/parked_jobs.h"
-#include "gateway/poll/probes.h"
 #include "gateway/poll/roster.h"
 #include "gateway/poll/routed_jobs.h"
 #include "gateway/poll/turns.h"
@@ -46,14 +43,7 @@ class Chooser {
   /// How long others waited if a probe took the line from `from` to `to`.
   Duration Waited(Instant from, Instant to) const;
 
-  /// Asks its conversation when it wants its next background task.
-  void PlanBackground(const Device& device);
-  Background& background() { return background_; }
-
-  Turns& turns() { return turns_; }
-  Probes& probes() { return probes_; }
-  ParkedJobs& parked() { return parked_; }
-  RoutedJobs& routed() { return routed_; }
+  const RoutedJobs& routed() const { return routed_; }
 
  private:
   Probes::Facts FactsOf(const Idle& idle) const;
@@ -70,10 +60,6 @@ class Chooser {
   Roster& roster_;
   Agenda& agenda_;
   const LateAnswers& late_;
-  Turns turns_;
-  Probes probes_;
-  Background background_;
-  ParkedJobs parked_;
   RoutedJobs routed_;
 };
 

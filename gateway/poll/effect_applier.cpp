@@ -16,7 +16,7 @@ void EffectApplier::OnReply(const Job& job, Device& device, Answer answer, Insta
   if (effects.stored) owed_.readings.OnStored(*effects.stored);
   if (effects.hold_events) {
     agenda_.schedule.HoldEvents(device.place);
-    chooser_.background().AwaitDisk(device.place);
+    agenda_.background.AwaitDisk(device.place);
   }
 }
 
@@ -25,12 +25,12 @@ std::optional<Job::Write> EffectApplier::OnEnd(Job& done, EndEffects effects, co
   Member& member = *done.member;
   Device* const device = member.device;
   if (const auto& background = effects.background; background && background->sent) {
-    chooser_.background().OnEnd(member.place, background->took, background->proved);
+    agenda_.background.OnEnd(member.place, background->took, background->proved);
   } else if (background) {
-    chooser_.background().OnUnsent(member.place);
+    agenda_.background.OnUnsent(member.place);
   }
   if (device != nullptr) upkeep_.PlanBackground(*device);
-  if (done.probe_budget) chooser_.probes().OnEnd(member, *done.probe_budget, done.began);
+  if (done.probe_budget) agenda_.probes.OnEnd(member, *done.probe_budget, done.began);
   if (effects.fast_poll) ledger_.rounds.OnPoll(member, *effects.fast_poll, now);
   if (effects.poll) {
     const auto& [query, answered] = *effects.poll;

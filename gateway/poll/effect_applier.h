@@ -17,13 +17,8 @@ namespace baudgate {
 class EffectApplier {
  public:
   /// All references outlive it.
-  EffectApplier(OwedReplies& owed, Chooser& chooser, Ledger& ledger, Upkeep& upkeep, Intake& intake)
-      : owed_(owed),
-        chooser_(chooser),
-        agenda_(chooser.agenda()),
-        ledger_(ledger),
-        upkeep_(upkeep),
-        intake_(intake) {}
+  EffectApplier(OwedReplies& owed, Agenda& agenda, Ledger& ledger, Upkeep& upkeep, Intake& intake)
+      : owed_(owed), agenda_(agenda), ledger_(ledger), upkeep_(upkeep), intake_(intake) {}
 
   /// The answer to a request of `job` counts.
   void OnReply(const Job& job, Device& device, Answer answer, Instant now);
@@ -40,8 +35,7 @@ class EffectApplier {
                                        const EndEffects::Write& effects, Instant now);
 
   OwedReplies& owed_;
-  Chooser& chooser_;
-  Agenda& agenda_;  // the chooser's
+  Agenda& agenda_;
   Ledger& ledger_;
   Upkeep& upkeep_;
   Intake& intake_;

@@ -14,18 +14,14 @@
 namespace baudgate {
 namespace {
 
-constexpr std::size_t kTaken = 8;
-/// So many characters may be missing inside a text.
-constexpr std::size_t kFewLost = 2;
 /// The line was silent before the request, this many times longer than the reply took.
 constexpr int kRested = 8;
 /// A request that was sent earlier gets no reply any more.
 constexpr Duration kLongestLag = 5s;
-
-std::string NameOf(const Member& member) {
-  return member.device == nullptr ? "slave " + std::to_string(member.slave)
-                                  : member.device->config->name;
-}
+/// A server that gives wrong numbers gives later ones.
+constexpr Duration kLatestByNumber = 10s;
+/// What comes so long behind a request is no reply to it.
+constexpr Duration kNoReply = 1min;
 
 }  // namespace
 
@@ -35,9 +31,11 @@ void Examiner::Begin(const Member& member, const Request& request, const LineTim
   if (exchange_.member() == &member) unanswered = exchange_.TakeHeard();
   exchange_.Begin(member, request, times, now);
   const Instant sent = exchange_.sent();
-  broken_.OnBegin(member);
   LastTwo& asked = open_[member];
-  ++asked.since;
+  if (request.expect.reply != Expectation::Reply::none) {  // else it has no finding
+    broken_.OnBegin(member);
+    ++asked.since;
+  }
   const bool again = asked.last.member != nullptr && asked.last.request.bytes == request.bytes;
   Instant first = sent;
   Instant tried = sent;
@@ -84,8 +82,8 @@ Finding Examiner::End(Outcome outcome) {
       earlier_.push_back(
           {member, {.symptom = Symptom::bytes_lost, .bytes = asked.last.vain.size()}, 1});
     }
-    taken_.push_back({request, frame});
-    if (taken_.size() > kTaken) taken_.pop_front();
+    numbered_.OnAnswered(frame);
+    taken_.Add(request, frame);
     negotiated_ = IsTelnet(greeting_.OnAnswered(heard)) && roster_.is_network();
   }
   asked.last.silent = heard.empty();
@@ -220,10 +218,7 @@ bool Examiner::IsCopy() const {
   int others = exchange_.frame().empty() ? 0 : 1;  // its own, of which a copy may come as well
   while (const auto frame = assembler.Next(true)) {
     if (*frame == exchange_.frame()) continue;
-    const bool known = std::ranges::any_of(taken_, [&](const Taken& one) {
-      return one.request != exchange_.request().bytes && one.reply == *frame;
-    });
-    ++(known ? copies : others);
+    ++(taken_.WasForOther(exchange_.request().bytes, *frame) ? copies : others);
   }
   return copies > 0 && others < 2;
 }
@@ -261,29 +256,18 @@ bool Examiner::IsOfLostTry(const Member& member) {
   return true;
 }
 
-/// A text of which the check value is wrong, and which is a character or two shorter than the last
-/// good reply to the same request.
-bool Examiner::IsShorterThanLast() const {
-  const Bytes& request = exchange_.request().bytes;
-  const Bytes& heard = exchange_.heard();
-  if (!std::ranges::all_of(request, IsPrintable)) return false;
-  const auto last = std::find_if(taken_.rbegin(), taken_.rend(),
-                                 [&request](const Taken& one) { return one.request == request; });
-  if (last == taken_.rend() || heard.front() != last->reply.front()) return false;
-  return heard.size() < last->reply.size() && heard.size() + kFewLost >= last->reply.size();
-}
-
 /// A text that seems to lack a character. If the same comes to the same request again, the device
 /// sends another form.
 Finding Examiner::Compare(Finding finding) {
-  if (finding.symptom == Symptom::bad_check && IsShorterThanLast()) {
+  if (finding.symptom == Symptom::bad_check &&
+      taken_.IsShorterThanLast(exchange_.request().bytes, exchange_.heard())) {
     finding.symptom = Symptom::bytes_lost;
     finding.cause.clear();
     return finding;
   }
   if (finding.symptom != Symptom::bytes_lost || finding.cause.empty()) return finding;
-  Taken& misfit = open_[*exchange_.member()].misfit;
-  Taken now{exchange_.request().bytes, exchange_.heard()};
+  TakenReply& misfit = open_[*exchange_.member()].misfit;
+  TakenReply now{exchange_.request().bytes, exchange_.heard()};
   if (misfit == now) finding.symptom = Symptom::other_form;
   misfit = std::move(now);
   return finding;
@@ -317,15 +301,6 @@ Finding Examiner::Look() {
       [[fallthrough]];
     case Symptom::other_device:
     case Symptom::other_reply:
-      if (const auto late = numbered_.Find(exchange_.heard(), exchange_.last_came());
-          late && late->after > hearing.reply) {
-        if (late->member->IsSame(*exchange_.member())) {
-          return {.symptom = Symptom::late, .time = late->after};
-        }
-        earlier_.push_back({late->member, {.symptom = Symptom::late, .time = late->after}, 0, {}});
-        return {.symptom = Symptom::late_other, .cause = NameOf(*late->member)};
-      }
-      [[fallthrough]];
     case Symptom::odd:
     case Symptom::other_form:
     case Symptom::noise_before:
@@ -346,17 +321,33 @@ Finding Examiner::Late(const Open& open, Duration after, std::optional<Duration>
   return {.symptom = Symptom::late, .time = after};
 }
 
+/// The reply to an earlier request, which its number tells.
+std::optional<Finding> Examiner::LateByNumber() {
+  const auto late = numbered_.Find(exchange_.heard(), exchange_.last_came());
+  if (!late) return std::nullopt;
+  const Duration lateness = late->after - late->member->times.reply;
+  if (lateness <= Duration::zero() || late->after > kLatestByNumber) return std::nullopt;
+  Finding finding{.symptom = Symptom::late, .time = late->after};
+  if (late->member->IsSame(*exchange_.member())) return finding;
+  earlier_.push_back({late->member, std::move(finding), 0, lateness});
+  return Finding{.symptom = Symptom::late_other, .cause = late->member->Name()};
+}
+
 /// The finding of this exchange, where what came may be the reply to another request.
 Finding Examiner::Attribute(Finding finding) {
   Open* const whose = FindEarlier();
   const std::vector<Arrival>& arrivals = exchange_.arrivals();
-  if (whose == nullptr || arrivals.empty()) return finding;
+  if (arrivals.empty()) return finding;
+  if (finding.symptom == Symptom::other_reply && (whose == nullptr || whose->answered)) {
+    if (auto late = LateByNumber()) return *late;
+  }
+  if (whose == nullptr) return finding;
   const bool answered = IsAnswered(finding.symptom);
   const Duration reply = std::max(whose->member->times.reply, whose->request.reply);
   const bool in_front = !exchange_.BesideReply().first.empty();  // of the reply that was taken
   const Arrival& came = in_front ? arrivals.front() : arrivals.back();
   const Duration after = exchange_.sent() + came.after - whose->first;
-  const bool late = !whose->answered && after > reply;
+  const bool late = !whose->answered && after > reply && after < kNoReply;
   // On a busy line every reply comes soon behind a request.
   const bool soon = came.after >= Duration::zero() && came.after < reply / 2 &&
                     exchange_.idle() != kLongIdle && exchange_.idle() > kRested * came.after;
@@ -392,7 +383,7 @@ Finding Examiner::Attribute(Finding finding) {
       {whose->member, std::move(earlier), 0, news ? after - reply : Duration::zero()});
   if (answered) return {};
   if (lags) return {.symptom = Symptom::one_behind, .cause = "lags"};
-  return {.symptom = Symptom::late_other, .cause = NameOf(*whose->member)};
+  return {.symptom = Symptom::late_other, .cause = whose->member->Name()};
 }
 
 }  // namespace baudgate

@@ -12,7 +12,6 @@
 #pragma once
 
 #include <cstddef>
-#include <deque>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -30,6 +29,7 @@
 #include "gateway/poll/roster.h"
 #include "gateway/poll/same_again.h"
 #include "gateway/poll/server_greeting.h"
+#include "gateway/poll/taken_replies.h"
 
 namespace baudgate {
 
@@ -80,13 +80,6 @@ class Examiner {
     Bytes reply;
     std::optional<Finding> in_its_place{};  // what came late says why there is no reply
   };
-  /// A reply, and what it answered.
-  struct Taken {
-    Bytes request;
-    Bytes reply;
-
-    bool operator==(const Taken&) const = default;
-  };
   /// The last exchange of a member, and the one before it; and what is known of its replies.
   struct LastTwo {
     Open last;
@@ -96,7 +89,7 @@ class Examiner {
     std::size_t since = 0;  // exchanges that began since its last try without an answer
     ReplyLag lag;
     SameAgain same;
-    Taken misfit;  // a text that lacks a character, and none was good to that request since
+    TakenReply misfit;  // a text that lacks a character, and none was good to that request since
   };
 
   bool IsCopy() const;
@@ -106,8 +99,8 @@ class Examiner {
   Finding Look();
   void OnFound(Symptom symptom);
   Finding Compare(Finding finding);
-  bool IsShorterThanLast() const;
   bool IsOfLostTry(const Member& member);
+  std::optional<Finding> LateByNumber();
   Finding Attribute(Finding finding);
   Finding Late(const Open& open, Duration after, std::optional<Duration> next);
   Open* FindEarlier();
@@ -120,7 +113,7 @@ class Examiner {
   HeardExchange exchange_;  // the last one
   Symptom told_ = Symptom::clean;
   ByMember<LastTwo> open_;
-  std::deque<Taken> taken_;  // the latest replies
+  TakenReplies taken_;
   ServerGreeting greeting_;
   bool negotiated_ = false;
   std::vector<Earlier> earlier_;

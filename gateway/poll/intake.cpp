@@ -32,7 +32,8 @@ JumpCheck::Result CheckJumps(const Job& job, Device& device, std::vector<Sample>
     effects.read_soon.push_back({device.place, job.task.query});
     return result;
   }
-  const auto queries = device.conversation->Queries();
+  // Its conversation may have another plan by now; read-backs are counted by the present one.
+  const auto& queries = device.planned_queries;
   for (const std::uint32_t point : points) {
     for (std::size_t query = 0; query < queries.size(); ++query) {
       const auto& its = queries[query].points;

@@ -143,7 +143,7 @@ void JobRun::TakeAnswer() {
   }
   const bool read = job.task.kind == Task::Kind::poll;
   const bool parks = outcome == Outcome::busy && read && job.parkings < device.retries &&
-                     device.in_use && !chooser_.parked().HasLike(job);
+                     device.in_use && !agenda_.parked.HasLike(job);
   if (!parks) return Finish(outcome, reason);
   ++job.parkings;
   --job.requests;

@@ -81,7 +81,7 @@ void JobRun::OnClosed(const std::string& reason) {
 }
 
 bool JobRun::IsReadingBack(const Member& member) const {
-  if (chooser_.parked().HasReadBack(member)) return true;
+  if (agenda_.parked.HasReadBack(member)) return true;
   return job_ && job_->member == &member && job_->goal().As<Job::ReadBack>() != nullptr &&
          !job_->goal().had_failure && !job_->had_failure;
 }
@@ -121,7 +121,7 @@ void JobRun::Ask(int retries) {
   }
   auto request = conversation.Ask(job_->task, now_.instant);
   if (job_->is_probe()) {
-    chooser_.probes().OnAsked(*job_->member, bool(request), now_.instant);
+    agenda_.probes.OnAsked(*job_->member, bool(request), now_.instant);
     if (!request && job_->postponed) return GoOnUnproved(request.error());
   }
   if (!request) {
@@ -158,14 +158,14 @@ JobRun::Turn JobRun::TakeTurn() {
   // A retry does not wait: a late reply to its first try is as good as its own.
   const Instant clear = owed_.late.ClearAt(job_->asked());
   if (job_->step.retries > 0 || clear <= now_.instant) return Turn::send;
-  if (!MayPark(*job_, chooser_.parked())) return Turn::wait;
+  if (!MayPark(*job_, agenda_.parked)) return Turn::wait;
   Park(clear);
   return Turn::next;
 }
 
 void JobRun::Park(Instant until) {
   agenda_.schedule.Hold(job_->member->place, until);
-  chooser_.parked().Park(std::move(job_), until);
+  agenda_.parked.Park(std::move(job_), until);
 }
 
 Exchange JobRun::Start(Instant idle_since) {
@@ -207,7 +207,7 @@ const Request& JobRun::Send() {
       NoteWriting(*write, *job_->member->device, agenda_.write_queue);
     }
   }
-  chooser_.turns().OnSent(IsUrgent(job_->goal()));
+  agenda_.turns.OnSent(IsUrgent(job_->goal()));
   owed_.whose.OnSent(job_->asked(), now_.instant);
   if (job_->probe_budget && !job_->was_sent) ledger_.line.OnProbe();
   ledger_.line.OnSent(*job_->member, request);
@@ -235,7 +235,7 @@ bool JobRun::Withdraw() {
   auto* routed = job_->As<Job::Routed>();
   if (routed == nullptr || !routed->is_read) return false;
   const RoutedJobs& others = chooser_.routed();
-  if (!chooser_.turns().UrgentAllowed(others.ShortWriteWaits())) return false;
+  if (!agenda_.turns.UrgentAllowed(others.ShortWriteWaits())) return false;
   if (!others.ShortWriteMayGo(now_.instant)) return false;
   agenda_.routes.queue().Return(std::move(routed->batch));
   job_.reset();

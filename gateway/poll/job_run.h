@@ -19,6 +19,7 @@
 #include <string>
 
 #include "gateway/line/line.h"
+#include "gateway/poll/chooser.h"
 #include "gateway/poll/effect_applier.h"
 #include "gateway/poll/job.h"
 #include "gateway/poll/upkeep.h"
@@ -34,7 +35,7 @@ class JobRun {
         agenda_(chooser.agenda()),
         ledger_(ledger),
         upkeep_(upkeep),
-        effects_(owed, chooser, ledger, upkeep, intake) {}
+        effects_(owed, agenda_, ledger, upkeep, intake) {}
 
   /// Before each input of the line.
   void SetTime(Now now) { now_ = now; }

@@ -104,8 +104,8 @@ class LateAnswers {
     Duration retried{};  // if its last reply came to a repetition: the time from `due` until then
     Duration more_drain{};  // how much longer than its drain time its bytes kept coming after a
                             // failed exchange
-    // How long after good replies more bytes came. Not part of `more_drain`, which lengthens the
-    // silence after failures only. Needed by MisbehavingTwin.DoubledRepliesSpoilNoOther/Set4tm9600.
+    // Silence that follows its good replies, because more bytes came after one. The silence after
+    // failures is `more_drain`. Needed by MisbehavingTwin.DoubledRepliesSpoilNoOther/Set4tm9600.
     Duration trail{};
     std::size_t after = 0;   // bytes since its last exchange
     std::size_t least = 0;   // bytes of the shortest reply to that

@@ -37,11 +37,11 @@ class LineAccount {
   void OnReceived(View bytes);
   /// `broadcast`: nothing has answered. `use`: what it was for.
   void OnExchange(const Member& member, const ExchangeEnd& end, bool broadcast, LineUse use);
-  /// A device has sent something unasked, with this outcome.
   /// About a member, for the user.
   void Warn(const Member& member, const std::string& warning) {
     listener_.OnWarning(member.index, warning);
   }
+  /// A device has sent something unasked, with this outcome.
   void OnUnasked(Outcome outcome) {
     Count(outcome);
     if (ProvesLife(outcome)) silent_from_.reset();

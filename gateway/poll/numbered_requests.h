@@ -25,19 +25,28 @@ class NumberedRequests {
   /// A retry has the number of its first try.
   void OnSent(const Member& member, View request, Instant now) {
     size_ = std::min(TransactionBytes(*member.protocol), request.size());
-    if (size_ == 0 || Find(request) != nullptr) return;
+    if (size_ == 0) return;
+    if (const std::size_t at = IndexOf(request); at < sent_.size()) {
+      ++sent_[at].owed;
+      return;
+    }
     sent_.push_back({&member, Bytes(request.begin(), request.end()), now});
     if (sent_.size() > kKept) sent_.pop_front();
   }
+  void OnAnswered(View reply) {
+    if (const std::size_t at = IndexOf(reply); at < sent_.size()) --sent_[at].owed;
+  }
+
   struct Late {
     const Member* member = nullptr;
     Duration after{};  ///< behind the first try of its request
   };
-  /// Nothing: it is the reply to the latest request, or its request is not known.
+  /// What came is the late reply to an earlier request. Nothing: it is the reply to the latest one,
+  /// its request is not known, or each try of that was answered before.
   std::optional<Late> Find(View reply, Instant came) const {
-    const Sent* const sent = size_ > 0 && reply.size() >= size_ ? Find(reply) : nullptr;
-    if (sent == nullptr || IsSame(sent_.back().request, reply)) return std::nullopt;
-    return Late{sent->member, came - sent->at};
+    const std::size_t at = IndexOf(reply);
+    if (at + 1 >= sent_.size() || sent_[at].owed <= 0) return std::nullopt;
+    return Late{sent_[at].member, came - sent_[at].at};
   }
 
  private:
@@ -46,14 +55,15 @@ class NumberedRequests {
     const Member* member = nullptr;
     Bytes request;
     Instant at{};
+    int owed = 1;  // replies
   };
-  bool IsSame(View one, View other) const {
-    return std::ranges::equal(one.first(size_), other.first(size_));
-  }
-  const Sent* Find(View frame) const {
-    const auto found =
-        std::ranges::find_if(sent_, [&](const Sent& sent) { return IsSame(sent.request, frame); });
-    return found == sent_.end() ? nullptr : &*found;
+  /// sent_.size(): there is none.
+  std::size_t IndexOf(View frame) const {
+    if (size_ == 0 || frame.size() < size_) return sent_.size();
+    const auto found = std::ranges::find_if(sent_, [&](const Sent& sent) {
+      return std::ranges::equal(View(sent.request).first(size_), frame.first(size_));
+    });
+    return static_cast<std::size_t>(found - sent_.begin());
   }
 
   std::size_t size_ = 0;  // of the number

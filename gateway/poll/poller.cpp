@@ -14,9 +14,10 @@ Poller::Poller(const config::Line& line, std::uint32_t first_device, const FindP
     : listener_(listener),
       roster_(line, first_device, find),
       owed_(roster_),
+      agenda_(roster_, owed_.late),
       ledger_(roster_, agenda_.schedule, store, store.LineIndex(line), listener),
       chooser_(roster_, agenda_, owed_.late),
-      upkeep_(roster_, store, owed_, chooser_, ledger_),
+      upkeep_(roster_, store, owed_, agenda_, ledger_),
       clients_(store, roster_, chooser_, ledger_.devices),
       intake_(store, listener),
       unasked_(roster_, ledger_, upkeep_, intake_),
@@ -53,7 +54,7 @@ void Poller::OnOpened(Now now, bool keeps_bit_rate) {
   time_.Restart();
   ledger_.OnOpened();
   line_.OnOpened(now, keeps_bit_rate);
-  chooser_.probes().OnOpened();
+  agenda_.probes.OnOpened();
   upkeep_.OnOpened(now.instant);
   if (const Device* const device = unasked_.speaker().device()) {
     ledger_.states.OnState(*device, "the port is open");
@@ -69,10 +70,10 @@ void Poller::OnClosed(Now now, Override why) {
   const std::string reason = ledger_.states.WhyClosed();
   line_.OnClosed(reason, now);
   for (const auto& device : roster_.devices()) {
-    chooser_.parked().Drop(*device);
+    agenda_.parked.Drop(*device);
     agenda_.schedule.Suspend(device->place);
   }
-  chooser_.probes().OnClosed();
+  agenda_.probes.OnClosed();
   clients_.AnswerAll(reason);
   upkeep_.ShowLine(now.instant);
 }
@@ -148,7 +149,7 @@ void Poller::OnEventsKept(std::uint32_t index, const std::string& said, Now now)
   if (&device == unasked_.speaker().device()) unasked_.speaker().OnKept();
   agenda_.schedule.ReleaseEvents(device.place, device.conversation->HasEvents(),
                                  intake_.OnKept(device, said), now.instant);
-  chooser_.background().Release(device.place);
+  agenda_.background.Release(device.place);
   upkeep_.PlanBackground(device);
   if (line_.is_open()) Settle();
 }
@@ -253,7 +254,7 @@ void Poller::Settle() {
 /// The cost of the probe that ended last is known when the line is idle.
 void Poller::ChargeProbe() {
   const Instant now = time_.now().instant;
-  Probes& probes = chooser_.probes();
+  Probes& probes = agenda_.probes;
   const auto began = probes.began();
   if (began && line_.idle()) probes.OnIdle(chooser_.Waited(*began, now), now);
 }

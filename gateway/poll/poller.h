@@ -113,8 +113,8 @@ class Poller {
 
   PollerListener& listener_;
   Roster roster_;
-  Agenda agenda_;
   OwedReplies owed_;
+  Agenda agenda_;
   Ledger ledger_;
   Chooser chooser_;
   Upkeep upkeep_;

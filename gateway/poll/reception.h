@@ -40,7 +40,7 @@ class Reception {
   std::vector<Examiner::Earlier> TakeChanged();
   /// Before the request of this job goes to the port.
   void OnSend(const Job& job, Instant now);
-  /// `job`: under way; null: none.
+  /// `job`: that of the line, which may wait for its turn; null: none.
   EchoWatch::Received OnBytes(View bytes, const Job* job, Instant now);
   /// A whole frame came for the request of this job.
   Outcome Judge(Job& job, View frame, Instant now);

@@ -23,6 +23,10 @@ LineTimes TimesOf(const config::Timing& timing, const config::SerialSettings& se
 
 }  // namespace
 
+std::string Member::Name() const {
+  return device == nullptr ? "slave " + std::to_string(slave) : device->config->name;
+}
+
 bool Device::LearnTimes() {
   const config::Timing learned = Lengthen(configured, conversation->LeastTimes(times.character));
   if (learned == timing) return false;

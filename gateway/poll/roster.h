@@ -46,6 +46,8 @@ struct Member {
     return this == &other ||
            (!sender.empty() && sender == other.sender && protocol == other.protocol);
   }
+  /// Of a device in the configuration; else "slave 7".
+  std::string Name() const;
 };
 
 struct Device : Member {

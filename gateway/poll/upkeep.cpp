@@ -16,17 +16,11 @@ Duration SlowOf(const Device& device) { return std::min<Duration>(device.config-
 
 }  // namespace
 
-Upkeep::Upkeep(Roster& roster, PointStore& store, OwedReplies& owed, Chooser& chooser,
-               Ledger& ledger)
-    : roster_(roster),
-      store_(store),
-      owed_(owed),
-      chooser_(chooser),
-      schedule_(chooser.agenda().schedule),
-      ledger_(ledger) {
+Upkeep::Upkeep(Roster& roster, PointStore& store, OwedReplies& owed, Agenda& agenda, Ledger& ledger)
+    : roster_(roster), store_(store), owed_(owed), agenda_(agenda), ledger_(ledger) {
   for (const auto& device : roster_.devices()) {
     const config::Device& config = *device->config;
-    schedule_.AddDevice(config.poll, config.slow, config.daily, config.intervals);
+    agenda_.schedule.AddDevice(config.poll, config.slow, config.daily, config.intervals);
     Plan(*device);
     ledger_.states.ShowOverride(*device);
   }
@@ -37,10 +31,10 @@ void Upkeep::OnOpened(Instant now) {
     if (!device->in_use) continue;
     Reconnect(*device, now);
     owed_.whose.OnOpened(*device, now);
-    if (!device->health.absent()) schedule_.Restart(device->place, now);
+    if (!device->health.absent()) agenda_.schedule.Restart(device->place, now);
     // A reply to an earlier request may still come: this device waits for it, the others do not.
     if (!owed_.late.IsClear(*device, now))
-      schedule_.Hold(device->place, owed_.late.LateUntil(*device));
+      agenda_.schedule.Hold(device->place, owed_.late.LateUntil(*device));
     ledger_.states.ShowOverride(*device);
   }
 }
@@ -87,11 +81,12 @@ void Upkeep::Charge(const Job& job, bool answered, Instant now) {
   const Member& member = *job.member;
   if (member.device == nullptr) return;
   const bool in_vain = !answered || member.health.refuses();
-  if (in_vain && !schedule_.failing(member.place)) {
-    chooser_.turns().Charge(now - job.attempt.began);
+  if (in_vain && !agenda_.schedule.failing(member.place)) {
+    agenda_.turns.Charge(now - job.attempt.began);
   }
-  schedule_.SetFailing(member.place, in_vain);
-  if (job.task.kind == Task::Kind::poll) schedule_.OnUsed(member.place, now - job.attempt.began);
+  agenda_.schedule.SetFailing(member.place, in_vain);
+  if (job.task.kind == Task::Kind::poll)
+    agenda_.schedule.OnUsed(member.place, now - job.attempt.began);
 }
 
 void Upkeep::OnTask(Member& member, Outcome outcome, const std::string& reason, Instant now) {
@@ -102,15 +97,15 @@ void Upkeep::OnTask(Member& member, Outcome outcome, const std::string& reason, 
   const bool offline = member.health.absent();
   if (offline && !was_offline) {
     ledger_.devices.OnOffline(member);
-    chooser_.parked().Drop(member);
-    chooser_.probes().OnOffline(member, now);
+    agenda_.parked.Drop(member);
+    agenda_.probes.OnOffline(member, now);
     owed_.late.OnOffline(member);
     if (device != nullptr) {
-      schedule_.Suspend(device->place);
+      agenda_.schedule.Suspend(device->place);
       Reconnect(*device, now);
     }
   } else if (!offline && was_offline && device != nullptr && device->in_use) {
-    schedule_.Restart(device->place, now);
+    agenda_.schedule.Restart(device->place, now);
   } else if (!offline && device != nullptr && outcome == Outcome::no_reply) {
     DoubtSeldom(*device, now);
   }
@@ -126,7 +121,7 @@ void Upkeep::OnTask(Member& member, Outcome outcome, const std::string& reason, 
 
 void Upkeep::CountLate(const Member& member, Duration lateness, Instant now) {
   if (member.device != nullptr) member.device->heard.OnLate(now);
-  chooser_.probes().OnLate(member);
+  agenda_.probes.OnLate(member);
   ledger_.line.OnLate();
   ledger_.devices.OnLate(member, lateness);
   ledger_.devices.OnPatience(member, owed_.late.PatienceFor(member));
@@ -147,11 +142,11 @@ void Upkeep::OnUnasked(Device& device, Outcome outcome, const std::string& reaso
 
 void Upkeep::SetInUse(Device& device, bool in_use, bool open, Instant now) {
   device.in_use = in_use;
-  chooser_.parked().Drop(device);
-  schedule_.Suspend(device.place);
+  agenda_.parked.Drop(device);
+  agenda_.schedule.Suspend(device.place);
   if (in_use) {
     Reconnect(device, now);
-    if (open && !device.health.absent()) schedule_.Restart(device.place, now);
+    if (open && !device.health.absent()) agenda_.schedule.Restart(device.place, now);
   }
   ledger_.rounds.Measure(now);
   ledger_.states.OnState(device, in_use ? "taken into use" : "taken out of use");
@@ -160,10 +155,10 @@ void Upkeep::SetInUse(Device& device, bool in_use, bool open, Instant now) {
 void Upkeep::OnEnabled(Device& device, bool open, Instant now) {
   device.conversation->OnEnabled();
   ledger_.states.OnMemory(device);
-  schedule_.Release(device.place);
+  agenda_.schedule.Release(device.place);
   if (!device.in_use || !open || device.health.absent()) return;
-  chooser_.parked().Drop(device);
-  schedule_.Restart(device.place, now);
+  agenda_.parked.Drop(device);
+  agenda_.schedule.Restart(device.place, now);
 }
 
 void Upkeep::OnReplaced(Device& device, Now now) {
@@ -182,7 +177,7 @@ void Upkeep::OnReplaced(Device& device, Now now) {
     unknown.push_back({static_cast<std::uint32_t>(point), {}, qualities[point]});
   }
   store_.Update(device.index, unknown, now, {});
-  if (device.in_use) schedule_.Restart(device.place, now.instant);
+  if (device.in_use) agenda_.schedule.Restart(device.place, now.instant);
   ledger_.states.OnReplaced(device);
 }
 
@@ -197,7 +192,7 @@ void Upkeep::OnHeard(Device& device, Instant now) {
   if (!ledger_.states.OnTrouble(device)) return;
   // The values so far are those of another device.
   DoubtAll(device, now);
-  if (device.in_use) schedule_.Restart(device.place, now);
+  if (device.in_use) agenda_.schedule.Restart(device.place, now);
 }
 
 LateAnswers::Stray Upkeep::OnStray(const StrayBytes& stray, Instant now) {
@@ -220,7 +215,7 @@ void Upkeep::DoubtLatest(Instant now) {
   for (const auto& device : roster_.devices()) {
     if (!device->conversation->ForgetRefusals()) continue;
     Replan(*device, now);
-    schedule_.GoOn(device->place, now);
+    agenda_.schedule.GoOn(device->place, now);
   }
   for (const LatestReadings::Points& read : owed_.readings.TakeAll()) {
     const Device& device = roster_.device(read.device);
@@ -242,13 +237,13 @@ void Upkeep::DoubtSeldom(Device& device, Instant now) {
   }
   if (points.empty()) return;
   store_.Doubt(device.index, points, now);
-  schedule_.Repeat(device.place, config::Group::once, now);
-  schedule_.Repeat(device.place, config::Group::daily, now + SlowOf(device));
+  agenda_.schedule.Repeat(device.place, config::Group::once, now);
+  agenda_.schedule.Repeat(device.place, config::Group::daily, now + SlowOf(device));
 }
 
 void Upkeep::Repeat(const Device& device, config::Group group, Instant now) {
   const Duration least = group == config::Group::daily ? kDailyAgain : Duration::zero();
-  schedule_.Repeat(device.place, group, now + std::max(SlowOf(device), least));
+  agenda_.schedule.Repeat(device.place, group, now + std::max(SlowOf(device), least));
 }
 
 /// It may be another device: what was learned of it no longer holds, and its values are uncertain
@@ -269,10 +264,11 @@ void Upkeep::DoubtAll(const Device& device, Instant now) {
 }
 
 void Upkeep::Replan(Device& device, Instant now) {
-  const auto parked = chooser_.parked().TakeAll(device);
+  const auto parked = agenda_.parked.TakeAll(device);
   for (const auto& job : parked) {
     const auto* const poll = job->As<Job::Poll>();
-    if (poll != nullptr && IsSeldom(poll->group)) schedule_.Repeat(device.place, poll->group, now);
+    if (poll != nullptr && IsSeldom(poll->group))
+      agenda_.schedule.Repeat(device.place, poll->group, now);
   }
   Plan(device);
   for (const auto& job : parked) {
@@ -283,32 +279,34 @@ void Upkeep::Replan(Device& device, Instant now) {
 /// The queries of the new plan have other numbers: read-backs that wait go by their points.
 void Upkeep::Plan(Device& device) {
   const auto queries = device.conversation->Queries();
-  const auto to_read =
-      chooser_.agenda().write_queue.TakeReadBacks(device.place, device.planned_queries);
+  const auto to_read = agenda_.write_queue.TakeReadBacks(device.place, device.planned_queries);
   device.planned_queries.assign(queries.begin(), queries.end());
   std::vector<config::Group> groups;
   for (const Query& query : queries) groups.push_back(query.group);
-  schedule_.SetQueries(device.place, std::move(groups), device.conversation->HasEvents());
-  chooser_.parked().Drop(device);  // its query may be another one now
+  agenda_.schedule.SetQueries(device.place, std::move(groups), device.conversation->HasEvents());
+  agenda_.parked.Drop(device);  // its query may be another one now
   ReadBack(device, to_read);
   ledger_.devices.OnPlan(device);
   ledger_.rounds.OnPlan(device);
 }
 
 void Upkeep::ReadBack(const Device& device, const std::vector<std::size_t>& points) {
-  chooser_.agenda().write_queue.AddReadBacks(device.place, device.conversation->Queries(), points);
+  agenda_.write_queue.AddReadBacks(device.place, device.conversation->Queries(), points);
 }
 
 void Upkeep::PlanBackground(const Device& device) {
-  chooser_.PlanBackground(device);
-  chooser_.background().SetProof(device.place, owed_.whose.ProofRenews(device),
-                                 owed_.whose.ProofEnds(device));
+  constexpr int kCharacters = 100;  // of an exchange, until it is known how long one takes
+  const LineTimes& times = device.times;
+  agenda_.background.Set(device.place, device.conversation->BackgroundDue(),
+                         times.quiet + times.reply + kCharacters * times.character);
+  agenda_.background.SetProof(device.place, owed_.whose.ProofRenews(device),
+                              owed_.whose.ProofEnds(device));
 }
 
 void Upkeep::HoldBack(const Member& member) {
   const Instant until = owed_.late.LateUntil(member);
   for (const auto& device : roster_.devices()) {
-    if (device->IsSame(member)) schedule_.Hold(device->place, until);
+    if (device->IsSame(member)) agenda_.schedule.Hold(device->place, until);
   }
 }
 

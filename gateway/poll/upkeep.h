@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "gateway/base/outcome.h"
-#include "gateway/poll/chooser.h"
+#include "gateway/poll/agenda.h"
 #include "gateway/poll/ledger.h"
 #include "gateway/poll/owed_replies.h"
 #include "gateway/poll/roster.h"
@@ -19,7 +19,7 @@ namespace baudgate {
 class Upkeep {
  public:
   /// All references outlive it.
-  Upkeep(Roster& roster, PointStore& store, OwedReplies& owed, Chooser& chooser, Ledger& ledger);
+  Upkeep(Roster& roster, PointStore& store, OwedReplies& owed, Agenda& agenda, Ledger& ledger);
 
   /// The port has opened.
   void OnOpened(Instant now);
@@ -59,7 +59,7 @@ class Upkeep {
   void Replan(Device& device, Instant now);
   /// A late reply may still come: polls of the member, and of entries with the same address, wait.
   void HoldBack(const Member& member);
-  void ShowLine(Instant now) { ledger_.line.Show(chooser_.probes().NoticeBound(now)); }
+  void ShowLine(Instant now) { ledger_.line.Show(agenda_.probes.NoticeBound(now)); }
 
   /// What could not be read once is tried again after the slow period, at least every hour; of the
   /// daily group the whole round, at most every 5 min.
@@ -76,8 +76,7 @@ class Upkeep {
   Roster& roster_;
   PointStore& store_;
   OwedReplies& owed_;
-  Chooser& chooser_;
-  Schedule& schedule_;  // of the chooser's agenda
+  Agenda& agenda_;
   Ledger& ledger_;
 };
 

@@ -55,7 +55,7 @@ const char* WaitingClients::WhyNotAsked(const WriteCommand& command) const {
   if (command.abandoned && *command.abandoned) return "its client has left";
   if (!device.in_use) return "the device is disabled";
   // Nothing but a write shows that such a device is back.
-  const bool is_its_probe = !command.writes().empty() && chooser_.probes().CannotProbe(device);
+  const bool is_its_probe = !command.writes().empty() && agenda_.probes.CannotProbe(device);
   return device.health.absent() && !is_its_probe ? "the device is offline" : nullptr;
 }
 

@@ -57,8 +57,8 @@ class WhoseReply {
     return states_[member].proofless >= kProbesWithoutProof;
   }
 
-  /// The device has `trust_order`: its user says that nothing holds its replies back, so after a
-  /// rest of the line nothing is owed.
+  /// The device has `trust_order`: its user says that nothing holds its replies back. A first try
+  /// has waited for late replies, so nothing is owed any more.
   void OnTrusted(const Member& member);
   void OnSent(const Asked& asked, Instant now);
 

@@ -232,11 +232,14 @@ double BreaksOff(const Evidence& evidence) {
 
 /// Not a character of the other parity came.
 double OtherParity(const Evidence& evidence) {
-  if (evidence.device == nullptr || evidence.failed < kMany || !OnWire(evidence)) return 0;
-  const Findings& findings = evidence.device->status.findings;
-  const bool network = evidence.line->is_network() && !evidence.answered;
-  if (network ? !findings.specials().LacksOneParity() : !findings.specials().IsOneParity())
-    return 0;
+  if (evidence.failed < kMany || !OnWire(evidence)) return 0;
+  const bool network = evidence.line->is_network();
+  if (network && evidence.answered) return 0;
+  const bool all = std::ranges::all_of(evidence.records, [network](const DeviceRecord* record) {
+    const SpecialBytes& specials = record->status.findings.specials();
+    return network ? specials.LacksOneParity() : specials.IsOneParity();
+  });
+  if (!all) return 0;
   return evidence.Share({bad_check, damaged, noise, bytes_lost, tail_lost, end_lost, head_lost});
 }
 

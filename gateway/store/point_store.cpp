@@ -148,7 +148,9 @@ void PointStore::SetLineCycle(std::uint32_t device, Duration cycle, Instant now)
   // What was too old stays so until it is read again.
   for (std::size_t point = 0; point < entry.record.points.size(); ++point) {
     PointRecord& held = entry.record.points[point];
-    if (held.read_at) held.at_best = AgedQuality(entry.record, point, now);
+    if (!held.read_at) continue;
+    const Quality aged = AgedQuality(entry.record, point, now);
+    if (aged < std::min(held.reported, held.at_best)) held.at_best = aged;
   }
   entry.record.age_limits = after;
   ++entry.record.version;

@@ -46,7 +46,8 @@ void RequestService::Handle(View frame, const Now& now) {
       shared_.book()->Asked(way.route, UnitOf(frame));
       shared_.book()->Ended(way.route, UnitOf(frame), RouteOutcome::denied, {}, now.wall);
     }
-    if (way.kind == Way::Kind::device) {
+    const bool gateway = way.kind == Way::Kind::gateway && UnitOf(frame) != 0;
+    if (way.kind == Way::Kind::device || gateway) {
       shared_.points().Deny(frame, writer(), {.end = WriteEnd::denied, .reason = kNotPermitted},
                             now);
     }

@@ -27,10 +27,10 @@ class ChooserTest : public ::testing::Test, protected ToyMembers {
     return command;
   }
 
-  Agenda agenda_;
+  LateAnswers late_{roster};
+  Agenda agenda_{roster, late_};
   Schedule& schedule_ = agenda_.schedule;
   WriteQueue& writes_ = agenda_.write_queue;
-  LateAnswers late_{roster};
   Chooser chooser_{roster, agenda_, late_};
 };
 
@@ -48,6 +48,18 @@ TEST_F(ChooserTest, APollThatIsDue) {
   EXPECT_EQ(job->member, &a);
   ASSERT_NE(job->As<Job::Poll>(), nullptr);
   EXPECT_TRUE(job->As<Job::Poll>()->last_of_round);
+}
+
+TEST_F(ChooserTest, AReadBackThatWaitsForALateReplyWakesTheLine) {
+  writes_.AddReadBack({1, 0});
+  late_.OnUnknownRequest(b, kStart);
+  const Instant until = late_.LateUntil(b);
+  ASSERT_GT(until, kStart);
+  EXPECT_EQ(NextAt(0s), nullptr);
+  EXPECT_EQ(chooser_.NextAt({kStart, kStart}), until);
+  const auto job = NextAt(until - kStart);
+  ASSERT_NE(job, nullptr);
+  EXPECT_NE(job->As<Job::ReadBack>(), nullptr);
 }
 
 TEST_F(ChooserTest, AWriteGoesBeforeAPollAndItsReadBackBeforeTheNextWrite) {
@@ -83,13 +95,13 @@ TEST_F(ChooserTest, ADeviceThatIsOfflineIsProbed) {
 
 TEST_F(ChooserTest, AParkedJobComesBackAtItsTimeUnlessItIsDropped) {
   const auto poll = [this] { return std::make_unique<Job>(a, Job::Poll{}, Task{}, kStart); };
-  chooser_.parked().Park(poll(), kStart + 1s);
-  EXPECT_TRUE(chooser_.parked().Has(a));
-  EXPECT_FALSE(chooser_.parked().Has(b));
+  agenda_.parked.Park(poll(), kStart + 1s);
+  EXPECT_TRUE(agenda_.parked.Has(a));
+  EXPECT_FALSE(agenda_.parked.Has(b));
   EXPECT_EQ(NextAt(0s), nullptr);
   EXPECT_NE(NextAt(1s), nullptr);
-  chooser_.parked().Park(poll(), kStart + 1s);
-  chooser_.parked().Drop(a);
+  agenda_.parked.Park(poll(), kStart + 1s);
+  agenda_.parked.Drop(a);
   EXPECT_EQ(NextAt(1s), nullptr);
 }
 

@@ -91,7 +91,7 @@ class Rig : private PollerListener {
 
   /// The request that waits, or what has become of the job.
   std::string Next() {
-    if (run_.job() == nullptr) return chooser_.parked().Has(a()) ? "parked" : "ended";
+    if (run_.job() == nullptr) return agenda_.parked.Has(a()) ? "parked" : "ended";
     const std::string request(AsText(run_.job()->step.request.bytes));
     return request.substr(0, request.size() - 1);
   }
@@ -148,11 +148,11 @@ class Rig : private PollerListener {
   Roster roster_{config_.lines[0], 0,
                  [](const std::string&) -> const Protocol& { return ToyProtocol(); }};
   PointStore store_{config_};
-  Agenda agenda_;
   OwedReplies owed_{roster_};
+  Agenda agenda_{roster_, owed_.late};
   Ledger ledger_{roster_, agenda_.schedule, store_, 0, *this};
   Chooser chooser_{roster_, agenda_, owed_.late};
-  Upkeep upkeep_{roster_, store_, owed_, chooser_, ledger_};
+  Upkeep upkeep_{roster_, store_, owed_, agenda_, ledger_};
   Intake intake_{store_, *this};
   ReplyJudge judge_{owed_.whose};
   JobRun run_{owed_, chooser_, ledger_, upkeep_, intake_};

@@ -32,6 +32,10 @@ TEST_F(NumberedRequestsTest, TellTheTimeSinceTheFirstTry) {
   Send(1, kStart + 1s);  // a retry
   Send(2, kStart + 2s);
   EXPECT_EQ(Lateness(1, kStart + 3s), 3s);
+  sent_.OnAnswered(Bytes{0, 1, 9});
+  EXPECT_EQ(Lateness(1, kStart + 3s), 3s) << "the other try";
+  sent_.OnAnswered(Bytes{0, 1, 9});
+  EXPECT_EQ(Lateness(1, kStart + 4s), std::nullopt) << "both tries are answered: it is no reply";
   EXPECT_EQ(Lateness(2, kStart + 3s), std::nullopt);
   EXPECT_EQ(Lateness(7, kStart + 3s), std::nullopt) << "nobody here has asked that";
   EXPECT_FALSE(sent_.Find(Bytes{0}, kStart + 3s));

@@ -36,8 +36,8 @@ class RoutedJobsTest : public ::testing::Test {
   config::Line line_ = DriveLine({Polled("20", 1)});
   Roster roster_{line_, 0,
                  [](const std::string&) -> const Protocol& { return ModbusRtuProtocol(); }};
-  Agenda agenda_;
   LateAnswers late_{roster_};
+  Agenda agenda_{roster_, late_};
   RoutedJobs jobs_{roster_, agenda_, late_};
   const Idle idle_{kStart, kStart};
 };

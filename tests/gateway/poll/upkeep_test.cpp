@@ -52,12 +52,11 @@ class UpkeepTest : public ::testing::Test, protected ToyMembers, protected Polle
 
   config::Config config_ = ToyConfig();
   PointStore store_{config_};
-  Agenda agenda_;
-  Schedule& schedule_ = agenda_.schedule;
   OwedReplies owed_{roster};
+  Agenda agenda_{roster, owed_.late};
+  Schedule& schedule_ = agenda_.schedule;
   Ledger ledger_{roster, schedule_, store_, 0, *this};
-  Chooser chooser_{roster, agenda_, owed_.late};
-  Upkeep upkeep_{roster, store_, owed_, chooser_, ledger_};
+  Upkeep upkeep_{roster, store_, owed_, agenda_, ledger_};
   DeviceState state_ = DeviceState::never_seen;
 };
 

@@ -152,6 +152,15 @@ TEST_F(PointStoreTest, WhatWasTooOldStaysSoOnASlowerLine) {
   EXPECT_EQ(QualityAfter(kFast, 200s), Quality::good);
 }
 
+TEST_F(PointStoreTest, WhatTheDeviceSaidItselfIsNoDoubtOfItsAge) {
+  Update(kFast, 1.0, 0s, Quality::bad_sensor_failure);
+  store_.SetLineCycle(0, 20s, kStart + 1s);
+  store_.Read(0, [](const DeviceRecord& record) {
+    EXPECT_EQ(record.points[kFast].at_best, Quality::good);
+    EXPECT_EQ(record.points[kFast].reported, Quality::bad_sensor_failure);
+  });
+}
+
 /// As a reload does it: the line goes on, and so does the age of its values.
 TEST_F(PointStoreTest, WithOtherLimitsTheSameAgeIsJudgedAnew) {
   store_.SetLineCycle(0, 10s, kStart);

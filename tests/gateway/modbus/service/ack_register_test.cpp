@@ -140,11 +140,14 @@ TEST_F(AckServiceTest, RefusesWhatNamesNone) {
 TEST_F(AckServiceTest, IsDeniedWhereTheListenerOnlyReads) {
   listener().permit = config::Permit::read;
   EXPECT_EQ(Write(1, "00 00 00 07"), "01 90 01");
+  EXPECT_EQ(Write(255, "00 00 00 07"), "FF 90 01") << "alarms of the gateway";
   EXPECT_THAT(alarms_.meant, IsEmpty());
-  ASSERT_EQ(log_.notes.size(), 1U);
-  EXPECT_EQ(log_.notes[0].kind, audit::Kind::denied);
-  EXPECT_EQ(log_.notes[0].end, WriteEnd::denied);
-  EXPECT_FALSE(log_.notes[0].reason.empty());
+  ASSERT_EQ(log_.notes.size(), 2U);
+  for (const auto& note : log_.notes) {
+    EXPECT_EQ(note.kind, audit::Kind::denied);
+    EXPECT_EQ(note.end, WriteEnd::denied);
+    EXPECT_FALSE(note.reason.empty());
+  }
 }
 
 TEST_F(AckServiceTest, SaysThatTheDiskFails) {
