@@ -33,7 +33,10 @@ class LoosePort final : public Transport {
     ++sends;
   }
   void DropUnsent() override {}
-  Status Apply(const config::SerialSettings&) override { return {}; }
+  Status Apply(const config::SerialSettings&) override {
+    ++applied;
+    return refuses ? Status(Error{"refused"}) : Status();
+  }
   Status Reset(const config::SerialSettings&) override {
     ++resets;
     sent.clear();
@@ -44,9 +47,10 @@ class LoosePort final : public Transport {
 
   int opens = 0;
   int resets = 0;
+  int applied = 0;
   int sends = 0;
   Bytes last;
-  bool refuses = false;  ///< to be reset
+  bool refuses = false;  ///< other settings
   bool open = false;
   bool open_on_demand = false;   // a server that takes every connection
   bool opens_by_itself = false;  // right now

@@ -40,6 +40,27 @@ TEST_F(LocalPort, SaysThatAnotherProgramHasChangedItsSettings) {
   EXPECT_EQ(status().port_text, "fake");
 }
 
+class OtherSettings : public LinePortTest {
+ protected:
+  static config::Device Slow() {
+    config::Device device = ToyDevice("a", "A", {"1"});
+    device.serial = config::SerialSettings{.baud = 1200};
+    return device;
+  }
+  OtherSettings() : LinePortTest("/dev/ttyS0", {Slow()}) {}
+};
+
+TEST_F(OtherSettings, AreTriedAgainWhereThePortRefusesThem) {
+  port_.refuses = true;
+  Open();
+  Pass(3s);
+  const int refused = port_.applied;
+  EXPECT_GT(refused, 1);
+  port_.refuses = false;
+  Pass(10s);
+  EXPECT_EQ(port_.applied, refused + 1) << "once, and not with each request";
+}
+
 TEST_F(LocalPort, TellsWhatIsToBeKept) {
   using What = News::What;
   Open();
