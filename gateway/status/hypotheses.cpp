@@ -188,9 +188,9 @@ bool LacksBytes(const Evidence& evidence) {
   return !evidence.answered && evidence.Count(bytes_lost) >= kMany;
 }
 
-/// Noise changes characters, and takes none away.
+/// Noise changes characters, and takes none away; two devices that answer at once do both.
 double BytesLost(const Evidence& evidence) {
-  const bool some = 2 * evidence.Count(bytes_lost) >= evidence.failed || LacksBytes(evidence);
+  const bool some = 3 * evidence.Count(bytes_lost) >= 2 * evidence.failed || LacksBytes(evidence);
   if (!some) return Always<bytes_lost>(evidence);
   return evidence.Share({bytes_lost, bad_check, damaged, tail_lost, end_lost});
 }
