@@ -32,6 +32,10 @@ Symptom SymptomOf(Recognised::What what) {
       return Symptom::other_setting;
     case Recognised::What::other_form:
       return Symptom::other_form;
+    case Recognised::What::other_check:
+      return Symptom::bad_check;
+    case Recognised::What::too_short:
+      return Symptom::bytes_lost;
     case Recognised::What::other_protocol:
       break;
   }

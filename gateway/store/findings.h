@@ -75,6 +75,24 @@ class Findings {
   std::size_t SameAround() const { return same_around_; }
   const std::string& Around() const { return around_; }
 
+  /// How the check values may be computed that are wrong, where most of them were so in the same
+  /// way; null: they were not.
+  const Finding* Check() const { return checks_.winner(); }
+
+  /// What comes by itself comes in bursts: the shortest and the longest silence between two of
+  /// them, where none of these was shorter than `least`; empty: it is not so.
+  std::optional<std::pair<Duration, Duration>> Period(Duration least) const {
+    std::optional<std::pair<Duration, Duration>> period;
+    for (std::size_t i = 0; i < size(); ++i) {
+      if (idles_[i] == kLongIdle || 4 * idles_[i] < least) continue;
+      if (idles_[i] < least) return std::nullopt;
+      period = period ? std::pair(std::min(period->first, idles_[i]),
+                                  std::max(period->second, idles_[i]))
+                      : std::pair(idles_[i], idles_[i]);
+    }
+    return period;
+  }
+
   /// The longest silence before a request to which nothing came, where every request that was ever
   /// answered had a longer one before it; zero: it is not so.
   Duration ShortPause() const {
@@ -140,6 +158,7 @@ class Findings {
   Finding words_;
   std::size_t same_around_ = 0;
   std::string around_;
+  CheckVotes checks_;
   std::array<Finding, kSymptoms> last_{};
 };
 
