@@ -221,10 +221,13 @@ Sentences DiagnoseWaiting(const DeviceRecord& record, Now now, Instant started) 
   if (record.status.unasked && said.cause.empty()) {
     // Messages come one after another, and none of them has these values.
     if (findings.size() < kManyMessages || !MustSpeakWithin(record)) return {};
-    return {fmt::format(
-        "{} of {} points have no value yet ({}{}): nothing that it sends has them: does the "
-        "profile fit, and its parameters (unit)?",
-        waiting, record.points.size(), first, waiting > 1 ? ", ..." : "")};
+    const std::string& missing = record.status.missing;
+    return {fmt::format("{} of {} points have no value yet ({}{}): {}", waiting,
+                        record.points.size(), first, waiting > 1 ? ", ..." : "",
+                        missing.empty()
+                            ? "nothing that it sends has them: does the profile fit, and its "
+                              "parameters (unit)?"
+                            : missing)};
   }
   return {fmt::format(
       "{} of {} points have no value yet ({}{}): {}: {}", waiting, record.points.size(), first,

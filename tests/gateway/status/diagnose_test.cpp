@@ -419,6 +419,9 @@ TEST_F(DiagnoseTest, ASpeakerThatNeverSaysWhatIsWanted) {
   record_.age_limits[static_cast<std::size_t>(record_.device->points[0].group)].uncertain_after =
       6s;
   EXPECT_THAT(Say(), ElementsAre(::testing::HasSubstr("nothing that it sends has them")));
+  device().missing = "no MDA comes: switch it on at the device";
+  EXPECT_THAT(Say(), ElementsAre("1 of 2 points have no value yet (current): no MDA comes: switch "
+                                 "it on at the device"));
 }
 
 TEST_F(DiagnoseTest, DoubtIsNotTheDevicesReport) {
