@@ -146,7 +146,11 @@ Sentences DiagnosePoints(const LineStatus& line, const DeviceRecord& record, Now
     if (said && first.empty()) first = record.device->points[i].name;
   }
   Sentences found;
-  if (stale > 0 && record.status.unasked && record.status.last_ok) {
+  if (const auto every = ComesEvery(record, now.instant); stale > 0 && every) {
+    found.push_back("comes every " + FormatAge(*every) +
+                    ", and its max_age is shorter: raise its poll (or max_age) above that, or let "
+                    "it send more often");
+  } else if (stale > 0 && record.status.unasked && record.status.last_ok) {
     found.push_back("nothing has come for " + FormatAge(now.instant - *record.status.last_ok) +
                     ", and its max_age is shorter: check its power and its wire");
   } else if (stale > 0) {

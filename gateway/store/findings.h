@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "gateway/base/finding.h"
+#include "gateway/store/check_votes.h"
 #include "gateway/store/reply_lengths.h"
 #include "gateway/store/special_bytes.h"
 
@@ -138,6 +139,7 @@ class Findings {
     specials_.Add(finding);
     lengths_.Add(finding);
     KeepAround(finding);
+    checks_.Add(finding);
     if (finding.symptom == Symptom::text || finding.symptom == Symptom::text_beside) {
       words_ = finding;
     } else if (IsAnswered(finding.symptom)) {

@@ -330,6 +330,18 @@ TEST_F(DiagnoseTest, AReader) {
   for (PointRecord& point : record_.points) point.read_at = kNow.instant - 12s;
   EXPECT_THAT(Say(), ElementsAre("nothing has come for 12 s, and its max_age is shorter: check its "
                                  "power and its wire"));
+  Looked(device(), Symptom::clean, 1, {.idle = 2s});
+  Looked(device(), Symptom::clean, 15, {.idle = 20s});
+  EXPECT_THAT(Say(), ElementsAre(::testing::StartsWith("nothing has come for 12 s")))
+      << "others came sooner";
+  Looked(device(), Symptom::clean, 16, {.idle = 10ms});
+  Looked(device(), Symptom::clean, 16, {.idle = 20s});
+  EXPECT_THAT(Say(), ElementsAre("comes every 20 s, and its max_age is shorter: raise its poll (or "
+                                 "max_age) above that, or let it send more often"));
+  device().last_ok = kNow.instant - 70s;
+  EXPECT_THAT(Say(), ElementsAre(::testing::StartsWith("nothing has come for 70 s")))
+      << "and not that this is normal";
+  device().last_ok = kNow.instant - 12s;
   for (PointRecord& point : record_.points) point.read_at = kNow.instant;
   Looked(device(), Symptom::refusal, 4, {.cause = "no number in 'OL'", .remedy = "look at it"});
   EXPECT_THAT(
