@@ -160,6 +160,13 @@ std::string SayTailLost(const Evidence& evidence) {
 }
 
 std::string SayBytesLost(const Evidence& evidence) {
+  const Finding& finding = evidence.Last(bytes_lost);
+  if (evidence.first().status.unasked) {
+    // Such a length may be wrong in the configuration, where none was ever right.
+    if (!evidence.answered && !finding.remedy.empty()) return WithRemedy(finding);
+    return "characters are missing in some of its messages: a bad wire or plug, a buffer that runs "
+           "over, or flow control at one end alone";
+  }
   if (!evidence.healthy.empty()) {
     return "bytes are missing inside its replies: a bad wire or fibre at its end, two devices with "
            "its address, or a converter loses them (set it to raw)";

@@ -368,6 +368,17 @@ TEST_F(DiagnoseTest, AReader) {
                                  "feeder-1 answers on the same line"));
 }
 
+TEST_F(DiagnoseTest, AReaderThatAnswersNoCommand) {
+  device().unasked = true;
+  Looked(device(), Symptom::silence, 16);
+  Minute().failed = 16;
+  EXPECT_THAT(Say(),
+              ElementsAre(::testing::StartsWith("speaks by itself, and does not answer its "
+                                                "commands: check the wire that carries them")));
+  Minute().answered = 3;
+  EXPECT_THAT(Say()[0], ::testing::Not(::testing::HasSubstr("commands")));
+}
+
 TEST_F(DiagnoseTest, WhatAReaderHasNotReadYetIsNotMissing) {
   device().unasked = true;
   for (PointRecord& point : record_.points) {
