@@ -153,6 +153,7 @@ Finding Untaken(const Hearing& hearing, std::size_t echo, const Found& found) {
   if (found.frames == 1 && pause > hearing.gap) return {.symptom = Symptom::split, .time = pause};
   if (after > hearing.reply) return {.symptom = Symptom::late, .time = after};
   const View heard = hearing.heard.subspan(echo);
+  if (auto login = LoginPrompt(hearing, heard)) return *login;
   if (auto comma = DecimalComma(hearing, heard)) return *comma;
   if (auto recognised = Recognise(hearing, heard)) return *recognised;
   return {.symptom = found.others ? Symptom::two_replies : Symptom::odd};
@@ -215,6 +216,7 @@ Finding Unreadable(const Hearing& hearing, View heard) {
   if (auto doubled = DoubledBytes(hearing, heard)) return *doubled;
   if (LacksFirstByte(hearing, heard)) return {.symptom = Symptom::head_lost};
   if (auto too_short = TooShort(hearing, heard)) return *too_short;
+  if (auto login = LoginPrompt(hearing, heard)) return *login;
   if (auto comma = DecimalComma(hearing, heard)) return *comma;
   auto recognised = Recognise(hearing, heard);
   const bool other_form = recognised && recognised->symptom == Symptom::other_form;

@@ -231,7 +231,9 @@ std::string SayLongDamaged(const Evidence& evidence) {
 
 std::string SayText(const Evidence& evidence) {
   const std::string& remedy = evidence.Last(text).remedy;
-  return "text comes in place of replies (" + Brief(evidence.Last(text)) + "): " +
+  const bool unasked = evidence.first().status.unasked;
+  return std::string("text comes in place of ") + (unasked ? "messages (" : "replies (") +
+         Brief(evidence.Last(text)) + "): " +
          (remedy.empty() ? "a modem, console or menu: disconnect it, or check the port" : remedy);
 }
 
