@@ -58,6 +58,11 @@ std::string Around(View before, View behind) {
   if (before.size() + behind.size() > kLongestFrame) return {};
   while (!before.empty() && IsLineEnd(before.back())) before = before.first(before.size() - 1);
   while (!behind.empty() && IsLineEnd(behind.front())) behind = behind.subspan(1);
+  const View text = before.empty() ? behind : before;
+  const bool words = text.size() > 1 && std::ranges::all_of(text, IsPrintable);
+  if (words && (before.empty() || behind.empty())) {
+    return (before.empty() ? "... " : "") + Quote(text) + (before.empty() ? "" : " ...");
+  }
   const std::string front = ToHex(before.first(std::min(before.size(), kQuotedBytes)));
   const std::string back = ToHex(behind.first(std::min(behind.size(), kQuotedBytes)));
   return front + (front.empty() ? "... " : " ...") + (back.empty() || front.empty() ? "" : " ") +

@@ -16,6 +16,7 @@
 #include "gateway/line/nearly_reply.h"
 #include "gateway/line/other_frame.h"
 #include "gateway/line/other_service.h"
+#include "gateway/line/second_reply.h"
 #include "gateway/line/words.h"
 #include "protocols/assembler.h"
 
@@ -51,7 +52,7 @@ std::optional<Found> FindReply(const Hearing& hearing, View heard) {
     } else if (*frame == first) {
       ++found->frames;
       found->end = end;
-    } else {
+    } else if (!IsEmptyLine(*frame)) {
       found->others = true;
     }
   }
