@@ -337,6 +337,9 @@ class Conversation {
   /// For the status: what was learned of how the device must be asked, such as "at most 4 items in
   /// one request". Empty: nothing.
   virtual std::string WhatIsLearned() const { return {}; }
+  /// For the status, of a device that sends unasked: what points read and never came, with a
+  /// remedy, such as "no MDA comes: switch it on at the device". Empty: nothing.
+  virtual std::string WhatIsMissing() const { return {}; }
   /// It should be told the time, and this machine's clock is not known to be right.
   virtual bool LacksTime() const { return false; }
 };

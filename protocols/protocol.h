@@ -97,6 +97,9 @@ struct Recognised {
     other_setting,   ///< a whole reply, if the device were configured in another way
     other_protocol,  ///< messages of another protocol
     other_form,      ///< a whole line of text, which no telegram that is awaited looks like
+    other_check,     ///< whole, but for a check value; `remedy`: how that may be computed, which
+                     ///< proves something where it is the same each time
+    too_short,       ///< a message that lacks a character or two of its length
   };
   What what = What::other_device;
   std::string cause{};   ///< a sentence without its full stop: "slave 7 answers in its place"

@@ -138,6 +138,7 @@ void LinePort::OnEnded(const std::string& reason, bool reset, Now now) {
     return Lost(reason, reset ? Loss::reset : Loss::port);
   }
   if (!rest_.in_vain() && proof_.Prove()) Prove();
+  display_.CountRest();
   poller_.OnEnded(now);
 }
 

@@ -66,6 +66,10 @@ void PortDisplay::CountDrop(const std::string& reason, Now now) {
                   reason);
 }
 
+void PortDisplay::CountRest() {
+  Update([](LineStatus& status) { ++status.rests; });
+}
+
 void PortDisplay::Show(LineStatus::Port port, const std::string& text, Now now, ShownLoan loan) {
   text_ = text;
   Update([&](LineStatus& status) {

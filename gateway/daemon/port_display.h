@@ -40,6 +40,8 @@ class PortDisplay {
   void CountLoss(Now now, bool takes_no_data = false);
   /// The server has ended a connection that was in use, which is no outage.
   void CountDrop(const std::string& reason, Now now);
+  /// It has ended one as it does again and again, which is no trouble.
+  void CountRest();
 
   void Show(LineStatus::Port port, const std::string& text, Now now, ShownLoan loan = {});
   template <typename Change>

@@ -32,6 +32,10 @@ Symptom SymptomOf(Recognised::What what) {
       return Symptom::other_setting;
     case Recognised::What::other_form:
       return Symptom::other_form;
+    case Recognised::What::other_check:
+      return Symptom::bad_check;
+    case Recognised::What::too_short:
+      return Symptom::bytes_lost;
     case Recognised::What::other_protocol:
       break;
   }
@@ -54,6 +58,11 @@ std::string Around(View before, View behind) {
   if (before.size() + behind.size() > kLongestFrame) return {};
   while (!before.empty() && IsLineEnd(before.back())) before = before.first(before.size() - 1);
   while (!behind.empty() && IsLineEnd(behind.front())) behind = behind.subspan(1);
+  const View text = before.empty() ? behind : before;
+  const bool words = text.size() > 1 && std::ranges::all_of(text, IsPrintable);
+  if (words && (before.empty() || behind.empty())) {
+    return (before.empty() ? "... " : "") + Quote(text) + (before.empty() ? "" : " ...");
+  }
   const std::string front = ToHex(before.first(std::min(before.size(), kQuotedBytes)));
   const std::string back = ToHex(behind.first(std::min(behind.size(), kQuotedBytes)));
   return front + (front.empty() ? "... " : " ...") + (back.empty() || front.empty() ? "" : " ") +

@@ -16,6 +16,7 @@
 #include "gateway/line/nearly_reply.h"
 #include "gateway/line/other_frame.h"
 #include "gateway/line/other_service.h"
+#include "gateway/line/second_reply.h"
 #include "gateway/line/words.h"
 #include "protocols/assembler.h"
 
@@ -51,7 +52,7 @@ std::optional<Found> FindReply(const Hearing& hearing, View heard) {
     } else if (*frame == first) {
       ++found->frames;
       found->end = end;
-    } else {
+    } else if (!IsEmptyLine(*frame)) {
       found->others = true;
     }
   }
@@ -153,6 +154,7 @@ Finding Untaken(const Hearing& hearing, std::size_t echo, const Found& found) {
   if (found.frames == 1 && pause > hearing.gap) return {.symptom = Symptom::split, .time = pause};
   if (after > hearing.reply) return {.symptom = Symptom::late, .time = after};
   const View heard = hearing.heard.subspan(echo);
+  if (auto login = LoginPrompt(hearing, heard)) return *login;
   if (auto comma = DecimalComma(hearing, heard)) return *comma;
   if (auto recognised = Recognise(hearing, heard)) return *recognised;
   return {.symptom = found.others ? Symptom::two_replies : Symptom::odd};
@@ -215,6 +217,7 @@ Finding Unreadable(const Hearing& hearing, View heard) {
   if (auto doubled = DoubledBytes(hearing, heard)) return *doubled;
   if (LacksFirstByte(hearing, heard)) return {.symptom = Symptom::head_lost};
   if (auto too_short = TooShort(hearing, heard)) return *too_short;
+  if (auto login = LoginPrompt(hearing, heard)) return *login;
   if (auto comma = DecimalComma(hearing, heard)) return *comma;
   auto recognised = Recognise(hearing, heard);
   const bool other_form = recognised && recognised->symptom == Symptom::other_form;

@@ -8,6 +8,9 @@
 
 namespace baudgate {
 
+/// A text without a value between two line ends, as a console sends it, is no second reply.
+bool IsEmptyLine(View frame);
+
 class SecondReply {
  public:
   /// A request goes out. What comes from now on is compared with nothing until Take.

@@ -92,6 +92,17 @@ std::string RemedyFor(View heard) {
   return Has(heard, kInUse) ? "end its other client, or raise its limit of connections" : "";
 }
 
+Finding Text(const Hearing& hearing, View heard) {
+  // What comes behind a password may repeat it.
+  const bool secret = !hearing.expect->secrets.empty();
+  return {.symptom = Symptom::text,
+          .bytes = heard.size(),
+          .cause = secret           ? std::string("behind a password, and so not shown")
+                   : IsModem(heard) ? Quote(ToBytes(Trim(AsText(heard))))
+                                    : Quote(heard),
+          .remedy = RemedyFor(heard)};
+}
+
 }  // namespace
 
 std::string Quote(View text) {
@@ -120,14 +131,15 @@ bool BeginsLikeReply(const Hearing& hearing, View heard) {
 std::optional<Finding> Words(const Hearing& hearing, View heard, bool lines) {
   const bool likely = IsWords(hearing, heard) || (lines && IsLine(hearing, heard));
   if (!IsModem(heard) && (!likely || BeginsLikeReply(hearing, heard))) return std::nullopt;
-  // What comes behind a password may repeat it.
-  const bool secret = !hearing.expect->secrets.empty();
-  return Finding{.symptom = Symptom::text,
-                 .bytes = heard.size(),
-                 .cause = secret           ? std::string("behind a password, and so not shown")
-                          : IsModem(heard) ? Quote(ToBytes(Trim(AsText(heard))))
-                                           : Quote(heard),
-                 .remedy = RemedyFor(heard)};
+  return Text(hearing, heard);
+}
+
+std::optional<Finding> LoginPrompt(const Hearing& hearing, View heard) {
+  const std::string_view text = Trim(AsText(heard));
+  const std::string_view line = text.substr(text.find_last_of("\r\n") + 1);
+  const bool asks = line.ends_with(':') && Has(ToBytes(line), kLogins);
+  if (!asks || !std::ranges::all_of(heard, IsPrintable)) return std::nullopt;
+  return Text(hearing, heard);
 }
 
 }  // namespace baudgate

@@ -19,5 +19,8 @@ bool IsLine(const Hearing& hearing, View heard);
 bool BeginsLikeReply(const Hearing& hearing, View heard);
 /// Empty: these are no words for people. `lines`: a whole line of printable characters counts, too.
 std::optional<Finding> Words(const Hearing& hearing, View heard, bool lines = false);
+/// Words that end with the question for a user or a password. Messages of any form may stand in
+/// front of it.
+std::optional<Finding> LoginPrompt(const Hearing& hearing, View heard);
 
 }  // namespace baudgate

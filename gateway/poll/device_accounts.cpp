@@ -215,6 +215,7 @@ void DeviceAccounts::OnUnasked(const Member& member, Outcome outcome, const std:
     status.recent.Add(outcome);
     status.findings.Add(finding);
     status.learned = member.device->conversation->WhatIsLearned();
+    status.missing = member.device->conversation->WhatIsMissing();
     if (outcome != Outcome::ok) {
       status.last_reason = reason;
       return;

@@ -39,12 +39,16 @@ JumpCheck::Finding JumpCheck::Judge(const config::Point& point, History& history
 
 JumpCheck::Result JumpCheck::Check(std::vector<Sample>& samples) {
   Result result;
+  // It says itself that what it measures changes.
+  const bool changes = std::ranges::any_of(
+      samples, [](const Sample& sample) { return IsUncertain(sample.quality); });
   if (histories_.empty()) histories_.resize(points_.size());
   std::erase_if(samples, [&](Sample& sample) {
     const config::Point& point = points_[sample.point];
     if (point.recheck == config::Recheck::off || !IsGood(sample.quality)) return false;
     History& history = histories_[sample.point];
-    const bool jumped = HasValue(history.candidate) && HasValue(history.last);
+    const bool steady = !std::exchange(history.changes, changes) && !changes;
+    const bool jumped = steady && HasValue(history.candidate) && HasValue(history.last);
     result.unconfirmed =
         result.unconfirmed || (jumped && !Agree(point, history, history.candidate, sample.value));
     switch (Judge(point, history, sample.value)) {

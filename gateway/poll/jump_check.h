@@ -48,7 +48,8 @@ class JumpCheck {
     Value last;       // that counted
     Value candidate;  // read since, and not confirmed
     Decimal largest;
-    int readings = 0;  // in a row that disagreed
+    int readings = 0;      // in a row that disagreed
+    bool changes = false;  // the reply before was of something that changes
   };
   enum class Finding { counts, wait, doubt, last_resort };
 

@@ -20,6 +20,7 @@ LineSide::LineSide(Reception reception, JobRun& run, UnaskedSide& unasked, Upkee
 
 void LineSide::OnOpened(Now now, bool keeps_bit_rate) {
   reception_.OnOpened();
+  unasked_.OnOpened();
   line_.OnOpened(now.instant, keeps_bit_rate);
 }
 

@@ -2,10 +2,13 @@
 #include "gateway/poll/overheard.h"
 
 #include <algorithm>
+#include <bit>
+#include <iterator>
 #include <utility>
 
 #include "gateway/line/changed_bytes.h"
 #include "gateway/line/examine.h"
+#include "gateway/line/words.h"
 
 namespace baudgate {
 namespace {
@@ -13,6 +16,16 @@ namespace {
 constexpr std::size_t kMostHeard = 256;
 /// Messages that are further apart are two.
 constexpr Duration kLongestPause = 2s;
+
+/// With seven data bits and a parity each character has the same one; without it the eighth bit is
+/// always 1.
+bool HasParity(View heard) {
+  const auto even =
+      std::ranges::count_if(heard, [](auto byte) { return std::popcount(byte) % 2 == 0; });
+  const auto size = std::ssize(heard);
+  const bool mark = std::ranges::all_of(heard, [](auto byte) { return byte > 0x7F; });
+  return mark || 8 * std::max(even, size - even) >= 7 * size;
+}
 
 }  // namespace
 
@@ -65,7 +78,12 @@ Finding Overheard::Look() const {
                         .foreign = roster_.foreign()};
   Bytes cleared = heard_;
   for (std::uint8_t& byte : cleared) byte &= 0x7F;
-  if (cleared != heard_ && IsWhole(hearing, cleared)) return {.symptom = Symptom::eighth_bit};
+  if (cleared != heard_ && IsWhole(hearing, cleared)) {
+    if (HasParity(heard_)) return {.symptom = Symptom::eighth_bit};
+    return {.symptom = Symptom::other_setting,
+            .cause = "characters beyond ASCII come (" + Quote(heard_) + ")",
+            .remedy = "let it send ASCII alone, without letters such as umlauts"};
+  }
   Finding finding = Examine(hearing);
   const bool unsaid = finding.symptom == Symptom::odd && finding.cause.empty();
   if (unsaid || IsAnswered(finding.symptom)) finding.symptom = Symptom::damaged;

@@ -27,14 +27,16 @@ const Standing* Speaker::standing() const {
 
 Speaker::Said Speaker::OnMessage(const UnaskedMessage& message, Now now) {
   const Now received{now.instant - message.since, now.wall - message.since};
+  const Instant before = std::exchange(last_, received.instant);
+  rest_ = before == Instant() ? kLongIdle : received.instant - before;
   return Take(device_->conversation->OnUnasked(message.bytes, received), received);
 }
 
 Finding Speaker::Look(const Said& said) {
   if (!ProvesLife(said.outcome)) return overheard_->OnDamaged();
   overheard_->OnRead();
-  if (said.reason.empty()) return {};
-  return {.symptom = Symptom::refusal, .cause = said.reason, .remedy = said.remedy};
+  if (said.reason.empty()) return {.idle = rest_};
+  return {.symptom = Symptom::refusal, .idle = rest_, .cause = said.reason, .remedy = said.remedy};
 }
 
 std::optional<Instant> Speaker::DueAt() const {

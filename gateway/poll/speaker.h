@@ -70,6 +70,8 @@ class Speaker {
   void Keep(EventBatch batch, Said& said);
 
   Device* device_ = nullptr;
+  Instant last_{};                      // its last message
+  Duration rest_ = kLongIdle;           // before that one
   std::optional<Overheard> overheard_;  // of `device_`
   EventBacklog backlog_;
   bool told_lost_ = false;  // the user knows that events are lost

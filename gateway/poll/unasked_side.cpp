@@ -5,9 +5,17 @@
 #include <string>
 #include <utility>
 
+#include "gateway/line/other_service.h"
+
 namespace baudgate {
 
 void UnaskedSide::OnBytes(View bytes, Instant now) {
+  // Where a device is asked as well, its answer shows what the connection began with.
+  const bool begins = std::exchange(first_, false) && speaker_.in_use();
+  if (begins && is_network_ && IsTelnet(bytes)) {
+    ledger_.line.OnNegotiation();
+    upkeep_.ShowLine(now);
+  }
   if (const auto before = speaker_.Hear(bytes, now)) {
     ledger_.devices.OnMore(*speaker_.device(), *before);
   }

@@ -16,8 +16,13 @@ class UnaskedSide {
  public:
   /// All outlive it.
   UnaskedSide(const Roster& roster, Ledger& ledger, Upkeep& upkeep, Intake& intake)
-      : speaker_(roster), ledger_(ledger), upkeep_(upkeep), intake_(intake) {}
+      : speaker_(roster),
+        is_network_(roster.is_network()),
+        ledger_(ledger),
+        upkeep_(upkeep),
+        intake_(intake) {}
 
+  void OnOpened() { first_ = true; }
   /// Bytes of the line.
   void OnBytes(View bytes, Instant now);
   /// What the line has made of them.
@@ -31,6 +36,8 @@ class UnaskedSide {
   void Take(Speaker::Said said, Instant now);
 
   Speaker speaker_;
+  const bool is_network_;
+  bool first_ = true;  // nothing has come since the port was opened
   Ledger& ledger_;
   Upkeep& upkeep_;
   Intake& intake_;

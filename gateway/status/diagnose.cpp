@@ -125,6 +125,7 @@ Sentences DiagnoseDevice(const LineStatus& line, const DeviceRecord& device,
   if (line.port != LineStatus::Port::open) return {};
   if (status.unasked && status.exchanges == 0) return Silence(device, now);
   const Evidence evidence = Gather(line, device, all, now);
+  if (Sentences nothing = AnswersNothing(device, evidence); !nothing.empty()) return nothing;
   if (Sentences unreadable = Unreadable(device, evidence); !unreadable.empty()) return unreadable;
   if (status.exchanges == 0 && status.findings.size() == 0) return {"not asked yet"};
   // A server that ends the connection may have said what it is.

@@ -48,6 +48,12 @@ std::string Wrapped(const DeviceRecord& record) {
   const bool network = record.line->is_network();
   const bool same = findings.SameAround() >= kConstant;
   const bool text = findings.Count(Symptom::text_beside) > 0;
+  // "... '> '".
+  const bool prompt = same && around.starts_with("... '");
+  if (prompt && network) {
+    return "the same text stands behind its replies (" + around.substr(4) +
+           "): the prompt of a console or terminal server: set it to raw";
+  }
   const std::string& shown = same ? around : findings.Last(Symptom::text_beside).cause;
   return std::string(same ? "the same " : "") + (text ? "text stands" : "bytes stand") +
          " around its replies (" + shown + "): " +

@@ -29,6 +29,7 @@ constexpr std::size_t kProof = 2;
 /// A server that ends so many connections in use does not do so by its settings alone.
 constexpr std::size_t kDrops = 3;
 constexpr Duration kRecently = 5min;
+constexpr int kLastMinutes = 4;
 /// What a server loses in so short a time is one restart.
 constexpr Duration kRestart = 10s;
 /// A connection is opened again so soon.
@@ -139,6 +140,20 @@ std::string Dropped(const LineStatus& status, Now now) {
       "the server has ended the connection {} in the last minutes while it was in use: look at its "
       "power, restarts, inactivity time and at the network",
       Times(times));
+}
+
+/// A server that ends the connection behind each answer, where that costs polls. Empty: it is not
+/// so.
+std::string EndsEach(const LineStatus& status, std::span<const DeviceRecord> devices, Now now) {
+  constexpr std::uint64_t kMany = 8;
+  if (status.rests < kMany || 2 * status.rests < status.exchanges) return {};
+  MinuteCounts tally;
+  for (const DeviceRecord& one : devices) tally += one.status.hour.Sum(now.instant, kLastMinutes);
+  if (tally.missed + tally.failed < kDrops) return {};
+  return fmt::format(
+      "the server ends the connection behind each answer, and {} polls were missed or failed: set "
+      "it to keep the connection open (its inactivity time, its mode)",
+      tally.missed + tally.failed);
 }
 
 /// Errors that the driver has counted.
@@ -338,6 +353,10 @@ Sentences DiagnoseLine(const config::Line& line, const LineStatus& status,
   const std::string why =
       misses ? WhyNoTime(status, devices, nullptr, now, started) : std::string();
   if (!why.empty()) found.push_back("polls are missed: " + why);
+  if (std::string ends = EndsEach(status, devices, now);
+      why.empty() && !gone && !refuses && !ends.empty()) {
+    found.push_back(std::move(ends));
+  }
   return found;
 }
 

@@ -146,7 +146,11 @@ Sentences DiagnosePoints(const LineStatus& line, const DeviceRecord& record, Now
     if (said && first.empty()) first = record.device->points[i].name;
   }
   Sentences found;
-  if (stale > 0 && record.status.unasked && record.status.last_ok) {
+  if (const auto every = ComesEvery(record, now.instant); stale > 0 && every) {
+    found.push_back("comes every " + FormatAge(*every) +
+                    ", and its max_age is shorter: raise its poll (or max_age) above that, or let "
+                    "it send more often");
+  } else if (stale > 0 && record.status.unasked && record.status.last_ok) {
     found.push_back("nothing has come for " + FormatAge(now.instant - *record.status.last_ok) +
                     ", and its max_age is shorter: check its power and its wire");
   } else if (stale > 0) {
@@ -221,10 +225,13 @@ Sentences DiagnoseWaiting(const DeviceRecord& record, Now now, Instant started) 
   if (record.status.unasked && said.cause.empty()) {
     // Messages come one after another, and none of them has these values.
     if (findings.size() < kManyMessages || !MustSpeakWithin(record)) return {};
-    return {fmt::format(
-        "{} of {} points have no value yet ({}{}): nothing that it sends has them: does the "
-        "profile fit, and its parameters (unit)?",
-        waiting, record.points.size(), first, waiting > 1 ? ", ..." : "")};
+    const std::string& missing = record.status.missing;
+    return {fmt::format("{} of {} points have no value yet ({}{}): {}", waiting,
+                        record.points.size(), first, waiting > 1 ? ", ..." : "",
+                        missing.empty()
+                            ? "nothing that it sends has them: does the profile fit, and its "
+                              "parameters (unit)?"
+                            : missing)};
   }
   return {fmt::format(
       "{} of {} points have no value yet ({}{}): {}: {}", waiting, record.points.size(), first,

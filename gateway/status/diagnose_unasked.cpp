@@ -32,6 +32,30 @@ std::optional<Duration> MustSpeakWithin(const DeviceRecord& record) {
   return shortest <= kLongestAge ? std::optional(shortest) : std::nullopt;
 }
 
+std::optional<Duration> ComesEvery(const DeviceRecord& record, Instant now) {
+  const auto must = MustSpeakWithin(record);
+  const DeviceStatus& status = record.status;
+  if (!status.unasked || !status.last_ok || !must) return std::nullopt;
+  const auto period = status.findings.Period(*must);
+  if (!period) return std::nullopt;
+  const auto [shortest, longest] = *period;
+  const bool regular = 4 * longest <= 5 * shortest;
+  const bool stopped = 2 * (now - *status.last_ok) > 3 * longest;
+  return regular && !stopped ? std::optional(longest) : std::nullopt;
+}
+
+Sentences AnswersNothing(const DeviceRecord& record, const Evidence& evidence) {
+  const DeviceStatus& status = record.status;
+  if (!status.unasked || !status.last_ok) return {};
+  if (2 * evidence.Count(Symptom::silence) < evidence.failed) return {};
+  const MinuteCounts asked = status.hour.Sum(evidence.now);
+  // What it sends by itself may come where an answer is awaited.
+  if (asked.failed < kNotableFailures || 8 * asked.answered > asked.failed) return {};
+  return {
+      "speaks by itself, and does not answer its commands: check the wire that carries them to it "
+      "(TX), its power, and whether it knows them (else take commands out of its options)"};
+}
+
 Sentences Unreadable(const DeviceRecord& record, const Evidence& evidence) {
   if (!record.status.unasked || evidence.failed < kNotableFailures) return {};
   if (!record.status.last_ok) return Said("no message was good yet: ", evidence);
@@ -56,7 +80,7 @@ Sentences Silence(const DeviceRecord& record, Now now) {
   }
   Sentences found;
   if (const Duration silent = now.instant - *status.last_ok;
-      silent >= kNotableSilence && !max_age) {
+      silent >= kNotableSilence && !max_age && !must) {
     found.push_back("silent for " + FormatAge(silent) +
                     ": normal, it speaks only when it has something to say");
   }

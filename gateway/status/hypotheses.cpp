@@ -162,6 +162,7 @@ double EighthBit(const Evidence& evidence) {
 }
 
 double BadCheck(const Evidence& evidence) {
+  if (IsComputedOtherwise(evidence)) return evidence.Share({bad_check, damaged, noise});
   return evidence.answered ? 0 : evidence.Share({bad_check});
 }
 

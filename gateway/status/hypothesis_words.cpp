@@ -18,6 +18,8 @@ using enum Symptom;
 constexpr std::size_t kFewLost = 4;
 /// Of the first or last byte: it is there.
 constexpr std::string_view kGarbled = "garbled";
+/// Of a wrong check value that may be computed in any way.
+constexpr std::string_view kText = "a text";
 constexpr const char* kSetRaw =
     "set the converter or serial server to raw (no XON/XOFF, no Telnet)";
 
@@ -77,6 +79,12 @@ bool IsDamageAsMisfit(const Evidence& evidence) {
   const std::string quoted = QuotedIn(evidence.Last(odd));
   const bool strange = quoted.find_first_of(traits.never_in_reply, 3) < quoted.size() - 2;
   return IsNowAndThen(evidence) || (evidence.answered && quoted.size() > 5 && strange);
+}
+
+bool IsComputedOtherwise(const Evidence& evidence) {
+  const Finding* const check = evidence.first().status.findings.Check();
+  const bool fits = check != nullptr && check->cause != kText;
+  return fits && 2 * evidence.Count(bad_check) > evidence.failed;
 }
 
 bool OnWire(const Evidence& evidence) { return SerialOf(evidence.first()).on_wire(); }
@@ -152,6 +160,13 @@ std::string SayTailLost(const Evidence& evidence) {
 }
 
 std::string SayBytesLost(const Evidence& evidence) {
+  const Finding& finding = evidence.Last(bytes_lost);
+  if (evidence.first().status.unasked) {
+    // Such a length may be wrong in the configuration, where none was ever right.
+    if (!evidence.answered && !finding.remedy.empty()) return WithRemedy(finding);
+    return "characters are missing in some of its messages: a bad wire or plug, a buffer that runs "
+           "over, or flow control at one end alone";
+  }
   if (!evidence.healthy.empty()) {
     return "bytes are missing inside its replies: a bad wire or fibre at its end, two devices with "
            "its address, or a converter loses them (set it to raw)";
@@ -179,6 +194,10 @@ std::string SaySpecials(const Evidence& evidence) {
 }
 
 std::string SayBadCheck(const Evidence& evidence) {
+  if (const Finding* const check = evidence.first().status.findings.Check()) {
+    const bool fits = check->cause != kText;
+    return fits ? WithRemedy(*check) : "its check value is computed otherwise: " + check->remedy;
+  }
   if (evidence.first().status.unasked) {
     return "its messages have a wrong check value: something in between changes them, as a "
            "multiplexer, or noise";
@@ -212,7 +231,9 @@ std::string SayLongDamaged(const Evidence& evidence) {
 
 std::string SayText(const Evidence& evidence) {
   const std::string& remedy = evidence.Last(text).remedy;
-  return "text comes in place of replies (" + Brief(evidence.Last(text)) + "): " +
+  const bool unasked = evidence.first().status.unasked;
+  return std::string("text comes in place of ") + (unasked ? "messages (" : "replies (") +
+         Brief(evidence.Last(text)) + "): " +
          (remedy.empty() ? "a modem, console or menu: disconnect it, or check the port" : remedy);
 }
 

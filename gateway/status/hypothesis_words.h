@@ -16,6 +16,8 @@ bool IsBehindServer(const Evidence& evidence);
 /// Its replies carry no check value, and are right at other times, so that what does not fit is
 /// damaged.
 bool IsDamageAsMisfit(const Evidence& evidence);
+/// Most check values are wrong in the same way. By chance some messages are right in both.
+bool IsComputedOtherwise(const Evidence& evidence);
 /// The bytes of kSpecialBytes that a converter may change, one bit each.
 unsigned Suspects(const Evidence& evidence);
 

@@ -129,6 +129,7 @@ struct DeviceStatus {
   std::vector<QueryCount> queries;  ///< of the polls, in the order in which they are asked
   bool lacks_time = false;          ///< see Conversation::LacksTime
   std::string learned;              ///< see Conversation::WhatIsLearned
+  std::string missing;              ///< see Conversation::WhatIsMissing
   Duration busy{};  ///< the line time of its exchanges and of the silences after them
   RoundTrips round_trips;
 

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "gateway/base/finding.h"
+#include "gateway/store/check_votes.h"
 #include "gateway/store/reply_lengths.h"
 #include "gateway/store/special_bytes.h"
 
@@ -75,6 +76,24 @@ class Findings {
   std::size_t SameAround() const { return same_around_; }
   const std::string& Around() const { return around_; }
 
+  /// How the check values may be computed that are wrong, where most of them were so in the same
+  /// way; null: they were not.
+  const Finding* Check() const { return checks_.winner(); }
+
+  /// What comes by itself comes in bursts: the shortest and the longest silence between two of
+  /// them, where none of these was shorter than `least`; empty: it is not so.
+  std::optional<std::pair<Duration, Duration>> Period(Duration least) const {
+    std::optional<std::pair<Duration, Duration>> period;
+    for (std::size_t i = 0; i < size(); ++i) {
+      if (idles_[i] == kLongIdle || 4 * idles_[i] < least) continue;
+      if (idles_[i] < least) return std::nullopt;
+      period = period ? std::pair(std::min(period->first, idles_[i]),
+                                  std::max(period->second, idles_[i]))
+                      : std::pair(idles_[i], idles_[i]);
+    }
+    return period;
+  }
+
   /// The longest silence before a request to which nothing came, where every request that was ever
   /// answered had a longer one before it; zero: it is not so.
   Duration ShortPause() const {
@@ -120,6 +139,7 @@ class Findings {
     specials_.Add(finding);
     lengths_.Add(finding);
     KeepAround(finding);
+    checks_.Add(finding);
     if (finding.symptom == Symptom::text || finding.symptom == Symptom::text_beside) {
       words_ = finding;
     } else if (IsAnswered(finding.symptom)) {
@@ -140,6 +160,7 @@ class Findings {
   Finding words_;
   std::size_t same_around_ = 0;
   std::string around_;
+  CheckVotes checks_;
   std::array<Finding, kSymptoms> last_{};
 };
 

@@ -74,6 +74,7 @@ struct LineStatus : LineCounters {
   bool takes_no_data = false;      ///< that was why, the last time
   std::uint32_t restored = 0;  ///< how often another program has changed the settings of the port
   RecentTimes drops;  ///< when a server ended a connection that was in use; it was opened again
+  std::uint64_t rests = 0;  ///< connections that a server ended between requests, by its settings
   /// Errors that the driver counts since the port was opened; zero where it does not.
   std::uint32_t parity_errors = 0;
   std::uint32_t framing_errors = 0;

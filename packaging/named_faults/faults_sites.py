@@ -24,6 +24,24 @@ def lines(*texts, every=1.0):
     return ((every, lambda s: texts[next(numbers) % len(texts)]),)
 
 
+def sentence(body, taken=0):
+    """With its check value, changed by `taken`."""
+    total = taken
+    for byte in body:
+        total ^= byte
+    return b"$%s*%02X\r\n" % (body, total)
+
+
+WIND, GPS = b"WIMWV,045,R,011.63,N,A", b"GPRMC,063905,A,4717.1,N,00833.9,E,0.0,0.0,281126,,"
+MDA = b"WIMDA,29.9870,I,1.0154,B,21.2,C,,C,43.5,,8.4,C,347.1,T,351.0,M,4.9,N,2.5,M"
+WEATHER = {"profile": "nmea-0183-weather"}
+SCALE = {"profile": "mt-sics"}
+
+
+def both(every=1.0, **changed):
+    return tuple((every, lambda s, body=body: sentence(body, **changed)) for body in (WIND, MDA))
+
+
 SITES = family(
     "1 SPA, one thing wrong",
     Fault("LF counted", "spa", m.sends(m.lf_counted), "line feed|LF", "lf_in_checksum: true", OTHER, "alone beside"),
@@ -72,6 +90,23 @@ SITES = family(
     Fault("first byte lost", "reader", None, "first byte|damaged", "converter|direction|noise|wire", "poll|gap|bit rate", device="form: text, start: \"0x02\", end: \"0x03\"", points=WEIGHT, events=lines(b"ST,GS,+  12.35kg\x03")),
     Fault("other end", "reader", None, "end|too long|longer", "end", "poll|gap|bit rate", device="form: text, start: \"0x02\", end: \"0x03\"", points=WEIGHT, events=lines(b"\x02ST,GS,+  12.35kg\r\n")),
     Fault("damaged now and then", "reader", None, "damaged", "noise|wire", "poll|gap", events=tags(lambda t, n=iter(range(10**9)): t[:7] + b"\xf3" + t[8:] if next(n) % 3 == 0 else t)),
+    Fault("login prompt", "reader", None, "login", "getty|port", "noise|bit rate", device="form: text", points=WEIGHT, events=lines(b"\r\nDebian GNU/Linux 12 hall ttyS0\r\n\r\nhall login: ", every=3.0)),
+    Fault("letters beyond ASCII", "reader", None, "beyond ASCII", "ASCII", "7E1|parity", device="form: text", events=lines(b"Kunde M\xfcller 12\r")),
+    Fault("NMEA", "reader", None, "NMEA", "port", "numbers|bit rate", device="form: text", points=WEIGHT, events=lines(sentence(GPS))),
+    Fault("characters lost", "reader", None, "characters are missing", "wire|buffer|flow", "carriage|set length", device="form: text, length: 13", events=lines(b"4012300000166\r", b"401230000016\r", b"40123000016\r")),
+    Fault("another length", "reader", None, "have 8 characters", "length", "carriage|missing", device="form: text, start: \"]\", length: 13", events=lines(b"]40121443\r")),
+    Fault("Telnet at the beginning", "reader", None, "Telnet", "raw", "power", line="TCP", greeting=b"\xff\xfb\x01\xff\xfb\x03", events=tags()),
+) + family(
+    "5b telegrams",
+    Fault("well", "nmea", None, "", "", events=both(), well=True, **WEATHER),
+    Fault("well", "balance", m.well, "", "", well=True, **SCALE),
+    Fault("stable and not, in turn", "balance", m.now_and_then(m.sends(lambda x: x.reply.replace(b"S S", b"S D")), 4), "", "", well=True, **SCALE),
+    Fault("decimal comma", "balance", m.sends(lambda x: x.reply.replace(b".", b",")), "decimal comma", "decimal point", "noise", **SCALE),
+    Fault("no MDA", "nmea", None, "no MDA", "switch it on", "power", events=both()[:1], **WEATHER),
+    Fault("GPS receiver", "nmea", None, r"GPRMC", "device at this port", "power", events=lines(sentence(GPS)), **WEATHER),
+    Fault("every 15 s", "nmea", None, "every 15", "max_age", "power|wire", device="poll: 2s", events=both(15.0), **WEATHER),
+    Fault("check value with the $", "nmea", None, "computed otherwise", "checksum:", "multiplexer|noise", events=both(taken=0x24), **WEATHER),
+    Fault("check value differs by 41", "nmea", None, "computed otherwise", "differs from xor8 always by 41", "multiplexer|noise", events=both(taken=0x41), **WEATHER),
 ) + family(
     "6 damage by content or length",
     *[Fault("%02X swallowed" % byte, "rtu set", m.sends(m.valued(byte, lambda r, b=byte: r.replace(bytes([b]), b""))), "missing|%02X|break off" % byte, "raw|XON|flow control|line ends|serial server", "power|second master|bit rate", line="TCP" if byte else "")

@@ -326,4 +326,23 @@ class Reader:
         yield  # a generator
 
 
-KINDS = {"spa": Spa, "dcon": Dcon, "dcon0": DconPlain, "set": Set4tm, "setx": Set4tmByNumber, "rtu": Rtu, "ascii": Ascii, "tcp": Tcp, "reader": Reader}
+class Nmea(Reader):
+    """Sentences of a weather station."""
+
+    name, serial = "telegram", "4800 8N1"
+
+
+class Balance:
+    """MT-SICS: `SI` CR LF."""
+
+    name, serial, addresses = "telegram", "9600 8N1", (1,)
+
+    def requests(self, heard):
+        while b"\n" in heard:
+            line, _, heard = heard.partition(b"\n")
+            replies = {b"SI": b"S S     100.00 g\r\n", b"I4": b'I4 A "0123456789"\r\n', b"TA": b"TA A       0.00 g\r\n"}
+            yield 1, line + b"\n", replies.get(line.strip(), b"ES\r\n")
+        return heard
+
+
+KINDS = {"spa": Spa, "dcon": Dcon, "dcon0": DconPlain, "set": Set4tm, "setx": Set4tmByNumber, "rtu": Rtu, "ascii": Ascii, "tcp": Tcp, "reader": Reader, "nmea": Nmea, "balance": Balance}

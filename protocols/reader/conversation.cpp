@@ -64,11 +64,26 @@ bool HasDecimalComma(std::string_view text) {
   return false;
 }
 
+/// "$GPGGA,063905.00,": what receivers of satellites, compasses and wind sensors send.
+bool IsSentence(std::string_view text) {
+  constexpr std::size_t kName = 5;
+  if (text.size() < kName + 2 || (text[0] != '$' && text[0] != '!') || text[kName + 1] != ',') {
+    return false;
+  }
+  return std::ranges::all_of(text.substr(1, kName), [](char c) {
+    return (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
+  });
+}
+
 /// Reason and remedy.
 std::pair<std::string, std::string> WhyNoNumber(std::string_view text, std::string_view unit) {
   constexpr std::string_view kNumber = "0123456789.";
   constexpr std::string_view kDigit = "0123456789";
   const std::string quoted = "'" + std::string(text.substr(0, kMostQuoted)) + "'";
+  if (IsSentence(text)) {
+    return {"sentences of NMEA 0183 come (" + quoted + ")",
+            "another device, such as a GPS receiver, is at this port: check the port and the plug"};
+  }
   const auto its = UnitBehind(text);
   if (its && IsMass(unit) && *its != unit) {
     return {"the unit in " + quoted + " is not " + std::string(unit),

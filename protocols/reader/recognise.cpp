@@ -16,7 +16,10 @@ namespace {
 
 constexpr std::size_t kQuoted = 24;
 constexpr std::size_t kShortest = 3;
+/// A wire or a buffer takes no more characters out of a message.
+constexpr std::size_t kFewLost = 2;
 constexpr std::string_view kLineEnds = "\r\n";
+constexpr std::string_view kMarks = ":;<=>?@[]!\"#&'()*,";
 constexpr std::string_view kUnusual = "{|}~`^\\";
 
 bool IsShown(std::uint8_t byte) { return byte >= 0x20 && byte < 0x7F; }
@@ -75,6 +78,24 @@ std::optional<Recognised> OtherTag(View heard, const Expectation& expect) {
                "set form: text at the device, or use another profile");
 }
 
+/// Hardly any label or display has such characters, or marks and not one digit or blank; another
+/// bit rate makes them of anything.
+bool IsUnusual(View heard) {
+  const std::string_view text = AsText(heard);
+  const bool marks = text.find_first_of(kMarks) != std::string_view::npos;
+  return text.find_first_of(kUnusual) != std::string_view::npos ||
+         (marks && text.find_first_of("0123456789 ") == std::string_view::npos);
+}
+
+/// Between its start and its end.
+std::size_t CharactersOf(View heard, const Settings& settings) {
+  const auto around = [&](std::optional<std::uint8_t> mark) {
+    return mark && IsShown(*mark) && std::ranges::find(heard, *mark) != heard.end() ? 1U : 0U;
+  };
+  const auto shown = static_cast<std::size_t>(std::ranges::count_if(heard, IsShown));
+  return shown - std::min<std::size_t>(shown, around(settings.start) + around(settings.end));
+}
+
 std::string Code(std::uint8_t character) { return "0x" + HexByte(character); }
 
 std::optional<Recognised> OtherText(View heard, const Settings& settings) {
@@ -87,10 +108,7 @@ std::optional<Recognised> OtherText(View heard, const Settings& settings) {
                  "set start to what it sends; or a converter eats the first byte");
   }
   if (settings.end && std::ranges::all_of(heard, IsShown)) {
-    // Hardly any label or display has these; another bit rate makes them of anything.
-    if (std::ranges::any_of(heard, [](auto byte) {
-          return kUnusual.find(static_cast<char>(byte)) != std::string_view::npos;
-        })) {
+    if (IsUnusual(heard)) {
       return Other("bytes come that are no message" + said,
                    "check bit rate, parity and data bits at the line and at the reader");
     }
@@ -104,14 +122,13 @@ std::optional<Recognised> OtherText(View heard, const Settings& settings) {
     return Other("its messages do not end with " + Code(*settings.end) + said,
                  "set " + (framed ? "start: " + Code(heard.front()) + ", " : std::string()) + end);
   }
-  const auto is_counted = [&](std::uint8_t byte) {
-    return IsShown(byte) && byte != settings.start && byte != settings.end;
-  };
-  const auto size = static_cast<std::size_t>(std::ranges::count_if(heard, is_counted));
+  const std::size_t size = CharactersOf(heard, settings);
   if (settings.length > 0 && size != settings.length) {
-    return Other("its messages have " + std::to_string(size) + " characters" + said +
-                     ", and length is " + std::to_string(settings.length),
-                 "set length to what it sends");
+    const bool nearly = size < settings.length && size + kFewLost >= settings.length;
+    return Recognised{nearly ? Recognised::What::too_short : Recognised::What::other_setting,
+                      "its messages have " + std::to_string(size) + " characters" + said +
+                          ", and length is " + std::to_string(settings.length),
+                      "set length to what it sends"};
   }
   if (size <= settings.most) return std::nullopt;
   return Other(

@@ -10,7 +10,6 @@
 namespace baudgate::protocols::telegram {
 namespace {
 
-constexpr const char* kUnknownCode = "set that at the device, or add it to its codes";
 constexpr const char* kNotReady =
     "is what it measures unstable (vibration, draught, load), or is it in a menu?";
 
@@ -40,7 +39,7 @@ Answer AnswerReader::Read(std::size_t telegram, const Bound& sent, View frame) c
 void AnswerReader::AddReadings(std::size_t telegram, const Bound& sent, const Reply& reply,
                                Answer& answer) const {
   if (reply.outcome == Outcome::busy) answer.remedy = kNotReady;
-  if (reply.outcome == Outcome::ok && !reply.reason.empty()) answer.remedy = kUnknownCode;
+  if (reply.outcome == Outcome::ok) answer.remedy = reply.remedy;
   const bool refused = reply.outcome == Outcome::unsupported;
   if (reply.outcome != Outcome::ok && !refused) return;
   for (std::size_t i = 0; i < places_.size(); ++i) {

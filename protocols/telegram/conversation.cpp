@@ -47,6 +47,7 @@ TelegramConversation::TelegramConversation(const config::Device& device, const S
       settings_(WithDescription(settings)),
       bound_(BoundOf(settings_, device.address)),
       reader_(*settings_.description, device),
+      listening_(*settings_.description, bound_, reader_.places()),
       plan_({.may_join = {}, .refused = WhenRefused::ask_rarely, .refusals = kRefusals}),
       standing_(StandingOf(settings_)),
       identification_(*settings_.description, device.identity),

@@ -12,6 +12,7 @@
 #include "protocols/conversation.h"
 #include "protocols/telegram/answer_reader.h"
 #include "protocols/telegram/identification.h"
+#include "protocols/telegram/listening.h"
 #include "protocols/telegram/plan.h"
 
 namespace baudgate::protocols::telegram {
@@ -29,7 +30,11 @@ class TelegramConversation final : public Conversation {
   Answer Interpret(View request, View frame) override { return reader_.Interpret(request, frame); }
 
   const Standing* Listens() const override { return standing_ ? &*standing_ : nullptr; }
-  Answer OnUnasked(View message, Now) override { return reader_.ReadUnasked(message, bound_); }
+  Answer OnUnasked(View message, Now) override {
+    listening_.OnMessage(message);
+    return reader_.ReadUnasked(message, bound_);
+  }
+  std::string WhatIsMissing() const override { return listening_.Missing(); }
 
   void OnReconnect() override;
   const DeviceTrouble& trouble() const override { return identification_.trouble(); }
@@ -52,6 +57,7 @@ class TelegramConversation final : public Conversation {
   const Settings settings_;  // its description is never null
   const Bound bound_;        // for every telegram
   const AnswerReader reader_;
+  Listening listening_;
   QueryPlan<Call> plan_;
   const std::optional<Standing> standing_;
   Identification identification_;

@@ -9,6 +9,8 @@
 #include "gateway/base/text.h"
 #include "protocols/telegram/expect.h"
 #include "protocols/telegram/field.h"
+#include "protocols/telegram/other_checksum.h"
+#include "protocols/telegram/reply.h"
 
 namespace baudgate::protocols::telegram {
 namespace {
@@ -57,19 +59,39 @@ bool IsWhole(const Form& form, View line, const Bound& known) {
   return MatchAll(form, line, known).kind == Match::Kind::whole;
 }
 
-/// But for its check value, which stands behind a mark, it has the form.
-bool HasWrongSum(const Form& form, View line, const Bound& known) {
+/// Its check value stands behind fixed characters.
+bool HasMarkedSum(const Form& form) {
   const auto& elements = form.pattern.elements;
   const auto sum = std::ranges::find(elements, kChecksum, &Element::name);
-  if (sum == elements.begin() || sum == elements.end() || std::prev(sum)->is_field()) return false;
-  return MatchAll(form, line, known).bad_checksum;
+  return sum != elements.begin() && sum != elements.end() && !std::prev(sum)->is_field();
+}
+
+/// Whole, and its numbers are numbers.
+bool IsRight(const Form& form, View line, const Bound& known) {
+  const Match match = MatchAll(form, line, known);
+  return match.kind == Match::Kind::whole && HasNumbers(form, match);
 }
 
 bool LacksSum(const Form& form, View line, const Bound& known) {
   return std::ranges::any_of(std::initializer_list<bool>{false, true}, [&](bool mark) {
     const auto changed = WithoutSum(form, mark);
-    return changed && IsWhole(*changed, line, known);
+    return changed && IsRight(*changed, line, known);
   });
+}
+
+/// "VDC" behind the number that ends the line, which is right without it; empty: it is not so.
+std::string UnitBehind(const Form& form, View line, const Bound& known) {
+  constexpr std::string_view kUnits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz%/";
+  const std::string_view text = AsText(line);
+  const std::size_t end = text.find_last_not_of("\r\n") + 1;
+  const std::size_t unit = text.find_last_not_of(kUnits, end - 1) + 1;
+  const std::size_t number = text.find_last_not_of(' ', unit - 1) + 1;
+  const bool digit = number > 0 && text[number - 1] >= '0' && text[number - 1] <= '9';
+  if (unit == 0 || unit == end || !digit) return {};
+  Bytes rest(line.begin(), line.begin() + static_cast<std::ptrdiff_t>(number));
+  Append(rest, text.substr(end));
+  if (!IsRight(form, rest, known)) return {};
+  return std::string(text.substr(unit, end - unit));
 }
 
 bool LacksSign(const Form& form, View line, const Bound& known) {
@@ -115,8 +137,9 @@ std::optional<Recognised> Recognise(View request, View heard, const Settings& se
   const std::string what = asked ? "its replies" : "its messages";
   std::size_t numbers = 0;
   for (const Form* form : awaited->forms) {
-    if (HasWrongSum(*form, line, awaited->known)) return std::nullopt;
-    if (asked && !awaited->known.empty() && IsWhole(*form, line, {})) {
+    const Match match = MatchAll(*form, line, awaited->known);
+    if (match.bad_checksum && HasMarkedSum(*form)) return OtherChecksum(*form, match);
+    if (asked && match.kind == Match::Kind::whole && match.other) {
       return Recognised{Recognised::What::other_device,
                         "another device answers than the one that was asked" + quoted,
                         "check the address that is set in it"};
@@ -124,6 +147,14 @@ std::optional<Recognised> Recognise(View request, View heard, const Settings& se
     if (LacksSum(*form, line, awaited->known)) {
       return Recognised{Recognised::What::other_setting, what + " carry no check value" + quoted,
                         "switch it on at the device, or take {checksum} out of its telegrams"};
+    }
+    if (match.bad_checksum && HasNumbers(*form, match)) return OtherChecksum(*form, match);
+    if (const std::string unit = UnitBehind(*form, line, awaited->known); !unit.empty()) {
+      return Recognised{
+          Recognised::What::other_setting,
+          its + (asked ? " has" : " have") + " a unit behind the number ('" + unit + "')",
+          "switch the unit off at the device, or write it into the telegram in a "
+          "profile of its own"};
     }
     if (asked && LacksSign(*form, line, awaited->known)) {
       return Recognised{Recognised::What::other_setting, its + " has no sign in front" + quoted,

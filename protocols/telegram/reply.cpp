@@ -2,12 +2,17 @@
 #include "protocols/telegram/reply.h"
 
 #include <algorithm>
+#include <tuple>
+#include <utility>
 
+#include "gateway/base/decimal_comma.h"
 #include "gateway/base/text.h"
 #include "protocols/telegram/field.h"
 
 namespace baudgate::protocols::telegram {
 namespace {
+
+constexpr const char* kUnknownCode = "set that at the device, or add it to its codes";
 
 bool IsNumberCharacter(std::uint8_t byte) { return (byte >= '0' && byte <= '9') || byte == '.'; }
 
@@ -56,6 +61,45 @@ bool HasWrongWidth(const Format& format, View part) {
   const bool point = std::ranges::find(part, '.') != part.end();
   if (point || !format.point) return part.size() != format.width;
   return part.size() > format.width || part.size() + kShorterCode < format.width;
+}
+
+std::string Shown(View part) { return "'" + Printable(part) + "'"; }
+
+/// Decimals of "+012.50".
+std::size_t DecimalsOf(std::string_view text) {
+  const std::size_t point = text.find('.');
+  return point == std::string_view::npos ? 0 : text.size() - point - 1;
+}
+
+/// Reason and remedy; empty: nothing is known that would be said better by what it measures.
+std::pair<std::string, std::string> WhyNoNumber(const Element& element, View part) {
+  const Format& format = element.format;
+  const std::string text(Trim(AsText(part)));
+  const std::string quoted = " (" + Shown(ToBytes(text)) + ")";
+  const bool digits = text.find_first_of("0123456789") != std::string::npos;
+  if (!format.is_text_number() || format.kind == Format::Kind::hex || !digits) return {};
+  if (const std::string meant = WithDecimalPoint(text);
+      !meant.empty() && HasValue(DecodeField(format, ToBytes(meant)))) {
+    return {"it writes decimal commas" + quoted, "set the device to a decimal point"};
+  }
+  const std::string correct = "correct the format of '" + element.name + "' in its profile";
+  Format any = format;
+  any.width = 0;
+  any.precision = -1;
+  any.point = any.sign = false;
+  if (!HasValue(DecodeField(any, ToBytes(text)))) {
+    return {Shown(ToBytes(text)) + " stands where '" + element.name + "' has a number", correct};
+  }
+  const std::size_t decimals = DecimalsOf(text);
+  if (format.precision >= 0 && decimals != static_cast<std::size_t>(format.precision)) {
+    return {"it sends " + std::to_string(decimals) + " decimals, and " +
+                std::to_string(format.precision) + " are described" + quoted,
+            correct};
+  }
+  if (!HasWrongWidth(format, part)) return {};
+  return {"it sends " + std::to_string(part.size()) + " characters, and " +
+              std::to_string(format.width) + " are described" + quoted,
+          correct};
 }
 
 class Interpreter {
@@ -117,6 +161,8 @@ class Interpreter {
     if (telegram_.strict) {
       reply_.outcome = Outcome::corrupt;
       reply_.reason = "'" + element.name + "' is no number: " + Shown(part);
+    } else if (reply_.reason.empty()) {
+      std::tie(reply_.reason, reply_.remedy) = WhyNoNumber(element, part);
     }
     return {{}, Quality::bad_sensor_failure};
   }
@@ -127,10 +173,9 @@ class Interpreter {
     if (meaning == nullptr) {
       reply_.reason =
           "'" + element.name + "' says '" + text + "', which the description does not know";
+      reply_.remedy = kUnknownCode;
     }
   }
-
-  static std::string Shown(View part) { return "'" + Printable(part) + "'"; }
 
   const Telegram& telegram_;
   const Form& form_;
@@ -146,6 +191,18 @@ Reply Failed(Outcome outcome, std::string reason) {
 }
 
 }  // namespace
+
+bool HasNumbers(const Form& form, const Match& match) {
+  const auto& elements = form.pattern.elements;
+  for (std::size_t i = 0; i < std::min(elements.size(), match.parts.size()); ++i) {
+    const Format& format = elements[i].format;
+    const bool named = elements[i].is_field() && elements[i].name != kChecksum;
+    if (!named || !format.is_text_number()) continue;
+    const View part = match.parts[i];
+    if (!HasValue(DecodeField(format, part)) || HasWrongWidth(format, part)) return false;
+  }
+  return true;
+}
 
 Reply DecodeReply(const Telegram& telegram, View frame, const Bound& known) {
   bool other = false;

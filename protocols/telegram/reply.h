@@ -19,7 +19,9 @@ struct SaidField {
 
 struct Reply {
   Outcome outcome = Outcome::ok;
-  std::string reason{};  ///< empty when ok
+  /// Of an ok one: what stands where a known code or a number belongs; empty: nothing does.
+  std::string reason{};
+  std::string remedy{};  ///< goes with the reason of an ok one
   /// What the status fields say of all others.
   Quality quality = Quality::good;
   std::map<std::string, SaidField, std::less<>> fields{};
@@ -27,5 +29,7 @@ struct Reply {
 
 /// `known`: what the answer has to repeat.
 Reply DecodeReply(const Telegram& telegram, View frame, const Bound& known);
+/// Each number of the match is one, and as wide as described.
+bool HasNumbers(const Form& form, const Match& match);
 
 }  // namespace baudgate::protocols::telegram

@@ -87,5 +87,10 @@ TEST_F(SecondReplyTest, WhatWasNotTakenHasNoSecond) {
   EXPECT_FALSE(second_.OnBytes(kOther)) << "another request is out";
 }
 
+TEST(SecondReply, AnEmptyLineIsNone) {
+  EXPECT_TRUE(IsEmptyLine(ToBytes("\r\n")));
+  EXPECT_FALSE(IsEmptyLine(ToBytes("0\r\n")));
+}
+
 }  // namespace
 }  // namespace baudgate

@@ -54,6 +54,24 @@ TEST_F(JumpCheckTest, TheFirstReadingWaitsForASecondOne) {
   EXPECT_EQ(Read(21.9), "counts") << "within a tenth";
 }
 
+/// A balance whose weight is not stable says so in another bit of the same reply.
+TEST_F(JumpCheckTest, WhatTheDeviceItselfSaysToChangeIsNoDamage) {
+  Use(PointOf(Recheck::jump, Type::boolean));
+  const auto read = [this](bool stable, bool certain) {
+    std::vector<Sample> samples = {{0, stable, Quality::good}};
+    if (!certain) samples.push_back({1, 99.5, Quality::uncertain});
+    return check_->Check(samples).unconfirmed;
+  };
+  points_.push_back(PointOf(Recheck::off));
+  check_.emplace(points_);
+  read(true, true);
+  read(true, true);
+  EXPECT_FALSE(read(false, false));
+  EXPECT_FALSE(read(true, true)) << "it was not certain before";
+  read(false, true);
+  EXPECT_TRUE(read(true, true));
+}
+
 TEST_F(JumpCheckTest, ATenthOfTheRangeWhereThatIsGiven) {
   config::Point point = PointOf(Recheck::jump);
   point.writing.min = -100;

@@ -96,6 +96,18 @@ TEST_F(DiagnoseTest, TroubleOfALine) {
   EXPECT_THAT(SayOfLine(), ElementsAreArray(all));
 }
 
+TEST_F(DiagnoseTest, AServerThatEndsTheConnectionBehindEachAnswer) {
+  line_.exchanges = 100;
+  line_.rests = 90;
+  EXPECT_THAT(SayOfLine(), IsEmpty()) << "that is no trouble by itself";
+  Minute().failed = 3;
+  EXPECT_THAT(SayOfLine(), ElementsAre("the server ends the connection behind each answer, and 3 "
+                                       "polls were missed or failed: set it to keep the "
+                                       "connection open (its inactivity time, its mode)"));
+  line_.rests = 20;
+  EXPECT_THAT(SayOfLine(), IsEmpty());
+}
+
 TEST_F(DiagnoseTest, StrayBytesThatNoDeviceSpeaksOf) {
   line_.bytes_in = 1000;
   line_.stray_bytes = 60;

@@ -330,6 +330,18 @@ TEST_F(DiagnoseTest, AReader) {
   for (PointRecord& point : record_.points) point.read_at = kNow.instant - 12s;
   EXPECT_THAT(Say(), ElementsAre("nothing has come for 12 s, and its max_age is shorter: check its "
                                  "power and its wire"));
+  Looked(device(), Symptom::clean, 1, {.idle = 2s});
+  Looked(device(), Symptom::clean, 15, {.idle = 20s});
+  EXPECT_THAT(Say(), ElementsAre(::testing::StartsWith("nothing has come for 12 s")))
+      << "others came sooner";
+  Looked(device(), Symptom::clean, 16, {.idle = 10ms});
+  Looked(device(), Symptom::clean, 16, {.idle = 20s});
+  EXPECT_THAT(Say(), ElementsAre("comes every 20 s, and its max_age is shorter: raise its poll (or "
+                                 "max_age) above that, or let it send more often"));
+  device().last_ok = kNow.instant - 70s;
+  EXPECT_THAT(Say(), ElementsAre(::testing::StartsWith("nothing has come for 70 s")))
+      << "and not that this is normal";
+  device().last_ok = kNow.instant - 12s;
   for (PointRecord& point : record_.points) point.read_at = kNow.instant;
   Looked(device(), Symptom::refusal, 4, {.cause = "no number in 'OL'", .remedy = "look at it"});
   EXPECT_THAT(
@@ -354,6 +366,17 @@ TEST_F(DiagnoseTest, AReader) {
                                      "no message was good yet: bytes come, and no message: "
                                      "check bit rate, parity and data bits"),
                                  "feeder-1 answers on the same line"));
+}
+
+TEST_F(DiagnoseTest, AReaderThatAnswersNoCommand) {
+  device().unasked = true;
+  Looked(device(), Symptom::silence, 16);
+  Minute().failed = 16;
+  EXPECT_THAT(Say(),
+              ElementsAre(::testing::StartsWith("speaks by itself, and does not answer its "
+                                                "commands: check the wire that carries them")));
+  Minute().answered = 3;
+  EXPECT_THAT(Say()[0], ::testing::Not(::testing::HasSubstr("commands")));
 }
 
 TEST_F(DiagnoseTest, WhatAReaderHasNotReadYetIsNotMissing) {
@@ -419,6 +442,9 @@ TEST_F(DiagnoseTest, ASpeakerThatNeverSaysWhatIsWanted) {
   record_.age_limits[static_cast<std::size_t>(record_.device->points[0].group)].uncertain_after =
       6s;
   EXPECT_THAT(Say(), ElementsAre(::testing::HasSubstr("nothing that it sends has them")));
+  device().missing = "no MDA comes: switch it on at the device";
+  EXPECT_THAT(Say(), ElementsAre("1 of 2 points have no value yet (current): no MDA comes: switch "
+                                 "it on at the device"));
 }
 
 TEST_F(DiagnoseTest, DoubtIsNotTheDevicesReport) {

@@ -446,6 +446,49 @@ TEST_F(HypothesesTest, OfMessagesThatMostlyAreRightTheOthersAreDamaged) {
   EXPECT_THAT(say(22), ::testing::StartsWith("they come damaged: noise or a bad wire"));
 }
 
+TEST_F(HypothesesTest, OfMessagesThatComeByThemselves) {
+  const Finding length = {.cause = "its messages have 11 characters", .remedy = "set length"};
+  const Finding fits = {.cause = "its check value is computed otherwise (xor8 fits)",
+                        .remedy = "write checksum: xor8"};
+  const Finding differs = {.cause = "a text", .remedy = "it differs always by 24"};
+  const struct {
+    Symptom symptom;
+    Finding finding;
+    bool answered;
+    std::string says;
+  } rows[] = {
+      {bytes_lost, length, true, "characters are missing in some of its messages: a bad wire"},
+      {bytes_lost, length, false, "its messages have 11 characters: set length"},
+      {bad_check, fits, false,
+       "its check value is computed otherwise (xor8 fits): write checksum: xor8"},
+      {bad_check, fits, true, "its check value is computed otherwise (xor8 fits)"},
+      {bad_check, differs, false, "its check value is computed otherwise: it differs always by 24"},
+      {bad_check, differs, true, "they come damaged"},
+      {text, {.cause = "'login:'"}, false, "text comes in place of messages ('login:')"},
+  };
+  for (const auto& row : rows) {
+    NeverAnswered();
+    device().unasked = true;
+    if (row.answered) device().last_ok = kNow.instant;
+    if (row.answered) Looked(device(), clean, 8);
+    Looked(device(), row.symptom, 10, row.finding);
+    const DeviceRecord both[] = {neighbour_, record_};
+    const Evidence evidence = Gather(line_, record_, both, kNow);
+    EXPECT_THAT(Judge(evidence).front()->say(evidence), ::testing::StartsWith(row.says));
+  }
+}
+
+TEST_F(HypothesesTest, CheckValuesThatAreWrongInAnyWayAreDamaged) {
+  NeverAnswered();
+  for (const char* const by : {"01", "20", "08", "01", "80", "04", "20", "10"}) {
+    Looked(device(), bad_check, 1, {.cause = "a text", .remedy = by});
+  }
+  const DeviceRecord both[] = {neighbour_, record_};
+  const Evidence evidence = Gather(line_, record_, both, kNow);
+  EXPECT_THAT(Judge(evidence).front()->say(evidence),
+              ::testing::StartsWith("its replies have a wrong check value"));
+}
+
 /// docs/status.md has a row for each, and none besides.
 TEST_F(HypothesesTest, TheTableOfTheDocsHasThemAll) {
   std::ifstream file("docs/status.md");

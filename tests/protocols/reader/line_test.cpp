@@ -48,6 +48,33 @@ TEST_F(ReaderLineTest, ATagBecomesValuesAndAnEvent) {
   EXPECT_TRUE(line_.sent.empty()) << "nothing is ever sent";
 }
 
+TEST(ReaderLine, ALetterBeyondAsciiIsNoParity) {
+  const struct {
+    std::string text;
+    Symptom symptom;
+  } rows[] = {{"Kunde M\xFCller 12\r", Symptom::other_setting},
+              {"\xB4\xB0\xB1\xB2\xB3\xB0\xB0\xB0\x8D", Symptom::eighth_bit},
+              {"\xB4\x30\xB1\xB2\x33\x30\x30\x30\x8D", Symptom::eighth_bit}};
+  for (const auto& row : rows) {
+    VirtualLine line(GateLine(Reader({{"form", "text"}})), {&ReaderProtocol()});
+    line.Open();
+    line.RunFor(1s);
+    line.Inject(ToBytes(row.text));
+    line.RunFor(1s);
+    EXPECT_EQ(line.StatusOf(0).findings.Count(row.symptom), 1U) << row.text;
+  }
+}
+
+TEST(ReaderLine, AServerThatBeginsWithTelnet) {
+  config::Line gate = GateLine(Reader());
+  gate.port = "tcp://10.0.0.9:4001";
+  VirtualLine line(std::move(gate), {&ReaderProtocol()});
+  line.Open();
+  line.Inject(Bytes{0xFF, 0xFB, 0x01, 0xFF, 0xFB, 0x03});
+  line.RunFor(1s);
+  EXPECT_EQ(line.store().ReadLine(0).negotiations, 1U);
+}
+
 TEST_F(ReaderLineTest, SilenceIsNormal) {
   line_.Open();
   line_.Inject(TagFrame("06001259E3"));

@@ -216,5 +216,39 @@ TEST(TelegramTwin, AnswersEachParameterByItsOwnExampleAndShowsWhatWasWritten) {
                   .starts_with("\x02PV21.123\x03"));
 }
 
+/// The value is bad, and the answer says what stands there.
+TEST(TelegramAnswers, WhyANumberIsNone) {
+  const struct {
+    std::string format;
+    std::string came;
+    std::string reason;
+  } rows[] = {
+      {"decimal", "12,50", "it writes decimal commas ('12,50')"},
+      {"+07.3f", "+012.50", "it sends 2 decimals, and 3 are described ('+012.50')"},
+      {"+07.3f", "+12.500", ""},
+      {"+07.3f", "+2.500", "it sends 6 characters, and 7 are described ('+2.500')"},
+      {"decimal", "12.5 m", "'12.5 m' stands where 'level' has a number"},
+      {"decimal", "----", ""},
+  };
+  for (const auto& row : rows) {
+    const config::Device device = Described(R"(
+device: probe
+telegrams:
+  level:
+    send: 'L\r'
+    receive: 'L={level:)" + row.format + R"(};\r'
+    reads: yes
+    example: { send: 'L\r', receive: 'L=+12.500;\r', level: 12.5 }
+points:
+  - { name: level, read: level.level, type: float32 }
+)");
+    const Answer answer =
+        AnswerTo(TelegramProtocol(), device, ToBytes("L\r"), ToBytes("L=" + row.came + ";\r"));
+    EXPECT_EQ(answer.outcome, Outcome::ok) << row.came;
+    EXPECT_EQ(answer.reason, row.reason) << row.came;
+    EXPECT_EQ(answer.remedy.empty(), row.reason.empty()) << row.came;
+  }
+}
+
 }  // namespace
 }  // namespace baudgate::protocols::telegram
