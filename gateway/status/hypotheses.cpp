@@ -6,6 +6,7 @@
 
 #include "gateway/status/hypothesis_words.h"
 #include "gateway/status/reason.h"
+#include "gateway/status/reply_damage.h"
 
 namespace baudgate::control {
 namespace {
@@ -16,17 +17,9 @@ using enum Symptom;
 constexpr double kUnexplained = 0.3;
 /// Below that a cause is not worth a word beside others.
 constexpr double kWorthSaying = 0.15;
-/// Once may be chance.
-constexpr std::size_t kFacts = 2;
-/// A converter takes no more single bytes out of a reply.
-constexpr std::size_t kMissing = 4;
 constexpr std::string_view kSetProtocol = "set protocol: ";
 /// Fewer silences may be spread like this by chance.
 constexpr std::size_t kSilences = 3;
-/// No chance any more.
-constexpr std::size_t kMany = 8;
-/// No buffer is as small.
-constexpr std::size_t kNoBuffer = 16;
 /// No device needs a longer silence in front of its request.
 constexpr Duration kLongestPause = 300ms;
 /// Nothing sleeps so soon.
@@ -142,65 +135,8 @@ double Noise(const Evidence& evidence) {
                                    bytes_lost, bytes_added, bad_check, eighth_bit, other_form}));
 }
 
-/// All that failed had a byte which converters change, and nothing good had.
-double NotTransparent(const Evidence& evidence) {
-  if (evidence.device == nullptr || !evidence.answered) return 0;
-  // Good messages that come unasked are not looked at.
-  if (evidence.device->status.unasked) return 0;
-  if (evidence.failed < kFacts || Suspects(evidence) == 0) return 0;
-  // What breaks off long before its end lacks more than such a byte.
-  const Finding& cut = evidence.Last(tail_lost);
-  const bool breaks_off =
-      cut.expected > cut.bytes + kMissing && 2 * evidence.Count(tail_lost) > evidence.failed;
-  if (breaks_off) return 0;
-  return evidence.Share({damaged, noise, bad_check, bytes_lost, bytes_added, tail_lost});
-}
-
-/// Where others are read well, that of one is damage.
-double EighthBit(const Evidence& evidence) {
-  return evidence.answered && !evidence.changed ? 0 : evidence.Share({eighth_bit});
-}
-
-double BadCheck(const Evidence& evidence) {
-  if (IsComputedOtherwise(evidence)) return evidence.Share({bad_check, damaged, noise});
-  return evidence.answered ? 0 : evidence.Share({bad_check});
-}
-
-/// Where single ones are lost in noise, others are damaged.
-template <Symptom kSymptom>
-double Always(const Evidence& evidence) {
-  const double share = evidence.Share({kSymptom});
-  return evidence.answered && share < 0.6 ? 0 : share;
-}
-
 double OtherForm(const Evidence& evidence) {
   return IsDamageOnly(evidence) ? 0 : Always<other_form>(evidence);
-}
-
-/// A short reply that lacks its beginning looks like noise.
-double HeadLost(const Evidence& evidence) {
-  const std::size_t lost = evidence.Count(head_lost);
-  const bool all = !evidence.answered && lost >= kMany && 2 * lost >= evidence.failed;
-  return all ? evidence.Share({head_lost, noise, zeros}) : evidence.Share({head_lost});
-}
-
-/// A reply of which two bytes are lost may look like one that breaks off before its check value.
-bool LacksBytes(const Evidence& evidence) {
-  return !evidence.answered && evidence.Count(bytes_lost) >= kMany;
-}
-
-/// Noise changes characters, and takes none away; two devices that answer at once do both.
-double BytesLost(const Evidence& evidence) {
-  const bool some = 3 * evidence.Count(bytes_lost) >= 2 * evidence.failed || LacksBytes(evidence);
-  if (!some) return Always<bytes_lost>(evidence);
-  return evidence.Share({bytes_lost, bad_check, damaged, tail_lost, end_lost});
-}
-
-/// Beside good replies a wrong last byte is damage like any other, unless nothing else is damaged.
-double EndLost(const Evidence& evidence) {
-  const bool only = evidence.Count(end_lost) >= kMany && evidence.Share({end_lost}) > 0.9;
-  if (evidence.answered && !evidence.Last(end_lost).cause.empty() && !only) return 0;
-  return Always<end_lost>(evidence);
 }
 
 double OneBehind(const Evidence& evidence) {
@@ -224,58 +160,7 @@ double OtherProtocol(const Evidence& evidence) {
   return evidence.Share({other_protocol, silence, tail_lost, noise, damaged});
 }
 
-/// A buffer that is too small may leave a reply that lacks its last byte alone.
-double BreaksOff(const Evidence& evidence) {
-  if (evidence.Count(tail_lost) == 0) return 0;
-  const double share = LacksBytes(evidence) ? 0 : evidence.Share({tail_lost, end_lost, bytes_lost});
-  return evidence.answered && share < 0.6 ? 0 : share;
-}
-
-/// Not a character of the other parity came.
-double OtherParity(const Evidence& evidence) {
-  if (evidence.failed < kMany || !OnWire(evidence)) return 0;
-  const bool network = evidence.line->is_network();
-  if (network && evidence.answered) return 0;
-  const bool all = std::ranges::all_of(evidence.records, [network](const DeviceRecord* record) {
-    const SpecialBytes& specials = record->status.findings.specials();
-    return network ? specials.LacksOneParity() : specials.IsOneParity();
-  });
-  if (!all) return 0;
-  return evidence.Share({bad_check, damaged, noise, bytes_lost, tail_lost, end_lost, head_lost});
-}
-
-/// Its replies, each without the eighth bits.
-double SevenBits(const Evidence& evidence) {
-  if (evidence.failed < kMany || !OnWire(evidence)) return 0;
-  const bool all = std::ranges::all_of(evidence.records, [](const DeviceRecord* record) {
-    return record->status.findings.specials().IsSevenBit();
-  });
-  return all ? evidence.Share({bad_check, damaged}) : 0;
-}
-
 double Silent(const Evidence& evidence) { return 0.9 * evidence.Share({silence}); }
-
-/// Replies up to a length are right, and those beyond it never.
-bool OnlyLong(const Evidence& evidence,
-              const ReplyLengths::TooLong& (ReplyLengths::*which)() const) {
-  // One that has died has answered the short ones as well, once.
-  if (evidence.device == nullptr || evidence.absent) return false;
-  if (!evidence.traits().has_blocks) return false;
-  const Findings& findings = evidence.device->status.findings;
-  if (findings.Runs() < kFacts || findings.lengths().longest_good() == 0) return false;
-  const ReplyLengths::TooLong& bad = (findings.lengths().*which)();
-  return bad.count >= kFacts && bad.shortest > kNoBuffer &&
-         4 * bad.shortest > 5 * findings.lengths().longest_good();
-}
-
-double TooLong(const Evidence& evidence) {
-  return OnlyLong(evidence, &ReplyLengths::silent) ? evidence.Share({silence}) : 0;
-}
-
-double LongDamaged(const Evidence& evidence) {
-  if (!OnlyLong(evidence, &ReplyLengths::damaged) || evidence.Count(split) > 0) return 0;
-  return evidence.Share({damaged, noise, bad_check, bytes_lost, tail_lost, end_lost});
-}
 
 /// Silent to all requests that come soon behind what was on the line, and to no others. Beside a
 /// busy neighbour there may be no others.
