@@ -8,7 +8,7 @@
 namespace baudgate::history {
 namespace {
 
-/// A reading may come so late that belongs to the hour before.
+/// A reading may come so late that it belongs to the hour before.
 constexpr Millis kLate = 5 * kSecond;
 
 }  // namespace

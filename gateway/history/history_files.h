@@ -27,8 +27,8 @@ struct News {
 
 class HistoryFiles {
  public:
-  /// `vfs`: as in Database. `news` outlives this, and gets files that were put aside or removed
-  /// behind our back.
+  /// `vfs`: as in Database. `news` outlives this, and gets files that were put aside, or that
+  /// somebody else has removed.
   HistoryFiles(std::filesystem::path folder, std::vector<PointName> names, std::string vfs,
                std::vector<News>& news);
 

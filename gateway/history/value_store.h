@@ -41,7 +41,7 @@ class ValueStore {
 
   std::size_t waiting() const { return pending_.batch().samples.size(); }
 
-  /// Since the last call: files that were put aside, removed behind our back, or deleted.
+  /// Since the last call: files that were put aside, removed by somebody else, or deleted.
   std::vector<News> TakeNews() { return std::exchange(news_, {}); }
   /// Since the last call values of the run that goes on were lost with their file. What came after
   /// them is of another run, in which points that did not change are unknown.

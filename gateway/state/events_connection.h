@@ -1,5 +1,5 @@
 // One writing connection to events.db over all that happens to the file: it is opened when it is
-// needed, found damaged and put aside, removed behind our back. On one thread; its owner has its
+// needed, found damaged and put aside, removed by somebody else. On one thread; its owner has its
 // own tables and statements, which end before the connection does.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
