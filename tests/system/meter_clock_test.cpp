@@ -46,6 +46,24 @@ class MeterClock : public Station {
     twin_ = StartTwin("meters", "twin", "200");
   }
 
+  /// What the host says of its clock from now on.
+  std::filesystem::path Say(bool host_clock_is_right) const {
+    return Write("host_clock", host_clock_is_right ? "right" : "unknown");
+  }
+  bool EventuallyTold(const std::string& said) const {
+    return Eventually([&] { return ReadWholeFile(directory() / "host_clock.told") == said; });
+  }
+  void ExpectLeftAlone() {
+    ASSERT_TRUE(EventuallyQuality(client_, kClockUnit, kDrift, kUncertain)) << daemon_->Errors();
+    // Ten readings, the gateway's look at them once a second among them.
+    for (int reading = 0; reading < 10; ++reading) {
+      const Finished read = Command({"read", "meters.meters-1.clock_drift", "--socket", socket()});
+      ASSERT_EQ(read.code, 0) << read.errors;
+      ASSERT_FALSE(Eventually([&] { return !Lines("writes").empty(); }, 500ms));
+    }
+    EXPECT_THAT(Corrections(), IsEmpty());
+  }
+
   void Run(bool host_clock_is_right) {
     std::string yaml = "events: {}\n" + Head();
     const std::string name = "{ name: " + gateway();
@@ -64,7 +82,7 @@ class MeterClock : public Station {
              "serial: 115200 8O1");
     daemon_ = Start({"run", "-c", Write("baudgate.yaml", yaml).string()},
                     {{"LD_PRELOAD", SAID_CLOCK},
-                     {"SAID_CLOCK", host_clock_is_right ? "right" : "unknown"},
+                     {"SAID_CLOCK", Say(host_clock_is_right).string()},
                      {"ASAN_OPTIONS", "verify_asan_link_order=0"}});
   }
   std::string socket() const { return (directory() / "gate.sock").string(); }
@@ -104,14 +122,17 @@ TEST_F(MeterClock, IsCorrectedOnceAndOnRecord) {
 
 TEST_F(MeterClock, IsLeftAloneWhileNobodyKnowsTheRightTime) {
   Run(false);
-  ASSERT_TRUE(EventuallyQuality(client_, kClockUnit, kDrift, kUncertain)) << daemon_->Errors();
-  // Ten readings, the gateway's look at them once a second among them.
-  for (int reading = 0; reading < 10; ++reading) {
-    const Finished read = Command({"read", "meters.meters-1.clock_drift", "--socket", socket()});
-    ASSERT_EQ(read.code, 0) << read.errors;
-    ASSERT_FALSE(Eventually([&] { return !Lines("writes").empty(); }, 500ms));
-  }
-  EXPECT_THAT(Corrections(), IsEmpty());
+  ExpectLeftAlone();
+}
+
+TEST_F(MeterClock, IsLeftAloneOnceTheHostNoLongerKnowsTheRightTime) {
+  twin_.reset();  // there is nothing to correct yet
+  Run(true);
+  ASSERT_TRUE(EventuallyTold("right")) << daemon_->Errors();
+  Say(false);
+  ASSERT_TRUE(EventuallyTold("unknown"));
+  twin_ = StartTwin("meters", "twin", "200");
+  ExpectLeftAlone();
 }
 
 }  // namespace

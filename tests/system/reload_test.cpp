@@ -284,6 +284,15 @@ TEST_F(Reload, ThatLosesADeviceIsTakenBackAtOnce) {
   EXPECT_TRUE(EventuallyFloat(client, kModuleUnit, 0, 100.25F));
 }
 
+TEST_F(Reload, ThatLosesADeviceThatHadAnsweredIsTakenBackAtOnce) {
+  StartAll(YamlWithSocket());
+  SetFile(WithSlowerIo());
+  ASSERT_EQ(Ask({"reload", "--confirm", "60s"}).code, 0);
+  ASSERT_TRUE(EventuallyFloat(client, kModuleUnit, 0, 100.25F));
+  io->Signal(SIGSTOP);
+  EXPECT_TRUE(EventuallyLogged(*daemon, "io.io-1 worked before, and does not any more"));
+}
+
 TEST_F(Reload, StatusSaysThatTheFileWasEditedAndNotReloaded) {
   StartAll(YamlWithSocket());
   const auto said = [this] { return Status()["configuration"]["file_changed"].get<std::string>(); };

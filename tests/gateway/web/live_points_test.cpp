@@ -75,6 +75,16 @@ TEST_F(LivePointsTest, OfOneDeviceOnlyItsOwn) {
   EXPECT_THAT(ReadAll(*viewer), HasSubstr("\"values\":[[5,1,192,"));
 }
 
+TEST_F(LivePointsTest, ValuesOfADeviceThatIsOfflineAreBad) {
+  Put(0, 1, 0.5, kNow);
+  const auto viewer = live_.Join(0, kNow);
+  EXPECT_THAT(ReadAll(*viewer), HasSubstr("[1,0.5,192,"));
+  store_.SetOverride(0, Quality::bad_communication);
+  live_.Tick(After(200ms));
+  const int bad = Quality(Quality::bad_communication).word();
+  EXPECT_THAT(ReadAll(*viewer), HasSubstr("[1,0.5," + std::to_string(bad) + ","));
+}
+
 TEST_F(LivePointsTest, WithoutViewersNothingIsMade) {
   EXPECT_FALSE(live_.watched());
   auto viewer = live_.Join(std::nullopt, kNow);

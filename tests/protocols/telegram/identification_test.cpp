@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/protocols/telegram/support.h"
+
 namespace baudgate::protocols::telegram {
 namespace {
 
@@ -50,6 +52,26 @@ TEST_F(TelegramIdentification, IsDueAsLongAsAnotherDeviceAnswers) {
 TEST_F(TelegramIdentification, IsNeverDueWhereNoTelegramAsksForTheName) {
   description_.telegrams[1].identity.clear();
   EXPECT_FALSE(Identification(description_, identity_).IsDue());
+}
+
+constexpr char kResettable[] = R"(
+device: resettable
+identity: [ "ACME 7" ]
+telegrams:
+  name: { send: 'N\r', receive: 'ID {name:text}\r', reads: yes, identity: name, example: { send: 'N\r', receive: 'ID ACME 7\r' } }
+  reset: { send: 'R\r', receive: 'OK\r', example: { send: 'R\r', receive: 'OK\r' } }
+points: [ { name: reset, write: reset, access: w, type: bool } ]
+)";
+
+TEST(TelegramIdentity, AnotherDeviceIsNotWrittenTo) {
+  config::Device device = Described(kResettable);
+  device.identity.others = {{"ACME8", "acme_8"}};
+  Talk talk(TelegramProtocol(), device);
+  const auto other = [](View request) {
+    return ToBytes(AsText(request) == "N\r" ? "ID ACME 8\r" : "OK\r");
+  };
+  EXPECT_EQ(talk.Run(Write(0, true), other).outcome, Outcome::refused);
+  EXPECT_EQ(talk.asked, std::vector<Bytes>{ToBytes("N\r")});
 }
 
 }  // namespace
