@@ -100,7 +100,8 @@ Sentences Beside(const DeviceRecord& record, bool alone) {
         "two devices have its address (unplug one), or a serial server, radio or repeater repeats");
   } else if (copies >= kNotableNoise) {
     say(copies, "its replies come twice",
-        "a serial server, radio or repeater sends twice, or two devices have its address");
+        "a serial server, radio or repeater sends twice (switch that off), or two devices have its "
+        "address");
   }
   if (std::string wrapped = Wrapped(record); !wrapped.empty()) {
     found.push_back(std::move(wrapped));

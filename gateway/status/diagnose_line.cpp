@@ -138,7 +138,7 @@ std::string Dropped(const LineStatus& status, Now now) {
   if (times < kDrops) return {};
   return fmt::format(
       "the server has ended the connection {} in the last minutes while it was in use: look at its "
-      "power, restarts, inactivity time and at the network",
+      "other clients and its limit of connections, its inactivity time, restarts and the network",
       Times(times));
 }
 

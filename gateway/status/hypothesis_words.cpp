@@ -131,6 +131,10 @@ std::string SayEndLost(const Evidence& evidence) {
            "driver "
            "lets go of the bus too early (use a converter with automatic direction)";
   }
+  if (evidence.line->is_network()) {
+    return "the last byte of its replies is missing: the serial server takes it for a delimiter: "
+           "set its port to raw, without delimiters";
+  }
   return "the last byte of its replies is missing: a driver lets go of the bus too early; use a "
          "converter with automatic direction";
 }
@@ -152,8 +156,10 @@ std::string SayTailLost(const Evidence& evidence) {
       finding.expected > finding.bytes ? fmt::format(" of {}", finding.expected) : std::string();
   const bool few = finding.expected > finding.bytes && OnWire(evidence) &&
                    finding.expected <= finding.bytes + kFewLost;
+  // Of a text nobody knows how long it should be.
+  const bool end = few || (finding.expected == 0 && !evidence.line->is_network());
   return fmt::format("its replies break off ({}{} bytes came): {}", finding.bytes, of,
-                     few ? "a driver lets go of the bus too early, or the buffer of a converter is "
+                     end ? "a driver lets go of the bus too early, or the buffer of a converter is "
                            "too small"
                          : "the buffer of a serial server or converter is too small, or a wire is "
                            "bad");
@@ -180,7 +186,9 @@ std::string SayBytesAdded(const Evidence& evidence) {
   const bool known = finding.expected > 0 && finding.bytes > finding.expected;
   return "its replies have bytes too many" +
          (known ? fmt::format(" ({}, not {})", finding.bytes, finding.expected) : std::string()) +
-         ": " + kSetRaw;
+         (evidence.healthy.empty() ? ": "
+                                   : ": two devices have its address and answer at once; or ") +
+         kSetRaw;
 }
 
 std::string SaySpecials(const Evidence& evidence) {

@@ -56,8 +56,14 @@ std::string Unproven(const Evidence& evidence) {
   }
   if (!OnWire(evidence)) {
     const bool other = !evidence.answered && evidence.healthy.empty() && !counterpart.empty();
-    return "check its power, its unit (" + address + ") and what is behind " + evidence.line->port +
-           (other ? "; if that is a plain serial server: protocol: " + counterpart : "");
+    const bool alone = evidence.healthy.empty() && evidence.status->port == LineStatus::Port::open;
+    const std::string what =
+        alone ? "the server at " + evidence.line->port +
+                    " accepts connections and does not answer: check the unit (" + address +
+                    "), or restart it"
+              : "check its power, its unit (" + address + ") and what is behind " +
+                    evidence.line->port;
+    return what + (other ? "; if that is a plain serial server: protocol: " + counterpart : "");
   }
   if (evidence.healthy.empty() && IsBehindServer(evidence)) {
     return "check its power, wire and address (" + address +

@@ -160,8 +160,8 @@ TEST_F(DiagnoseTest, AServerThatEndsConnectionsInUse) {
   line_.drops.Add(kNow.instant - 3s);
   EXPECT_THAT(SayOfLine(),
               ElementsAre("the server has ended the connection 3 times in the last minutes while "
-                          "it was in use: look at its power, restarts, inactivity time and at the "
-                          "network"));
+                          "it was in use: look at its other clients and its limit of connections, "
+                          "its inactivity time, restarts and the network"));
 }
 
 TEST_F(DiagnoseTest, APortThatHoldsWhatIsSent) {

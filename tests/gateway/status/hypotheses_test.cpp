@@ -97,8 +97,8 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        "not a byte came: check its power and wiring (A and B swapped?), then its settings (address "
        "2, 9600 7E1, spabus)"},
       {{{silence, 20}},
-       "not a byte came: check its power, its unit (2) and what is behind tcp://10.0.0.7:502; if "
-       "that is a plain serial server: protocol: modbus_rtu",
+       "not a byte came: the server at tcp://10.0.0.7:502 accepts connections and does not answer: "
+       "check the unit (2), or restart it; if that is a plain serial server: protocol: modbus_rtu",
        kServer},
       {{{noise, 12}, {damaged, 5}, {silence, 3}},
        "bytes come, and not one good frame: check bit rate, parity and data bits (9600 7E1), A and "
@@ -132,8 +132,9 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        "the first bytes of its replies are missing: use a converter with automatic direction, or "
        "raise the answer delay of the device"},
       {{{tail_lost, 9, {.bytes = 16}}},
-       "its replies break off (16 bytes came): the buffer of a serial server or converter is too "
-       "small, or a wire is bad"},
+       "its replies break off (16 bytes came): a driver lets go of the bus too early, or the "
+       "buffer "
+       "of a converter is too small"},
       {{{tail_lost, 9, {.cause = "its check value", .remedy = "update it"}}},
        "its replies carry no check value: update it"},
       {{{clean, 9}, {tail_lost, 9, {.cause = "its check value", .remedy = "update it"}}},
@@ -172,8 +173,8 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        "its replies answer the request before: restart the serial server or radio in between, and "
        "switch its cache off"},
       {{{bytes_added, 9, {.bytes = 19, .expected = 18}}},
-       "its replies have bytes too many (19, not 18): set the converter or serial server to raw "
-       "(no XON/XOFF, no Telnet)",
+       "its replies have bytes too many (19, not 18): two devices have its address and answer at "
+       "once; or set the converter or serial server to raw (no XON/XOFF, no Telnet)",
        kNeighbour},
       {{{eighth_bit, Findings::kKept}},
        "right once the eighth bit is taken away: it sends 7 data bits with parity; the adapter "
