@@ -17,7 +17,8 @@ std::vector<std::string> Silence(const DeviceRecord& record, Now now);
 /// which nobody reads.
 std::optional<Duration> MustSpeakWithin(const DeviceRecord& record);
 
-/// What it sends is older than that before the next comes. Empty: it is not so, or it has stopped.
+/// The period at which it sends, where its values are too old before the next ones come. Empty:
+/// they are not, or it has stopped.
 std::optional<Duration> ComesEvery(const DeviceRecord& record, Instant now);
 /// It speaks by itself, and answers nothing that it is asked.
 std::vector<std::string> AnswersNothing(const DeviceRecord& record, const Evidence& evidence);

@@ -41,7 +41,7 @@ double NotTransparent(const Evidence& evidence) {
   // Good messages that come unasked are not looked at.
   if (evidence.device->status.unasked) return 0;
   if (evidence.failed < kFacts || Suspects(evidence) == 0) return 0;
-  // What breaks off long before its end lacks more than such a byte.
+  // A reply that breaks off long before its end lacks more than one such byte.
   const Finding& cut = evidence.Last(tail_lost);
   const bool breaks_off =
       cut.expected > cut.bytes + kMissing && 2 * evidence.Count(tail_lost) > evidence.failed;

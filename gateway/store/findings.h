@@ -80,8 +80,8 @@ class Findings {
   /// way; null: they were not.
   const Finding* Check() const { return checks_.winner(); }
 
-  /// What comes by itself comes in bursts: the shortest and the longest silence between two of
-  /// them, where none of these was shorter than `least`; empty: it is not so.
+  /// Messages that come unasked come in bursts: the shortest and the longest silence between two
+  /// bursts. Empty: there were none, or one was shorter than `least`.
   std::optional<std::pair<Duration, Duration>> Period(Duration least) const {
     std::optional<std::pair<Duration, Duration>> period;
     for (std::size_t i = 0; i < size(); ++i) {

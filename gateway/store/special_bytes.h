@@ -1,5 +1,5 @@
-// Which bytes replies had that converters change or drop: those of failed replies beside those of
-// good ones. Used by gateway/store/findings.h.
+// Compares the bytes of failed replies with those of good ones: a byte that converters change or
+// drop is suspect if all that failed had it, and nothing good. Used by gateway/store/findings.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
