@@ -16,8 +16,8 @@ class TraceStream {
       : wish_(std::move(wish)), queue_(std::move(queue)) {}
 
   std::uint32_t line() const { return wish_.line; }
-  /// What has come since the last call, each record in a line; empty: nothing. A queue whose
-  /// records are not taken fills up and counts what it drops.
+  /// The records since the last call, one a line; empty: there are none. Records that nobody takes
+  /// fill the queue, which then drops some and counts them.
   std::string Take();
 
  private:

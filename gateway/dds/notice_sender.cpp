@@ -90,7 +90,7 @@ std::optional<Instant> NoticeSender::End(Instant now) {
   return EndOf(ends_, now);
 }
 
-/// What has happened until now; empty: all is told, or cannot be.
+/// Sends what has happened until now. Returns when to go on; empty: all is sent, or cannot be.
 template <typename Sender>
 std::optional<Instant> NoticeSender::EndOf(Sender& sender, Instant now) {
   while (const auto* sample = sender.Next()) {

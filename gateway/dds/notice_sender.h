@@ -1,5 +1,5 @@
 // Sends what goes before values: the start of the gateway, the ends of points, events and alarms.
-// What is refused is tried again a second later. Sans-I/O: time is an argument;
+// A sample that is refused is tried again a second later. Sans-I/O: time is an argument;
 // gateway/dds/sample_sender.h says when.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once

@@ -30,7 +30,7 @@ struct FeedLimits {
   std::size_t remembered = 16000;  ///< devices of the events before these: 256 kB
 };
 
-/// What a file holds when it is opened; both by their numbers.
+/// The contents of a file when it is opened, in order of their numbers.
 struct FeedImage {
   std::int64_t newest = 0;
   std::vector<EventRecord> events{};

@@ -1,5 +1,5 @@
-// What waits to be written while the disk is slow, full or failing: a queue that has an end. No
-// lock: gateway/history/history_log.h has it.
+// Bounded queue of batches that wait while the disk is slow, full or failing. No lock:
+// gateway/history/history_log.h has it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -44,7 +44,7 @@ class HistoryFiles {
   /// While they are open. `sure`: see SureTime.
   Status WriteTrends(const std::vector<TrendRow>& trends, const std::vector<Run>& runs,
                      std::optional<Millis> sure);
-  /// Of trends.db.
+  /// The latest run in trends.db.
   std::int64_t last_run() const { return last_run_; }
 
   /// Whether they are still there, and whole.

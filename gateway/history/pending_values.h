@@ -23,8 +23,8 @@ class PendingValues {
   bool has_begun() const { return runs_before_.has_value(); }
 
   void Add(Batch&& batch);
-  /// What was kept is lost with its file: what waits begins a new run, because the time of the lost
-  /// values is unknown.
+  /// The file with the kept values is lost: values that wait begin a new run, because the time of
+  /// the lost ones is unknown.
   void CutRun();
   /// Since the last call CutRun was called.
   bool TakeLost() { return std::exchange(lost_, false); }

@@ -1,5 +1,5 @@
-// What is kept goes to the files: which values to which file, when rows become chunks, and which
-// files have to go. On one thread (gateway/history/history_log.h), without a clock.
+// Writes values to the files: decides which value goes to which file, when rows become chunks, and
+// which files have to go. On one thread (gateway/history/history_log.h), without a clock.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

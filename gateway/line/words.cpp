@@ -76,7 +76,7 @@ bool Has(View heard, std::span<const std::string_view> words) {
       words, [&](std::string_view word) { return text.find(word) != std::string::npos; });
 }
 
-/// What a modem says when it has no connection.
+/// Messages of a modem that has no connection.
 constexpr std::string_view kHungUp[] = {"no carrier", "no answer", "no dialtone"};
 
 std::string RemedyFor(View heard) {
@@ -93,7 +93,7 @@ std::string RemedyFor(View heard) {
 }
 
 Finding Text(const Hearing& hearing, View heard) {
-  // What comes behind a password may repeat it.
+  // A text behind a password may repeat the password.
   const bool secret = !hearing.expect->secrets.empty();
   return {.symptom = Symptom::text,
           .bytes = heard.size(),

@@ -20,7 +20,7 @@ constexpr int kRested = 8;
 constexpr Duration kLongestLag = 5s;
 /// A server that gives wrong numbers gives later ones.
 constexpr Duration kLatestByNumber = 10s;
-/// What comes so long behind a request is no reply to it.
+/// Bytes that come later than this behind a request are no reply to it.
 constexpr Duration kNoReply = 1min;
 
 }  // namespace

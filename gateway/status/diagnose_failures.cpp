@@ -161,14 +161,8 @@ Sentences DeadQueries(const DeviceRecord& record, const Evidence& evidence) {
   if (silent) {
     const auto first = std::ranges::find_if(status.queries, fails);
     const std::string& place = record.device->points[first->first_point].read;
-    // All that fail ask for several points, and what is answered for one.
-    const bool several = record.device->traits->has_blocks &&
-                         std::ranges::all_of(status.queries, [&](const QueryCount& query) {
-                           return fails(query) ? query.points > 1 : query.points <= 1;
-                         });
-    return {NotAnswered(evidence) + points + " (" + place + ")" + ", and answers the others: " +
-            (several ? "ask for one at a time (max_items: 1, or block: 1), or " : std::string()) +
-            TakeThemOut(record)};
+    return {NotAnswered(evidence) + points + " (" + place + ")" +
+            ", and answers the others: " + TakeThemOut(record)};
   }
   const bool damaged = std::ranges::all_of(status.queries, [&](const QueryCount& query) {
     return !fails(query) || IsDamage(query.symptom);

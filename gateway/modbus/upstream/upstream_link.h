@@ -1,5 +1,5 @@
-// What is behind upstream.h: the connection to one server elsewhere. What waits for it is in
-// upstream_queue.h, what is on the wire in requests_on_wire.h.
+// The connection to one server elsewhere; upstream.h hides it. Requests that wait for it are in
+// upstream_queue.h, those on the wire in requests_on_wire.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
