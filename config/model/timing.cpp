@@ -8,7 +8,12 @@ namespace {
 
 // Places in kNamedTimes.
 constexpr std::size_t kReply = 1;
+constexpr std::size_t kGap = 2;
 constexpr std::size_t kCeiling = 3;
+
+/// 256 bytes in packets of 16 come with so many.
+constexpr int kPauses = 16;
+constexpr Duration kMostForPauses = 5s;
 
 /// For people: 5.2 ms, 4601 ms.
 Duration Rounded(Duration time) {
@@ -53,6 +58,10 @@ Timing Resolve(const Timing& given, const Timing& fallback) {
   if (given.reply && !given.ceiling) {
     timing.ceiling = *fallback.ceiling + *given.reply - *fallback.reply;
     timing.from[kCeiling] = timing.from[kReply];
+  }
+  if (given.gap && !given.ceiling && *given.gap > *fallback.gap) {
+    *timing.ceiling += std::min(kPauses * (*given.gap - *fallback.gap), kMostForPauses);
+    timing.from[kCeiling] = timing.from[kGap];
   }
   timing.ceiling = std::max(*timing.ceiling, *timing.reply + *timing.gap);
   return timing;
