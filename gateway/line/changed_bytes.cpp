@@ -9,9 +9,11 @@
 #include <set>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "gateway/base/decimal_comma.h"
 #include "gateway/base/text.h"
+#include "gateway/line/other_bit_rate.h"
 #include "gateway/line/words.h"
 #include "protocols/assembler.h"
 
@@ -211,13 +213,6 @@ std::optional<Finding> Inverted(const Hearing& hearing, View heard) {
                  .remedy = "swap A and B at it, or switch the inversion of its converter off"};
 }
 
-/// A character that is read twice as fast as it was sent: its start bit fills the first bit as
-/// well, and each other bit fills two.
-bool HasDoubledBits(std::uint8_t byte) {
-  const unsigned doubled = (byte ^ (byte >> 1U)) & 0b00101010U;
-  return byte % 0xFF == 0 || ((byte & 1U) == 0 && doubled == 0);
-}
-
 /// The driver gives FF for a character with wrong parity, and some 00, which no text has. Between
 /// them only such characters came whose number of ones is even, or only odd ones. A line that
 /// nobody drives gives 00 and FF as well, and nothing else.
@@ -236,11 +231,6 @@ std::optional<Finding> OtherParity(const Hearing& hearing, View heard) {
   const auto marks = std::ranges::count(heard, 0xFF) + zeros;
   if (hearing.connection || marks < kMarks || rest < kFewest) return std::nullopt;
   if (odd != 0 && odd != rest) return std::nullopt;
-  if (std::ranges::all_of(heard, HasDoubledBits)) {
-    return Finding{.symptom = Symptom::other_setting,
-                   .cause = "its characters come at half the bit rate that is set here",
-                   .remedy = "set both alike"};
-  }
   return Finding{.symptom = Symptom::other_setting,
                  .cause = "only characters of one parity come, and " +
                           std::string(zeros > 0 ? "00" : "FF") + " in place of the others",
@@ -251,6 +241,20 @@ View Core(View bytes) {
   while (!bytes.empty() && IsLineEnd(bytes.front())) bytes = bytes.subspan(1);
   while (!bytes.empty() && IsLineEnd(bytes.back())) bytes = bytes.first(bytes.size() - 1);
   return bytes;
+}
+
+/// The most bytes that stand in both in the same order.
+std::size_t CommonBytes(View one, View other) {
+  std::vector<std::size_t> row(other.size() + 1);
+  for (const std::uint8_t byte : one) {
+    std::size_t diagonal = 0;
+    for (std::size_t i = 0; i < other.size(); ++i) {
+      const std::size_t above = row[i + 1];
+      row[i + 1] = byte == other[i] ? diagonal + 1 : std::max(above, row[i]);
+      diagonal = above;
+    }
+  }
+  return row.back();
 }
 
 }  // namespace
@@ -293,6 +297,8 @@ std::optional<Finding> DoubledBytes(const Hearing& hearing, View heard) {
                      "that doubles them"};
 }
 
+/// Of a value that has moved since, and of its check value, some characters differ. Noise changes
+/// characters as well, and takes none away.
 bool LacksSome(View heard, View reply) {
   constexpr std::size_t kMostLost = 2;
   constexpr std::size_t kFewest = 4;
@@ -300,10 +306,7 @@ bool LacksSome(View heard, View reply) {
   reply = Core(reply);
   if (heard.size() < kFewest || heard.size() >= reply.size()) return false;
   if (reply.size() > heard.size() + kMostLost || heard.front() != reply.front()) return false;
-  if (heard.back() != reply.back()) return false;
-  std::size_t at = 0;
-  for (const std::uint8_t byte : reply) at += at < heard.size() && heard[at] == byte ? 1 : 0;
-  return at == heard.size();
+  return 4 * CommonBytes(heard, reply) >= 3 * heard.size();
 }
 
 bool IsPrintable(std::uint8_t byte) {
@@ -320,10 +323,11 @@ bool IsWhole(const Hearing& hearing, View heard) {
 std::optional<Finding> ChangedBytes(const Hearing& hearing, View heard) {
   // Nothing stands in a Modbus TCP reply that would prove it.
   if (hearing.protocol->tcp) return std::nullopt;
-  for (const auto undo : {Stuffed, Swallowed, Translated, Inverted, OtherParity}) {
+  for (const auto undo : {Stuffed, Swallowed, Translated, Inverted}) {
     if (auto found = undo(hearing, heard)) return found;
   }
-  return std::nullopt;
+  if (auto rate = OtherBitRate(heard)) return rate;
+  return OtherParity(hearing, heard);
 }
 
 }  // namespace baudgate

@@ -13,7 +13,7 @@
 namespace baudgate {
 
 std::optional<Finding> ChangedBytes(const Hearing& hearing, View heard);
-/// It is the reply without one or two bytes inside it.
+/// It is the reply to the same request a moment later, but for one or two bytes that are missing.
 bool LacksSome(View heard, View reply);
 /// A text that is whole with decimal points in place of its commas, or as it is.
 std::optional<Finding> DecimalComma(const Hearing& hearing, View heard);
