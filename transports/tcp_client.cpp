@@ -104,7 +104,7 @@ class TcpClient final : public Transport {
   void Connect(const AttemptPtr& attempt, const std::vector<tcp::endpoint>& endpoints);
   void OnConnected(const AttemptPtr& attempt);
   void Abandon();
-  void Fail(const std::string& reason);
+  void Fail(const std::string& reason, NoConnection why = NoConnection::other);
   void OnRead(View raw);
   void OnEnd(const std::error_code& error);
   void GetStuck(const std::string& reason);
@@ -143,10 +143,12 @@ void TcpClient::Begin(const AttemptPtr& attempt) {
   attempt->deadline.async_wait([attempt](const std::error_code& error) {
     if (error || attempt->owner == nullptr) return;
     const std::string& port = attempt->owner->port_;
-    attempt->owner->Fail(attempt->looking_up
-                             ? "no name server tells the address of " + port +
-                                   "; is the name server reachable?"
-                             : port + " does not answer; is the server on and reachable?");
+    if (attempt->looking_up) {
+      return attempt->owner->Fail("no name server tells the address of " + port +
+                                  "; is the name server reachable?");
+    }
+    attempt->owner->Fail(port + " does not answer; is the server on and reachable?",
+                         NoConnection::unreachable);
   });
   std::error_code not_numeric;
   const auto ip = asio::ip::make_address(address->host, not_numeric);
@@ -183,10 +185,14 @@ void TcpClient::Connect(const AttemptPtr& attempt, const std::vector<tcp::endpoi
         const bool away = error == asio::error::host_unreachable ||
                           error == asio::error::network_unreachable ||
                           error == asio::error::timed_out;
+        const bool refused = error == asio::error::connection_refused;
         attempt->owner->Fail("cannot connect to " + attempt->owner->port_ + ": " + error.message() +
-                             (away ? "; is the host on, its cable in, and its IP address right?"
-                                   : "; is a server there (a serial server in raw TCP mode), and "
-                                     "free?"));
+                                 (away ? "; is the host on, its cable in, and its IP address right?"
+                                       : "; is a server there (a serial server in raw TCP mode), "
+                                         "and free?"),
+                             away      ? NoConnection::unreachable
+                             : refused ? NoConnection::refused
+                                       : NoConnection::other);
       });
 }
 
@@ -211,11 +217,11 @@ void TcpClient::Abandon() {
   attempt_.reset();
 }
 
-void TcpClient::Fail(const std::string& reason) {
+void TcpClient::Fail(const std::string& reason, NoConnection why) {
   // It may live in the attempt that goes now.
   const std::string copy = reason;  // NOLINT(performance-unnecessary-copy-initialization)
   Abandon();
-  listener_.OnOpenFailed(copy);
+  listener_.OnNoConnection(copy, why);
 }
 
 void TcpClient::Close() {
@@ -290,8 +296,9 @@ void TcpClient::OnEnd(const std::error_code& error) {
   const bool full = error == asio::error::timed_out || error == asio::error::no_buffer_space;
   const bool reset = error == asio::error::connection_reset;
   if (error == asio::error::eof || reset) {
+    const bool unread = reset || Queued(session_->stream(), SIOCOUTQ) > 0;
     Close();
-    return listener_.OnEnded(port_ + (reset ? " reset" : " closed") + " the connection", reset);
+    return listener_.OnEnded(port_ + (reset ? " reset" : " closed") + " the connection", unread);
   }
   if (full) return GetStuck(port_ + " takes no data or does not answer");
   Close();

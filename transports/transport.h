@@ -15,6 +15,13 @@
 
 namespace baudgate {
 
+/// Why there is no connection to a server, as far as the network tells it.
+enum class NoConnection : std::uint8_t {
+  other,
+  refused,      ///< its host is there, and nothing takes connections at that port
+  unreachable,  ///< no host answers
+};
+
 /// The listener of a transport. No callback comes from within a call to the transport itself.
 class TransportListener {
  public:
@@ -23,6 +30,10 @@ class TransportListener {
   /// Open did not succeed; the transport is closed again. `reason` is a sentence for the log that
   /// says what to do: "no such port /dev/ttyUSB7; is the adapter plugged in?".
   virtual void OnOpenFailed(const std::string& reason) = 0;
+  /// The same for a server.
+  virtual void OnNoConnection(const std::string& reason, NoConnection /*why*/) {
+    OnOpenFailed(reason);
+  }
   /// A character that came with a parity or framing error is 0xFF here: no protocol of ours takes
   /// it for anything, and dropping it would make a shorter number of an unchecked one.
   virtual void OnBytes(View bytes) = 0;
@@ -32,9 +43,9 @@ class TransportListener {
   virtual void OnLost(const std::string& reason) = 0;
   /// The port takes no data; the transport has closed itself.
   virtual void OnStuck(const std::string& reason) { OnLost(reason); }
-  /// The other end has closed the connection, or `reset` it, which drops what it has not read; the
+  /// The other end has closed the connection. `unread`: without having read all that was sent. The
   /// transport has closed itself.
-  virtual void OnEnded(const std::string& reason, bool /*reset*/) { OnLost(reason); }
+  virtual void OnEnded(const std::string& reason, bool /*unread*/) { OnLost(reason); }
 };
 
 /// Errors that the driver counts, since the port was opened; all zero where it does not.

@@ -20,15 +20,19 @@ void CatchUp(auto& part, Now now) {
 }
 
 /// What to look at where a connection has ended before it had worked.
-std::string HintOf(const Rest& rest, bool reset, const std::string& protocol) {
+std::string HintOf(const Rest& rest, bool unread, const config::Line& line) {
+  const std::string& protocol = line.protocol;
   if (rest.unanswered() >= kPassedOn) {
     return "unanswered: check its mode (raw TCP), protocol (" + protocol +
            "), power, wire and address behind it, inactivity time";
   }
-  // One that resets it has not even read the request.
-  if (rest.asks() && !reset) {
-    return "before it had worked, behind the first request: check the port number, its protocol (" +
-           protocol + "), whether it admits this address, or other clients";
+  if (rest.asks() && !unread) {
+    const config::Traits& traits = *line.devices.front().traits;
+    const std::string other(traits.counterpart);
+    return "before it had worked, having read the first request: it wants another protocol: set " +
+           (!traits.service.empty() ? "it to " + std::string(traits.service)
+                                    : "its port to raw TCP, for " + protocol) +
+           (other.empty() ? "" : ", or protocol: " + other + " here") + "; is it the right port?";
   }
   return "before it had worked; is it in use by another client, or at its connection limit?";
 }
@@ -106,11 +110,13 @@ void LinePort::DropLate() {
 
 void LinePort::Prove() {
   retries_.OnWorked();
+  display_.OnWorked();
   if (proof_.TakeNews()) display_.OnOpened(transport_.Describe(), now_);
 }
 
-void LinePort::OnOpenFailed(const std::string& reason, Now now) {
+void LinePort::OnOpenFailed(const std::string& reason, NoConnection why, Now now) {
   now_ = now;
+  display_.CountNoConnection(why, now);
   if (rest_.rests()) {
     display_.CountLoss(now);
     return Lost(reason);
@@ -126,16 +132,17 @@ void LinePort::OnLost(const std::string& reason, Now now, bool takes_no_data) {
   Lost(reason);
 }
 
-void LinePort::OnEnded(const std::string& reason, bool reset, Now now) {
+void LinePort::OnEnded(const std::string& reason, bool unread, Now now) {
   now_ = now;
   const std::uint64_t answers = poller_.ledger().line.Answers();
   const bool several = line_.devices.size() > 1;
   // While a client has the port, no request of the line opens it again.
   const bool lent = loan_.has_port();
+  display_.CountEnd({.worked = rest_.HasWorked(answers), .asked = rest_.asks()}, now);
   if (!lent && rest_.IsDrop(answers, now.instant)) display_.CountDrop(reason, now);
   if (lent || !rest_.OnEnded(answers, several)) {
     display_.CountLoss(now);
-    return Lost(reason, reset ? Loss::reset : Loss::port);
+    return Lost(reason, unread ? Loss::unread : Loss::port);
   }
   if (!rest_.in_vain() && proof_.Prove()) Prove();
   display_.CountRest();
@@ -144,7 +151,7 @@ void LinePort::OnEnded(const std::string& reason, bool reset, Now now) {
 
 void LinePort::Lost(const std::string& reason, Loss loss) {
   open_ = false;
-  const std::string hint = HintOf(rest_, loss == Loss::reset, line_.protocol);
+  const std::string hint = HintOf(rest_, loss == Loss::unread, line_);
   rest_.End();
   settings_.OnClosed();
   telegrams_.OnClosed("the port was lost");

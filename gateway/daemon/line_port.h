@@ -46,11 +46,11 @@ class LinePort final : public RequestPort, public PortLoan::Line {
 
   // From the transport.
   void OnOpened(Now now);
-  void OnOpenFailed(const std::string& reason, Now now);
+  void OnOpenFailed(const std::string& reason, NoConnection why, Now now);
   void OnBytes(View bytes, Now now);
   /// `takes_no_data`: see TransportListener::OnStuck.
   void OnLost(const std::string& reason, Now now, bool takes_no_data = false);
-  void OnEnded(const std::string& reason, bool reset, Now now);
+  void OnEnded(const std::string& reason, bool unread, Now now);
 
   // From the poller and the telegrams by hand.
   void Send(View bytes, const config::SerialSettings& serial, Now now) override;
@@ -84,7 +84,7 @@ class LinePort final : public RequestPort, public PortLoan::Line {
   /// How the port was lost, where more depends on it than a text.
   enum class Loss : std::uint8_t {
     port,
-    reset,    ///< the server has dropped what it had not read
+    unread,   ///< the server has dropped what it had not read
     silence,  ///< closed here, because no device behind it has answered
   };
   void Lost(const std::string& reason, Loss loss = Loss::port);

@@ -115,7 +115,11 @@ void LineRunner::OnOpened() {
 }
 
 void LineRunner::OnOpenFailed(const std::string& reason) {
-  Handle([&](LineParts& line, Now now) { line.port.OnOpenFailed(reason, now); });
+  OnNoConnection(reason, NoConnection::other);
+}
+
+void LineRunner::OnNoConnection(const std::string& reason, NoConnection why) {
+  Handle([&](LineParts& line, Now now) { line.port.OnOpenFailed(reason, why, now); });
 }
 
 void LineRunner::OnBytes(View bytes) {
@@ -130,8 +134,8 @@ void LineRunner::OnStuck(const std::string& reason) {
   Handle([&](LineParts& line, Now now) { line.port.OnLost(reason, now, true); });
 }
 
-void LineRunner::OnEnded(const std::string& reason, bool reset) {
-  Handle([&](LineParts& line, Now now) { line.port.OnEnded(reason, reset, now); });
+void LineRunner::OnEnded(const std::string& reason, bool unread) {
+  Handle([&](LineParts& line, Now now) { line.port.OnEnded(reason, unread, now); });
 }
 
 /// A timer that ends early once costs less than one that is set again at every input.

@@ -69,10 +69,11 @@ class LineRunner final : private TransportListener, private serial_server::PortO
  private:
   void OnOpened() override;
   void OnOpenFailed(const std::string& reason) override;
+  void OnNoConnection(const std::string& reason, NoConnection why) override;
   void OnBytes(View bytes) override;
   void OnLost(const std::string& reason) override;
   void OnStuck(const std::string& reason) override;
-  void OnEnded(const std::string& reason, bool reset) override;
+  void OnEnded(const std::string& reason, bool unread) override;
   void OnRoom() override { line_.loan.OnRoom(); }
 
   // From the servers of its port.

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <utility>
+
 #include "gateway/base/log.h"
 #include "gateway/base/outcome.h"
 
@@ -56,6 +58,24 @@ void PortDisplay::CountLoss(Now now, bool takes_no_data) {
     ++status.times_lost;
     status.losses.Add(now.instant);
     status.takes_no_data = takes_no_data;
+  });
+}
+
+void PortDisplay::CountNoConnection(NoConnection why, Now now) {
+  if (!std::exchange(worked_, false)) return;
+  Update([&](LineStatus& status) {
+    if (why == NoConnection::refused) status.ends.refused.Add(now.instant);
+    if (why == NoConnection::unreachable) status.ends.unreachable.Add(now.instant);
+  });
+}
+
+void PortDisplay::CountEnd(End end, Now now) {
+  const bool shut = worked_ && !end.worked;
+  worked_ = end.worked;
+  Update([&](LineStatus& status) {
+    if (shut) status.ends.shut.Add(now.instant);
+    if (end.worked && end.asked) status.ends.asked.Add(now.instant);
+    if (end.worked && !end.asked) status.ends.idle.Add(now.instant);
   });
 }
 

@@ -9,6 +9,7 @@
 #include "gateway/daemon/line_reporter.h"
 #include "gateway/store/point_store.h"
 #include "gateway/trace/line_recorder.h"
+#include "transports/transport.h"
 
 namespace baudgate {
 
@@ -38,6 +39,16 @@ class PortDisplay {
   /// The loan is over. The port may have gone meanwhile, so it is not open yet.
   void OnTakenBack(Now now);
   void CountLoss(Now now, bool takes_no_data = false);
+  /// The connection has proven that it works.
+  void OnWorked() { worked_ = true; }
+  /// There is no connection; the first time behind one that has worked counts.
+  void CountNoConnection(NoConnection why, Now now);
+  /// The server has ended a connection.
+  struct End {
+    bool worked = false;  ///< something was answered over it
+    bool asked = false;   ///< a request was not answered yet
+  };
+  void CountEnd(End end, Now now);
   /// The server has ended a connection that was in use, which is no outage.
   void CountDrop(const std::string& reason, Now now);
   /// It has ended one as it does again and again, which is no trouble.
@@ -57,6 +68,7 @@ class PortDisplay {
   LineRecorder& recorder_;
   LineReporter& reporter_;
   std::string text_;
+  bool worked_ = false;  // the last connection, and no try has failed since
 };
 
 }  // namespace baudgate

@@ -76,6 +76,8 @@ class Rest {
     if (asks_) return its > 1 && !IsSameEnd();
     return (its > 1 || since >= kBehindAnswer) && its > 0 && since < survived_;
   }
+  /// The connection, after this many answers on the line.
+  bool HasWorked(std::uint64_t answers) const { return answers > answers_before_; }
   void OnBytes(Instant now) {
     OnUsed(now);
     if (asks_ && IsSameEnd()) ended_by_.clear();  // it is answered: the end had another cause

@@ -61,6 +61,15 @@ struct PortService {
   std::optional<Visit> visit;  ///< the present one, or the last
 };
 
+/// How connections to a server ended, and what followed. Those that have worked.
+struct ConnectionEnds {
+  RecentTimes asked;        ///< the server ended it with a request under way
+  RecentTimes idle;         ///< and with none
+  RecentTimes refused;      ///< behind its end nothing took connections at the port
+  RecentTimes unreachable;  ///< behind its end no host answered
+  RecentTimes shut;         ///< behind its end the server ended the next one before any answer
+};
+
 struct LineStatus : LineCounters {
   enum class Port : std::uint8_t { closed, open, released } port = Port::closed;
   std::string port_text;  ///< open: "serial /dev/ttyUSB0 9600 7E1"; else why it is closed
@@ -74,6 +83,7 @@ struct LineStatus : LineCounters {
   bool takes_no_data = false;      ///< that was why, the last time
   std::uint32_t restored = 0;  ///< how often another program has changed the settings of the port
   RecentTimes drops;  ///< when a server ended a connection that was in use; it was opened again
+  ConnectionEnds ends;
   std::uint64_t rests = 0;  ///< connections that a server ended between requests, by its settings
   /// Errors that the driver counts since the port was opened; zero where it does not.
   std::uint32_t parity_errors = 0;

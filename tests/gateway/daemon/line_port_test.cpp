@@ -70,7 +70,7 @@ TEST_F(LocalPort, TellsWhatIsToBeKept) {
   answers_ = false;
   Pass(30s);
   Lose("gone");
-  Handle([&] { line_->port.OnOpenFailed("no such file", now_); });
+  Handle([&] { line_->port.OnOpenFailed("no such file", NoConnection::other, now_); });
   answers_ = true;
   Open();
   Pass(10s);
@@ -90,7 +90,7 @@ TEST_F(LocalPort, TellsThatItIsLostBehindALoan) {
   Handle([&] { line_->port.Release(3s, now_); });
   port_.open = false;
   Pass(4s);
-  Handle([&] { line_->port.OnOpenFailed("no such file", now_); });
+  Handle([&] { line_->port.OnOpenFailed("no such file", NoConnection::other, now_); });
   EXPECT_THAT(sink_.news, ElementsAre(Pair(What::port_lent, false), Pair(What::port_lent, true),
                                       Pair(What::port_down, false)));
 }
@@ -227,7 +227,7 @@ TEST_F(LocalPort, ATelegramIsNotSentBehindItsTimeWhenTheProgramGoesOn) {
 }
 
 TEST_F(LocalPort, OneThatDoesNotOpenIsDown) {
-  Handle([&] { line_->port.OnOpenFailed("busy", now_); });
+  Handle([&] { line_->port.OnOpenFailed("busy", NoConnection::other, now_); });
   EXPECT_THAT(retries_.downs, ElementsAre("busy"));
   EXPECT_EQ(status().port, LineStatus::Port::closed);
 }
@@ -291,7 +291,7 @@ TEST_F(LinePortTest, WhatWaitsForAConnectionIsNotSentLate) {
 TEST_F(LinePortTest, WhatWaitsForAConnectionInVainWasNotSent) {
   const std::pair<const char*, std::function<void()>> kRows[] = {
       {"no connection within the reply time", [] {}},
-      {"no connection", [this] { line_->port.OnOpenFailed("refused", now_); }},
+      {"no connection", [this] { line_->port.OnOpenFailed("refused", NoConnection::other, now_); }},
       {"lent", [this] { line_->port.Release(1min, now_); }},
       {"taken back", [this] { line_->port.EndRelease(now_); }},
   };
@@ -347,10 +347,38 @@ TEST_F(LinePortTest, AServerThatIsGoneWhenItIsWantedIsAnOutage) {
   Pass(1500ms);
   End();
   Pass(2s);
-  Handle([&] { line_->port.OnOpenFailed("refused", now_); });
+  Handle([&] { line_->port.OnOpenFailed("refused", NoConnection::refused, now_); });
   EXPECT_FALSE(line_->port.is_open());
   EXPECT_EQ(status().port, LineStatus::Port::closed);
   EXPECT_THAT(retries_.downs, ElementsAre("refused"));
+}
+
+/// What goes with the ends, and what follows them, each once.
+TEST_F(LinePortTest, TellsHowConnectionsEndAndWhatFollows) {
+  const auto times = [this](RecentTimes ConnectionEnds::*what) {
+    return (status().ends.*what).Since(Instant{});
+  };
+  Open();
+  Pass(1500ms);
+  End();
+  EXPECT_EQ(times(&ConnectionEnds::idle) + times(&ConnectionEnds::asked), 1U);
+  Pass(2s);
+  for (int tries = 0; tries < 3; ++tries) {
+    Handle([&] { line_->port.OnOpenFailed("refused", NoConnection::refused, now_); });
+  }
+  EXPECT_EQ(times(&ConnectionEnds::refused), 1U) << "once for each connection that had worked";
+  Open();
+  Pass(1500ms);
+  End();
+  answers_ = false;
+  Open();
+  Pass(300ms);
+  End();
+  Open();
+  Pass(300ms);
+  End();
+  EXPECT_EQ(times(&ConnectionEnds::shut), 1U);
+  EXPECT_EQ(times(&ConnectionEnds::unreachable), 0U);
 }
 
 TEST_F(LinePortTest, OneThatEndsWithoutAnAnswerIsAnOutage) {

@@ -1,0 +1,14 @@
+// Why a server ends connections, as what goes with the ends and what follows them tells it.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "gateway/base/time.h"
+#include "gateway/store/line_status.h"
+
+namespace baudgate::control {
+
+/// Cause and remedy of the ends since then; where nothing stands out, what to look at. `in_use`:
+/// the connections had survived longer rests.
+const char* WhyEnded(const LineStatus& status, Instant since, bool in_use);
+
+}  // namespace baudgate::control
