@@ -21,6 +21,8 @@ struct Traits {
   std::string_view counterpart{};
   /// A request asks for several points, and the user can set how many (`block`, `max_items`).
   bool has_blocks = false;
+  /// The address to which every device answers. Empty: there is none.
+  std::string_view common_address{};
   /// A device may answer some requests only in a mode that is set at the device itself, such as
   /// remote control.
   bool has_modes = false;

@@ -23,6 +23,9 @@ inline constexpr std::size_t kPasswordSize = 6;
 /// byte KS (reference, chapter 3). The numbers are those of Expectation::checksum.
 enum class Checksum : std::uint8_t { crc, ks };
 constexpr std::size_t SizeOf(Checksum checksum) { return checksum == Checksum::crc ? 2 : 1; }
+constexpr Checksum Other(Checksum checksum) {
+  return checksum == Checksum::crc ? Checksum::ks : Checksum::crc;
+}
 /// KS = FF xor all bytes: FF for `00 00`.
 void AppendChecksum(Bytes& bytes, Checksum checksum);
 /// Whether the frame ends in the checksum of what is before, at least one byte.

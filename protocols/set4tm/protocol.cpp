@@ -200,6 +200,7 @@ const Protocol& Set4tmProtocol() {
       .parse = ParseWith<ReadSettings>,
       .expect = kWithSettings<Expect>,
       .recognise = kWithSettings<Recognise>,
+      .traits = {.common_address = "0"},
       .remembers = [](const config::Device&) { return true; },
       .scan = &kScan,
       .telegram = &kTelegram,

@@ -56,7 +56,8 @@ std::optional<Recognised> FindRequest(View request, View heard, Checksum checksu
 
 std::optional<Recognised> Recognise(View request, View heard, const Settings& settings) {
   const Checksum checksum = settings.checksum;
-  const auto asked = SplitFrame(request, checksum);
+  auto asked = SplitFrame(request, checksum);
+  if (!asked) asked = SplitFrame(request, Other(checksum));
   if (!asked) return std::nullopt;
   const bool any = asked->address.size() == 1 && asked->address[0] == kCommonAddress;
   if (auto other = FindRequest(request, heard, checksum)) return other;
@@ -82,7 +83,7 @@ std::optional<Recognised> Recognise(View request, View heard, const Settings& se
                         "a converter in between, or the meter, does not keep to the protocol"};
     }
   }
-  const auto other = SplitFrame(heard, ks ? Checksum::ks : Checksum::crc);
+  const auto other = SplitFrame(heard, Other(checksum));
   if (!other || (ks && heard.size() < kShortestKs)) return std::nullopt;
   if (!std::ranges::equal(other->address, asked->address)) return std::nullopt;
   return Recognised{Recognised::What::other_setting,

@@ -12,6 +12,9 @@ namespace baudgate::protocols::set4tm {
 namespace {
 
 const Bytes kLinkOnly = {kLinkTest};
+/// A meter that has never answered may be set to the other checksum: so many probes, one is sent in
+/// that. No meter takes either for a write.
+constexpr unsigned kOtherModeEvery = 4;
 
 }  // namespace
 
@@ -34,10 +37,22 @@ Result<Request> MeterRequests::Next(const Task& task, Instant now) {
   const auto correction =
       writes ? CorrectionOf(task, now) : Result<Bytes>(Error{"nothing is to be written"});
   if (writes && !correction) return Error{correction.error()};
+  if (task.kind == Task::Kind::probe && !parts_.session.has_answered() &&
+      ++probes_ % kOtherModeEvery == 0) {
+    return InOtherMode();
+  }
   const bool may_latch = !writes && task.kind != Task::Kind::probe;
   if (may_latch && parts_.latched.IsDue(now)) return Make(RequestKind::latch, LatchPdu());
   if (auto request = ForSession(task, now)) return std::move(*request);
   return writes ? Make(RequestKind::write, *correction) : Own(task, now);
+}
+
+Request MeterRequests::InOtherMode() {
+  kind_ = RequestKind::other_mode;
+  Request request;
+  request.bytes = MakeFrame(address_, kAskSerial, Other(parts_.settings.checksum));
+  request.expect = Expect(request.bytes, parts_.settings);
+  return request;
 }
 
 std::optional<Request> MeterRequests::ForSession(const Task& task, Instant now) {

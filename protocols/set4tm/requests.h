@@ -21,6 +21,7 @@ namespace baudgate::protocols::set4tm {
 enum class RequestKind : std::uint8_t {
   latch,       ///< the broadcast, which nobody answers
   link,        ///< link test
+  other_mode,  ///< who is it, with the other checksum? The answer is for the status alone
   open,        ///< open the channel
   serial,      ///< who is it?
   question,    ///< type or ratios, before what they decide
@@ -49,12 +50,14 @@ class MeterRequests {
   /// What the session needs first; nothing: the task's own request may be sent.
   std::optional<Request> ForSession(const Task& task, Instant now);
   Request Own(const Task& task, Instant now);
+  Request InOtherMode();
   Request Read(std::size_t query);
   bool AsksLatchTime(const Task& task, Instant now) const;
 
   MeterParts& parts_;
   const Bytes address_;
   RequestKind kind_ = RequestKind::open;
+  unsigned probes_ = 0;  // of a meter that has never answered
 };
 
 }  // namespace baudgate::protocols::set4tm

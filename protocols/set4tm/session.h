@@ -37,6 +37,9 @@ class MeterSession {
   /// The meter has taken the password since the last reconnect.
   bool accepted() const { return accepted_; }
 
+  /// Since the start.
+  bool has_answered() const { return last_good_ != Instant{}; }
+
   /// Data have come: the channel lives on.
   void OnGood(Instant now) { last_good_ = now; }
   /// A task has ended.

@@ -35,6 +35,7 @@ bool ItemReads::TakeRefusal(std::size_t query, int nack, Answer& answer) {
   if (!plan_.IsLastRefusal(query)) answer.readings.clear();
   const NackRule& rule = RuleOf(nack);
   const std::size_t items = plan_.block(query).size();
+  if (items > 1 && nack == kInputOverflow) answer.remedy = "set a lower max_items at the device";
   const bool unknown = nack == kTooComplicated || nack == kSyntax;
   if (unknown && IsChannelRange(query) && !channels_work_) return ForgoChannels();
   if (items > 1 && (nack == kTooComplicated || nack == kInputOverflow)) {
@@ -47,11 +48,16 @@ bool ItemReads::TakeRefusal(std::size_t query, int nack, Answer& answer) {
 }
 
 /// A range of channels that has never been answered may be what the device does not understand:
-/// some say nothing then, or give one value.
+/// some say nothing then, or give one value. One that is silent to several items of a channel, and
+/// answers other requests, is asked for fewer.
 bool ItemReads::OnFailure(std::size_t query, Outcome outcome) {
-  if (outcome != Outcome::no_reply && outcome != Outcome::unexpected) return false;
-  if (channels_work_ || query >= plan_.queries().size() || !IsChannelRange(query)) return false;
-  return ++channel_failures_ >= kFailuresOfChannels && ForgoChannels();
+  const bool silent = outcome == Outcome::no_reply;
+  if (!silent && outcome != Outcome::unexpected) return false;
+  if (query >= plan_.queries().size() || plan_.block(query).size() < 2) return false;
+  if (!channels_work_ && IsChannelRange(query)) {
+    return ++channel_failures_ >= kFailuresOfChannels && ForgoChannels();
+  }
+  return silent && plan_.OnSilent(query) != PlanChange::nothing;
 }
 
 bool ItemReads::ForgoChannels() {

@@ -1,5 +1,6 @@
 // By which requests the points of one relay are read, and what its refusals teach of that: fewer
-// items in one request, no range of channels, one value in one write.
+// items in one request, no range of channels, one value in one write. Silence to several items,
+// beside answers to others, teaches the same.
 //
 //   > >1R1/3I1:   < <1N:7:      it does not know ranges of channels: >1R1I1: from now on
 //

@@ -15,7 +15,7 @@ constexpr NackRule kRules[] = {
      false},
     {Outcome::busy, "the device is busy; it will be asked again", "", 1s, false, false, false},
     {Outcome::busy, "the input buffer of the device is full; a lower max_items or bit rate helps",
-     "set a lower max_items at the device", 200ms, false, false, false},
+     "restart it, or set a lower bit rate", 200ms, false, false, false},
     {Outcome::unsupported,
      "the request is too complicated for the device; it will be asked for fewer items at a time",
      "set max_items: 1 at the device",

@@ -12,7 +12,7 @@
 namespace baudgate::protocols::telegram {
 namespace {
 
-constexpr const char* kUnknownCode = "set that at the device, or add it to its codes";
+constexpr std::size_t kMostNamed = 3;
 
 bool IsNumberCharacter(std::uint8_t byte) { return (byte >= '0' && byte <= '9') || byte == '.'; }
 
@@ -102,6 +102,16 @@ std::pair<std::string, std::string> WhyNoNumber(const Element& element, View par
           correct};
 }
 
+/// Codes that are all good are units or modes that a user chooses.
+std::string RemedyOfUnknown(const Codes& codes) {
+  const bool chosen = std::ranges::all_of(
+      codes, [](const auto& code) { return code.second->quality == Quality::good; });
+  if (!chosen || codes.size() > kMostNamed) return "look at the device, or add it to its codes";
+  std::string names;
+  for (const auto& [text, meaning] : codes) names += (names.empty() ? "'" : " or '") + text + "'";
+  return "set " + names + " at the device, or describe it anew";
+}
+
 class Interpreter {
  public:
   Interpreter(const Telegram& telegram, const Form& form, const Match& match)
@@ -134,7 +144,7 @@ class Interpreter {
     } else {
       field.decoded = {value, Quality::good};
       field.is_status = codes != telegram_.codes.end();
-      if (field.is_status) TakeStatus(element, field.text, meaning);
+      if (field.is_status) TakeStatus(element, field.text, meaning, codes->second);
     }
     if (meaning != nullptr && meaning->busy) {
       reply_.outcome = Outcome::busy;
@@ -167,13 +177,14 @@ class Interpreter {
     return {{}, Quality::bad_sensor_failure};
   }
 
-  void TakeStatus(const Element& element, const std::string& text, const Meaning* meaning) {
+  void TakeStatus(const Element& element, const std::string& text, const Meaning* meaning,
+                  const Codes& codes) {
     const Quality says = meaning != nullptr ? meaning->quality : Quality::bad;
     if (says < reply_.quality) reply_.quality = says;
     if (meaning == nullptr) {
       reply_.reason =
           "'" + element.name + "' says '" + text + "', which the description does not know";
-      reply_.remedy = kUnknownCode;
+      reply_.remedy = RemedyOfUnknown(codes);
     }
   }
 

@@ -4,6 +4,7 @@
 
 #include "protocols/set4tm/conversation.h"
 #include "protocols/set4tm/frame_rule.h"
+#include "protocols/set4tm/recognise.h"
 #include "protocols/set4tm/session.h"
 #include "tests/protocols/set4tm/support.h"
 
@@ -54,6 +55,32 @@ TEST(Set4tmKs, AStatusIsThreeBytesAndWaitsForSilence) {
   Bytes lengthened = status;
   lengthened.resize(whole.size());  // zeros keep KS good
   EXPECT_EQ(ReplyRule(lengthened, expect, true).kind, Cut::Kind::discard);
+}
+
+/// What it answers is for the status alone: the other checksum fits some damaged replies, too.
+TEST(Set4tmKs, ASilentMeterIsAskedInTheOtherChecksumNowAndThen) {
+  config::Device device = MakeDevice("5", {MakePoint(kOneFloat)});
+  device.options.Set("checksum", std::string("ks"));
+  Talk talk(Set4tmProtocol(), device);
+  std::vector<Bytes> in_other;
+  for (int probe = 0; probe < 12; ++probe) {
+    const Bytes request = talk.Ask(Probe())->bytes;
+    if (EndsInChecksum(request, Checksum::crc)) in_other.push_back(request);
+    talk.Fail(Probe(), Outcome::no_reply);
+  }
+  ASSERT_EQ(in_other.size(), 3U);
+  EXPECT_EQ(in_other[0], MakeFrame(Hex("05"), Hex("08 00"), Checksum::crc));
+  const auto found = Recognise(in_other[0], MakeFrame(Hex("05"), Hex("05"), Checksum::crc),
+                               ReadSettings(WithKs()));
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->what, Recognised::What::other_setting);
+  EXPECT_EQ(found->remedy, "set checksum: crc at the device");
+
+  talk.Run(Probe(), [](View) { return MakeFrame(Hex("05"), Hex("00"), Checksum::ks); });
+  for (int probe = 0; probe < 8; ++probe) {
+    EXPECT_FALSE(EndsInChecksum(talk.Ask(Probe())->bytes, Checksum::crc)) << "it has answered";
+    talk.Fail(Probe(), Outcome::no_reply);
+  }
 }
 
 TEST(Set4tmKs, AnotherSerialNumberMustComeTwice) {

@@ -50,5 +50,21 @@ TEST(SpaChannels, ALostReplyIsNotHeldAgainstARangeThatHasWorked) {
   EXPECT_EQ(AllRequests(talk), (Texts{">1R1/3I1:"}));
 }
 
+TEST(SpaChannels, ADeviceThatIsSilentToSeveralItemsIsAskedForFewer) {
+  Talk talk(SpabusProtocol(), MakeDevice({MakePoint("I1"), MakePoint("I2"), MakePoint("V1")}));
+  ASSERT_EQ(AllRequests(talk), (Texts{">1RI1/2:", ">1RV1:"}));
+  const auto fail = [&] {
+    Asked(talk, Poll(0));
+    return talk.Fail(Poll(0), Outcome::no_reply);
+  };
+  for (int i = 0; i < 5; ++i) EXPECT_EQ(fail(), Then::done) << "it may be away";
+  Asked(talk, Poll(1));
+  Hear(talk, Poll(1), "<1D:7:");
+  EXPECT_EQ(fail(), Then::done);
+  EXPECT_EQ(fail(), Then::done);
+  EXPECT_EQ(fail(), Then::replan);
+  EXPECT_EQ(AllRequests(talk), (Texts{">1RI1:", ">1RI2:", ">1RV1:"}));
+}
+
 }  // namespace
 }  // namespace baudgate::protocols::spabus
