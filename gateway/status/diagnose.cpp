@@ -102,6 +102,22 @@ bool IsCleanElsewhere(const DeviceRecord& device, std::span<const DeviceRecord> 
   return asked;
 }
 
+/// The rest of a neighbour's replies may come beside its own.
+bool ComesLateElsewhere(const DeviceRecord& device, std::span<const DeviceRecord> all) {
+  return std::ranges::any_of(all, [&](const DeviceRecord& one) {
+    return one.device != device.device &&
+           one.status.findings.Count(Symptom::split) >= kNotableFailures;
+  });
+}
+
+/// The line's sentence is about it.
+bool HasOtherMaster(std::span<const DeviceRecord> all) {
+  return std::ranges::any_of(all, [](const DeviceRecord& one) {
+    const Findings& findings = one.status.findings;
+    return findings.Count(Symptom::master_beside) + findings.Count(Symptom::other_master) > 0;
+  });
+}
+
 /// Before its port was opened anew as well.
 bool FailsAlways(const DeviceStatus& status) {
   const Findings& findings = status.findings;
@@ -140,6 +156,9 @@ Sentences DiagnoseDevice(const LineStatus& line, const DeviceRecord& device,
     return {"cannot be reached: the ring of line '" + device.line->name +
             "' is open; this says nothing about the device"};
   }
+  // The line's sentence is about it.
+  const bool echoes = FailsByEchoes(evidence);
+  if (IsAbsent(status) && echoes) return {};
   if (IsAbsent(status)) {
     return Absence(line, device, all, now, started);
   }
@@ -150,10 +169,11 @@ Sentences DiagnoseDevice(const LineStatus& line, const DeviceRecord& device,
   };
   if (IsForeign(device)) {
     found.push_back("no value is good: " + status.trouble);
-  } else {
+  } else if (!echoes) {
     add(Failures(device, evidence));
   }
-  const Sentences beside = Beside(device, IsCleanElsewhere(device, all));
+  const bool late = ComesLateElsewhere(device, all);
+  const Sentences beside = late ? Sentences() : Beside(device, IsCleanElsewhere(device, all));
   // What stands beside many replies explains the few that fail.
   const bool explains = !beside.empty() && evidence.looked > 3 * evidence.failed;
   const bool two = AreTwo(status.findings);
@@ -185,7 +205,8 @@ Sentences DiagnoseDevice(const LineStatus& line, const DeviceRecord& device,
                   (remedy.empty() ? "does the profile fit the device and its options?" : remedy));
   }
   const bool again = status.doubled > 1 && now.instant - status.last_doubled < 1h;
-  if (again && status.findings.Count(Symptom::others_beside) == 0) {
+  if (again && !echoes && !HasOtherMaster(all) &&
+      status.findings.Count(Symptom::others_beside) == 0) {
     found.push_back(fmt::format(
         "doubled: a second, different reply came behind one {}: look at the serial server, radio "
         "or repeater in between, which sends twice or one request late",
@@ -202,8 +223,8 @@ Sentences DiagnoseDevice(const LineStatus& line, const DeviceRecord& device,
     found.push_back(
         fmt::format("missed {} of its polls in the last minutes: {}", Percent(missed), why));
   }
-  add(DiagnosePoints(line, device, now));
-  if (found.empty()) add(DiagnoseWaiting(device, now, started));
+  if (!echoes) add(DiagnosePoints(line, device, now));
+  if (found.empty() && !echoes) add(DiagnoseWaiting(device, now, started));
   const std::string outages = Outages(device, 1, now, started);
   if (found.empty() && !outages.empty()) {
     found.push_back(outages + ", and it " + AnsweredShare(device, now) +

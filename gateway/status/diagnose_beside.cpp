@@ -93,11 +93,10 @@ Sentences Beside(const DeviceRecord& record, bool alone) {
   const std::size_t copies = findings.Count(Symptom::copies);
   if (AreTwo(findings)) {
     say(findings.Count(Symptom::others_beside), "a second reply with another content follows",
-        std::string("two devices have its address (unplug one), or ") +
-            AnotherAsksIt(record.line->is_network()));
+        TwoDevices(*record.device) + ", or " + AnotherAsksIt(record.line->is_network()));
   } else if (copies >= kNotableNoise && record.status.doubled >= kNotableNoise) {
     say(copies, "its replies come twice, and differ",
-        "two devices have its address (unplug one), or a serial server, radio or repeater repeats");
+        TwoDevices(*record.device) + ", or a serial server, radio or repeater repeats");
   } else if (copies >= kNotableNoise) {
     say(copies, "its replies come twice",
         "a serial server, radio or repeater sends twice (switch that off), or two devices have its "

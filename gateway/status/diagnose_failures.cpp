@@ -283,6 +283,13 @@ Sentences Said(const std::string& before, const Evidence& evidence) {
   return said;
 }
 
+bool FailsByEchoes(const Evidence& evidence) {
+  using enum Symptom;
+  if (!Echoes(*evidence.status) || !HasAnsweredLately(evidence.device->status, evidence.now))
+    return false;
+  return evidence.Share({echo, odd, one_behind, other_reply, two_replies, other_master}) > 0.9;
+}
+
 Sentences Failures(const DeviceRecord& record, const Evidence& evidence) {
   Sentences found = SilentPoints(record, evidence);
   if (found.empty()) found = DeadQueries(record, evidence);

@@ -2,10 +2,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <bit>
 #include <string_view>
 
 #include "gateway/base/shown.h"
+#include "gateway/status/connection_words.h"
 #include "gateway/status/diagnose.h"
 #include "gateway/status/diagnose_beside.h"
 #include "gateway/status/evidence.h"
@@ -78,14 +78,12 @@ const char* WhyNoData(const config::SerialSettings& serial) {
 }
 
 std::string Lost(const config::Line& line, const LineStatus& status, std::size_t times,
-                 std::span<const DeviceRecord> devices) {
+                 std::span<const DeviceRecord> devices, Instant now) {
   if (std::string other = SayOtherService(line, devices); !other.empty()) return other;
   if (std::string inside = SayEndsInside(line, devices); !inside.empty()) return inside;
   if (line.is_network()) {
-    return fmt::format(
-        "the connection was lost {} in the last hour: look at the serial server (power, restarts, "
-        "inactivity time, another client) and at the network",
-        Times(times));
+    return fmt::format("the connection was lost {} in the last hour: {}", Times(times),
+                       WhyEnded(status, now - 1h, false));
   }
   return fmt::format("the open port was lost {} in the last hour: {}", Times(times),
                      status.takes_no_data ? WhyNoData(line.serial)
@@ -125,7 +123,7 @@ std::string Closed(const config::Line& line, const LineStatus& status,
   const auto answered = [](const DeviceRecord& one) { return one.status.last_ok.has_value(); };
   const bool worked = std::ranges::any_of(devices, answered);
   if (again && worked && line.is_network() && lost >= kDrops)
-    return Lost(line, status, lost, devices);
+    return Lost(line, status, lost, devices, now.instant);
   const std::string since =
       status.port_since == WallTime{} ? std::string() : " for " + FormatAge(closed);
   return fmt::format("port closed{}: {}", since,
@@ -137,9 +135,8 @@ std::string Dropped(const LineStatus& status, Now now) {
   const std::size_t times = status.drops.Since(now.instant - kRecently);
   if (times < kDrops) return {};
   return fmt::format(
-      "the server has ended the connection {} in the last minutes while it was in use: look at its "
-      "other clients and its limit of connections, its inactivity time, restarts and the network",
-      Times(times));
+      "the server has ended the connection {} in the last minutes while it was in use: {}",
+      Times(times), WhyEnded(status, now.instant - kRecently, true));
 }
 
 /// A server that ends the connection behind each answer, where that costs polls. Empty: it is not
@@ -232,14 +229,6 @@ Sentences Strangers(const config::Line& line, std::span<const DeviceRecord> devi
   }
   return said;
 }
-
-/// An adapter gives back each request. Another master may ask the same now and then.
-bool Echoes(const LineStatus& status) {
-  constexpr std::uint64_t kLooked = 32;
-  const auto echoed = static_cast<std::uint64_t>(std::popcount(status.echoed));
-  return echoed > 0 && 2 * echoed >= std::min(kLooked, status.exchanges);
-}
-
 /// Bytes stand around nearly all replies, and more come than belong to replies.
 bool IsEndless(const LineStatus& status, std::span<const DeviceRecord> devices) {
   return status.stray_bytes >= kManyStray && 2 * status.stray_bytes > status.bytes_in &&
@@ -295,8 +284,9 @@ Sentences DiagnoseLine(const config::Line& line, const LineStatus& status,
     found = NobodyAnswers(status, devices, now);
   }
   // A device that answers no more than the echo says it itself.
-  const bool answered = std::ranges::any_of(
-      devices, [](const DeviceRecord& one) { return Answers(one.status.state); });
+  const bool answered = std::ranges::any_of(devices, [&](const DeviceRecord& one) {
+    return Answers(one.status.state) || HasAnsweredLately(one.status, now.instant);
+  });
   if (Echoes(status) && answered) {
     found.push_back(fmt::format("the request itself came back {}: set 'echo: strip' at the line",
                                 Times(status.echoes)));
@@ -325,7 +315,8 @@ Sentences DiagnoseLine(const config::Line& line, const LineStatus& status,
   }
   const double stray =
       Share(static_cast<double>(status.stray_bytes), static_cast<double>(status.bytes_in));
-  if (stray >= kNotableStray && status.stray_bytes >= kFewStray && !IsExplained(devices)) {
+  if (stray >= kNotableStray && status.stray_bytes >= kFewStray && !IsExplained(devices) &&
+      !Echoes(status)) {
     found.push_back(fmt::format(
         "{} of {} bytes came when nothing was asked: {}", status.stray_bytes, status.bytes_in,
         line.is_network() && line.serial.on_wire()
@@ -335,7 +326,8 @@ Sentences DiagnoseLine(const config::Line& line, const LineStatus& status,
             : "the server answers twice, or does not keep to Modbus TCP; update its firmware"));
   }
   const std::size_t lost = LossesOf(line, status, now);
-  if (lost >= (line.is_network() ? kDrops : 1)) found.push_back(Lost(line, status, lost, devices));
+  if (lost >= (line.is_network() ? kDrops : 1))
+    found.push_back(Lost(line, status, lost, devices, now.instant));
   if (std::string dropped = Dropped(status, now); lost < kDrops && !dropped.empty()) {
     found.push_back(std::move(dropped));
   }

@@ -2,6 +2,7 @@
 #include "gateway/status/evidence.h"
 
 #include <algorithm>
+#include <bit>
 #include <optional>
 
 #include "gateway/status/absences.h"
@@ -164,6 +165,18 @@ Evidence Gather(const LineStatus& status, const DeviceRecord& device,
     evidence.losing = Listed(losing);
   }
   return evidence;
+}
+
+bool HasAnsweredLately(const DeviceStatus& status, Instant now) {
+  constexpr Duration kLately = 15s;
+  return status.last_ok && now - *status.last_ok < kLately;
+}
+
+/// Another master may ask the same now and then.
+bool Echoes(const LineStatus& status) {
+  constexpr std::uint64_t kLooked = 32;
+  const auto echoed = static_cast<std::uint64_t>(std::popcount(status.echoed));
+  return echoed > 0 && 2 * echoed >= std::min(kLooked, status.exchanges);
 }
 
 Evidence GatherAbsent(const LineStatus& status, std::span<const DeviceRecord> all, Now now) {

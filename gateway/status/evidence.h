@@ -69,6 +69,10 @@ std::size_t FailedOf(const DeviceStatus& status);
 bool AbsentTogether(std::span<const DeviceRecord> all);
 /// Asked, and not there.
 bool IsAbsent(const DeviceStatus& status);
+/// Even if it counts as offline right now.
+bool HasAnsweredLately(const DeviceStatus& status, Instant now);
+/// An adapter gives back each request.
+bool Echoes(const LineStatus& status);
 /// It answers, and nearly always.
 bool IsHealthy(const DeviceStatus& status);
 

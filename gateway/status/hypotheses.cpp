@@ -70,8 +70,10 @@ bool IsDamageOnly(const Evidence& evidence) {
 
 /// If check values prove it for a third of the failures, other damaged replies have the same cause.
 double OtherSetting(const Evidence& evidence) {
-  if (IsDamageOnly(evidence)) return 0;
+  if (IsDamageOnly(evidence) || LosesAnywhere(evidence)) return 0;
   const std::size_t count = evidence.Count(other_setting);
+  // One that was never answered is asked in another way now and then.
+  if (!evidence.answered && count >= kFacts) return evidence.Share({other_setting, silence});
   if (count < kSilences || 3 * count < evidence.failed) return evidence.Share({other_setting});
   return evidence.Share(
       {other_setting, damaged, noise, bad_check, bytes_lost, tail_lost, end_lost, head_lost});

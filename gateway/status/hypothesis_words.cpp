@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "gateway/status/connection_words.h"
 #include "gateway/status/hypotheses.h"
 #include "gateway/status/reason.h"
 #include "gateway/status/words.h"
@@ -16,8 +17,6 @@ using enum Symptom;
 
 /// A driver that lets go too early costs no more.
 constexpr std::size_t kFewLost = 4;
-/// Of the first or last byte: it is there.
-constexpr std::string_view kGarbled = "garbled";
 /// Of a wrong check value that may be computed in any way.
 constexpr std::string_view kText = "a text";
 constexpr const char* kSetRaw =
@@ -156,6 +155,13 @@ std::string SayTailLost(const Evidence& evidence) {
       finding.expected > finding.bytes ? fmt::format(" of {}", finding.expected) : std::string();
   const bool few = finding.expected > finding.bytes && OnWire(evidence) &&
                    finding.expected <= finding.bytes + kFewLost;
+  // What others share with it is not the cause.
+  if (!evidence.healthy.empty() && !evidence.line->is_network()) {
+    return fmt::format(
+        "its replies break off ({}{} bytes came): its driver lets go of the bus too "
+        "early, or {}",
+        finding.bytes, of, TwoDevices(*evidence.first().device));
+  }
   // Of a text nobody knows how long it should be.
   const bool end = few || (finding.expected == 0 && !evidence.line->is_network());
   return fmt::format("its replies break off ({}{} bytes came): {}", finding.bytes, of,
@@ -174,8 +180,8 @@ std::string SayBytesLost(const Evidence& evidence) {
            "over, or flow control at one end alone";
   }
   if (!evidence.healthy.empty()) {
-    return "bytes are missing inside its replies: a bad wire or fibre at its end, two devices with "
-           "its address, or a converter loses them (set it to raw)";
+    return "bytes are missing inside its replies: a bad wire, plug or fibre at its end, or a "
+           "converter there loses them (set it to raw)";
   }
   return "bytes are missing inside its replies: a converter takes them out (set it to raw) or is "
          "overrun (replace it)";
@@ -273,9 +279,14 @@ std::string SayNoise(const Evidence& evidence) {
   if (!OnWire(evidence)) return cause + ": look at the server";
   // What two devices have in common is no address.
   if (!evidence.alike.empty()) return cause + ": noise, bad termination, or a bus without ground";
-  return cause + (evidence.healthy.empty()
-                      ? ": noise, bad termination or ground, or two devices with its address"
-                      : ": noise or a bad wire at its end, or two devices with its address");
+  // No noise damages nearly all, and none of a neighbour.
+  if (!evidence.healthy.empty() && 5 * evidence.failed >= 4 * evidence.looked) {
+    return cause + ": " + TwoDevices(*evidence.first().device) + ", or a bad wire at its end";
+  }
+  return cause +
+         (evidence.healthy.empty()
+              ? ": noise, bad termination or ground, or two devices with its address"
+              : ": a bad wire or plug at its end, or " + TwoDevices(*evidence.first().device));
 }
 
 std::string SayEndless(const Evidence&) {
@@ -288,8 +299,8 @@ std::string SaySaid(const Evidence& evidence) {
     return WithRemedy(evidence.Last(odd));
   }
   if (evidence.answered) {
-    return "the server closes the connection behind some requests: look at its inactivity time, "
-           "its limit of connections and its other clients";
+    return std::string("the server closes the connection behind some requests: ") +
+           WhyEnded(*evidence.status, evidence.now - 1h, true);
   }
   if (evidence.Count(silence) > 0 && OnWire(evidence)) {
     return "the server closes the connection behind the request: set its port to raw TCP, and "
@@ -346,9 +357,8 @@ std::string SayLateOther(const Evidence& evidence) {
 }
 
 std::string SayTwoReplies(const Evidence& evidence) {
-  return "two different replies come to one request: two devices have its address (" +
-         evidence.first().device->address + "; unplug one), or " +
-         AnotherAsksIt(IsBehindServer(evidence));
+  return "two different replies come to one request: " + TwoDevices(*evidence.first().device) +
+         ", or " + AnotherAsksIt(IsBehindServer(evidence));
 }
 
 std::string SayOtherReply(const Evidence& evidence) {

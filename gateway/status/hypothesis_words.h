@@ -4,6 +4,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 #include "gateway/status/evidence.h"
 
@@ -13,6 +14,8 @@ namespace baudgate::control {
 bool OnWire(const Evidence& evidence);
 /// The settings of the wire are those of a serial server.
 bool IsBehindServer(const Evidence& evidence);
+/// Cause of head_lost and end_lost: the byte is there, and is another one.
+inline constexpr std::string_view kGarbled = "garbled";
 /// Its replies carry no check value, and are right at other times, so that what does not fit is
 /// damaged.
 bool IsDamageAsMisfit(const Evidence& evidence);

@@ -12,6 +12,8 @@ using enum Symptom;
 
 /// A converter takes no more single bytes out of a reply.
 constexpr std::size_t kMissing = 4;
+/// Fewer may be noise.
+constexpr std::size_t kFewLosses = 3;
 /// No buffer is as small.
 constexpr std::size_t kNoBuffer = 16;
 
@@ -34,6 +36,18 @@ bool OnlyLong(const Evidence& evidence,
 }
 
 }  // namespace
+
+/// A reply that lacks two characters may look whole but for its check value.
+bool LosesAnywhere(const Evidence& evidence) {
+  if (evidence.Count({damaged, noise, zeros, bytes_added}) > 0) return false;
+  if (evidence.Count(other_setting) >= evidence.Count(bytes_lost)) return false;
+  const auto plain = [&](Symptom symptom) {
+    return evidence.Last(symptom).cause == kGarbled ? 0 : evidence.Count(symptom);
+  };
+  const std::size_t lost = evidence.Count(bytes_lost) + plain(head_lost) + plain(end_lost);
+  return evidence.answered && evidence.Count(bytes_lost) > 0 && lost >= kFewLosses &&
+         3 * lost >= evidence.failed;
+}
 
 /// All that failed had a byte which converters change, and nothing good had.
 double NotTransparent(const Evidence& evidence) {
@@ -68,6 +82,9 @@ double HeadLost(const Evidence& evidence) {
 
 /// Noise changes characters, and takes none away; two devices that answer at once do both.
 double BytesLost(const Evidence& evidence) {
+  if (LosesAnywhere(evidence)) {
+    return evidence.Share({bytes_lost, bad_check, head_lost, tail_lost, end_lost, other_setting});
+  }
   const bool some = 3 * evidence.Count(bytes_lost) >= 2 * evidence.failed || LacksBytes(evidence);
   if (!some) return Always<bytes_lost>(evidence);
   return evidence.Share({bytes_lost, bad_check, damaged, tail_lost, end_lost});

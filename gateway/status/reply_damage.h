@@ -21,6 +21,10 @@ double Always(const Evidence& evidence) {
   return evidence.answered && share < 0.6 ? 0 : share;
 }
 
+/// Characters are lost anywhere in its replies, the first and the last among them, and nothing that
+/// noise does was seen.
+bool LosesAnywhere(const Evidence& evidence);
+
 double NotTransparent(const Evidence& evidence);
 double EighthBit(const Evidence& evidence);
 double BadCheck(const Evidence& evidence);

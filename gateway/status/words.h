@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <string>
 
+#include "config/model/device.h"
 #include "gateway/base/time.h"
 
 namespace baudgate::control {
@@ -20,6 +21,13 @@ inline constexpr const char* kProfileFits = "does the profile fit";
 inline const char* AnotherAsksIt(bool network) {
   return network ? "another client of the server asks it (let the server serve one client only)"
                  : "another master asks it (take it away)";
+}
+
+/// Why more than one device answers to its address.
+inline std::string TwoDevices(const config::Device& device) {
+  return device.address == device.traits->common_address
+             ? "every device answers to address " + device.address + ": give each its own"
+             : "two devices have its address (" + device.address + "; unplug one)";
 }
 
 /// 0 of nothing.

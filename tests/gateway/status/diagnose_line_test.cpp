@@ -93,7 +93,8 @@ TEST_F(DiagnoseTest, TroubleOfALine) {
   }
   line_ = well;
   for (const auto& row : rows) row.trouble(line_);
-  EXPECT_THAT(SayOfLine(), ElementsAreArray(all));
+  std::erase_if(all, [](const std::string& one) { return one.starts_with("60 of 1000 bytes"); });
+  EXPECT_THAT(SayOfLine(), ElementsAreArray(all)) << "stray bytes are of the echoes";
 }
 
 TEST_F(DiagnoseTest, AServerThatEndsTheConnectionBehindEachAnswer) {
@@ -124,8 +125,9 @@ TEST_F(DiagnoseTest, AConnectionHasNoPlug) {
   for (int i = 0; i < 11; ++i) line_.losses.Add(kNow.instant - 1min + i * 5s);
   EXPECT_THAT(
       SayOfLine(),
-      ElementsAre("the connection was lost 7 times in the last hour: look at the serial server "
-                  "(power, restarts, inactivity time, another client) and at the network"));
+      ElementsAre("the connection was lost 7 times in the last hour: look at the server's other "
+                  "clients and its limit of connections, its inactivity time, restarts and the "
+                  "network"));
 }
 
 TEST_F(DiagnoseTest, AConnectionThatEndsInsideReplies) {
@@ -158,10 +160,43 @@ TEST_F(DiagnoseTest, AServerThatEndsConnectionsInUse) {
     line_.drops.Add(kNow.instant - ago);
   EXPECT_THAT(SayOfLine(), IsEmpty()) << "twice in five minutes";
   line_.drops.Add(kNow.instant - 3s);
-  EXPECT_THAT(SayOfLine(),
-              ElementsAre("the server has ended the connection 3 times in the last minutes while "
-                          "it was in use: look at its other clients and its limit of connections, "
-                          "its inactivity time, restarts and the network"));
+  EXPECT_THAT(
+      SayOfLine(),
+      ElementsAre("the server has ended the connection 3 times in the last minutes while "
+                  "it was in use: another client takes it (take that away, or raise the limit "
+                  "of connections), or a router or firewall in between ends it"));
+}
+
+TEST_F(DiagnoseTest, WhyAServerEndsConnections) {
+  using ::testing::HasSubstr;
+  config_.lines[0].port = "tcp://10.0.0.9:4001";
+  const auto add = [this](RecentTimes& what, int times) {
+    for (int i = times; i > 0; --i) what.Add(kNow.instant - i * 20s);
+  };
+  add(line_.losses, 4);
+  line_.use = 0.2;
+  struct Row {
+    RecentTimes ConnectionEnds::*what;
+    int asked;
+    int idle;
+    const char* says;
+  };
+  using Ends = ConnectionEnds;
+  const Row table[] = {
+      {&Ends::refused, 1, 3, "the next one was refused: the server, its program or modem restarts"},
+      {&Ends::unreachable, 0, 4, "no host answered for a while: look at the power of the server"},
+      {&Ends::shut, 2, 2, "the next one was closed at once: another client takes it"},
+      {&Ends::asked, 4, 0, "with a request under way: the server fails at requests"},
+      {&Ends::idle, 1, 3, "look at the server's other clients"},
+  };
+  for (const Row& row : table) {
+    line_.ends = {};
+    add(line_.ends.asked, row.asked);
+    add(line_.ends.idle, row.idle);
+    if (row.what != &Ends::asked && row.what != &Ends::idle) add(line_.ends.*row.what, 3);
+    EXPECT_THAT(SayOfLine(),
+                ElementsAre(HasSubstr(std::string("lost 4 times in the last hour: ") + row.says)));
+  }
 }
 
 TEST_F(DiagnoseTest, APortThatHoldsWhatIsSent) {

@@ -28,9 +28,12 @@ TEST_F(DiagnoseTest, FailuresNowAndThen) {
     std::string sentence;
     std::string remedy{};
   } rows[] = {
+      {Outcome::corrupt, 20, "checksum",
+       "20 of 32 exchanges failed: its replies come damaged: a bad wire or plug at its end, or two "
+       "devices have its address (2; unplug one)"},
       {Outcome::corrupt, 30, "checksum",
-       "30 of 32 exchanges failed: its replies come damaged: noise or a bad "
-       "wire at its end, or two devices with its address"},
+       "30 of 32 exchanges failed: its replies come damaged: two devices have its address (2; "
+       "unplug one), or a bad wire at its end"},
       {Outcome::no_reply, 2, "",
        "2 of 32 exchanges failed: single requests get no answer: noise, a bad wire or plug at its "
        "end"},
@@ -246,9 +249,17 @@ TEST_F(DiagnoseTest, WhatComesBesideGoodReplies) {
   Looked(device(), Symptom::others_beside, 1);
   EXPECT_THAT(Say(),
               ElementsAre("a second reply with another content follows in 1 of 32 exchanges: "
-                          "two devices have its address (unplug one), or another master "
+                          "two devices have its address (2; unplug one), or another master "
                           "asks it (take it away)"))
       << "and others of theirs are alike";
+  static constexpr config::Traits kCommon{.common_address = "0"};
+  config::Device& its = config_.lines[0].devices[1];
+  its.traits = &kCommon;
+  const std::string address = std::exchange(its.address, "0");
+  EXPECT_THAT(Say()[0],
+              ::testing::HasSubstr("every device answers to address 0: give each its own"));
+  its.traits = &SpabusProtocol().traits;
+  its.address = address;
   Looked(device(), Symptom::clean, 30);
   Looked(device(), Symptom::master_beside, 2, {.cause = "another master", .remedy = "take it off"});
   EXPECT_THAT(Say(), IsEmpty()) << "that is the line's";
