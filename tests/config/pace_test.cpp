@@ -109,6 +109,23 @@ TEST(Resolve, MoreTimeForTheReplyIsMoreTimeForTheExchange) {
   EXPECT_EQ(CeilingUsed(1500ms, 1s), 1525ms) << "never shorter than reply and gap";
 }
 
+TEST(Resolve, MoreTimeForPausesIsMoreTimeForTheExchange) {
+  Timing fallback;
+  fallback.reply = 500ms;
+  fallback.gap = 50ms;
+  fallback.ceiling = 750ms;
+  const auto ceiling = [&](Duration gap, std::optional<Duration> own = {}) {
+    Timing given;
+    given.gap = gap;
+    given.ceiling = own;
+    return *config::Resolve(given, fallback).ceiling;
+  };
+  EXPECT_EQ(ceiling(200ms), 750ms + 16 * 150ms);
+  EXPECT_EQ(ceiling(2s), 5750ms) << "at most 5 s more";
+  EXPECT_EQ(ceiling(20ms), 750ms);
+  EXPECT_EQ(ceiling(200ms, 900ms), 900ms);
+}
+
 TEST(Pace, OfReplyGapAndCeilingTheLongerOneOfLineAndProfileCounts) {
   // The profile says reply 700ms, gap 30ms.
   const auto timing = [](const std::string& line, const std::string& device) {
