@@ -27,12 +27,19 @@ std::string HintOf(const Rest& rest, bool unread, const config::Line& line) {
            "), power, wire and address behind it, inactivity time";
   }
   if (rest.asks() && !unread) {
-    const config::Traits& traits = *line.devices.front().traits;
+    const config::Traits& traits =
+        line.devices.empty() ? config::kNoTraits : *line.devices.front().traits;
     const std::string other(traits.counterpart);
-    return "before it had worked, having read the first request: it wants another protocol: set " +
-           (!traits.service.empty() ? "it to " + std::string(traits.service)
-                                    : "its port to raw TCP, for " + protocol) +
-           (other.empty() ? "" : ", or protocol: " + other + " here") + "; is it the right port?";
+    if (!traits.service.empty()) {
+      return "before it had worked, having read the first request: is " +
+             std::string(traits.service) +
+             " behind this port, does it know the unit, and admit this address?";
+    }
+    return "before it had worked, having read the first request: it wants another protocol: set "
+           "its "
+           "port to raw TCP, for " +
+           protocol + (other.empty() ? "" : ", or protocol: " + other + " here") +
+           "; is it the right port?";
   }
   return "before it had worked; is it in use by another client, or at its connection limit?";
 }
@@ -87,6 +94,7 @@ void LinePort::ClosePort() {
 
 void LinePort::OnOpened(Now now) {
   now_ = now;
+  display_.OnConnected(now);
   if (rest_.OnOpened(poller_.ledger().line.Answers())) {
     DropLate();
     if (const Bytes request = rest_.TakeHeld(); !request.empty()) transport_.Send(request);

@@ -10,6 +10,13 @@
 
 namespace baudgate {
 
+namespace {
+
+/// Connections that a limit of time ends differ by no more than this and a tenth.
+constexpr Duration kSameAge = 200ms;
+
+}  // namespace
+
 PortDisplay::PortDisplay(PointStore& store, const config::Line& line, LineRecorder& recorder,
                          LineReporter& reporter)
     : store_(store),
@@ -76,6 +83,11 @@ void PortDisplay::CountEnd(End end, Now now) {
     if (shut) status.ends.shut.Add(now.instant);
     if (end.worked && end.asked) status.ends.asked.Add(now.instant);
     if (end.worked && !end.asked) status.ends.idle.Add(now.instant);
+    if (!end.worked) return;
+    const Duration age = now.instant - connected_;
+    const bool alike = std::chrono::abs(age - status.ends.age) < kSameAge + status.ends.age / 10;
+    status.ends.alike = alike ? status.ends.alike + 1 : 1;
+    status.ends.age = age;
   });
 }
 

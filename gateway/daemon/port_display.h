@@ -43,6 +43,7 @@ class PortDisplay {
   void OnWorked() { worked_ = true; }
   /// There is no connection; the first time behind one that has worked counts.
   void CountNoConnection(NoConnection why, Now now);
+  void OnConnected(Now now) { connected_ = now.instant; }
   /// The server has ended a connection.
   struct End {
     bool worked = false;  ///< something was answered over it
@@ -68,6 +69,7 @@ class PortDisplay {
   LineRecorder& recorder_;
   LineReporter& reporter_;
   std::string text_;
+  Instant connected_{};
   bool worked_ = false;  // the last connection, and no try has failed since
 };
 

@@ -297,8 +297,8 @@ std::optional<Finding> DoubledBytes(const Hearing& hearing, View heard) {
                      "that doubles them"};
 }
 
-/// Of a value that has moved since, and of its check value, some characters differ. Noise changes
-/// characters as well, and takes none away.
+/// In a text some characters of a value that has moved since, and of its check value, differ. Noise
+/// changes characters as well, and takes none away.
 bool LacksSome(View heard, View reply) {
   constexpr std::size_t kMostLost = 2;
   constexpr std::size_t kFewest = 4;
@@ -306,7 +306,9 @@ bool LacksSome(View heard, View reply) {
   reply = Core(reply);
   if (heard.size() < kFewest || heard.size() >= reply.size()) return false;
   if (reply.size() > heard.size() + kMostLost || heard.front() != reply.front()) return false;
-  return 4 * CommonBytes(heard, reply) >= 3 * heard.size();
+  const std::size_t common = CommonBytes(heard, reply);
+  if (std::ranges::all_of(reply, IsPrintable)) return 4 * common >= 3 * heard.size();
+  return common == heard.size() && heard.back() == reply.back();
 }
 
 bool IsPrintable(std::uint8_t byte) {
@@ -326,7 +328,7 @@ std::optional<Finding> ChangedBytes(const Hearing& hearing, View heard) {
   for (const auto undo : {Stuffed, Swallowed, Translated, Inverted}) {
     if (auto found = undo(hearing, heard)) return found;
   }
-  if (auto rate = OtherBitRate(heard)) return rate;
+  if (auto rate = OtherBitRate(heard, hearing.connection)) return rate;
   return OtherParity(hearing, heard);
 }
 

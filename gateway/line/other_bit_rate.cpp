@@ -21,15 +21,16 @@ bool HasDoubledBits(std::uint8_t byte) {
 /// second bit, of which the fourth is the stop bit of the first.
 bool HasStopBitInside(std::uint8_t byte) { return (byte & 0b00001000U) != 0; }
 
-Finding Says(const std::string& rate) {
+Finding Says(const std::string& rate, bool connection) {
   return {.symptom = Symptom::other_setting,
           .cause = "its characters come at " + rate + " the bit rate that is set here",
-          .remedy = "set both alike"};
+          .remedy = connection ? "set that of the device at the port of the serial server"
+                               : "set both alike"};
 }
 
 }  // namespace
 
-std::optional<Finding> OtherBitRate(View heard) {
+std::optional<Finding> OtherBitRate(View heard, bool connection) {
   constexpr std::size_t kFewestDoubled = 6;
   constexpr std::size_t kFewestHalved = 7;
   constexpr std::size_t kDifferent = 3;
@@ -45,8 +46,8 @@ std::optional<Finding> OtherBitRate(View heard) {
     if (HasStopBitInside(byte)) ++halved;
   }
   if (values.size() < kDifferent) return std::nullopt;
-  if (doubled == all && all >= kFewestDoubled) return Says("half");
-  if (halved == all && all >= kFewestHalved) return Says("twice");
+  if (doubled == all && all >= kFewestDoubled) return Says("half", connection);
+  if (halved == all && all >= kFewestHalved) return Says("twice", connection);
   return std::nullopt;
 }
 

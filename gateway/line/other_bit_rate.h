@@ -1,5 +1,5 @@
-// Characters that were sent at half or twice the bit rate at which they are read, as their bits tell.
-// Pure; used by gateway/line/changed_bytes.h.
+// Characters that were sent at half or twice the bit rate at which they are read, as their bits
+// tell. Pure; used by gateway/line/changed_bytes.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,6 +10,7 @@
 
 namespace baudgate {
 
-std::optional<Finding> OtherBitRate(View heard);
+/// `connection`: to a serial server, which has the bit rate.
+std::optional<Finding> OtherBitRate(View heard, bool connection);
 
 }  // namespace baudgate

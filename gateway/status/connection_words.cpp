@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/status/connection_words.h"
 
+#include <fmt/format.h>
+
 #include <cstddef>
+
+#include "gateway/status/words.h"
 
 namespace baudgate::control {
 
-const char* WhyEnded(const LineStatus& status, Instant since, bool in_use) {
+std::string WhyEnded(const LineStatus& status, Instant since, bool in_use) {
   constexpr std::size_t kTwice = 2;
   constexpr std::size_t kThrice = 3;
   const ConnectionEnds& ends = status.ends;
@@ -32,6 +36,12 @@ const char* WhyEnded(const LineStatus& status, Instant since, bool in_use) {
       static_cast<double>(asked) >= (status.use + 1) / 2 * static_cast<double>(all)) {
     return "with a request under way: the server fails at requests: look at its load, its log and "
            "its firmware";
+  }
+  if (ends.alike >= kThrice && ends.age > Duration()) {
+    return fmt::format(
+        "each after about {:.1f} s: the server limits the time of a connection, or another client "
+        "takes it: raise these limits",
+        Seconds(ends.age));
   }
   if (in_use) {
     return "another client takes it (take that away, or raise the limit of connections), or a "

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <string>
+
 #include "gateway/base/time.h"
 #include "gateway/store/line_status.h"
 
@@ -9,6 +11,6 @@ namespace baudgate::control {
 
 /// Cause and remedy of the ends since then; where nothing stands out, what to look at. `in_use`:
 /// the connections had survived longer rests.
-const char* WhyEnded(const LineStatus& status, Instant since, bool in_use);
+std::string WhyEnded(const LineStatus& status, Instant since, bool in_use);
 
 }  // namespace baudgate::control

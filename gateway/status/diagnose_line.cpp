@@ -328,7 +328,11 @@ Sentences DiagnoseLine(const config::Line& line, const LineStatus& status,
   const std::size_t lost = LossesOf(line, status, now);
   if (lost >= (line.is_network() ? kDrops : 1))
     found.push_back(Lost(line, status, lost, devices, now.instant));
-  if (std::string dropped = Dropped(status, now); lost < kDrops && !dropped.empty()) {
+  // One unit that is closed for has a sentence of its own.
+  const bool told = std::ranges::any_of(devices, [](const DeviceRecord& one) {
+    return !one.status.last_ok && one.status.findings.Last(Symptom::silence).ended;
+  });
+  if (std::string dropped = Dropped(status, now); lost < kDrops && !told && !dropped.empty()) {
     found.push_back(std::move(dropped));
   }
   // One that says no to most of what it is asked has a sentence of its own.

@@ -156,7 +156,7 @@ std::string SayTailLost(const Evidence& evidence) {
   const bool few = finding.expected > finding.bytes && OnWire(evidence) &&
                    finding.expected <= finding.bytes + kFewLost;
   // What others share with it is not the cause.
-  if (!evidence.healthy.empty() && !evidence.line->is_network()) {
+  if (few && !evidence.healthy.empty() && !evidence.line->is_network()) {
     return fmt::format(
         "its replies break off ({}{} bytes came): its driver lets go of the bus too "
         "early, or {}",
@@ -299,7 +299,7 @@ std::string SaySaid(const Evidence& evidence) {
     return WithRemedy(evidence.Last(odd));
   }
   if (evidence.answered) {
-    return std::string("the server closes the connection behind some requests: ") +
+    return "the server closes the connection behind some requests: " +
            WhyEnded(*evidence.status, evidence.now - 1h, true);
   }
   if (evidence.Count(silence) > 0 && OnWire(evidence)) {

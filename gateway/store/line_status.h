@@ -68,6 +68,8 @@ struct ConnectionEnds {
   RecentTimes refused;      ///< behind its end nothing took connections at the port
   RecentTimes unreachable;  ///< behind its end no host answered
   RecentTimes shut;         ///< behind its end the server ended the next one before any answer
+  Duration age{};           ///< of the connections that ended last
+  std::uint32_t alike = 0;  ///< how many in a row were about as old as that
 };
 
 struct LineStatus : LineCounters {

@@ -378,6 +378,7 @@ TEST_F(LinePortTest, TellsHowConnectionsEndAndWhatFollows) {
   Pass(300ms);
   End();
   EXPECT_EQ(times(&ConnectionEnds::shut), 1U);
+  EXPECT_EQ(status().ends.alike, 2U) << "both that worked ended at the same age";
   EXPECT_EQ(times(&ConnectionEnds::unreachable), 0U);
 }
 

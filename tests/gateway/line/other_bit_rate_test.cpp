@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/line/other_bit_rate.h"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include <random>
 #include <string>
@@ -49,27 +49,28 @@ Bytes Received(std::string_view text, double per_bit) {
 TEST(OtherBitRate, HalfAndTwiceAreTold) {
   for (const char* text : {">+02.500+03.100+00.000+00.001\r", "<1D:0.52/0.50/0.51:7F\r\n",
                            ":010304006400C8CB\r\n", "$GPGGA,123519,4807.038,N\r\n"}) {
-    const auto slow = OtherBitRate(Received(text, 2));
+    const auto slow = OtherBitRate(Received(text, 2), false);
     ASSERT_TRUE(slow) << text;
     EXPECT_EQ(slow->cause, "its characters come at half the bit rate that is set here");
-    const auto fast = OtherBitRate(Received(text, 0.5));
+    const auto fast = OtherBitRate(Received(text, 0.5), true);
     ASSERT_TRUE(fast) << text;
     EXPECT_EQ(fast->cause, "its characters come at twice the bit rate that is set here");
-    EXPECT_FALSE(OtherBitRate(ToBytes(text))) << text;
+    EXPECT_THAT(fast->remedy, ::testing::HasSubstr("serial server"));
+    EXPECT_FALSE(OtherBitRate(ToBytes(text), false)) << text;
   }
 }
 
 TEST(OtherBitRate, NothingElseIsTakenForIt) {
-  EXPECT_FALSE(OtherBitRate({}));
-  EXPECT_FALSE(OtherBitRate(Bytes(30, 0x00))) << "a line that nobody drives";
-  EXPECT_FALSE(OtherBitRate(Bytes(30, 0xFF)));
-  EXPECT_FALSE(OtherBitRate(Bytes(30, 0x78))) << "one value";
+  EXPECT_FALSE(OtherBitRate({}, false));
+  EXPECT_FALSE(OtherBitRate(Bytes(30, 0x00), false)) << "a line that nobody drives";
+  EXPECT_FALSE(OtherBitRate(Bytes(30, 0xFF), false));
+  EXPECT_FALSE(OtherBitRate(Bytes(30, 0x78), false)) << "one value";
   std::minstd_rand random(1);
   int taken = 0;
   for (int i = 0; i < 1000; ++i) {
     Bytes noise(20);
     for (std::uint8_t& byte : noise) byte = static_cast<std::uint8_t>(random() >> 7U);
-    if (OtherBitRate(noise)) ++taken;
+    if (OtherBitRate(noise, false)) ++taken;
   }
   EXPECT_EQ(taken, 0);
 }

@@ -180,6 +180,7 @@ TEST_F(DiagnoseTest, WhyAServerEndsConnections) {
     int asked;
     int idle;
     const char* says;
+    std::uint32_t alike = 1;
   };
   using Ends = ConnectionEnds;
   const Row table[] = {
@@ -188,9 +189,12 @@ TEST_F(DiagnoseTest, WhyAServerEndsConnections) {
       {&Ends::shut, 2, 2, "the next one was closed at once: another client takes it"},
       {&Ends::asked, 4, 0, "with a request under way: the server fails at requests"},
       {&Ends::idle, 1, 3, "look at the server's other clients"},
+      {&Ends::idle, 1, 3, "each after about 3.3 s: the server limits the time of a connection", 3},
   };
   for (const Row& row : table) {
     line_.ends = {};
+    line_.ends.age = 3300ms;
+    line_.ends.alike = row.alike;
     add(line_.ends.asked, row.asked);
     add(line_.ends.idle, row.idle);
     if (row.what != &Ends::asked && row.what != &Ends::idle) add(line_.ends.*row.what, 3);
