@@ -23,7 +23,7 @@ ModbusServer::~ModbusServer() { Stop(); }
 
 Status ModbusServer::Listen(asio::io_context& io) {
   if (!config_.modbus.enabled) return {};
-  if (!shared_->points().responder().ready()) return shared_->points().responder().ready();
+  if (!shared_->units().responder().ready()) return shared_->units().responder().ready();
   io_ = &io;
   retry_.emplace(io);
   shared_->inbox()->Open(io, ReadClocks);

@@ -97,7 +97,7 @@ void RequestService::HandleBroadcast(View frame, std::size_t index,
                                      std::span<const RouteTargets::Line> lines, const Now& now) {
   if (listener_.broadcast == config::Listener::Broadcast::ignore) {
     ModbusRequest request;
-    const ExceptionCode malformed = shared_.points().Check(frame, request);
+    const ExceptionCode malformed = shared_.units().Check(frame, request);
     return Refuse(frame, malformed != kNoException ? malformed : kIllegalAddress, now.instant);
   }
   for (const RouteTargets::Line& line : lines) {

@@ -8,6 +8,7 @@
 
 #include "gateway/base/deadline.h"
 #include "gateway/modbus/service/permission.h"
+#include "gateway/modbus/service/write_exception.h"
 
 namespace baudgate::modbus {
 namespace {
@@ -48,8 +49,8 @@ void RequestService::Handle(View frame, const Now& now) {
     }
     const bool gateway = way.kind == Way::Kind::gateway && UnitOf(frame) != 0;
     if (way.kind == Way::Kind::device || gateway) {
-      shared_.points().Deny(frame, writer(), {.end = WriteEnd::denied, .reason = kNotPermitted},
-                            now);
+      shared_.units().Deny(frame, writer(), {.end = WriteEnd::denied, .reason = kNotPermitted},
+                           now);
     }
     return Refuse(frame, kIllegalFunction, now.instant);
   }
@@ -62,15 +63,15 @@ void RequestService::Handle(View frame, const Now& now) {
 
 void RequestService::HandleOwn(View frame, const Now& now) {
   ModbusRequest request;
-  ExceptionCode exception = shared_.points().Check(frame, request);
+  ExceptionCode exception = shared_.units().Check(frame, request);
   if (exception != kNoException) return Refuse(frame, exception, now.instant);
   const bool write = IsPlainWrite(request.function);
   if (write && pending_.size() + broadcasts_ >= kMaxPending) {
-    shared_.points().Deny(frame, writer(), {.end = WriteEnd::busy, .reason = kTooMany}, now);
+    shared_.units().Deny(frame, writer(), {.end = WriteEnd::busy, .reason = kTooMany}, now);
     return Refuse(frame, kBusy, now.instant);
   }
   exception = write ? StartWrite(request, now.instant)
-                    : shared_.points().Read(request, listener_.holes, now.instant, record_->id);
+                    : shared_.units().Read(request, listener_.holes, now.instant, record_->id);
   if (exception != kNoException) return Refuse(frame, exception, now.instant);
   if (!write) Answer(request, now.instant);
 }
@@ -86,7 +87,7 @@ ExceptionCode RequestService::StartWrite(const ModbusRequest& request, Instant n
   };
   if (!abandoned_) abandoned_ = std::make_shared<std::atomic<bool>>(false);
   const auto exception =
-      shared_.points().Submit(request, {writer(), deadline, abandoned_}, now, std::move(done));
+      shared_.units().Submit(request, {writer(), deadline, abandoned_}, now, std::move(done));
   if (exception == kNoException) {
     AddPending({number, deadline, {}, CopyOf(request.frame.first(kMbapHeader + kWriteReply))});
   }
@@ -97,7 +98,7 @@ void RequestService::FinishWrite(std::uint64_t number, const WriteResult& result
   const auto pending = TakePending(number);
   if (!pending || pending->abandoned) return;
   const View asked = pending->frame;
-  const ExceptionCode exception = PointService::ExceptionOf(result);
+  const ExceptionCode exception = ExceptionOf(result);
   if (exception != kNoException) return Refuse(asked, exception, now);
   Answer(AduOf(TransactionOf(asked), UnitOf(asked), PduOf(asked)), now);
 }
@@ -149,7 +150,7 @@ void RequestService::Close() {
   closed_ = true;
   Abandon();
   pending_.clear();
-  shared_.points().Forget(writer());
+  shared_.units().Forget(writer());
   shared_.book()->Leave(*record_);
 }
 
@@ -194,7 +195,7 @@ std::size_t RequestService::BytesOnWire(std::size_t frame) const {
 void RequestService::Answer(const ModbusRequest& request, Instant now) {
   ClientRecord::Add(record_->bytes_out, BytesOnWire(ReplySize(request)));
   record_->functions->Add(request.function);
-  wire_.Answer(request, shared_.points().responder(), now);
+  wire_.Answer(request, shared_.units().responder(), now);
 }
 
 void RequestService::Answer(View frame, Instant now) {

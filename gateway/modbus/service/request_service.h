@@ -64,7 +64,7 @@ class RequestService : public std::enable_shared_from_this<RequestService> {
   /// routed request by RouteTarget::Abandon, a write by WriteCommand::abandoned. None is answered.
   void Abandon();
   /// The client has left: Abandon, and what is kept of it is forgotten (selections and its place
-  /// among the events by PointService::Forget, its entry in the traffic book). The wire is not
+  /// among the events by LocalUnits::Forget, its entry in the traffic book). The wire is not
   /// called again.
   void Close();
 

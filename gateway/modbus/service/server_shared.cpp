@@ -9,7 +9,7 @@ ServerShared::ServerShared(const config::Config& config, const PointStore& store
                            std::function<GatewayFigures()> info, ModbusLimits limits,
                            const ModbusLinks& links)
     : limits_(limits),
-      points_(
+      units_(
           config, store, sink,
           [this, info = std::move(info)] {
             return GatewayBlockOf(info ? info() : GatewayFigures{}, counters_.Snapshot());
@@ -27,7 +27,7 @@ ServerShared::ServerShared(const config::Config& config, const PointStore& store
 
 void ServerShared::Apply(const config::Config& config, std::span<RouteTarget* const> lines,
                          const Origins& routes) {
-  points_.Apply(config);
+  units_.Apply(config);
   routes_.Renew(config.modbus.routes, routes);
   table_ = RouteTable(config, routes_);
   book_->Show(routes_);

@@ -1,4 +1,4 @@
-// What all clients of a Modbus server share: the points and the routes that they ask for, the book
+// What all clients of a Modbus server share: the units and the routes that they ask for, the book
 // of who asks what, the way back to the server's thread, limits and counters. Used by that thread
 // only, but for the book and the snapshot of the counters.
 // SPDX-License-Identifier: Apache-2.0
@@ -12,7 +12,7 @@
 #include "gateway/modbus/service/inbox.h"
 #include "gateway/modbus/service/links.h"
 #include "gateway/modbus/service/live_counters.h"
-#include "gateway/modbus/service/point_service.h"
+#include "gateway/modbus/service/local_units.h"
 #include "gateway/modbus/service/route_list.h"
 #include "gateway/modbus/service/route_table.h"
 #include "gateway/modbus/service/route_targets.h"
@@ -40,7 +40,7 @@ class ServerShared {
   /// See ModbusLimits; of clients that connect from now on.
   void SetClientShare(double share) { limits_.client_share = share; }
 
-  PointService& points() { return points_; }
+  LocalUnits& units() { return units_; }
   const Way& WayOf(std::uint8_t unit) const { return table_.of(unit); }
   const config::Route& route(std::size_t number) const { return routes_.at(number); }
   RouteTargets& targets() { return targets_; }
@@ -63,7 +63,7 @@ class ServerShared {
  private:
   ModbusLimits limits_;
   LiveCounters counters_;
-  PointService points_;
+  LocalUnits units_;
   RouteList routes_;
   RouteTable table_;
   RouteTargets targets_;
