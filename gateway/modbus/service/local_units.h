@@ -1,5 +1,5 @@
 // The units that a Modbus server answers itself: devices of the gateway, out of the point store,
-// and the gateway's own. Requests come from request_service.cpp. Used by the server's own thread
+// and the gateway's own. Requests come from local_requests.cpp. Used by the server's own thread
 // only.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once

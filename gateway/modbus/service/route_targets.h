@@ -1,5 +1,5 @@
 // Where transparent routes lead: the lines that the composition root has given, and the servers
-// elsewhere that are made here. Asked by request_service.cpp for every routed request.
+// elsewhere that are made here. Asked by router.cpp for every routed request.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

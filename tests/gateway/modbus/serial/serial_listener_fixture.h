@@ -44,7 +44,7 @@ class SerialListenerTest : public MasterTest {
   void Open() {
     MakeShared(ReadClocks());
     shared_->inbox()->Open(io_, ReadClocks);
-    serial_ = std::make_shared<SerialListener>(io_, listener(), *shared_, ModbusRtuProtocol());
+    serial_ = std::make_shared<SerialListener>(io_, listener(), *shared_);
     serial_->Open();
   }
   bool RunUntilOpen(bool is_open) {

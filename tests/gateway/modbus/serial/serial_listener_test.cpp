@@ -66,7 +66,7 @@ TEST_F(SerialListenerTest, ThePortOfOneThatIsLeftIsClosedBesideTheServer) {
   EXPECT_TRUE(shared_->book()->Status({}).clients.empty());
   std::thread([&] { serial_->ClosePort(); }).join();
   RunReady(io_);
-  serial_ = std::make_shared<SerialListener>(io_, listener(), *shared_, ModbusRtuProtocol());
+  serial_ = std::make_shared<SerialListener>(io_, listener(), *shared_);
   serial_->Open();
   ASSERT_TRUE(RunUntilOpen(true)) << "it is free";
   AskForTheValue();

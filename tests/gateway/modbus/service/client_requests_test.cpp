@@ -1,6 +1,6 @@
 // Routed requests: what the target is given, and how each end of them is answered.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/modbus/service/request_service.h"
+#include "gateway/modbus/service/client_requests.h"
 
 #include <gmock/gmock.h>
 
@@ -84,11 +84,11 @@ TEST_F(ServiceTest, RequestsSayWhoAsksAndUntilWhen) {
 TEST_F(ServiceTest, RepliesComeInTheOrderOfCompletionWithTheirTransactionIds) {
   Add(1, 20, 21);
   Add(2, 30, 30);
-  for (std::uint16_t i = 0; i < RequestService::kMaxPending; ++i) {
+  for (std::uint16_t i = 0; i < PendingRequests::kMost; ++i) {
     const auto unit = static_cast<std::uint8_t>(i % 3 == 2 ? 30 : 20 + i % 3);
     ASSERT_THAT(Ask(Frame(unit, kRead, static_cast<std::uint16_t>(0xA000 + i))), IsEmpty());
   }
-  EXPECT_EQ(services_[0]->outstanding(), RequestService::kMaxPending);
+  EXPECT_EQ(services_[0]->outstanding(), PendingRequests::kMost);
   Enter(wire_);
   for (std::size_t i = drive_.count(); i-- > 0;) {
     const RoutedRequest request = drive_.Wait(i);
@@ -239,7 +239,7 @@ TEST_F(ServiceTest, AWriteThatIsConfirmedAtItsDeadlineIsAnsweredSo) {
   write.done({});
   EXPECT_THAT(Settle(), ElementsAre("12 34 00 00 00 06 01 06 00 00 00 07"));
   Ask(1, "06 00 00 00 07");
-  now_ = sink_.commands.at(1).deadline + RequestService::kGrace;
+  now_ = sink_.commands.at(1).deadline + PendingRequest::kGrace;
   services_[0]->Sweep(Clocks());
   EXPECT_THAT(Settle(), ElementsAre("12 34 00 00 00 03 01 86 0B"));
 }
