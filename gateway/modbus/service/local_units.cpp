@@ -8,7 +8,8 @@ LocalUnits::LocalUnits(const config::Config& config, const PointStore& store, Co
     : map_(config),
       events_(links.events),
       reader_(store, map_, events_, std::move(block)),
-      writer_(store, sink, map_, events_, AckRegister(store, links.alarms, links.writes)) {}
+      writer_(store, WriteGate(store, sink), map_, events_,
+              AckRegister(store, links.alarms, links.writes)) {}
 
 void LocalUnits::Apply(const config::Config& config) {
   map_ = RegisterMap(config);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/modbus/service/router.h"
 
-#include <algorithm>
 #include <utility>
 
 namespace baudgate::modbus {
@@ -36,18 +35,14 @@ void Router::Apply(const config::Config& config, std::span<RouteTarget* const> l
 }
 
 bool Router::Submit(const RoutedAsk& ask, RoutedRequest request, const Now& now) {
-  const std::uint64_t client = request.client;
   const auto witness = WitnessOf(ask, request.pdu, request.broadcast, now);
   if (witness) request.done = audit::Witness::Watch(witness, std::move(request.done));
   book_->Asked(ask.route, ask.unit);
-  if (!ask.has_room || !ask.target->Submit(std::move(request))) {
+  if (!ask.has_room || !targets_.Submit(*ask.target, std::move(request))) {
     if (witness) witness->Deny(WriteEnd::busy, Busy().reason);
     book_->Ended(ask.route, ask.unit, RouteOutcome::busy, Busy(), now.wall);
     return false;
   }
-  if (client == 0) return true;
-  std::vector<RouteTarget*>& asked = asked_[client];
-  if (std::ranges::find(asked, ask.target) == asked.end()) asked.push_back(ask.target);
   return true;
 }
 
@@ -61,12 +56,6 @@ void Router::OnEnd(std::size_t route, std::uint8_t unit, RouteOutcome end, const
                    const Now& now) {
   book_->Ended(route, unit, end, reply, now.wall);
   if (routed_) routed_({routes_.at(route), unit, end, reply}, now);
-}
-
-void Router::Abandon(std::uint64_t client) {
-  const auto asked = asked_.extract(client);
-  if (!asked) return;
-  for (RouteTarget* target : asked.mapped()) target->Abandon(client);
 }
 
 std::shared_ptr<audit::Witness> Router::WitnessOf(const RoutedAsk& ask, View pdu, bool broadcast,

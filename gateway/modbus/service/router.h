@@ -7,12 +7,10 @@
 #include <asio/io_context.hpp>
 #include <cstddef>
 #include <cstdint>
-#include <map>
 #include <memory>
 #include <span>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "config/model/config.h"
 #include "gateway/audit/routed_record.h"
@@ -66,7 +64,7 @@ class Router {
     book_->Ended(route, unit, RouteOutcome::abandoned, {}, {});
   }
   /// Targets send nothing more of this client.
-  void Abandon(std::uint64_t client);
+  void Abandon(std::uint64_t client) { targets_.Abandon(client); }
 
   /// Shared by what may outlive the server.
   const std::shared_ptr<TrafficBook>& book() const { return book_; }
@@ -82,8 +80,6 @@ class Router {
   audit::WriteLog* const log_;  ///< null: routed writes are not recorded
   const OnRoutedReport routed_;
   const std::shared_ptr<TrafficBook> book_;
-  /// By client: the targets that may still hold requests of it.
-  std::map<std::uint64_t, std::vector<RouteTarget*>> asked_;
 };
 
 }  // namespace baudgate::modbus

@@ -7,6 +7,7 @@
 #include <atomic>
 #include <functional>
 #include <memory>
+#include <utility>
 
 #include "gateway/modbus/registers/register_map.h"
 #include "gateway/modbus/service/ack_register.h"
@@ -30,9 +31,9 @@ class UnitWriter {
   using Done = std::function<void(const WriteResult&)>;
 
   /// All references outlive it.
-  UnitWriter(const PointStore& store, CommandSink& sink, const RegisterMap& map,
-             EventWindow& events, const AckRegister& acks)
-      : store_(store), gate_(store, sink), map_(map), events_(events), acks_(acks) {}
+  UnitWriter(const PointStore& store, WriteGate gate, const RegisterMap& map, EventWindow& events,
+             const AckRegister& acks)
+      : store_(store), gate_(std::move(gate)), map_(map), events_(events), acks_(acks) {}
 
   /// `done` is called once, on any thread, unless there is an exception.
   ExceptionCode Submit(const ModbusRequest& request, const Asker& asker, Instant now, Done done);
