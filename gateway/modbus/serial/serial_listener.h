@@ -38,7 +38,6 @@ class SerialListener final : public std::enable_shared_from_this<SerialListener>
 
   /// "a Modbus master on /dev/ttyS1".
   std::string Summary() const { return "a Modbus master on " + listener_.path; }
-  bool is_open() const { return session_.has_value(); }
 
  private:
   void OnOpened(const std::string& description) override;

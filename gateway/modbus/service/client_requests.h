@@ -47,8 +47,6 @@ class ClientRequests {
   std::size_t outstanding() const { return local_->outstanding() + routed_->outstanding(); }
   /// When Sweep has something to answer; empty: nothing waits.
   std::optional<Instant> Deadline() const;
-  /// The number of the client, as its requests carry it.
-  std::uint64_t id() const { return replies_->client().number; }
 
  private:
   void Deny(View frame, const Way& way, const Now& now);

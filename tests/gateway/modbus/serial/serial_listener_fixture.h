@@ -48,7 +48,7 @@ class SerialListenerTest : public MasterTest {
     serial_->Open();
   }
   bool RunUntilOpen(bool is_open) {
-    return test::RunUntil(io_, [&] { return serial_->is_open() == is_open; });
+    return test::RunUntil(io_, [&] { return Master().is_open == is_open; });
   }
   void Begin() {
     PlugIn();

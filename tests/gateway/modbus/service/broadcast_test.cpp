@@ -115,7 +115,7 @@ TEST_F(BroadcastTest, WhoBroadcastsMayLeaveAtOnce) {
   Pass();
   Add(1, 20, 20);
   Ask(0, kStopAll);
-  const std::uint64_t id = services_[0]->id();
+  const std::uint64_t id = IdOf(0);
   EXPECT_NE(drive_.Wait(0).client, id);
   services_[0]->Close();
   services_.clear();

@@ -75,7 +75,7 @@ TEST_F(ServiceTest, RequestsSayWhoAsksAndUntilWhen) {
   Add(1, 20, 20).deadline = 700ms;
   Ask(20, kRead);
   const RoutedRequest request = drive_.Wait(0);
-  EXPECT_EQ(request.client, services_[0]->id());
+  EXPECT_EQ(request.client, IdOf(0));
   EXPECT_NE(request.client, 0U);
   EXPECT_EQ(request.arrived, now_);
   EXPECT_EQ(request.deadline, now_ + 700ms);
@@ -285,7 +285,7 @@ TEST_F(ServiceTest, WhatIsGivenUpIsNotAnswered) {
   Ask(20, kRead);
   Ask(1, "06 00 00 00 07");
   services_[0]->Abandon();
-  EXPECT_THAT(drive_.forgotten(), ElementsAre(services_[0]->id()));
+  EXPECT_THAT(drive_.forgotten(), ElementsAre(IdOf(0)));
   drive_.Wait(0).done(GoodReply("03 02 00 07"));
   sink_.commands.at(0).done({});
   EXPECT_THAT(Settle(), IsEmpty());
@@ -299,7 +299,7 @@ TEST_F(ServiceTest, AClientThatLeavesIsForgottenByEveryTargetItUsed) {
   Add(2, 30, 30);
   Ask(20, kRead);
   Ask(20, kRead);
-  const std::uint64_t id = services_[0]->id();
+  const std::uint64_t id = IdOf(0);
   services_[0]->Close();
   EXPECT_THAT(drive_.forgotten(), ElementsAre(id));
   EXPECT_THAT(pumps_.forgotten(), IsEmpty());

@@ -97,6 +97,8 @@ class ServiceTest : public testing::Test {
     io_.poll();
     return wire_.Take();
   }
+  /// Of the clients that are there.
+  std::uint64_t IdOf(std::size_t client) { return Traffic().clients.at(client).id; }
   TrafficStatus Traffic() { return shared_->book()->Status(Clocks()); }
 
   Instant now_{100h};
