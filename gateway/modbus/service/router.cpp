@@ -3,6 +3,8 @@
 
 #include <utility>
 
+#include "gateway/base/modbus_pdu.h"
+
 namespace baudgate::modbus {
 namespace {
 
