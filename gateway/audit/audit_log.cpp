@@ -10,14 +10,18 @@ namespace {
 
 constexpr const char* kStalled = "the disk does not answer in time";
 
+AuditLog::Options WithWriter(AuditLog::Options options) {
+  if (!options.writer) options.writer = std::make_shared<EventsWriter>();
+  return options;
+}
+
 }  // namespace
 
 AuditLog::AuditLog(Options options)
-    : options_(std::move(options)),
-      writer_(options_.writer ? options_.writer : std::make_shared<EventsWriter>()),
-      file_(options_.file, options_.vfs, kRooms, writer_),
+    : options_(WithWriter(std::move(options))),
+      file_(options_.file, options_.vfs, kRooms, options_.writer),
       disk_(options_.clocks().wall),
-      worker_(writer_->thread, [this](bool last) { return Round(last); }) {
+      worker_(options_.writer->thread, [this](bool last) { return Round(last); }) {
   {
     const MutexLock lock(mutex_);
     if (options_.file.empty()) SetDisk(Disk::failing, options_.why_no_file);

@@ -31,7 +31,7 @@ class AuditLog final : public WriteLog, public AuditSource {
     std::string why_no_file{};
     bool require = false;
     std::string vfs{};  ///< as in Database
-    /// Shared with the events. Null: the audit has a thread of its own.
+    /// Shared with the events. Null: AuditLog makes one.
     std::shared_ptr<EventsWriter> writer{};
     std::function<Now()> clocks;
     /// One line when the disk begins to fail, and one when it is well again; from any thread.
@@ -68,7 +68,6 @@ class AuditLog final : public WriteLog, public AuditSource {
   std::string Consequence() const;
 
   const Options options_;
-  const std::shared_ptr<EventsWriter> writer_;
   AuditFile file_;         // of the writing thread
   bool was_open_ = false;  // of the writing thread
   mutable Mutex mutex_;

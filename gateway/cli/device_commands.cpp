@@ -21,6 +21,31 @@
 namespace baudgate {
 namespace {
 
+/// What a twin does that a device should not, or does unasked.
+void AddMisbehaviour(CLI::App& command, const std::shared_ptr<SimulateOptions>& options) {
+  command
+      .add_option_function<std::vector<std::string>>(
+          "--fault",
+          [options](const std::vector<std::string>& texts) {
+            for (const std::string& text : texts) {
+              auto fault = ParseFault(text);
+              if (!fault) throw CLI::ValidationError("--fault", fault.error());
+              options->faults.push_back(std::move(*fault));
+            }
+          },
+          "Misbehave: KIND[:key=value,...], for example loss:rate=0.1; may be repeated")
+      ->take_all()
+      ->allow_extra_args(false);
+  command.add_option_function<std::string>(
+      "--events",
+      [options](const std::string& text) {
+        const auto schedule = ParseEventSchedule(text);
+        if (!schedule) throw CLI::ValidationError("--events", schedule.error());
+        options->events = *schedule;
+      },
+      "Raise events of its profile: every:DURATION[,count=N][,numbered]");
+}
+
 void AddSimulate(CLI::App& app, Action& action) {
   auto* command =
       app.add_subcommand("simulate", "Run device twins: one on a pty, or all of a file");
@@ -49,27 +74,7 @@ void AddSimulate(CLI::App& app, Action& action) {
   command->add_option("--ports", all->ports, "Folder of those ports; beside that file if not given")
       ->needs(write);
   AddDuration(*command, "--think", options->think_time, "Time before each reply, 5ms if not given");
-  command
-      ->add_option_function<std::vector<std::string>>(
-          "--fault",
-          [options](const std::vector<std::string>& texts) {
-            for (const std::string& text : texts) {
-              auto fault = ParseFault(text);
-              if (!fault) throw CLI::ValidationError("--fault", fault.error());
-              options->faults.push_back(std::move(*fault));
-            }
-          },
-          "Misbehave: KIND[:key=value,...], for example loss:rate=0.1; may be repeated")
-      ->take_all()
-      ->allow_extra_args(false);
-  command->add_option_function<std::string>(
-      "--events",
-      [options](const std::string& text) {
-        const auto schedule = ParseEventSchedule(text);
-        if (!schedule) throw CLI::ValidationError("--events", schedule.error());
-        options->events = *schedule;
-      },
-      "Raise events of its profile: every:DURATION[,count=N][,numbered]");
+  AddMisbehaviour(*command, options);
   command->callback([options, all, profile, file, &action] {
     if (profile->empty() && file->empty()) {
       throw CLI::RequiredError("--profile, or -c with a configuration,");
@@ -83,6 +88,27 @@ void AddSimulate(CLI::App& app, Action& action) {
                  : RunSimulateConfig(*all, catalog, std::cout, std::cerr);
     };
   });
+}
+
+CLI::Option* AddNewProfile(CLI::App& profiles, const std::shared_ptr<NewProfileOptions>& fresh) {
+  auto* list = profiles.add_option(
+      "--new", fresh->file,
+      "Print a Modbus profile made of a register list, a CSV file with the columns name, register "
+      "and type, and where there are unit, scale, access, table, group, description, example");
+  const std::map<std::string, FirstRegister> firsts = {
+      {"0", FirstRegister::zero}, {"1", FirstRegister::one}, {"40001", FirstRegister::modicon}};
+  profiles
+      .add_option_function<std::string>(
+          "--first-register", [fresh, firsts](const auto& text) { fresh->first = firsts.at(text); },
+          "What the list calls the first holding register: 0, 1 or 40001")
+      ->check(CLI::IsMember({"0", "1", "40001"}))
+      ->needs(list);
+  profiles.add_option("--table", fresh->table, "Of numbers that tell none: holding or input")
+      ->check(CLI::IsMember({"holding", "input"}))
+      ->capture_default_str()
+      ->needs(list);
+  profiles.add_option("--device", fresh->title, "Title of the new profile")->needs(list);
+  return list;
 }
 
 void AddProfiles(CLI::App& app, Action& action) {
@@ -101,23 +127,7 @@ void AddProfiles(CLI::App& app, Action& action) {
   auto* file = profiles->add_option("--check", check->file,
                                     "Say all that is wrong with this file, or print its registers");
   profiles->add_option("--protocol", check->protocol, "Protocol of the file")->needs(file);
-  auto* list = profiles->add_option(
-      "--new", fresh->file,
-      "Print a Modbus profile made of a register list, a CSV file with the columns name, register "
-      "and type, and where there are unit, scale, access, table, group, description, example");
-  const std::map<std::string, FirstRegister> firsts = {
-      {"0", FirstRegister::zero}, {"1", FirstRegister::one}, {"40001", FirstRegister::modicon}};
-  profiles
-      ->add_option_function<std::string>(
-          "--first-register", [fresh, firsts](const auto& text) { fresh->first = firsts.at(text); },
-          "What the list calls the first holding register: 0, 1 or 40001")
-      ->check(CLI::IsMember({"0", "1", "40001"}))
-      ->needs(list);
-  profiles->add_option("--table", fresh->table, "Of numbers that tell none: holding or input")
-      ->check(CLI::IsMember({"holding", "input"}))
-      ->capture_default_str()
-      ->needs(list);
-  profiles->add_option("--device", fresh->title, "Title of the new profile")->needs(list);
+  auto* list = AddNewProfile(*profiles, fresh);
   file->excludes(name);
   list->excludes(name)->excludes(file);
   profiles->callback([=, &action] {

@@ -42,7 +42,34 @@ Status KeepsPoint(const std::string& text, const config::Config& config) {
                " are not kept: it is not among history.points of the configuration"};
 }
 
-/// The same of what a meter has kept itself.
+struct ReadPage {
+  Json json;
+  bool known = false;  ///< the point has values in the history
+};
+
+Result<ReadPage> ReadTrends(const Json& request, const std::string& point, std::int64_t every,
+                            const history::HistorySource& history) {
+  history::TrendQuery query{.point = point, .every = every};
+  if (const auto since = TimeOf(request, "since_ms")) query.since = history::ToMillis(*since);
+  query.until = NumberOf(request, "until_ms").value_or(query.until);
+  if (const auto next = CursorOf(request)) query.since = std::max(query.since, next->time);
+  const auto page = history.ReadTrends(query);
+  if (!page) return Error{page.error()};
+  return ReadPage{PageJson(*page, point), page->known};
+}
+
+Result<ReadPage> ReadSamples(const Json& request, const std::string& point,
+                             const history::HistorySource& history) {
+  history::PageQuery query{.point = point};
+  if (const auto since = TimeOf(request, "since_ms")) query.since = history::ToMillis(*since);
+  query.until = NumberOf(request, "until_ms").value_or(query.until);
+  if (const auto next = CursorOf(request)) query.after = *next;
+  const auto page = history.Read(query);
+  if (!page) return Error{page.error()};
+  return ReadPage{PageJson(*page, point), page->known};
+}
+
+/// A page of what a meter has kept itself.
 Json PastPage(const Json& request, events::PastQuery query, const KeptValues& kept) {
   if (kept.events == nullptr) return ErrorJson(kUnavailable, kNoEvents);
   const std::string point = TextOf(request, "point");
@@ -82,33 +109,15 @@ Json HistoryPage(const Json& request, const KeptValues& kept) {
   if (every < 0 || every % history::kMinute != 0 || every > kMostEvery) {
     return ErrorJson(kUsage, "'every' is a whole number of minutes, 31d at most");
   }
-  const auto since = TimeOf(request, "since_ms");
-  Json json;
-  bool known = false;
-  if (every > 0) {
-    history::TrendQuery query{.point = point, .every = every};
-    if (since) query.since = history::ToMillis(*since);
-    query.until = NumberOf(request, "until_ms").value_or(query.until);
-    if (const auto next = CursorOf(request)) query.since = std::max(query.since, next->time);
-    const auto page = kept.history->ReadTrends(query);
-    if (!page) return ErrorJson(kUnavailable, "the history cannot be read: " + page.error());
-    known = page->known;
-    json = PageJson(*page, point);
-  } else {
-    history::PageQuery query{.point = point};
-    if (since) query.since = history::ToMillis(*since);
-    query.until = NumberOf(request, "until_ms").value_or(query.until);
-    if (const auto next = CursorOf(request)) query.after = *next;
-    const auto page = kept.history->Read(query);
-    if (!page) return ErrorJson(kUnavailable, "the history cannot be read: " + page.error());
-    known = page->known;
-    json = PageJson(*page, point);
-  }
-  if (!known) {
+  auto page = every > 0 ? ReadTrends(request, point, every, *kept.history)
+                        : ReadSamples(request, point, *kept.history);
+  if (!page) return ErrorJson(kUnavailable, "the history cannot be read: " + page.error());
+  if (!page->known) {
     if (const Status its = KeepsPoint(point, kept.config); !its) {
       return ErrorJson(kUnknown, its.error());
     }
   }
+  Json json = std::move(page->json);
   const history::HistoryState state = kept.history->state();
   // What waits for the disk, or lies on it and cannot be reached.
   if (state.disk == Disk::failing || state.disk == Disk::stalled) {

@@ -269,10 +269,13 @@ Status Daemon::Impl::StartWeb(WebOutput::Prepared page) {
 Status Daemon::Impl::StartDds() {
   if (!config.dds.enabled) return {};
 #ifdef BAUDGATE_WITH_DDS
-  EventPath* const events = records.events();
+  std::shared_ptr<EventSamples> samples;
+  if (const EventPath* const events = records.events()) {
+    samples = std::make_shared<EventSamples>(config.name, events->feed(), events->cursors(),
+                                             records.keeps_events());
+  }
   auto output =
-      DdsOutput::Start(config, store, Commands(), events != nullptr ? events->feed() : nullptr,
-                       records.keeps_events());
+      DdsOutput::Start(config, store, Commands(), std::move(samples), records.keeps_events());
   if (!output) return Error{output.error()};
   dds = std::move(*output);
 #else

@@ -8,7 +8,7 @@
 #include "config/catalog/catalog.h"
 #include "config/model/config.h"
 #include "gateway/base/result.h"
-#include "gateway/daemon/reloader.h"
+#include "gateway/daemon/reload_options.h"
 #include "gateway/requests/line_control.h"
 #include "gateway/store/point_store.h"
 

@@ -28,6 +28,7 @@
 #include "gateway/trace/recordings.h"
 #ifdef BAUDGATE_WITH_DDS
 #include "gateway/daemon/dds_output.h"
+#include "gateway/daemon/event_samples.h"
 #endif
 
 namespace baudgate {

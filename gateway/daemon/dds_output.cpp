@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "gateway/base/log.h"
-#include "gateway/daemon/event_samples.h"
 
 namespace baudgate {
 namespace {
@@ -52,7 +51,7 @@ std::unordered_set<std::size_t> NamesOf(const config::Config& config) {
 
 Result<std::unique_ptr<DdsOutput>> DdsOutput::Start(const config::Config& config, PointStore& store,
                                                     CommandSink& sink,
-                                                    std::shared_ptr<events::EventFeed> events,
+                                                    std::shared_ptr<dds::EventSupply> events,
                                                     bool keeps_events) {
   std::unique_ptr<DdsOutput> output(new DdsOutput);
   dds::ProcessLinkOptions options;
@@ -64,12 +63,8 @@ Result<std::unique_ptr<DdsOutput>> DdsOutput::Start(const config::Config& config
   if (!link) return Error{link.error()};
   output->link_ = std::move(*link);
   const std::shared_ptr<dds::SampleWriter> writer = output->link_->writer();
-  std::shared_ptr<dds::EventSupply> samples;
-  if (events) {
-    samples = std::make_shared<EventSamples>(config.name, std::move(events), keeps_events);
-  }
   output->has_events_ = keeps_events;
-  auto publisher = dds::DdsPublisher::Create(config, store, writer, Log, std::move(samples));
+  auto publisher = dds::DdsPublisher::Create(config, store, writer, Log, std::move(events));
   if (!publisher) return Error{publisher.error()};
   output->publisher_ = std::move(*publisher);
   if (config.dds.write) {

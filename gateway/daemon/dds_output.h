@@ -10,10 +10,10 @@
 
 #include "config/model/config.h"
 #include "gateway/base/result.h"
+#include "gateway/dds/event_supply.h"
 #include "gateway/dds/link/process_link.h"
 #include "gateway/dds/publisher.h"
 #include "gateway/dds/writes/dds_writes.h"
-#include "gateway/events/event_feed.h"
 #include "gateway/requests/write_command.h"
 #include "gateway/store/point_store.h"
 
@@ -26,7 +26,7 @@ class DdsOutput {
   /// `events` null: no events and no alarms. `keeps_events` false: only alarms are published.
   static Result<std::unique_ptr<DdsOutput>> Start(const config::Config& config, PointStore& store,
                                                   CommandSink& sink,
-                                                  std::shared_ptr<events::EventFeed> events,
+                                                  std::shared_ptr<dds::EventSupply> events,
                                                   bool keeps_events);
   ~DdsOutput();  ///< as Stop
 

@@ -47,7 +47,9 @@ void TellJournal(const events::Alarm& alarm, bool raised) {
 }
 
 events::EventLog::Options OptionsOf(const config::Config& config, const EventsPlace& place,
-                                    std::shared_ptr<events::EventFeed> feed, RecordService& records,
+                                    std::shared_ptr<events::EventFeed> feed,
+                                    std::shared_ptr<events::CursorBook> cursors,
+                                    RecordService& records,
                                     std::function<void(events::Source)> kept) {
   events::EventLog::Options options;
   options.file = place.file;
@@ -57,6 +59,7 @@ events::EventLog::Options OptionsOf(const config::Config& config, const EventsPl
   options.sources = SourcesOf(config);
   options.clocks = ReadClocks;
   options.feed = std::move(feed);
+  options.cursors = std::move(cursors);
   options.tells_own = config.events.given;
   options.watches = [&config](const events::Alarm& alarm) {
     return events::PriorityOf(config, alarm);
@@ -80,13 +83,14 @@ EventPath::EventPath(const config::Config& config, const PointStore& store,
       in_memory_(place.in_memory),
       kept_(std::move(kept)),
       facts_(config),
-      feed_(std::make_shared<events::EventFeed>(events::FeedLimits(), ConsumersOf(config))),
+      feed_(std::make_shared<events::EventFeed>()),
+      cursors_(std::make_shared<events::CursorBook>(ConsumersOf(config))),
       records_(
           store,
           {.clocks = ReadClocks,
            .ask = [&commands](WriteCommand command) { return commands.Submit(std::move(command)); },
            .keep = [this](events::KeptRecord record) { queue().Keep(std::move(record)); }}),
-      log_(OptionsOf(config, place, feed_, records_,
+      log_(OptionsOf(config, place, feed_, cursors_, records_,
                      [this](events::Source source) { kept_(source, queue().said(source), true); })),
       alarms_(std::shared_ptr<const config::Config>(std::shared_ptr<void>(), &config),
               [this](events::EventRecord record) { queue().Tell(std::move(record)); }) {

@@ -69,6 +69,7 @@ class EventPath final : public EventSink {
   events::EventLog& log() { return log_; }
   /// What is on the disk, for outputs, which may keep it longer than this lives.
   std::shared_ptr<events::EventFeed> feed() const { return feed_; }
+  std::shared_ptr<events::CursorBook> cursors() const { return cursors_; }
 
  private:
   struct Place {
@@ -94,6 +95,7 @@ class EventPath final : public EventSink {
   Mutex facts_mutex_;
   events::LastingFacts facts_ BAUDGATE_GUARDED_BY(facts_mutex_);
   const std::shared_ptr<events::EventFeed> feed_;
+  const std::shared_ptr<events::CursorBook> cursors_;
   RecordService records_;
   events::EventLog log_;  // its thread tells the service
   AlarmService alarms_;

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "gateway/dds/event_supply.h"
+#include "gateway/events/cursors.h"
 #include "gateway/events/event_feed.h"
 
 namespace baudgate {
@@ -15,8 +16,13 @@ namespace baudgate {
 class EventSamples final : public dds::EventSupply {
  public:
   /// Without `events` only alarms: the numbers of events would start again at each start.
-  EventSamples(std::string gateway, std::shared_ptr<events::EventFeed> feed, bool events = true)
-      : gateway_(std::move(gateway)), feed_(std::move(feed)), events_(events) {}
+  /// `cursors`: keep the place among the events; null: nothing does.
+  EventSamples(std::string gateway, std::shared_ptr<events::EventFeed> feed,
+               std::shared_ptr<events::CursorBook> cursors, bool events = true)
+      : gateway_(std::move(gateway)),
+        feed_(std::move(feed)),
+        cursors_(std::move(cursors)),
+        events_(events) {}
   ~EventSamples() override { OnNew({}); }
 
   std::vector<dds::EventSample> Take(std::uint64_t after, std::size_t most) override;
@@ -33,6 +39,7 @@ class EventSamples final : public dds::EventSupply {
 
   const std::string gateway_;
   const std::shared_ptr<events::EventFeed> feed_;
+  const std::shared_ptr<events::CursorBook> cursors_;
   const bool events_;
   std::optional<events::FeedListeners::Listener> listener_;
 };

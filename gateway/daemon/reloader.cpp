@@ -17,7 +17,6 @@ using log::Level;
 
 constexpr int kBadFile = 2;   // nothing of it is applied
 constexpr int kCanNotBe = 4;  // a disk fails, or a port is somebody else's
-constexpr const char* kNoAnswer = "cannot be read: its disk does not answer";
 
 control::ReloadAnswer Failed(int exit_code, std::string text) {
   control::ReloadAnswer answer;
@@ -56,36 +55,29 @@ std::string NotYet(const std::vector<std::string>& missing) {
 
 }  // namespace
 
-std::string TakenBack(const std::string& file, const std::string& why) {
-  return fmt::format(
-      "{} was taken back: {}; the confirmed configuration runs, now and at every start until the "
-      "file is changed",
-      file, why);
-}
-
 Reloader::Reloader(ReloadOptions options, Links links)
     : options_(std::move(options)),
       links_(std::move(links)),
-      file_calls_("configuration", options_.disk_patience),
+      file_(loop_.io(), options_.read, options_.disk_patience),
       copies_(loop_.io(), std::move(options_.kept), options_.disk_patience, links_.open_folder),
-      refused_(options_.refused) {
+      trial_(options_.refused) {
   display_.Change([this](control::ReloadState& state) {
     std::error_code ignored;
     state.file = std::filesystem::absolute(options_.file, ignored).string();
     state.applied = ReadClocks().wall;
-    if (refused_) state.not_the_file = TakenBack(options_.file, refused_->why);
+    const auto& refused = trial_.refused();
+    if (refused) state.not_the_file = reload::TakenBack(options_.file, refused->why);
     state.folder = copies_.folder();
   });
 }
 
 void Reloader::Start() {
   started_ = true;
-  confirmed_ =
-      std::make_shared<const Applied>(Applied{std::move(options_.text_at_start), links_.running()});
-  SetApplied(confirmed_);
-  if (refused_) links_.tell(true, state().not_the_file);
+  trial_.Start({std::move(options_.text_at_start), links_.running()});
+  ShowApplied();
+  if (trial_.refused()) links_.tell(true, state().not_the_file);
   if (links_.keeps() || copies_.found()) {
-    const Status status = copies_.Keep(ToKeep());
+    const Status status = copies_.Keep(trial_.ToKeep());
     if (!status) log::Warn("the configuration is not kept: {}", status.error());
   }
   WatchFiles();
@@ -98,13 +90,13 @@ void Reloader::Stop() {
     timer_.cancel();
     file_timer_.cancel();
   });
-  file_calls_.Stop();
+  file_.Stop();
   copies_.Stop();
 }
 
-void Reloader::SetApplied(std::shared_ptr<const Applied> runs) {
-  applied_ = std::move(runs);
-  display_.SetText({applied_, &applied_->text});
+void Reloader::ShowApplied() {
+  const auto& applied = trial_.applied();
+  display_.SetText({applied, &applied->text});
 }
 
 Result<std::string> Reloader::ConfigurationText() const {
@@ -122,7 +114,7 @@ void Reloader::Confirm(const std::string& by, Answered answered) {
 }
 
 control::ReloadAnswer Reloader::Do(const control::ReloadAsk& ask) {
-  const auto text = file_calls_.Wait(options_.read).value_or(Error{kNoAnswer});
+  const auto text = file_.Read();
   if (!text) return Failed(kBadFile, options_.file + ": " + text.error());
   LoadedText loaded = options_.load(*text);
   if (!loaded.config) {
@@ -140,7 +132,7 @@ control::ReloadAnswer Reloader::Do(const control::ReloadAsk& ask) {
 
 control::ReloadAnswer Reloader::Take(const control::ReloadAsk& ask, const std::string& text,
                                      config::Config next) {
-  if (ask.confirm == Duration::zero() && IsRefused(text)) {
+  if (ask.confirm == Duration::zero() && trial_.IsRefused(text)) {
     const std::string taken_back =
         state().not_the_file + "; to try it once more, write: baudgate reload --confirm 60s";
     if (!ask.dry_run) log::Act(Level::error, "reload: nothing is changed: {}", taken_back);
@@ -161,18 +153,16 @@ control::ReloadAnswer Reloader::Take(const control::ReloadAsk& ask, const std::s
   return difference.empty() ? Unchanged(ask, text) : Apply(ask, text, std::move(next), difference);
 }
 
-bool Reloader::IsRefused(const std::string& text) const {
-  return refused_ && refused_->text == text;
-}
-
 /// The text may differ nevertheless. What is on trial stays on trial.
 control::ReloadAnswer Reloader::Unchanged(const control::ReloadAsk& ask, const std::string& text) {
-  const Duration trial = probation_.running() ? TrialOf(ask, *applied_->config) : Duration::zero();
+  const reload::Applied applied = *trial_.applied();
+  const Duration trial = trial_.running() ? TimeFor(ask, *applied.config) : Duration::zero();
   Status kept;
-  if (text != applied_->text || refused_) {
-    kept = copies_.Keep(Next(text, trial));
+  if (text != applied.text || trial_.refused()) {
+    kept = copies_.Keep(trial_.ToKeepWith(text, trial));
     if (!kept && trial > Duration::zero()) return CanNotBeTakenBack(kept);
-    SetApplied(std::make_shared<const Applied>(Applied{text, applied_->config}));
+    trial_.Apply({text, applied.config});
+    ShowApplied();
   }
   BeginTrial(trial, links_.healths());
   return Done(ask, {}, NotKept(kept));
@@ -180,7 +170,7 @@ control::ReloadAnswer Reloader::Unchanged(const control::ReloadAsk& ask, const s
 
 control::ReloadAnswer Reloader::Apply(const control::ReloadAsk& ask, const std::string& text,
                                       config::Config next, const reload::Difference& difference) {
-  const Duration trial = TrialOf(ask, next);
+  const Duration trial = TimeFor(ask, next);
   const Prepared prepared = links_.prepare(next, difference);
   if (!prepared.troubles.empty()) {
     const std::string troubles = Joined(prepared.troubles) + "; nothing is changed";
@@ -188,14 +178,14 @@ control::ReloadAnswer Reloader::Apply(const control::ReloadAsk& ask, const std::
     return Failed(kCanNotBe, troubles);
   }
   // Before it is applied: whatever ends the gateway then, the next start knows.
-  const Status kept = copies_.Keep(Next(text, trial));
+  const Status kept = copies_.Keep(trial_.ToKeepWith(text, trial));
   if (!kept && trial > Duration::zero()) return CanNotBeTakenBack(kept);
   const auto before = links_.healths();
   options_.notify(fmt::format("RELOADING=1\nMONOTONIC_USEC={}\nSTATUS=reads {}",
                               ReadClocks().instant.time_since_epoch() / 1us, options_.file));
   const std::string not_yet = NotYet(prepared.apply());
-  SetApplied(std::make_shared<const Applied>(
-      Applied{text, std::make_shared<const config::Config>(std::move(next))}));
+  trial_.Apply({text, std::make_shared<const config::Config>(std::move(next))});
+  ShowApplied();
   display_.Change([](control::ReloadState& state) { state.applied = ReadClocks().wall; });
   BeginTrial(trial, before);
   links_.tell(
@@ -212,65 +202,44 @@ control::ReloadAnswer Reloader::Done(const control::ReloadAsk& ask,
   answer.applied = !difference.empty();
   answer.changes = reload::Sentences(difference);
   answer.text = reload::Summary(difference) + but;
-  answer.confirm = Left();
+  answer.confirm = trial_.Left(ReadClocks().instant);
   LogChanges(difference);
   log::Act(Level::info, "reload by {}: {}{}", ask.by, answer.text, OnTrial());
   return answer;
 }
 
-/// Zero: it is for good. A trial that runs ends well by `confirm` alone, or when what was confirmed
-/// before is asked for.
-Duration Reloader::TrialOf(const control::ReloadAsk& ask, const config::Config& next) const {
-  if (!probation_.running()) return ask.confirm;
-  if (reload::Compare(*confirmed_->config, next).empty()) return Duration::zero();
-  if (ask.confirm > Duration::zero()) return ask.confirm;
-  return std::max<Duration>(probation_.until() - ReadClocks().instant, kLook);
+/// Zero: it is for good.
+Duration Reloader::TimeFor(const control::ReloadAsk& ask, const config::Config& next) const {
+  return trial_.TimeFor(next, ask.confirm, ReadClocks().instant);
 }
 
 /// Begins a trial of what runs now; zero ends the one before and confirms what runs.
 void Reloader::BeginTrial(Duration time, const reload::Healths& before) {
-  if (time > Duration::zero()) {
-    probation_.Begin(ReadClocks().instant, time, before);
-    Watch();
-  } else {
-    probation_.End();
-    timer_.cancel();
-    confirmed_ = applied_;
-  }
-  refused_.reset();
-  display_.SetTrial(probation_.running() ? std::optional(probation_.until()) : std::nullopt);
+  trial_.Begin(time, before, ReadClocks().instant);
+  FollowTrial();
 }
 
-/// The rest of the trial in whole seconds; zero: there is none.
-Duration Reloader::Left() const {
-  if (!probation_.running()) return Duration::zero();
-  return std::chrono::ceil<std::chrono::seconds>(probation_.until() - ReadClocks().instant);
+void Reloader::FollowTrial() {
+  if (trial_.running()) {
+    WatchTrial();
+  } else {
+    timer_.cancel();
+  }
+  display_.SetTrial(trial_.until());
 }
 
 /// Behind a sentence.
 std::string Reloader::OnTrial() const {
-  return probation_.running() ? "; to be confirmed within " + FormatDuration(Left()) : "";
-}
-
-/// What a start has to find, as it is now.
-reload::KeptTexts Reloader::ToKeep() const {
-  if (probation_.running()) return {confirmed_->text, applied_->text};
-  if (refused_) return {confirmed_->text, refused_->text, refused_->why};
-  return {confirmed_->text};
-}
-
-/// What a start has to find once `text` is applied.
-reload::KeptTexts Reloader::Next(const std::string& text, Duration trial) const {
-  if (trial > Duration::zero()) return {confirmed_->text, text};
-  return {text};
+  if (!trial_.running()) return {};
+  return "; to be confirmed within " + FormatDuration(trial_.Left(ReadClocks().instant));
 }
 
 control::ReloadAnswer Reloader::DoConfirm(const std::string& by) {
-  if (!probation_.running()) {
+  if (!trial_.running()) {
     return Failed(kBadFile, "nothing waits to be confirmed" +
-                                (refused_ ? ": " + state().not_the_file : std::string()));
+                                (trial_.refused() ? ": " + state().not_the_file : std::string()));
   }
-  if (const Status status = copies_.Keep({applied_->text}); !status) {
+  if (const Status status = copies_.Keep({trial_.applied()->text}); !status) {
     return Failed(kCanNotBe, "it cannot be confirmed: " + status.error());
   }
   BeginTrial(Duration::zero(), {});
@@ -282,13 +251,13 @@ control::ReloadAnswer Reloader::DoConfirm(const std::string& by) {
   return answer;
 }
 
-void Reloader::Watch() {
+void Reloader::WatchTrial() {
   timer_.expires_after(kLook);
   timer_.async_wait([this](const asio::error_code& stopped) {
-    if (stopped || !probation_.running()) return;
-    const auto why = probation_.Look(ReadClocks().instant, links_.healths());
+    if (stopped || !trial_.running()) return;
+    const auto why = trial_.Look(links_.healths(), ReadClocks().instant);
     if (why) return TakeBack(*why);
-    Watch();
+    WatchTrial();
   });
 }
 
@@ -296,8 +265,10 @@ void Reloader::WatchFiles() {
   file_timer_.expires_after(kLookAtFile);
   file_timer_.async_wait([this](const asio::error_code& stopped) {
     if (stopped) return;
-    LookAtFile();
-    copies_.Look(ToKeep(), [this](const std::optional<std::string>& trouble) {
+    file_.Look([this, applied = trial_.applied()](const Result<std::string>& text) {
+      if (applied == trial_.applied()) OnFile(text);
+    });
+    copies_.Look(trial_.ToKeep(), [this](const std::optional<std::string>& trouble) {
       display_.Change(
           [&](control::ReloadState& state) { state.not_kept = trouble.value_or(std::string()); });
     });
@@ -305,21 +276,12 @@ void Reloader::WatchFiles() {
   });
 }
 
-void Reloader::LookAtFile() {
-  const bool begun = file_calls_.Offer([this, applied = applied_] {
-    asio::post(loop_.io(), [this, applied, text = options_.read()] {
-      if (applied == applied_) OnFile(text);
-    });
-  });
-  if (!begun) OnFile(Error{kNoAnswer});
-}
-
 /// What was taken back has a sentence of its own.
 void Reloader::OnFile(const Result<std::string>& text) {
   std::string note;
   if (!text) {
     note = options_.file + " " + text.error();
-  } else if (*text != applied_->text && !refused_) {
+  } else if (*text != trial_.applied()->text && !trial_.refused()) {
     note = options_.file +
            " differs from what runs; 'baudgate reload --dry-run' says in what, "
            "'baudgate reload --confirm 60s' takes it";
@@ -329,22 +291,22 @@ void Reloader::OnFile(const Result<std::string>& text) {
 
 /// The file stays as it is: it is the user's, and may not be ours to write.
 void Reloader::TakeBack(const std::string& why) {
-  Refused refused{applied_->text, why};
   options_.notify(fmt::format("RELOADING=1\nMONOTONIC_USEC={}\nSTATUS=takes back {}",
                               ReadClocks().instant.time_since_epoch() / 1us, options_.file));
-  reload::Difference difference = reload::Compare(*links_.running(), *confirmed_->config);
-  links_.examine(*confirmed_->config, difference);
+  const config::Config& confirmed = *trial_.confirmed().config;
+  reload::Difference difference = reload::Compare(*links_.running(), confirmed);
+  links_.examine(confirmed, difference);
   difference.restart.clear();  // what ran before can run again
   std::vector<std::string> missing;
-  if (!difference.empty()) missing = links_.prepare(*confirmed_->config, difference).apply();
-  SetApplied(confirmed_);
-  BeginTrial(Duration::zero(), {});
-  refused_ = std::move(refused);
+  if (!difference.empty()) missing = links_.prepare(confirmed, difference).apply();
+  trial_.TakeBack(why);
+  ShowApplied();
+  FollowTrial();
   // A start before this is written finds the trial, and goes back as well.
-  const Status kept = copies_.Keep(ToKeep());
+  const Status kept = copies_.Keep(trial_.ToKeep());
   if (!kept) log::Warn("the configuration is not kept: {}", kept.error());
   LogChanges(difference);
-  const std::string said = TakenBack(options_.file, why);
+  const std::string said = reload::TakenBack(options_.file, why);
   display_.Change([&](control::ReloadState& state) {
     state.applied = ReadClocks().wall;
     state.not_the_file = said;

@@ -8,7 +8,6 @@
 #include <asio/steady_timer.hpp>
 #include <functional>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,44 +15,14 @@
 #include "gateway/base/result.h"
 #include "gateway/control/reload_requests.h"
 #include "gateway/daemon/config_copies.h"
+#include "gateway/daemon/config_file.h"
 #include "gateway/daemon/reload_display.h"
+#include "gateway/daemon/reload_options.h"
 #include "gateway/reload/difference.h"
-#include "gateway/reload/kept_configs.h"
-#include "gateway/reload/probation.h"
-#include "gateway/state/disk_calls.h"
+#include "gateway/reload/trial.h"
 #include "transports/loop_thread.h"
 
 namespace baudgate {
-
-/// A text as a configuration, or why it is invalid.
-struct LoadedText {
-  std::optional<config::Config> config;
-  std::vector<std::string> problems;  ///< "…yaml:7:3: …"; only warnings if there is a configuration
-};
-
-/// A text that was on trial and given up.
-struct Refused {
-  std::string text;
-  std::string why;
-};
-
-/// The sentence of a configuration that was given up, for log, event and status.
-std::string TakenBack(const std::string& file, const std::string& why);
-
-/// What a program that starts a gateway from a file provides.
-struct ReloadOptions {
-  std::string file;
-  std::function<Result<std::string>()> read;                ///< the file, as it is now
-  std::function<LoadedText(const std::string& text)> load;  ///< paths in it are the file's
-  std::function<void(const std::string& state)> notify;     ///< as sd_notify
-  std::function<std::string()> summary;                     ///< what runs, for READY=1
-  /// A text without its secrets; empty: they cannot be found.
-  std::function<Result<std::string>(const std::string& text)> masked{};
-  std::string text_at_start;                ///< the text that runs
-  std::optional<Refused> refused;           ///< the text of the file, if it was taken back
-  std::optional<reload::KeptConfigs> kept;  ///< empty: there is no folder
-  Duration disk_patience = 5s;              ///< how long an answer waits for a file
-};
 
 class Reloader final : public control::ReloadService {
  public:
@@ -94,49 +63,36 @@ class Reloader final : public control::ReloadService {
   Result<std::string> ConfigurationText() const;
 
  private:
-  static constexpr Duration kLook = 250ms;
+  static constexpr Duration kLook = reload::Trial::kShortest;
   static constexpr Duration kLookAtFile = 5s;
-
-  /// A text that was applied, and what it and the profiles said then.
-  struct Applied {
-    std::string text;
-    std::shared_ptr<const config::Config> config;
-  };
 
   control::ReloadAnswer Do(const control::ReloadAsk& ask);
   control::ReloadAnswer Take(const control::ReloadAsk& ask, const std::string& text,
                              config::Config next);
   control::ReloadAnswer Apply(const control::ReloadAsk& ask, const std::string& text,
                               config::Config next, const reload::Difference& difference);
-  bool IsRefused(const std::string& text) const;
   control::ReloadAnswer Unchanged(const control::ReloadAsk& ask, const std::string& text);
   control::ReloadAnswer Done(const control::ReloadAsk& ask, const reload::Difference& difference,
                              const std::string& but);
-  Duration TrialOf(const control::ReloadAsk& ask, const config::Config& next) const;
+  Duration TimeFor(const control::ReloadAsk& ask, const config::Config& next) const;
   void BeginTrial(Duration time, const reload::Healths& before);
-  Duration Left() const;
+  void FollowTrial();
   std::string OnTrial() const;
   control::ReloadAnswer DoConfirm(const std::string& by);
-  void Watch();
+  void WatchTrial();
   void WatchFiles();
-  void LookAtFile();
   void OnFile(const Result<std::string>& text);
   void TakeBack(const std::string& why);
-  reload::KeptTexts ToKeep() const;
-  reload::KeptTexts Next(const std::string& text, Duration trial) const;
-  void SetApplied(std::shared_ptr<const Applied> runs);
+  void ShowApplied();
 
   ReloadOptions options_;
   const Links links_;
-  DiskCalls file_calls_;  // of the configuration file
   LoopThread loop_{"reload"};
+  ConfigFile file_;
   ConfigCopies copies_;
   asio::steady_timer timer_{loop_.io()};
   asio::steady_timer file_timer_{loop_.io()};
-  reload::Probation probation_;
-  std::shared_ptr<const Applied> applied_;    // see SetApplied
-  std::shared_ptr<const Applied> confirmed_;  // another than `applied_` during a trial
-  std::optional<Refused> refused_;            // the text of the file, if it was taken back
+  reload::Trial trial_;
   bool started_ = false;
   ReloadDisplay display_;
 };

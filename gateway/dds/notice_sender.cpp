@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <type_traits>
+#include <utility>
 
 #include "gateway/base/version.h"
 
@@ -11,24 +12,20 @@ namespace {
 
 constexpr Duration kRetry = 1s;
 constexpr std::size_t kBatch = 64;
-// At a stop there is about a second for all samples.
-constexpr Duration kEndInterval = 20us;
-constexpr std::uint32_t kEndBurst = 100;
 constexpr Duration kEndTime = 700ms;
 
 }  // namespace
 
-NoticeSender::NoticeSender(const config::Config& config, const PointStore& store,
-                           SampleWriter& writer, PacedWriter& paced, EventSupply* events, Now now)
-    : writer_(writer),
-      paced_(paced),
+NoticeSender::NoticeSender(const std::string& gateway, PointEnds ends, PacedWriter& paced,
+                           EventSupply* events, Now now)
+    : paced_(paced),
       gateway_due_(now.instant),
-      ends_(config, store),
+      ends_(std::move(ends)),
       events_(events),
       events_due_(now.instant + kDiscoveryTime),
       alarms_(events),
       alarms_due_(events_due_) {
-  gateway_.gateway = config.name;
+  gateway_.gateway = gateway;
   gateway_.start_time_ns = now.wall.time_since_epoch().count();
   AssignBounded(gateway_.version, kVersion, kMaxVersion);
 }
@@ -84,7 +81,7 @@ Instant NoticeSender::Due() {
 }
 
 std::optional<Instant> NoticeSender::End(Instant now) {
-  if (!ending_) ending_ = Ending{now + kEndTime, Pacer(kEndInterval, kEndBurst)};
+  if (!end_by_) end_by_ = now + kEndTime;
   if (const auto next = EndOf(events_, now)) return next;
   if (const auto next = EndOf(alarms_, now)) return next;
   return EndOf(ends_, now);
@@ -94,9 +91,9 @@ std::optional<Instant> NoticeSender::End(Instant now) {
 template <typename Sender>
 std::optional<Instant> NoticeSender::EndOf(Sender& sender, Instant now) {
   while (const auto* sample = sender.Next()) {
-    if (now >= ending_->deadline) return std::nullopt;
-    if (!ending_->pacer.Take(now)) return ending_->pacer.ReadyAt();
-    const Sent sent = writer_.Write(*sample);
+    if (now >= *end_by_) return std::nullopt;
+    if (!paced_.MayWriteAtEnd(now)) return paced_.ReadyAtEnd();
+    const Sent sent = paced_.WriteAtEnd(*sample);
     if (sent == Sent::later) return now + PacedWriter::kLongestHold;
     // An event or an alarm that is refused holds up those behind it; the end of a point does not.
     if (sent == Sent::refused && !std::is_same_v<Sender, PointEnds>) return std::nullopt;

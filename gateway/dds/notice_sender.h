@@ -6,13 +6,12 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 
-#include "config/model/config.h"
 #include "gateway/base/time.h"
 #include "gateway/dds/alarm_sender.h"
 #include "gateway/dds/event_sender.h"
 #include "gateway/dds/paced_writer.h"
-#include "gateway/dds/pacer.h"
 #include "gateway/dds/point_ends.h"
 
 namespace baudgate::dds {
@@ -22,9 +21,10 @@ class NoticeSender {
   /// Subscribers that are already there find a new gateway within this time.
   static constexpr Duration kDiscoveryTime = 500ms;
 
-  /// All outlive this. `now` is told as the gateway's start. `events`: null: there are none.
-  NoticeSender(const config::Config& config, const PointStore& store, SampleWriter& writer,
-               PacedWriter& paced, EventSupply* events, Now now);
+  /// Writer and events outlive this. `now` is told as the gateway's start. `events`: null: there
+  /// are none.
+  NoticeSender(const std::string& gateway, PointEnds ends, PacedWriter& paced, EventSupply* events,
+               Now now);
 
   void StartAnew(Instant now);
   PointEnds& ends() { return ends_; }
@@ -39,7 +39,7 @@ class NoticeSender {
   /// Sends all that is left, as far as the pace of the end allows, for at most 700 ms. Returns when
   /// to go on; empty: all is told, or cannot be.
   std::optional<Instant> End(Instant now);
-  bool is_ending() const { return ending_.has_value(); }
+  bool is_ending() const { return end_by_.has_value(); }
   /// Behind End: subscribers have confirmed everything.
   void Confirm() { events_.Confirm(); }
 
@@ -47,19 +47,12 @@ class NoticeSender {
   const EventSender& events() const { return events_; }
 
  private:
-  /// The end is being told.
-  struct Ending {
-    Instant deadline;
-    Pacer pacer;
-  };
-
   bool SendGateway(Instant now);
   template <typename Sender>
   bool SendFrom(Sender& sender, Instant& due, Instant now);
   template <typename Sender>
   std::optional<Instant> EndOf(Sender& sender, Instant now);
 
-  SampleWriter& writer_;
   PacedWriter& paced_;
   GatewaySample gateway_;
   Instant gateway_due_;  ///< Instant::max(): it has been sent
@@ -68,8 +61,8 @@ class NoticeSender {
   EventSender events_;
   Instant events_due_;  ///< not before
   AlarmSender alarms_;
-  Instant alarms_due_;  ///< not before
-  std::optional<Ending> ending_;
+  Instant alarms_due_;             ///< not before
+  std::optional<Instant> end_by_;  ///< the end is being told
 };
 
 }  // namespace baudgate::dds

@@ -30,7 +30,7 @@ SampleSender::SampleSender(const config::Config& config, const PointStore& store
       slots_(store),
       plan_(NewPlan(now.instant)),
       paced_(writer, std::move(log)),
-      notices_(config, store, writer, paced_, events, now) {}
+      notices_(config.name, PointEnds(config, store), paced_, events, now) {}
 
 /// Plans only the points that have numbers: a reload may be adding devices to the store meanwhile.
 PublishPlan SampleSender::NewPlan(Instant now) const {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/events/cursors.h"
 
+#include <utility>
+
 namespace baudgate::events {
 
 std::optional<Cursor> CursorBook::Of(const std::string& consumer) const {
@@ -11,10 +13,20 @@ std::optional<Cursor> CursorBook::Of(const std::string& consumer) const {
 
 bool CursorBook::Set(const std::string& consumer, Cursor cursor) {
   if (!consumers_.contains(consumer)) return false;
-  const MutexLock lock(mutex_);
-  const bool was_kept = cursors_ == kept_;
-  cursors_[consumer] = cursor;
-  return was_kept && cursors_ != kept_;
+  {
+    const MutexLock lock(mutex_);
+    const bool was_kept = cursors_ == kept_;
+    cursors_[consumer] = cursor;
+    if (!was_kept || cursors_ == kept_) return false;
+  }
+  const MutexLock lock(telling_);
+  if (due_) due_();
+  return true;
+}
+
+void CursorBook::OnDue(std::function<void()> due) {
+  const MutexLock lock(telling_);
+  due_ = std::move(due);
 }
 
 void CursorBook::OnOpened(const Cursors& kept) {

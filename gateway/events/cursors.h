@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <optional>
 #include <set>
@@ -34,9 +35,15 @@ class CursorBook {
 
   /// Empty: it never got an event, or is no consumer.
   std::optional<Cursor> Of(const std::string& consumer) const;
-  /// True: there is a change for the file now, and there was none before.
+  /// On the disk within a second or so. True: there is a change for the file now, and there was
+  /// none before.
   bool Set(const std::string& consumer, Cursor cursor);
 
+  // The rest is for the thread that writes the file.
+
+  /// `due` is called on any thread when there is a change for the file. Null: nobody writes it;
+  /// when this returns, the one before is not called any more.
+  void OnDue(std::function<void()> due);
   /// What the file holds. What is known here takes precedence.
   void OnOpened(const Cursors& kept);
   /// All cursors, if the file differs; it is to hold no others.
@@ -49,6 +56,8 @@ class CursorBook {
   mutable Mutex mutex_;
   Cursors cursors_ BAUDGATE_GUARDED_BY(mutex_);
   Cursors kept_ BAUDGATE_GUARDED_BY(mutex_);
+  Mutex telling_;
+  std::function<void()> due_ BAUDGATE_GUARDED_BY(telling_);
 };
 
 }  // namespace baudgate::events

@@ -86,7 +86,8 @@ std::vector<FedEvent> EventFeed::Take(std::int64_t after, std::size_t most) {
       return taken;
     }
   }
-  Ask(true);
+  const MutexLock lock(asking_);
+  if (asked_) asked_();
   return taken;
 }
 
@@ -103,18 +104,9 @@ void EventFeed::Supply(std::int64_t after, std::vector<EventRecord> events) {
   listeners_.Wake();
 }
 
-void EventFeed::SetCursor(const std::string& consumer, Cursor cursor) {
-  if (cursors_.Set(consumer, cursor)) Ask(false);
-}
-
-void EventFeed::ServeWith(std::function<void(bool now)> asked) {
+void EventFeed::ServeWith(std::function<void()> asked) {
   const MutexLock lock(asking_);
   asked_ = std::move(asked);
-}
-
-void EventFeed::Ask(bool now) const {
-  const MutexLock lock(asking_);
-  if (asked_) asked_(now);
 }
 
 bool EventFeed::IsServed() const {

@@ -1,9 +1,9 @@
 // The newest events that are on the disk, for outputs that must never wait for it: Modbus looks at
 // them (gateway/modbus/service), DDS takes them in order (gateway/dds). Filled by the writing
-// thread of gateway/events/event_log.h after each commit, never before. A consumer that takes all
-// of them has a cursor; events that are no longer in memory it gets from the file, by way of that
-// thread. A consumer that only looks misses these, and can count them by their numbers. Events have
-// the names of their devices; the number of a device is looked up when it is asked for.
+// thread of gateway/events/round_writer.h after each commit, never before. A consumer that takes all
+// of them has a cursor (cursors.h); events that are no longer in memory it gets from the file, by
+// way of that thread. A consumer that only looks misses these, and can count them by their numbers.
+// Events have the names of their devices; the number of a device is looked up when it is asked for.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -11,14 +11,12 @@
 #include <functional>
 #include <map>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
 #include "gateway/base/guarded.h"
 #include "gateway/events/alarm_board.h"
 #include "gateway/events/backlog.h"
-#include "gateway/events/cursors.h"
 #include "gateway/events/event_record.h"
 #include "gateway/events/feed_listeners.h"
 #include "gateway/events/recent_events.h"
@@ -34,9 +32,7 @@ struct FedEvent {
 
 class EventFeed {
  public:
-  /// `consumers`: names of those with a cursor.
-  explicit EventFeed(FeedLimits limits = {}, std::set<std::string> consumers = {})
-      : recent_(limits), cursors_(std::move(consumers)) {}
+  explicit EventFeed(FeedLimits limits = {}) : recent_(limits) {}
 
   /// Does nothing if there are events already: the file was opened again.
   void Begin(FeedImage image);
@@ -65,21 +61,16 @@ class EventFeed {
   /// The new states of alarms; called before the listeners are woken.
   const AlarmBoard& alarms() const { return alarms_; }
 
-  /// The positions of consumers; after Begin.
-  CursorBook& cursors() { return cursors_; }
-  /// On the disk within a second or so.
-  void SetCursor(const std::string& consumer, Cursor cursor);
-
-  /// The rest is for the thread that writes the file. `asked` is called on any thread; `now`:
-  /// events are to be read, else cursors are to be written. Null: the file is not read.
-  void ServeWith(std::function<void(bool now)> asked);
+  /// The rest is for the thread that writes the file. `asked` is called on any thread when events
+  /// are to be read. Null: the file is not read; when this returns, the one before is not called
+  /// any more.
+  void ServeWith(std::function<void()> asked);
   /// The number after which events are to be read; empty: none are.
   std::optional<std::int64_t> wanted() const;
   void Supply(std::int64_t after, std::vector<EventRecord> events);
 
  private:
   FedEvent Numbered(EventRecord record) const BAUDGATE_REQUIRES(mutex_);
-  void Ask(bool now) const;
   bool IsServed() const;
 
   mutable Mutex mutex_;
@@ -87,9 +78,8 @@ class EventFeed {
   std::map<std::string, Source> numbers_ BAUDGATE_GUARDED_BY(mutex_);  // of devices
   Backlog backlog_ BAUDGATE_GUARDED_BY(mutex_);
   AlarmBoard alarms_;
-  CursorBook cursors_;
   mutable Mutex asking_;
-  std::function<void(bool now)> asked_ BAUDGATE_GUARDED_BY(asking_);
+  std::function<void()> asked_ BAUDGATE_GUARDED_BY(asking_);
   FeedListeners listeners_;
 };
 

@@ -1,5 +1,5 @@
 // The events' part of events.db: opens the file when it is needed, writes what the book has due,
-// and reports what went wrong. On one thread (gateway/events/event_log.h), without a clock.
+// and reports what went wrong. On one thread (gateway/events/round_writer.h), without a clock.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

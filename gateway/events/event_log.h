@@ -7,7 +7,8 @@
 //   EventLog       this: the thread
 //   EventQueue     the way in, for any thread       EventRounds  the way out, for the thread
 //   PendingEvents  what both share, with its lock   EventBook    batches not on the disk yet
-//   EventFile      opens the file                   EventTable   writes its rows
+//   RoundWriter    writes one round                 EventFile    opens the file
+//   EventTable     writes its rows
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,11 +17,11 @@
 #include <string>
 #include <vector>
 
-#include "gateway/events/event_file.h"
 #include "gateway/events/event_queue.h"
 #include "gateway/events/event_rounds.h"
 #include "gateway/events/event_source.h"
 #include "gateway/events/log_options.h"
+#include "gateway/events/round_writer.h"
 
 namespace baudgate::events {
 
@@ -35,7 +36,7 @@ class EventLog final : public EventSource {
 
   /// Once a second, from any thread but the writing one. If the disk does not answer in time, this
   /// reports it, and reports the alarms that wait.
-  void Watch() { TellAlarms(rounds_.Watch()); }
+  void Watch() { round_writer_.TellAlarms(rounds_.Watch()); }
 
   EventsState state() const override;
   std::vector<Alarm> Alarms() const override { return queue_.Alarms(); }
@@ -47,21 +48,11 @@ class EventLog final : public EventSource {
   Result<PastPage> ReadPast(const PastQuery& query) const override;
 
  private:
-  Instant Round(bool last);
-  void WriteDue();
-  Status Open();
-  Status Write(EventRounds::Round& round);
-  void TellAlarms(const std::vector<Batch>& batches) const;
-  void Feed(const std::vector<Batch>& batches);
-  void TellOwed(const std::vector<Batch>& batches) const;
-  void ReadBacklog();
-
   const Options options_;
-  const std::shared_ptr<EventsWriter> writer_;
   PendingEvents pending_;
   EventQueue queue_;
   EventRounds rounds_;
-  EventFile file_;  // of the writing thread
+  RoundWriter round_writer_;  // of the writing thread
   Worker worker_;
 };
 

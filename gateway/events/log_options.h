@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "gateway/events/cursors.h"
 #include "gateway/events/event_feed.h"
 #include "gateway/events/event_table.h"
 #include "gateway/events/watched.h"
@@ -21,12 +22,14 @@ struct LogOptions {
   /// There is no file: events are known until the program ends.
   bool in_memory = false;
   std::string vfs{};  ///< as in Database
-  /// Shared with the audit. Null: the events have a thread of their own.
+  /// Shared with the audit. Null: EventLog makes one.
   std::shared_ptr<EventsWriter> writer{};
   SourceNames sources;
   std::function<Now()> clocks;
   std::shared_ptr<EventFeed> feed{};  ///< gets what is on the disk; null: there is none
-  bool tells_own = false;             ///< the gateway's own events are kept, too
+  /// The positions of consumers, kept in the file. Null: there are none.
+  std::shared_ptr<CursorBook> cursors{};
+  bool tells_own = false;  ///< the gateway's own events are kept, too
   Watched watches{};
   /// The last batches of these sources are on the disk, so the sources may be asked for more.
   /// Called on the writing thread.

@@ -149,8 +149,15 @@ void HistoryLog::WriteOnce(bool last) {
   for (const News& news : files_.TakeNews()) {
     (news.trouble ? options_.warn : options_.inform)("history: " + news.text);
   }
-  const FolderFiles& folder = files_.folder_files();
   const MutexLock lock(mutex_);
+  ShowFiles();
+  writing_since_.reset();
+  if (files_.TakeLost()) begin_anew_ = true;
+  SetDisk(status ? Disk::fine : Disk::failing, status ? std::string() : status.error());
+}
+
+void HistoryLog::ShowFiles() {
+  const FolderFiles& folder = files_.folder_files();
   const std::size_t waiting = queue_.samples() + files_.waiting();
   view_->Update([&](HistoryState& state) {
     state.waiting = waiting;
@@ -159,9 +166,6 @@ void HistoryLog::WriteOnce(bool last) {
     state.put_aside.clear();
     for (const FolderFiles::Aside& file : folder.aside) state.put_aside.push_back(file.name);
   });
-  writing_since_.reset();
-  if (files_.TakeLost()) begin_anew_ = true;
-  SetDisk(status ? Disk::fine : Disk::failing, status ? std::string() : status.error());
 }
 
 /// The log hears of the first trouble and of its end.

@@ -59,6 +59,7 @@ class HistoryLog {
   void HandOver(Batch&& batch) BAUDGATE_REQUIRES(mutex_);
   void WriteOnce(bool last);
   bool AreTaken(Instant now);
+  void ShowFiles() BAUDGATE_REQUIRES(mutex_);
   void SetDisk(Disk disk, const std::string& trouble) BAUDGATE_REQUIRES(mutex_);
 
   const Options options_;

@@ -45,7 +45,6 @@ class Recorder {
   void End(Now now, Batch& out);
 
   const RecorderCounters& counters() const { return counters_; }
-  bool recording() const { return recording_; }
 
  private:
   static constexpr PointNumber kNone = ~PointNumber{0};

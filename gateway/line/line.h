@@ -128,8 +128,6 @@ class Line {
   /// When OnTimer is due; empty while the line waits for bytes or work only.
   std::optional<Instant> Deadline() const;
 
-  const AssemblerCounters& counters() const { return assembler_.counters(); }
-
  private:
   LineNews TakeNews() { return std::exchange(news_, {}); }
   void Hear(UnaskedInput heard, Instant now);

@@ -65,12 +65,9 @@ class Scanner {
     Duration patience{};
   };
 
-  bool is_over() const { return over_; }
+  bool is_over() const { return !report_.ended; }
   const Tongue& TongueAt(const Asked& asked) const { return wish_.tongues[asked.tongue]; }
-  void End() {
-    over_ = true;
-    report_.ended = false;
-  }
+  void End() { report_.ended = false; }
   bool Set(const config::SerialSettings& serial);
   void SetBack(const config::SerialSettings& serial);
   void Listen();
@@ -97,7 +94,6 @@ class Scanner {
   Watcher& watcher_;
   Report report_;
   Status status_;
-  bool over_ = false;
   bool traffic_ = false;                              ///< others speak as well, and the user knows
   std::set<std::string> refused_;                     ///< settings that the port does not do
   std::set<std::pair<std::string, unsigned>> known_;  ///< protocol and address

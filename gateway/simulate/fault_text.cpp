@@ -118,6 +118,27 @@ Status SetKey(Fault& fault, const KindKeys& keys, std::string_view key, std::str
   return ReadTime(value, 1ms, kLongest, key == "for" ? fault.lasts : fault.every);
 }
 
+/// "rate=0.1". `given`: the keys so far.
+Status TakeSetting(Fault& fault, const KindKeys& keys, std::string_view setting,
+                   std::set<std::string_view>& given) {
+  const auto equals = setting.find('=');
+  const std::string_view key = setting.substr(0, equals);
+  const auto allowed = KeysOf(keys);
+  if (std::find(allowed.begin(), allowed.end(), key) == allowed.end()) {
+    return Error{"there is no key " + config::Quoted(key) + ";" + config::DidYouMean(key, allowed) +
+                 " there are: " + config::Join(allowed)};
+  }
+  if (equals == std::string_view::npos) {
+    return Error{"key " + std::string(key) + " has no value; write " + std::string(key) + "=…"};
+  }
+  if (!given.insert(key).second) return Error{std::string(key) + "= stands there twice"};
+  const std::string_view value = setting.substr(equals + 1);
+  if (const Status status = SetKey(fault, keys, key, value); !status) {
+    return Error{std::string(key) + "=" + std::string(value) + ": " + status.error()};
+  }
+  return {};
+}
+
 /// What only all keys together show.
 Status CheckWhole(const Fault& fault, const std::set<std::string_view>& given) {
   if (given.contains("every") && !given.contains("for")) {
@@ -150,25 +171,12 @@ Result<Fault> ParseFault(std::string_view text) {
   fault.pause = keys->pause_default;
   fault.text = text;
   const std::string about = "fault " + std::string(name) + ": ";
-  const auto allowed = KeysOf(*keys);
   std::set<std::string_view> given;
   const auto settings = colon == std::string_view::npos ? std::vector<std::string_view>()
                                                         : Split(text.substr(colon + 1), ',');
   for (const std::string_view setting : settings) {
-    const auto equals = setting.find('=');
-    const std::string_view key = setting.substr(0, equals);
-    if (std::find(allowed.begin(), allowed.end(), key) == allowed.end()) {
-      return Error{about + "there is no key " + config::Quoted(key) + ";" +
-                   config::DidYouMean(key, allowed) + " there are: " + config::Join(allowed)};
-    }
-    if (equals == std::string_view::npos) {
-      return Error{about + "key " + std::string(key) + " has no value; write " + std::string(key) +
-                   "=…"};
-    }
-    if (!given.insert(key).second) return Error{about + std::string(key) + "= stands there twice"};
-    const std::string_view value = setting.substr(equals + 1);
-    if (const Status status = SetKey(fault, *keys, key, value); !status) {
-      return Error{about + std::string(key) + "=" + std::string(value) + ": " + status.error()};
+    if (const Status status = TakeSetting(fault, *keys, setting, given); !status) {
+      return Error{about + status.error()};
     }
   }
   if (const Status status = CheckWhole(fault, given); !status) {

@@ -33,39 +33,26 @@ bool Migrate(Database& database, const DatabaseKind& kind, std::int64_t version)
   return ok;
 }
 
-/// `head`: its first bytes are there, and looked at before SQLite reads them.
-Look LookAt(Database& database, const DatabaseKind& kind, bool head, std::string& why) {
-  const auto bytes = head ? database.Read(Database::Part::file, 0, kDatabaseHead) : std::nullopt;
-  if (const auto damage = bytes ? HeadDamage(*bytes) : std::nullopt) {
-    why = *damage;
-    return Look::damaged;
-  }
-  const auto whole = [&](const char* sql) {
-    const Value value = database.First(sql);
-    return std::holds_alternative<std::int64_t>(value)
-               ? std::optional(std::get<std::int64_t>(value))
-               : std::nullopt;
-  };
-  const auto broken = [&] {
-    why = database.error();
-    return database.damaged() ? Look::damaged : Look::failed;
-  };
-  // A reader of a file that is being recovered waits; a file in WAL mode stays so.
-  const Value mode = database.First("PRAGMA journal_mode=WAL");
-  if (!HasValue(mode)) return broken();
-  if (ToText(mode) != "wal") {
-    why = "its folder cannot be written";
-    return Look::failed;
-  }
-  if (!database.Execute(std::string(kind.pragmas))) return broken();
-  const Value check = database.First("PRAGMA quick_check(1)");
-  if (!HasValue(check)) return broken();
-  const auto application = whole("PRAGMA application_id");
-  const auto version = whole("PRAGMA user_version");
-  const auto tables = whole("SELECT count(*) FROM sqlite_schema");
-  if (!application || !version || !tables) return broken();
-  if (ToText(check) != "ok") {
-    why = ToText(check);
+Look Broken(const Database& database, std::string& why) {
+  why = database.error();
+  return database.damaged() ? Look::damaged : Look::failed;
+}
+
+std::optional<std::int64_t> WholeNumber(Database& database, const char* sql) {
+  const Value value = database.First(sql);
+  return std::holds_alternative<std::int64_t>(value) ? std::optional(std::get<std::int64_t>(value))
+                                                     : std::nullopt;
+}
+
+/// Whose file it is, and which version. `check`: what SQLite says of it.
+Look LookAtVersion(Database& database, const DatabaseKind& kind, const std::string& check,
+                   std::string& why) {
+  const auto application = WholeNumber(database, "PRAGMA application_id");
+  const auto version = WholeNumber(database, "PRAGMA user_version");
+  const auto tables = WholeNumber(database, "SELECT count(*) FROM sqlite_schema");
+  if (!application || !version || !tables) return Broken(database, why);
+  if (check != "ok") {
+    why = check;
     return Look::damaged;
   }
   const bool fresh = application == 0 && version == 0 && tables == 0;
@@ -82,7 +69,27 @@ Look LookAt(Database& database, const DatabaseKind& kind, bool head, std::string
                       kind.version());
     return Look::newer;
   }
-  return Migrate(database, kind, *version) ? Look::fine : broken();
+  return Migrate(database, kind, *version) ? Look::fine : Broken(database, why);
+}
+
+/// `head`: its first bytes are there, and looked at before SQLite reads them.
+Look LookAt(Database& database, const DatabaseKind& kind, bool head, std::string& why) {
+  const auto bytes = head ? database.Read(Database::Part::file, 0, kDatabaseHead) : std::nullopt;
+  if (const auto damage = bytes ? HeadDamage(*bytes) : std::nullopt) {
+    why = *damage;
+    return Look::damaged;
+  }
+  // A reader of a file that is being recovered waits; a file in WAL mode stays so.
+  const Value mode = database.First("PRAGMA journal_mode=WAL");
+  if (!HasValue(mode)) return Broken(database, why);
+  if (ToText(mode) != "wal") {
+    why = "its folder cannot be written";
+    return Look::failed;
+  }
+  if (!database.Execute(std::string(kind.pragmas))) return Broken(database, why);
+  const Value check = database.First("PRAGMA quick_check(1)");
+  if (!HasValue(check)) return Broken(database, why);
+  return LookAtVersion(database, kind, ToText(check), why);
 }
 
 /// With its log, which belongs to it. The new name; empty: it cannot be renamed.

@@ -113,11 +113,6 @@ DeviceMemory::Kept DeviceMemory::kept() const {
   return kept_;
 }
 
-void DeviceMemory::AwaitWritten() {
-  MutexLock lock(mutex_);
-  while (kept_ == Kept::waits) lock.Wait(written_);
-}
-
 void DeviceMemory::WriteChanges() {
   std::string text;
   {
@@ -131,7 +126,6 @@ void DeviceMemory::WriteChanges() {
     const MutexLock lock(mutex_);
     if (!changed_) kept_ = failing_ ? Kept::no : Kept::yes;
   }
-  written_.notify_all();
 }
 
 std::string DeviceMemory::Text() const {

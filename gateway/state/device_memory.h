@@ -8,7 +8,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <condition_variable>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -46,8 +45,6 @@ class DeviceMemory {
   };
   /// Whether all that was set is on the disk. From any thread.
   Kept kept() const;
-  /// Returns when nothing waits.
-  void AwaitWritten();
 
  private:
   std::vector<std::string> Read();
@@ -72,7 +69,6 @@ class DeviceMemory {
 
   bool failing_ = false;  // of the writing thread
   mutable Mutex mutex_;
-  std::condition_variable written_;
   std::vector<Key> keys_ BAUDGATE_GUARDED_BY(mutex_);              // by device
   std::vector<std::string> memories_ BAUDGATE_GUARDED_BY(mutex_);  // as keys_
   bool changed_ BAUDGATE_GUARDED_BY(mutex_) = false;

@@ -42,7 +42,6 @@ class DiskCondition {
     return {.ended = Past{std::move(was), since}};
   }
 
-  Disk disk() const { return disk_; }
   bool is_fine() const { return disk_ == Disk::fine; }
   bool is_opening() const { return disk_ == Disk::opening; }
   bool is_stalled() const { return disk_ == Disk::stalled; }

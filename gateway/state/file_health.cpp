@@ -133,30 +133,17 @@ std::optional<std::string> HeadDamage(View head) {
   return std::nullopt;
 }
 
-std::optional<std::string> LogDamage(const fs::path& file) {
-  std::ifstream in(file.string() + "-wal", std::ios::binary);
-  Bytes head(kLogHead);
-  if (!in || ReadSome(in, head) < kLogHead) return std::nullopt;  // none, or it was never used
-  const std::uint32_t magic = Big(head.data());
-  const std::uint32_t page = Big(&head[8]);
-  LogSum sum(magic == kLogMagic + 1);
-  sum.Add(head.data(), 24);
-  const bool head_good =
-      (magic == kLogMagic || magic == kLogMagic + 1) && IsPageSize(page) && sum.Is(&head[24]);
-  Bytes frame(kFrameHead + (IsPageSize(page) ? page : 4096));
-  if (!head_good) {
-    // SQLite writes and syncs the head before the first frame.
-    const bool any = ReadSome(in, frame) == frame.size();
-    return any ? std::optional<std::string>(
-                     "the head of its log is damaged: all changes in the "
-                     "log are lost")
-               : std::nullopt;
-  }
+namespace {
+
+/// Committed changes of the log that SQLite does not reach, because a frame before them is broken.
+/// `in` stands behind the head.
+std::size_t LostCommits(std::ifstream& in, const Bytes& head, std::uint32_t page, LogSum sum) {
+  Bytes frame(kFrameHead + page);
   const auto same_salts = [&] {
     return std::equal(frame.begin() + 8, frame.begin() + 16, head.begin() + 16);
   };
   bool broken = false;
-  std::size_t commits = 0;       // in frames that SQLite does not reach
+  std::size_t commits = 0;
   bool behind_a_commit = false;  // the last of these commits has a frame behind it
   while (ReadSome(in, frame) == frame.size()) {
     if (!broken) {
@@ -170,7 +157,32 @@ std::optional<std::string> LogDamage(const fs::path& file) {
     commits += Big(&frame[4]) != 0 ? 1 : 0;
   }
   // The one transaction that was being written when the power failed may be torn.
-  if (commits == 0 || (commits == 1 && !behind_a_commit)) return std::nullopt;
+  return commits == 1 && !behind_a_commit ? 0 : commits;
+}
+
+}  // namespace
+
+std::optional<std::string> LogDamage(const fs::path& file) {
+  std::ifstream in(file.string() + "-wal", std::ios::binary);
+  Bytes head(kLogHead);
+  if (!in || ReadSome(in, head) < kLogHead) return std::nullopt;  // none, or it was never used
+  const std::uint32_t magic = Big(head.data());
+  const std::uint32_t page = Big(&head[8]);
+  LogSum sum(magic == kLogMagic + 1);
+  sum.Add(head.data(), 24);
+  const bool head_good =
+      (magic == kLogMagic || magic == kLogMagic + 1) && IsPageSize(page) && sum.Is(&head[24]);
+  if (!head_good) {
+    // SQLite writes and syncs the head before the first frame.
+    Bytes frame(kFrameHead + (IsPageSize(page) ? page : 4096));
+    const bool any = ReadSome(in, frame) == frame.size();
+    return any ? std::optional<std::string>(
+                     "the head of its log is damaged: all changes in the "
+                     "log are lost")
+               : std::nullopt;
+  }
+  const std::size_t commits = LostCommits(in, head, page, sum);
+  if (commits == 0) return std::nullopt;
   // Another connection may have begun a new round meanwhile.
   Bytes now(kLogHead);
   in.clear();

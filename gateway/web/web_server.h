@@ -8,9 +8,9 @@
 #include <optional>
 #include <string>
 
+#include "gateway/web/access.h"
 #include "gateway/web/http_server.h"
 #include "gateway/web/live_api.h"
-#include "gateway/web/logins.h"
 #include "gateway/web/past_api.h"
 #include "transports/loop_thread.h"
 
@@ -49,24 +49,12 @@ class WebServer final : public HttpHandler {
  private:
   WebServer(const config::Config& config, LiveApi::Links links, const Limits& limits);
 
-  std::shared_ptr<const config::Web> web() const;
-  void Set(const config::Config& config, std::optional<std::string> token);
-  Response Session(const Request& request);
-  Response Login(const Request& request);
-  Response Logout(const Request& request);
   void Ask(const Request& request, Answered answered);
-  std::optional<Response> NeedsLogin(const Request& request);
   void Tick();
   void Look();
 
   const Limits limits_;
-  const std::string version_;
-  mutable Mutex mutex_;
-  std::shared_ptr<const config::Web> web_ BAUDGATE_GUARDED_BY(mutex_);
-  std::string gateway_ BAUDGATE_GUARDED_BY(mutex_);
-  bool history_ BAUDGATE_GUARDED_BY(mutex_) = false;
-  const events::EventSource* const events_;
-  Logins logins_;
+  Access access_;
   LoopThread live_loop_{"web"};
   LoopThread past_loop_{"web-past"};
   LiveApi live_;

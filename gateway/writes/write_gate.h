@@ -1,5 +1,5 @@
 // Every write to points passes here: from Modbus clients, the command line and DDS. Routed writes
-// do not: only the listener's `permit` holds for them (gateway/modbus/service/request_routing.cpp).
+// do not: only the listener's `permit` holds for them (gateway/modbus/service/client_requests.cpp).
 // The rules, in this order, before anything is sent:
 //
 //   may the point be written?            read_only     rw in the profile and `write: allow`

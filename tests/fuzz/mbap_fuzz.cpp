@@ -4,6 +4,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <memory>
 
+#include "gateway/modbus/service/write_exception.h"
 #include "gateway/modbus/wire/mbap.h"
 #include "tests/fuzz/fuzz.h"
 #include "tests/fuzz/modbus_world.h"
@@ -15,13 +16,13 @@ namespace {
 using modbus::ExceptionCode;
 using modbus::MbapAssembler;
 
-modbus::PointService& TheService(FuzzSink*& sink) {
+modbus::LocalUnits& TheUnits(FuzzSink*& sink) {
   static FuzzSink the_sink;
   static modbus::ServerShared shared(ModbusConfig(), FilledStore(), the_sink, {}, {});
-  modbus::PointService& points = shared.points();
-  Require(points.responder().ready().ok(), "libmodbus is there");
+  modbus::LocalUnits& units = shared.units();
+  Require(units.responder().ready().ok(), "libmodbus is there");
   sink = &the_sink;
-  return points;
+  return units;
 }
 
 /// Bytes of values that a checked write carries.
@@ -39,9 +40,9 @@ std::size_t DataOf(const modbus::ModbusRequest& request) {
   }
 }
 
-void AnswerFrame(modbus::PointService& points, View frame) {
+void AnswerFrame(modbus::LocalUnits& units, View frame) {
   modbus::ModbusRequest request;
-  ExceptionCode exception = points.Check(frame, request);
+  ExceptionCode exception = units.Check(frame, request);
   if (exception == modbus::kNoException) {
     Require(request.count > 0 && request.start + request.count <= 0x10000, "a checked range");
     Require(request.frame.data() == frame.data(), "a request views its frame");
@@ -49,12 +50,12 @@ void AnswerFrame(modbus::PointService& points, View frame) {
     if (modbus::IsPlainWrite(modbus::FunctionOf(frame))) {
       WriteResult ended;
       exception =
-          points.Submit(request, {{"192.0.2.5:40312", 1}, ModbusNow() + 5s, nullptr}, ModbusNow(),
-                        [&ended](const WriteResult& result) { ended = result; });
-      if (exception == modbus::kNoException) exception = modbus::PointService::ExceptionOf(ended);
+          units.Submit(request, {{"192.0.2.5:40312", 1}, ModbusNow() + 5s, nullptr}, ModbusNow(),
+                       [&ended](const WriteResult& result) { ended = result; });
+      if (exception == modbus::kNoException) exception = modbus::ExceptionOf(ended);
     } else {
       const auto holes = frame.size() % 2 == 0 ? modbus::Holes::off : modbus::Holes::zero;
-      exception = points.Read(request, holes, ModbusNow());
+      exception = units.Read(request, holes, ModbusNow());
     }
   }
   if (exception != modbus::kNoException) {
@@ -62,14 +63,14 @@ void AnswerFrame(modbus::PointService& points, View frame) {
     return;
   }
   Bytes answer;
-  Require(points.responder().Append(request, answer), "libmodbus answers what was checked");
+  Require(units.responder().Append(request, answer), "libmodbus answers what was checked");
   CheckModbusAnswer(frame, answer);
 }
 
 /// Frames as they come out, whatever the pieces; nothing after the first defect.
 void Receive(Input& input) {
   FuzzSink* sink = nullptr;
-  modbus::PointService& points = TheService(sink);
+  modbus::LocalUnits& units = TheUnits(sink);
   sink->turn = input.U8();
   MbapAssembler assembler;
   std::size_t in = 0;
@@ -95,7 +96,7 @@ void Receive(Input& input) {
       Require(frame.size() >= 8 && frame.size() <= modbus::kMaxAdu, "a frame has its length");
       // In memory of its own, so that AddressSanitizer sees who reads beyond its end.
       const Bytes copy(frame.begin(), frame.end());
-      AnswerFrame(points, copy);
+      AnswerFrame(units, copy);
     }
     Require(!assembler.Space().empty(), "there is room for what is missing");
   }

@@ -162,6 +162,24 @@ std::string TimesText(const Json& times) {
   return text;
 }
 
+std::vector<PointRow> PointRowsOf(const Json& device) {
+  std::vector<PointRow> rows;
+  for (const Json& value : device.at("values")) {
+    PointRow row{Text(device, "name"),
+                 Text(value, "point"),
+                 JsonValueText(value.at("value")),
+                 Text(value, "unit"),
+                 Quality::OfWord(static_cast<std::uint16_t>(Number(value, "quality"))),
+                 {},
+                 false};
+    if (!value.at("age_ms").is_null()) {
+      row.age = std::chrono::milliseconds(value.at("age_ms").get<std::int64_t>());
+    }
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
 std::string OneDevice(const Json& status, const TableView& view) {
   const Json& lines = status.at("lines");
   const Json& device = lines.at(0).at("devices").at(0);
@@ -192,21 +210,7 @@ std::string OneDevice(const Json& status, const TableView& view) {
   if (!device.value("times", Json::array()).empty())
     text += Facts({{"times", TimesText(device.at("times"))}}, view);
   text += "\n" + Chart(device.at("round_trips")) + "\n";
-  std::vector<PointRow> rows;
-  for (const Json& value : device.at("values")) {
-    PointRow row{Text(device, "name"),
-                 Text(value, "point"),
-                 JsonValueText(value.at("value")),
-                 Text(value, "unit"),
-                 Quality::OfWord(static_cast<std::uint16_t>(Number(value, "quality"))),
-                 {},
-                 false};
-    if (!value.at("age_ms").is_null()) {
-      row.age = std::chrono::milliseconds(value.at("age_ms").get<std::int64_t>());
-    }
-    rows.push_back(std::move(row));
-  }
-  return text + RenderPoints(rows, view) + AdviceText(status, view);
+  return text + RenderPoints(PointRowsOf(device), view) + AdviceText(status, view);
 }
 
 }  // namespace

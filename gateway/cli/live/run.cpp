@@ -82,9 +82,8 @@ struct Choice {
   ReloadOptions reload;
 };
 
-Choice Choose(const std::string& file, const config::Catalog& catalog, std::ostream& err) {
-  Choice choice;
-  ReloadOptions& reload = choice.reload;
+ReloadOptions ReloadOf(const std::string& file, const config::Catalog& catalog) {
+  ReloadOptions reload;
   reload.file = file;
   reload.read = [file] { return ReadAgain(file); };
   reload.load = [file, &catalog](const std::string& text) {
@@ -97,6 +96,12 @@ Choice Choose(const std::string& file, const config::Catalog& catalog, std::ostr
     return config::MaskedConfig(running, config::SecretKeys(catalog));
   };
   reload.notify = [](const std::string& state) { sd_notify(0, state.c_str()); };
+  return reload;
+}
+
+Choice Choose(const std::string& file, const config::Catalog& catalog, std::ostream& err) {
+  Choice choice{.loaded = {}, .reload = ReloadOf(file, catalog)};
+  ReloadOptions& reload = choice.reload;
   const auto text = ReadText(file, Kind::any);
   choice.loaded = text ? config::LoadText(*text, file, catalog) : config::LoadFile(file, catalog);
   PrintProblems(choice.loaded.problems, err);
@@ -116,8 +121,8 @@ Choice Choose(const std::string& file, const config::Catalog& catalog, std::ostr
   }
   const std::string copy = reload.kept->confirmed_file().string();
   const auto confirmed = ReadText(copy);
-  reload.refused = Refused{*text, reload.kept->why_taken_back()};
-  err << "baudgate: " << TakenBack(file, reload.refused->why) << '\n';
+  reload.refused = reload::Refused{*text, reload.kept->why_taken_back()};
+  err << "baudgate: " << reload::TakenBack(file, reload.refused->why) << '\n';
   if (confirmed) {
     reload.text_at_start = *confirmed;
     choice.loaded = config::LoadText(*confirmed, file, catalog);

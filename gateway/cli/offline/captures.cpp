@@ -15,6 +15,30 @@ bool Continues(const Capture& capture, const TraceLine& piece) {
   return Between(capture.heard_at, TimeOfDay(piece.time)) <= kApart;
 }
 
+/// A request that was sent; its reply follows.
+Capture Begun(const TraceLine& marked, int number, const MaskedHex& hex) {
+  Capture capture;
+  capture.line = number;
+  capture.request = hex.bytes;
+  capture.request_masked = hex.masked;
+  capture.time = marked.time;
+  capture.device = marked.device;
+  capture.last = true;
+  return capture;
+}
+
+/// Bytes that came unasked.
+Capture Heard(const TraceLine& marked, int number, const MaskedHex& hex) {
+  return {.unasked = true,
+          .line = number,
+          .reply = hex.bytes,
+          .reply_masked = hex.masked,
+          .time = std::string(marked.time),
+          .heard_at = TimeOfDay(marked.time),
+          .device = std::string(marked.device),
+          .last = true};
+}
+
 /// An error says what is wrong with this line.
 Status TakeLine(std::string_view line, int number, std::vector<Capture>& captures) {
   const TraceLine marked = ReadTraceLine(line);
@@ -38,28 +62,14 @@ Status TakeLine(std::string_view line, int number, std::vector<Capture>& capture
   const bool continues =
       !captures.empty() && !captures.back().ended && Continues(captures.back(), marked);
   if (marked.mark == '>') {
-    Capture capture;
-    capture.line = number;
-    capture.request = hex->bytes;
-    capture.request_masked = hex->masked;
-    capture.time = marked.time;
-    capture.device = marked.device;
-    capture.last = true;
-    captures.push_back(std::move(capture));
+    captures.push_back(Begun(marked, number, *hex));
   } else if (continues) {
     captures.back().last = true;
     captures.back().heard_at = TimeOfDay(marked.time);
     Append(captures.back().reply, hex->bytes);
     captures.back().reply_masked = captures.back().reply_masked || hex->masked;
   } else {
-    captures.push_back({.unasked = true,
-                        .line = number,
-                        .reply = hex->bytes,
-                        .reply_masked = hex->masked,
-                        .time = std::string(marked.time),
-                        .heard_at = TimeOfDay(marked.time),
-                        .device = std::string(marked.device),
-                        .last = true});
+    captures.push_back(Heard(marked, number, *hex));
   }
   return {};
 }

@@ -1,5 +1,5 @@
 // The events of a unit as registers, from 9016. Pure; what is shown comes from
-// gateway/events/event_feed.h, asked by gateway/modbus/service/point_service.cpp.
+// gateway/events/event_feed.h, asked by gateway/modbus/service/event_window.cpp.
 //
 //   +0 first to show  +2 newest  +4 oldest kept  +6 lost (u32 each)  +8 how many follow  +9 0
 //   +10 … seven times: +0 number  +2 seconds since 1970 (u32 each)  +4 milliseconds

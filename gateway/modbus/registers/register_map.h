@@ -1,5 +1,5 @@
 // Which Modbus unit and address stands for which point: built once from the configuration.
-// Asked by gateway/modbus/service/point_service.cpp and write_request.cpp before anything is read
+// Asked by gateway/modbus/service/local_units.cpp and write_request.cpp before anything is read
 // or written. The addresses are a public contract: config/model/modbus_addresses.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once

@@ -1,5 +1,5 @@
 // What a client's registers (value_registers.h) mean: values of points, as users see them, or the
-// selection of one. gateway/modbus/service/point_service.cpp takes them to
+// selection of one. gateway/modbus/service/unit_writer.cpp takes them to
 // gateway/writes/write_gate.h. Pure.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once

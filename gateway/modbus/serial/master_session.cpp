@@ -22,19 +22,17 @@ constexpr Duration kAsciiGap = 1s;
 }  // namespace
 
 MasterSession::MasterSession(const config::Listener& listener, ServerShared& shared,
-                             const Protocol& protocol, std::size_t port, Owner& owner,
-                             const Now& now)
+                             std::size_t port, Owner& owner, const Now& now)
     : listener_(listener),
-      shared_(shared),
-      protocol_(protocol),
+      frames_(shared.frames()),
+      book_(*shared.book()),
       port_(port),
       owner_(owner),
-      quiet_(*protocol.timing(listener.serial).quiet),
+      quiet_(*protocol().timing(listener.serial).quiet),
       gap_(listener.framing == Framing::ascii ? kAsciiGap : std::max(quiet_, kUsbGap)),
-      service_(std::make_shared<RequestService>(listener, shared, *this, listener.path,
-                                                listener.priority, now)),
+      requests_(listener, shared, *this, listener.path, listener.priority, now),
       echo_(listener.echo) {
-  assembler_.Begin(protocol_.request_rule, protocol_.expect({}, {}));
+  assembler_.Begin(protocol().request_rule, protocol().expect({}, {}));
 }
 
 // ---------------------------------------------------------------- requests
@@ -51,14 +49,14 @@ void MasterSession::CutFrames(bool silent, const Now& now) {
   while (const auto frame = assembler_.Next(silent)) OnFrame(*frame, now);
   if (!heard_.empty()) NameOther();
   if (assembler_.held() > 0 || assembler_.blame() == Outcome::none) return;
-  shared_.book()->HeardDamage(port_);
-  assembler_.Begin(protocol_.request_rule, protocol_.expect({}, {}));
+  book_.HeardDamage(port_);
+  assembler_.Begin(protocol().request_rule, protocol().expect({}, {}));
 }
 
 /// What has come since the last request may be one in another framing.
 void MasterSession::NameOther() {
-  const auto other = OtherFraming(heard_, listener_.framing, shared_.frames());
-  if (!other || !shared_.book()->HeardOther(port_, *other)) return;
+  const auto other = OtherFraming(heard_, listener_.framing, frames_);
+  if (!other || !book_.HeardOther(port_, *other)) return;
   log::Warn("modbus: the master on {} is not answered: {}", listener_.path,
             ExplainOther(*other, listener_.framing));
 }
@@ -67,23 +65,23 @@ void MasterSession::NameOther() {
 /// sends to all waits for no reply.
 void MasterSession::OnFrame(const Bytes& frame, const Now& now) {
   if (echo_.IsEcho(frame, last_byte_)) {
-    if (listener_.echo == config::Listener::Echo::off) shared_.book()->HeardEcho(port_);
+    if (listener_.echo == config::Listener::Echo::off) book_.HeardEcho(port_);
     return;
   }
-  shared_.book()->Heard(port_, now.wall);
+  book_.Heard(port_, now.wall);
   heard_.clear();
-  const auto request = protocol_.carrier->unwrap_request(frame);
+  const auto request = protocol().carrier->unwrap_request(frame);
   if (!request) return;
   const auto& [unit, pdu] = *request;
   reply_.clear();
   awaited_.reset();
-  service_->Abandon();
+  requests_.Abandon();
   const bool silent = listener_.errors == config::Listener::Errors::silent;
-  const bool another = silent && shared_.WayOf(unit).kind == Way::Kind::none;
+  const bool another = silent && !requests_.Serves(unit);
   if (another || (unit == 0 && !IsPlainWrite(pdu[0]))) return;
   ++transaction_;
   if (unit != 0) awaited_ = transaction_;
-  service_->Handle(AduOf(transaction_, unit, pdu), {last_byte_, now.wall});
+  requests_.Handle(AduOf(transaction_, unit, pdu), {last_byte_, now.wall});
 }
 
 // ---------------------------------------------------------------- replies
@@ -96,7 +94,7 @@ void MasterSession::Answer(const ModbusRequest& request, Responder& responder, I
 void MasterSession::Answer(View frame, Instant) {
   if (awaited_ != TransactionOf(frame)) return;
   awaited_.reset();
-  reply_ = protocol_.carrier->wrap(UnitOf(frame), PduOf(frame));
+  reply_ = protocol().carrier->wrap(UnitOf(frame), PduOf(frame));
   owner_.Rearm();
 }
 
@@ -109,7 +107,7 @@ std::optional<Instant> MasterSession::Deadline() const {
   } else if (!reply_.empty()) {
     next = last_byte_ + quiet_;
   }
-  return Soonest({next, service_->Deadline()});
+  return Soonest({next, requests_.Deadline()});
 }
 
 void MasterSession::OnTime(const Now& now) {
@@ -120,7 +118,7 @@ void MasterSession::OnTime(const Now& now) {
   if (!HoldsBytes() && !reply_.empty() && now.instant >= last_byte_ + quiet_) {
     SendReply(now.instant);
   }
-  service_->Sweep(now);
+  requests_.Sweep(now);
 }
 
 void MasterSession::SendReply(Instant now) {

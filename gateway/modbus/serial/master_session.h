@@ -1,6 +1,6 @@
 // What a serial master asks and is answered while a port is open. Bytes come from
 // serial_listener.cpp, which has the port and the clock; requests go to
-// gateway/modbus/service/request_service.h in their Modbus TCP form, and its answers go back as
+// gateway/modbus/service/client_requests.h in their Modbus TCP form, and its answers go back as
 // frames of the serial line. Other slaves may answer on the same bus.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -14,7 +14,7 @@
 #include "gateway/base/bytes.h"
 #include "gateway/base/time.h"
 #include "gateway/modbus/serial/reply_echo.h"
-#include "gateway/modbus/service/request_service.h"
+#include "gateway/modbus/service/client_requests.h"
 #include "gateway/modbus/service/server_shared.h"
 #include "protocols/assembler.h"
 #include "protocols/protocol.h"
@@ -23,7 +23,7 @@ namespace baudgate::modbus {
 
 /// The master has one request at a time: when it sends another before it was answered, it has given
 /// up, and the old answer is dropped.
-class MasterSession final : public RequestService::Wire {
+class MasterSession final : public ClientWire {
  public:
   class Owner {
    public:
@@ -35,11 +35,11 @@ class MasterSession final : public RequestService::Wire {
     ~Owner() = default;
   };
 
-  /// `port`: its place in the traffic book. All others outlive the session; `protocol` has a
-  /// carrier.
-  MasterSession(const config::Listener& listener, ServerShared& shared, const Protocol& protocol,
-                std::size_t port, Owner& owner, const Now& now);
-  ~MasterSession() { service_->Close(); }
+  /// `port`: its place in the traffic book. All others outlive the session; the protocol of the
+  /// listener's framing is loaded and has a carrier.
+  MasterSession(const config::Listener& listener, ServerShared& shared, std::size_t port,
+                Owner& owner, const Now& now);
+  ~MasterSession() { requests_.Close(); }
   MasterSession(const MasterSession&) = delete;
   MasterSession& operator=(const MasterSession&) = delete;
 
@@ -56,6 +56,7 @@ class MasterSession final : public RequestService::Wire {
   void AnswerNothing(Instant) override { awaited_.reset(); }
   void SweepAt(Instant) override { owner_.Rearm(); }
 
+  const Protocol& protocol() const { return *frames_.Of(listener_.framing); }
   void CutFrames(bool silent, const Now& now);
   void OnFrame(const Bytes& frame, const Now& now);
   void NameOther();
@@ -63,14 +64,14 @@ class MasterSession final : public RequestService::Wire {
   void SendReply(Instant now);
 
   const config::Listener& listener_;
-  ServerShared& shared_;
-  const Protocol& protocol_;
+  const Frames frames_;
+  TrafficBook& book_;
   const std::size_t port_;
   Owner& owner_;
   const Duration quiet_;  ///< 3.5 characters: between a request and its reply
   const Duration gap_;    ///< a frame that rests so long is not going on
 
-  std::shared_ptr<RequestService> service_;
+  ClientRequests requests_;
   Assembler assembler_;
   ReplyEcho echo_;
   Bytes heard_;  ///< since the last silence or request, as much as is looked at

@@ -9,24 +9,24 @@
 namespace baudgate::modbus {
 
 SerialListener::SerialListener(asio::io_context& io, config::Listener listener,
-                               ServerShared& shared, const Protocol& protocol)
+                               ServerShared& shared)
     : listener_(std::move(listener)),
       shared_(shared),
-      protocol_(protocol),
+      book_(*shared.book()),
       port_(
           io, listener_.path,
           [this](asio::io_context& port_io, TransportListener& heard) {
             return MakeSerialPort(listener_.path, listener_.serial, port_io, heard);
           },
           *this),
-      place_(shared.book()->AddMaster(listener_, ReadClocks().wall)),
+      place_(book_.AddMaster(listener_, ReadClocks().wall)),
       timer_(io) {}
 
 void SerialListener::Leave() {
   if (std::exchange(left_, true)) return;
   timer_.cancel();
   session_.reset();
-  shared_.book()->RemoveMaster(place_);
+  book_.RemoveMaster(place_);
 }
 
 void SerialListener::Stop() {
@@ -38,8 +38,8 @@ void SerialListener::OnOpened(const std::string& description) {
   if (left_) return;
   const Now now = ReadClocks();
   log::Info("modbus: listening for a master on {}", description);
-  shared_.book()->ShowPort(place_, true, description, now.wall);
-  session_.emplace(listener_, shared_, protocol_, place_, *this, now);
+  book_.ShowPort(place_, true, description, now.wall);
+  session_.emplace(listener_, shared_, place_, *this, now);
 }
 
 void SerialListener::OnDown(const std::string& reason, bool is_news) {
@@ -49,7 +49,7 @@ void SerialListener::OnDown(const std::string& reason, bool is_news) {
   if (!is_news) return;
   log::Warn("modbus: no master is heard on {}: {}; trying again until it works", listener_.path,
             reason);
-  shared_.book()->ShowPort(place_, false, reason, ReadClocks().wall);
+  book_.ShowPort(place_, false, reason, ReadClocks().wall);
 }
 
 void SerialListener::OnBytes(View bytes, Instant at) {

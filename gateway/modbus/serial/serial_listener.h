@@ -13,7 +13,6 @@
 #include "config/model/listener.h"
 #include "gateway/modbus/serial/master_session.h"
 #include "gateway/modbus/service/server_shared.h"
-#include "protocols/protocol.h"
 #include "transports/port_thread.h"
 
 namespace baudgate::modbus {
@@ -23,9 +22,8 @@ class SerialListener final : public std::enable_shared_from_this<SerialListener>
                              private PortThread::Owner,
                              public MasterSession::Owner {
  public:
-  /// Points and protocol outlive the listener until Stop. `protocol` has a carrier.
-  SerialListener(asio::io_context& io, config::Listener listener, ServerShared& shared,
-                 const Protocol& protocol);
+  /// `shared` outlives the listener until Stop. See MasterSession for the protocol.
+  SerialListener(asio::io_context& io, config::Listener listener, ServerShared& shared);
   ~SerialListener() { Stop(); }
 
   /// A port that is absent or cannot be opened is tried again until Stop.
@@ -40,7 +38,6 @@ class SerialListener final : public std::enable_shared_from_this<SerialListener>
 
   /// "a Modbus master on /dev/ttyS1".
   std::string Summary() const { return "a Modbus master on " + listener_.path; }
-  bool is_open() const { return session_.has_value(); }
 
  private:
   void OnOpened(const std::string& description) override;
@@ -52,7 +49,7 @@ class SerialListener final : public std::enable_shared_from_this<SerialListener>
 
   const config::Listener listener_;
   ServerShared& shared_;
-  const Protocol& protocol_;
+  TrafficBook& book_;
   PortThread port_;
   const std::size_t place_;  ///< in the traffic book, once it has its thread
   bool left_ = false;

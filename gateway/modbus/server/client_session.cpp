@@ -29,7 +29,7 @@ ClientSession::ClientSession(int socket, ClientPoll& clients, const config::List
       peer_(std::move(peer)),
       owner_(owner),
       framing_(MakeFraming(listener.framing, shared.frames())),
-      service_(std::make_shared<RequestService>(listener, shared, *this, peer_, priority, now)),
+      requests_(listener, shared, *this, peer_, priority, now),
       last_bytes_(now.instant),
       last_frame_(now.instant) {}
 
@@ -41,7 +41,7 @@ void ClientSession::Close() {
   if (closed_) return;
   closed_ = true;
   socket_.Close();
-  service_->Close();
+  requests_.Close();
   owner_.OnClosed(*this);
 }
 
@@ -89,7 +89,7 @@ void ClientSession::Turn(const Now& now) {
     if (state != ClientFraming::State::frame) break;
     last_frame_ = now.instant;
     first_.reset();
-    if (!framing_->one_at_a_time() || Supersede(frame)) service_->Handle(frame, now);
+    if (!framing_->one_at_a_time() || Supersede(frame)) requests_.Handle(frame, now);
   }
   in_turn_ = false;
   if (first_ && CloseOther(now)) return;
@@ -102,7 +102,7 @@ void ClientSession::Turn(const Now& now) {
 /// was given up to what was asked in its place. So the last one is answered. A client that sends to
 /// all slaves waits for no answer: it gives nothing up when it goes on.
 bool ClientSession::Supersede(View frame) {
-  service_->Abandon();
+  requests_.Abandon();
   socket_.unsent().clear();
   const bool last = framing_->Peek() != ClientFraming::State::frame;
   return last || (UnitOf(frame) == 0 && IsPlainWrite(FunctionOf(frame)));
@@ -178,7 +178,7 @@ void ClientSession::Sweep(const Now& clocks) {
   if (socket_.IsBlockedLonger(shared_.limits().stall, now)) {
     return CloseStalled("it does not read its answers");
   }
-  if (!socket_.is_blocked() && service_->outstanding() == 0 &&
+  if (!socket_.is_blocked() && requests_.outstanding() == 0 &&
       now - last_frame_ > listener_.idle_timeout) {
     LiveCounters::Add(shared_.counters().idle);
     return Close();
@@ -190,7 +190,7 @@ void ClientSession::Sweep(const Now& clocks) {
     Flush(now);
     Continue();
   }
-  service_->Sweep(clocks);
+  requests_.Sweep(clocks);
 }
 
 /// Before its first request was understood. False: it may still be one.
@@ -198,7 +198,7 @@ bool ClientSession::CloseOther(const Now& now) {
   const auto other = OtherFraming(*first_, listener_.framing, shared_.frames());
   if (!other) return false;
   LiveCounters::Add(shared_.counters().malformed);
-  shared_.book()->HeardOther(listener_.Place(), peer_, *other, listener_.framing, now.wall);
+  requests_.HeardOther(*other, now.wall);
   WarnOfClient(peer_, "closed: malformed", ExplainOther(*other, listener_.framing));
   Close();
   return true;

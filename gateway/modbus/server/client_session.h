@@ -1,6 +1,6 @@
 // One connected client of Modbus TCP, or of RTU over TCP: takes its requests in their order and
 // sends the answers. Bytes come from and go to its socket; what they mean is decided by
-// gateway/modbus/service/request_service.h.
+// gateway/modbus/service/client_requests.h.
 // All on the server's thread, which says what time it is. A client can delay no other: a turn
 // answers a few frames, answers that it does not read stop its own requests, and memory is bounded.
 // SPDX-License-Identifier: Apache-2.0
@@ -17,7 +17,7 @@
 #include "gateway/base/time.h"
 #include "gateway/modbus/server/client_poll.h"
 #include "gateway/modbus/server/client_socket.h"
-#include "gateway/modbus/service/request_service.h"
+#include "gateway/modbus/service/client_requests.h"
 #include "gateway/modbus/service/server_shared.h"
 #include "gateway/modbus/wire/client_framing.h"
 #include "gateway/modbus/wire/request.h"
@@ -25,7 +25,7 @@
 namespace baudgate::modbus {
 
 class ClientSession final : public ClientPoll::Client,
-                            public RequestService::Wire,
+                            public ClientWire,
                             public std::enable_shared_from_this<ClientSession> {
  public:
   class Owner {
@@ -51,7 +51,7 @@ class ClientSession final : public ClientPoll::Client,
   /// requests whose deadline has passed, if the service has not done so.
   void Sweep(const Now& now);
   /// When Sweep has a request to answer. Empty: no request waits.
-  std::optional<Instant> Deadline() const { return service_->Deadline(); }
+  std::optional<Instant> Deadline() const { return requests_.Deadline(); }
 
  private:
   void OnEvents(std::uint32_t events, const Now& now) override;
@@ -89,7 +89,7 @@ class ClientSession final : public ClientPoll::Client,
   std::string peer_;
   Owner& owner_;
   std::unique_ptr<ClientFraming> framing_;
-  std::shared_ptr<RequestService> service_;
+  ClientRequests requests_;
   /// Sent before its first request, as much as is looked at; empty: a request has come.
   std::optional<Bytes> first_ = Bytes();
   bool in_turn_ = false;  ///< answers are flushed at its end

@@ -23,11 +23,10 @@ ModbusServer::~ModbusServer() { Stop(); }
 
 Status ModbusServer::Listen(asio::io_context& io) {
   if (!config_.modbus.enabled) return {};
-  if (!shared_->points().responder().ready()) return shared_->points().responder().ready();
+  if (Status ready = shared_->Ready(); !ready) return ready;
   io_ = &io;
   retry_.emplace(io);
-  shared_->inbox()->Open(io, ReadClocks);
-  shared_->targets().Open(io, shared_->book());
+  shared_->Open(io, ReadClocks);
   PassedSockets passed;
   for (const config::Listener& listener : config_.modbus.listen) {
     auto port = OpenPort(listener, &passed);
@@ -55,8 +54,7 @@ Result<ListenerPort> ModbusServer::OpenPort(const config::Listener& listener,
   if (Status status = CanServe(listener); !status) return Error{status.error()};
   ListenerPort port;
   if (listener.is_serial()) {
-    port.serial = std::make_shared<SerialListener>(*io_, listener, *shared_,
-                                                   *shared_->frames().Of(listener.framing));
+    port.serial = std::make_shared<SerialListener>(*io_, listener, *shared_);
     return port;
   }
   port.tcp = std::make_shared<Listener>(*io_, listener, *shared_);
@@ -168,10 +166,10 @@ void ModbusServer::Finish(Ended ended) {
 TrafficStatus ModbusServer::Traffic() const { return shared_->book()->Status(ReadClocks()); }
 
 void ModbusServer::Stop() {
-  shared_->inbox()->Close();
+  shared_->CloseInbox();
   if (retry_) retry_->cancel();
   ClosePorts(End(std::exchange(places_, {})));
-  shared_->targets().Close();
+  shared_->CloseRoutes();
 }
 
 std::uint16_t ModbusServer::port(std::size_t listener) const {

@@ -1,5 +1,5 @@
 // What answers for a unit: a device, the gateway itself, or a transparent route. Pure; made again
-// from each configuration, used by request_service.cpp for every request.
+// from each configuration, used by router.cpp for every request.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <set>
+#include <utility>
 
 #include "gateway/base/text.h"
 #include "gateway/modbus/service/traffic_book.h"
@@ -63,6 +64,21 @@ void RouteTargets::LinkServers() {
 std::unique_ptr<Upstream> RouteTargets::MakeServer(const HostPort& at) {
   return std::make_unique<Upstream>(*io_, at.first, at.second,
                                     [this, at](std::uint8_t slave) { CameLate(at, slave); });
+}
+
+bool RouteTargets::Submit(RouteTarget& target, RoutedRequest request) {
+  const std::uint64_t client = request.client;
+  if (!target.Submit(std::move(request))) return false;
+  if (client == 0) return true;  // a broadcast
+  std::vector<RouteTarget*>& asked = asked_[client];
+  if (std::ranges::find(asked, &target) == asked.end()) asked.push_back(&target);
+  return true;
+}
+
+void RouteTargets::Abandon(std::uint64_t client) {
+  const auto asked = asked_.extract(client);
+  if (!asked) return;
+  for (RouteTarget* target : asked.mapped()) target->Abandon(client);
 }
 
 std::string RouteTargets::NameOf(const RouteTarget* target) const {

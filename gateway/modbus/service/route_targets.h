@@ -1,9 +1,10 @@
 // Where transparent routes lead: the lines that the composition root has given, and the servers
-// elsewhere that are made here. Asked by request_service.cpp for every routed request.
+// elsewhere that are made here. Asked by router.cpp for every routed request.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <asio/io_context.hpp>
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <span>
@@ -44,6 +45,10 @@ class RouteTargets {
 
   /// The target of this route; null: it leads nowhere now.
   RouteTarget* of(std::size_t route) const { return targets_[route]; }
+  /// As RouteTarget::Submit.
+  bool Submit(RouteTarget& target, RoutedRequest request);
+  /// Targets that hold requests of this client are told that it has left.
+  void Abandon(std::uint64_t client);
   /// "drive" or "10.0.0.9:502", of the first route that leads there.
   std::string NameOf(const RouteTarget* target) const;
   /// Every line that a route leads to, once.
@@ -64,6 +69,8 @@ class RouteTargets {
   std::map<HostPort, std::unique_ptr<Upstream>> servers_;
   std::vector<RouteTarget*> targets_;  ///< by route
   std::vector<Line> lines_;
+  /// By client: the targets that may still hold requests of it.
+  std::map<std::uint64_t, std::vector<RouteTarget*>> asked_;
 };
 
 }  // namespace baudgate::modbus

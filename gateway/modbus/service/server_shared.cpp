@@ -9,29 +9,24 @@ ServerShared::ServerShared(const config::Config& config, const PointStore& store
                            std::function<GatewayFigures()> info, ModbusLimits limits,
                            const ModbusLinks& links)
     : limits_(limits),
-      points_(
+      units_(
           config, store, sink,
           [this, info = std::move(info)] {
             return GatewayBlockOf(info ? info() : GatewayFigures{}, counters_.Snapshot());
           },
           links),
-      routes_(config.modbus.routes),
-      table_(config, routes_),
-      targets_(routes_, links.lines),
-      frames_(links.frames),
-      audit_(links.writes),
-      routed_(links.routed),
-      book_(std::make_shared<TrafficBook>()) {
-  book_->Show(routes_);
+      router_(config, links, book_),
+      frames_(links.frames) {}
+
+void ServerShared::Open(asio::io_context& io, Inbox::Clocks clocks) {
+  inbox_->Open(io, std::move(clocks));
+  router_.Open(io);
 }
 
 void ServerShared::Apply(const config::Config& config, std::span<RouteTarget* const> lines,
                          const Origins& routes) {
-  points_.Apply(config);
-  routes_.Renew(config.modbus.routes, routes);
-  table_ = RouteTable(config, routes_);
-  book_->Show(routes_);
-  targets_.Relink(lines);
+  units_.Apply(config);
+  router_.Apply(config, lines, routes);
 }
 
 }  // namespace baudgate::modbus

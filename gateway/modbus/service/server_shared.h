@@ -1,9 +1,10 @@
-// What all clients of a Modbus server share: the points and the routes that they ask for, the book
+// What all clients of a Modbus server share: the units and the routes that they ask for, the book
 // of who asks what, the way back to the server's thread, limits and counters. Used by that thread
 // only, but for the book and the snapshot of the counters.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <asio/io_context.hpp>
 #include <functional>
 #include <memory>
 #include <span>
@@ -12,10 +13,8 @@
 #include "gateway/modbus/service/inbox.h"
 #include "gateway/modbus/service/links.h"
 #include "gateway/modbus/service/live_counters.h"
-#include "gateway/modbus/service/point_service.h"
-#include "gateway/modbus/service/route_list.h"
-#include "gateway/modbus/service/route_table.h"
-#include "gateway/modbus/service/route_targets.h"
+#include "gateway/modbus/service/local_units.h"
+#include "gateway/modbus/service/router.h"
 #include "gateway/modbus/service/traffic_book.h"
 
 namespace baudgate::modbus {
@@ -40,18 +39,19 @@ class ServerShared {
   /// See ModbusLimits; of clients that connect from now on.
   void SetClientShare(double share) { limits_.client_share = share; }
 
-  PointService& points() { return points_; }
-  const Way& WayOf(std::uint8_t unit) const { return table_.of(unit); }
-  const config::Route& route(std::size_t number) const { return routes_.at(number); }
-  RouteTargets& targets() { return targets_; }
+  /// Answers of lines and servers come in from now on. `clocks` tells each when it comes.
+  void Open(asio::io_context& io, Inbox::Clocks clocks);
+  /// None comes in any more.
+  void CloseInbox() { inbox_->Close(); }
+  /// The servers elsewhere are left.
+  void CloseRoutes() { router_.Close(); }
+
+  /// The error: why nothing can be answered.
+  Status Ready() { return units_.responder().ready(); }
+  LocalUnits& units() { return units_; }
+  Router& router() { return router_; }
   /// Which framings are spoken.
   const Frames& frames() const { return frames_; }
-  /// Null: routed writes are not recorded.
-  audit::WriteLog* audit() const { return audit_; }
-  /// A request of a client has ended, other than a broadcast.
-  void OnRouted(const RoutedReport& end, const Now& now) const {
-    if (routed_) routed_(end, now);
-  }
 
   LiveCounters& counters() { return counters_; }
   const LiveCounters& counters() const { return counters_; }
@@ -62,16 +62,12 @@ class ServerShared {
 
  private:
   ModbusLimits limits_;
+  const std::shared_ptr<TrafficBook> book_ = std::make_shared<TrafficBook>();
   LiveCounters counters_;
-  PointService points_;
-  RouteList routes_;
-  RouteTable table_;
-  RouteTargets targets_;
+  LocalUnits units_;
+  Router router_;
   Frames frames_;
-  audit::WriteLog* audit_;
-  const OnRoutedReport routed_;
-  std::shared_ptr<TrafficBook> book_;
-  std::shared_ptr<Inbox> inbox_ = std::make_shared<Inbox>();
+  const std::shared_ptr<Inbox> inbox_ = std::make_shared<Inbox>();
 };
 
 }  // namespace baudgate::modbus

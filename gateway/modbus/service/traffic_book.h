@@ -1,7 +1,7 @@
 // Keeps the counters of clients, serial masters and routes behind TrafficStatus. They are reported
-// on the server's thread by request_service.cpp, gateway/modbus/serial/master_session.cpp and
-// gateway/modbus/upstream/upstream.cpp; gateway/modbus/server/modbus_server.cpp hands the numbers
-// out to any thread.
+// on the server's thread by client_replies.cpp, router.cpp,
+// gateway/modbus/serial/master_session.cpp and gateway/modbus/upstream/upstream.cpp;
+// gateway/modbus/server/modbus_server.cpp hands the numbers out to any thread.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

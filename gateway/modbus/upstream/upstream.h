@@ -1,5 +1,5 @@
 // A Modbus TCP server elsewhere as the target of routes: requests come from
-// gateway/modbus/service/request_service.cpp, go out over one connection, several at a time, and
+// gateway/modbus/service/router.cpp, go out over one connection, several at a time, and
 // replies go back as they come.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once

@@ -1,5 +1,5 @@
 // One Modbus request in its frame, checked byte for byte before anything acts on it; pure. Frames
-// come from mbap.h; checked requests go to gateway/modbus/service/point_service.h. What may stand
+// come from mbap.h; checked requests go to gateway/modbus/service/local_units.h. What may stand
 // in a PDU is decided by gateway/base/modbus_pdu.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once

@@ -20,7 +20,7 @@ TEST(EventSamples, SayWhoseEventItIs) {
   feed->Renumber({{"bay-1", "feeder-1"}});
   feed->Add({Event(1, "bay-1", "feeder-1"), Event(2, "bay-1", ""), Event(3, "", ""),
              Event(4, "bay-1", "gone")});
-  const auto samples = EventSamples("plant", feed).Take(0, 10);
+  const auto samples = EventSamples("plant", feed, nullptr).Take(0, 10);
   ASSERT_EQ(samples.size(), 4U);
   EXPECT_EQ(samples[0].gateway, "plant");
   EXPECT_EQ(samples[0].device, "feeder-1");
@@ -34,12 +34,12 @@ TEST(EventSamples, SayWhoseEventItIs) {
 }
 
 TEST(EventSamples, KeepTheirPlaceAmongTheEvents) {
-  const auto feed = std::make_shared<events::EventFeed>(
-      events::FeedLimits(), std::set<std::string>{events::kDdsConsumer});
-  EventSamples samples("plant", feed);
+  const auto cursors =
+      std::make_shared<events::CursorBook>(std::set<std::string>{events::kDdsConsumer});
+  EventSamples samples("plant", std::make_shared<events::EventFeed>(), cursors);
   EXPECT_FALSE(samples.place());
   samples.Keep({7, true});
-  EXPECT_EQ(feed->cursors().Of("dds"), (events::Cursor{7, true}));
+  EXPECT_EQ(cursors->Of("dds"), (events::Cursor{7, true}));
   EXPECT_EQ(samples.place()->seq, 7U);
   EXPECT_TRUE(samples.place()->sure);
 }
@@ -49,7 +49,7 @@ TEST(EventSamples, WithoutEventsAreAlarmsAlone) {
   events::EventRecord event = Event(1, "bay-1", "feeder-1");
   event.alarm.emplace().seq = 1;
   feed->Add({event});
-  EventSamples samples("plant", feed, false);
+  EventSamples samples("plant", feed, nullptr, false);
   EXPECT_TRUE(samples.Take(0, 10).empty());
   EXPECT_EQ(samples.newest(), 0U);
   EXPECT_EQ(samples.TakeAlarms(0, 10).size(), 1U);
@@ -71,7 +71,7 @@ TEST(EventSamples, AreAlarmsAsTheyAreNow) {
   alarm.text = "current 8: above 5";
   alarm.by = "modbus 10.0.0.7:40112";
   feed->Add({event});
-  EventSamples samples("plant", feed);
+  EventSamples samples("plant", feed, nullptr);
   const auto alarms = samples.TakeAlarms(0, 10);
   ASSERT_EQ(alarms.size(), 1U);
   EXPECT_EQ(alarms[0].sample, (dds::AlarmSample{.gateway = "plant",

@@ -37,7 +37,7 @@ class ReloaderTest : public ::testing::Test {
     fs::remove_all(folder_);
   }
 
-  void Start(std::optional<Refused> refused = {}, Duration disk_patience = 1min) {
+  void Start(std::optional<reload::Refused> refused = {}, Duration disk_patience = 1min) {
     ReloadOptions options;
     options.refused = std::move(refused);
     options.disk_patience = disk_patience;
@@ -182,7 +182,7 @@ TEST_F(ReloaderTest, WhatCanNotBeKeptIsNotTriedAndSaidElse) {
 }
 
 TEST_F(ReloaderTest, WhatWasTakenBackIsTakenAgainForATrialOnly) {
-  Start(Refused{"b", "nobody has confirmed it"});
+  Start(reload::Refused{"b", "nobody has confirmed it"});
   EXPECT_TRUE(reload::KeptConfigs(folder_).IsUnconfirmed("b"));
   const ReloadAnswer again = Reload("b");
   EXPECT_EQ(again.exit_code, 2);

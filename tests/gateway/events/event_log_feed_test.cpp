@@ -10,10 +10,11 @@ namespace {
 using audit::FaultyDisk;
 
 TEST_F(EventLogTest, KeepsThePlaceOfAConsumerAndReadsWhatHasLeftTheMemory) {
-  const auto small = [] {
-    return std::make_shared<EventFeed>(FeedLimits{.events = 10}, std::set<std::string>{"dds"});
+  const auto begin = [this] {
+    feed_ = std::make_shared<EventFeed>(FeedLimits{.events = 10});
+    cursors_ = std::make_shared<CursorBook>(std::set<std::string>{"dds"});
   };
-  feed_ = small();
+  begin();
   const auto take = [this](std::int64_t after) {
     for (;;) {
       if (auto events = feed_->Take(after, 100); !events.empty()) return events;
@@ -33,13 +34,13 @@ TEST_F(EventLogTest, KeepsThePlaceOfAConsumerAndReadsWhatHasLeftTheMemory) {
     EXPECT_EQ(read.back().source, 0U);
     EXPECT_EQ(take(120).back().record.seq, 220) << "of the same page";
     EXPECT_EQ(take(220).back().record.seq, 320);
-    feed_->SetCursor("dds", {320, true});
+    cursors_->Set("dds", {320, true});
     EXPECT_EQ(log->state().consumers.front().lost, 0);
   }
-  feed_ = small();
+  begin();
   const auto log = Start(file());
-  while (!feed_->cursors().Of("dds")) std::this_thread::yield();
-  EXPECT_EQ(feed_->cursors().Of("dds"), (Cursor{320, true}));
+  while (!cursors_->Of("dds")) std::this_thread::yield();
+  EXPECT_EQ(cursors_->Of("dds"), (Cursor{320, true}));
   EXPECT_EQ(take(320).front().record.seq, 321);
   // A file that lacks what he has not had.
   std::filesystem::remove(file());
@@ -49,7 +50,7 @@ TEST_F(EventLogTest, KeepsThePlaceOfAConsumerAndReadsWhatHasLeftTheMemory) {
   EXPECT_EQ(log->state().oldest, 501);
   ASSERT_EQ(log->state().consumers.size(), 1U);
   EXPECT_EQ(log->state().consumers[0].lost, 180);
-  feed_->SetCursor("dds", {501, false});
+  cursors_->Set("dds", {501, false});
   for (Database database(file().string(), Database::Mode::read);;) {
     if (ToText(database.First("SELECT seq FROM event_cursors")) == "501") break;
     std::this_thread::yield();

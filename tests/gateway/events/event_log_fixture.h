@@ -32,6 +32,7 @@ class EventLogTest : public audit::FolderTest {
     options.sources = {{"bay-1", "feeder-1"}, {"bay-1", "feeder-2"}};
     options.clocks = ReadClocks;
     options.feed = feed_;
+    options.cursors = cursors_;
     options.watches = watches_;
     options.kept = [this](const std::vector<Source>& sources) {
       const std::lock_guard lock(mutex_);
@@ -101,6 +102,7 @@ class EventLogTest : public audit::FolderTest {
   }
 
   std::shared_ptr<EventFeed> feed_ = std::make_shared<EventFeed>();
+  std::shared_ptr<CursorBook> cursors_ = std::make_shared<CursorBook>();
   Watched watches_;
 
  private:

@@ -41,7 +41,6 @@ class LineTest : public ::testing::Test, protected LineClient {
     bool idle() const { return line_.idle(); }
     State state() const { return line_.state(); }
     std::optional<Instant> Deadline() const { return line_.Deadline(); }
-    const AssemblerCounters& counters() const { return line_.counters(); }
 
    private:
     LineTest& test_;

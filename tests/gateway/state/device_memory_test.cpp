@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <thread>
 
 namespace baudgate {
 namespace {
@@ -34,6 +35,9 @@ class DeviceMemoryTest : public ::testing::Test {
     return std::make_unique<DeviceMemory>(
         file(), config_, [this](const std::string& warning) { warnings_.push_back(warning); },
         [this](const std::string& trouble) { troubles_.push_back(trouble); });
+  }
+  static void AwaitWritten(const DeviceMemory& memory) {
+    while (memory.kept() == DeviceMemory::Kept::waits) std::this_thread::yield();
   }
   fs::path file() const { return folder_ / "devices.json"; }
   config::Device& device(std::size_t index) { return config_.lines[0].devices[index]; }
@@ -95,12 +99,12 @@ TEST_F(DeviceMemoryTest, SaysWhetherItIsOnTheDisk) {
   const auto memory = Start();
   EXPECT_EQ(memory->kept(), DeviceMemory::Kept::yes);
   memory->Set(0, "serial 1");
-  memory->AwaitWritten();
+  AwaitWritten(*memory);
   EXPECT_EQ(memory->kept(), DeviceMemory::Kept::yes);
   fs::remove(file());
   fs::create_directories(file() / "in the way");
   memory->Set(0, "serial 2");
-  memory->AwaitWritten();
+  AwaitWritten(*memory);
   EXPECT_EQ(memory->kept(), DeviceMemory::Kept::no);
 }
 
@@ -137,7 +141,7 @@ TEST_F(DeviceMemoryTest, ADiskThatFailsIsToldUntilItIsTriedWithSuccess) {
   {
     const auto memory = Start();
     memory->Set(0, "serial 1");
-    memory->AwaitWritten();
+    AwaitWritten(*memory);
     EXPECT_EQ(memory->kept(), DeviceMemory::Kept::no);
     fs::remove_all(file().string() + ".part");
   }

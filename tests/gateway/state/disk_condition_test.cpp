@@ -6,6 +6,12 @@
 namespace baudgate {
 namespace {
 
+struct ShownDisk {
+  Disk disk = Disk::opening;
+  std::string trouble;
+  WallTime since{};
+};
+
 TEST(DiskCondition, ATroubleIsToldOnceAndItsEndOnce) {
   const WallTime start(1000s);
   DiskCondition disk(start);
@@ -27,17 +33,15 @@ TEST(DiskCondition, ATroubleIsToldOnceAndItsEndOnce) {
     const DiskCondition::News news = disk.Set(row.disk, row.trouble, now);
     EXPECT_EQ(news.begun, row.begun) << row.trouble;
     EXPECT_EQ(news.ended ? news.ended->trouble : std::string(), row.ended);
-    EXPECT_EQ(disk.disk(), row.disk);
+    ShownDisk state;
+    disk.Fill(state);
+    EXPECT_EQ(state.disk, row.disk);
     EXPECT_EQ(disk.trouble(), row.trouble);
   }
 }
 
 TEST(DiskCondition, SinceIsThatOfTheDiskAsItIs) {
-  struct State {
-    Disk disk = Disk::opening;
-    std::string trouble;
-    WallTime since{};
-  } state;
+  ShownDisk state;
   DiskCondition disk(WallTime(1s));
   disk.Set(Disk::failing, "full", WallTime(2s));
   disk.Set(Disk::failing, "gone", WallTime(3s));

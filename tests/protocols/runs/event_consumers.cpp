@@ -7,12 +7,12 @@
 
 namespace baudgate {
 
-std::shared_ptr<events::EventFeed> EventConsumers::Begin() {
-  feed_ = std::make_shared<events::EventFeed>(events::FeedLimits(),
-                                              std::set<std::string>{events::kDdsConsumer});
-  samples_ = std::make_unique<EventSamples>("plant", feed_);
+void EventConsumers::Begin(EventKeeper& keeper) {
+  feed_ = std::make_shared<events::EventFeed>();
+  cursors_ = std::make_shared<events::CursorBook>(std::set<std::string>{events::kDdsConsumer});
+  samples_ = std::make_unique<EventSamples>("plant", feed_, cursors_);
   sender_.emplace(samples_.get());
-  return feed_;
+  keeper.SetFeed(feed_, cursors_);
 }
 
 void EventConsumers::Take(std::mt19937& random) {
@@ -64,7 +64,7 @@ void EventConsumers::End() {
   } while (sender_->Next() != nullptr);
   ReadRing();
   sender_->Confirm();
-  const auto kept = feed_->cursors().Of(events::kDdsConsumer);
+  const auto kept = cursors_->Of(events::kDdsConsumer);
   may_repeat_ = !kept || !kept->sure;
 }
 

@@ -12,14 +12,16 @@
 
 #include "gateway/daemon/event_samples.h"
 #include "gateway/dds/event_sender.h"
+#include "gateway/events/cursors.h"
 #include "gateway/events/event_feed.h"
+#include "tests/protocols/runs/event_keeper.h"
 
 namespace baudgate {
 
 class EventConsumers {
  public:
-  /// The gateway starts, with this feed.
-  std::shared_ptr<events::EventFeed> Begin();
+  /// The gateway starts; its events are kept there.
+  void Begin(EventKeeper& keeper);
   /// Some of what is there now; some samples are still on their way then.
   void Take(std::mt19937& random);
   /// All samples arrive and are confirmed, as far as the gateway has them.
@@ -40,6 +42,7 @@ class EventConsumers {
   static constexpr std::size_t kOnTheWay = 500;
 
   std::shared_ptr<events::EventFeed> feed_;
+  std::shared_ptr<events::CursorBook> cursors_;
   std::unique_ptr<EventSamples> samples_;
   std::optional<dds::EventSender> sender_;
   std::deque<std::int64_t> on_the_way_;

@@ -60,7 +60,7 @@ bool EventKeeper::Open() {
   EXPECT_TRUE(opened->put_aside.empty()) << opened->put_aside;
   book_->OnOpened(opened->contents.last, opened->contents.said);
   if (!feed_) return true;
-  feed_->cursors().OnOpened(opened->contents.cursors);
+  cursors_->OnOpened(opened->contents.cursors);
   feed_->Begin(std::move(opened->contents.image));
   return true;
 }
@@ -68,7 +68,7 @@ bool EventKeeper::Open() {
 bool EventKeeper::Write() {
   if (!Open()) return false;
   const auto due = book_->Prepare();
-  const auto cursors = feed_ ? feed_->cursors().Due() : std::nullopt;
+  const auto cursors = feed_ ? cursors_->Due() : std::nullopt;
   if (!file_->Write(due, cursors ? &*cursors : nullptr)) return false;
   for (const events::Batch& batch : due) {
     for (const events::EventRecord& event : batch.events) {
@@ -77,7 +77,7 @@ bool EventKeeper::Write() {
           {event.seq, event.line, event.device, event.record, event.device_time, event.clock});
     }
   }
-  if (cursors) feed_->cursors().OnKept(*cursors);
+  if (cursors) cursors_->OnKept(*cursors);
   if (feed_) {
     std::vector<events::EventRecord> fed;
     for (const events::Batch& batch : due) {
@@ -91,10 +91,12 @@ bool EventKeeper::Write() {
   return true;
 }
 
-void EventKeeper::SetFeed(std::shared_ptr<events::EventFeed> feed) {
+void EventKeeper::SetFeed(std::shared_ptr<events::EventFeed> feed,
+                          std::shared_ptr<events::CursorBook> cursors) {
   feed_ = std::move(feed);
+  cursors_ = std::move(cursors);
   feed_->Renumber(names_);
-  feed_->ServeWith([](bool) {});
+  feed_->ServeWith([] {});
 }
 
 bool EventKeeper::Serve() {

@@ -35,7 +35,8 @@ class EventKeeper {
   std::vector<events::OwedRecord> TakeOwed() { return std::exchange(owed_, {}); }
   bool Keep(const events::KeptRecord& record);
   /// Between Begin and End: hears of what is on the disk, and has its cursors kept.
-  void SetFeed(std::shared_ptr<events::EventFeed> feed);
+  void SetFeed(std::shared_ptr<events::EventFeed> feed,
+               std::shared_ptr<events::CursorBook> cursors);
   /// What the feed asks for is done. False: the disk fails.
   bool Serve();
 
@@ -59,6 +60,7 @@ class EventKeeper {
   std::unique_ptr<events::EventBook> book_;
   std::unique_ptr<events::EventFile> file_;
   std::shared_ptr<events::EventFeed> feed_;  // null: nobody hears
+  std::shared_ptr<events::CursorBook> cursors_;
   events::Said said_;
   std::vector<events::OwedRecord> owed_;
   std::set<std::uint32_t> waiting_;  // devices whose batch is in the book

@@ -169,7 +169,7 @@ class SoakStation {
 
   void Begin() {
     keeper_.Begin(peace_ || random_() % 2 == 0 ? -1 : static_cast<int>(1 + random_() % 600));
-    keeper_.SetFeed(consumers_.Begin());
+    consumers_.Begin(keeper_);
     relays_->Restart();
     meters_->Restart();
   }

@@ -94,9 +94,7 @@ class MasterSessionTest : public MasterTest, private MasterSession::Owner {
     MakeShared(now_);
     shared_->inbox()->Open(io_, [this] { return now_; });
     const std::size_t port = shared_->book()->AddMaster(listener(), now_.wall);
-    const bool ascii = listener().framing == Framing::ascii;
-    session_.emplace(listener(), *shared_, ascii ? ModbusAsciiProtocol() : ModbusRtuProtocol(),
-                     port, static_cast<MasterSession::Owner&>(*this), now_);
+    session_.emplace(listener(), *shared_, port, static_cast<MasterSession::Owner&>(*this), now_);
   }
 
   Duration LineTime(std::size_t bytes) { return bytes * listener().serial.CharacterTime(); }

@@ -44,11 +44,11 @@ class SerialListenerTest : public MasterTest {
   void Open() {
     MakeShared(ReadClocks());
     shared_->inbox()->Open(io_, ReadClocks);
-    serial_ = std::make_shared<SerialListener>(io_, listener(), *shared_, ModbusRtuProtocol());
+    serial_ = std::make_shared<SerialListener>(io_, listener(), *shared_);
     serial_->Open();
   }
   bool RunUntilOpen(bool is_open) {
-    return test::RunUntil(io_, [&] { return serial_->is_open() == is_open; });
+    return test::RunUntil(io_, [&] { return Master().is_open == is_open; });
   }
   void Begin() {
     PlugIn();

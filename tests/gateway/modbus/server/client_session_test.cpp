@@ -83,7 +83,7 @@ TEST_F(ClientSessionTest, AClientThatWaitsForARouteIsNotIdle) {
   Add(1, 20, 20).deadline = 1h;
   Connect();
   Say(Frame(20, kReadFirst));
-  EXPECT_EQ(sweep_at_, now_ + 1h + RequestService::kGrace);
+  EXPECT_EQ(sweep_at_, now_ + 1h + PendingRequest::kGrace);
   EXPECT_EQ(session_->Deadline(), sweep_at_);
   Sweep(2min);
   EXPECT_EQ(closed_, 0);

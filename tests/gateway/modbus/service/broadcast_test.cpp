@@ -115,7 +115,7 @@ TEST_F(BroadcastTest, WhoBroadcastsMayLeaveAtOnce) {
   Pass();
   Add(1, 20, 20);
   Ask(0, kStopAll);
-  const std::uint64_t id = services_[0]->id();
+  const std::uint64_t id = IdOf(0);
   EXPECT_NE(drive_.Wait(0).client, id);
   services_[0]->Close();
   services_.clear();
@@ -128,13 +128,13 @@ TEST_F(BroadcastTest, WhoBroadcastsMayLeaveAtOnce) {
 TEST_F(BroadcastTest, OneClientMayNotFillTheQueuesWithBroadcasts) {
   Pass();
   Add(1, 20, 20);
-  for (std::size_t i = 0; i < RequestService::kMaxPending + 5; ++i) Ask(0, kStopAll);
-  EXPECT_EQ(drive_.count(), RequestService::kMaxPending);
+  for (std::size_t i = 0; i < PendingRequests::kMost + 5; ++i) Ask(0, kStopAll);
+  EXPECT_EQ(drive_.count(), PendingRequests::kMost);
   EXPECT_EQ(Traffic().routes.back().busy, 5U);
   drive_.Wait(0).done(GoodReply(Bytes{}));
   Settle();
   Ask(0, kStopAll);
-  EXPECT_EQ(drive_.count(), RequestService::kMaxPending + 1);
+  EXPECT_EQ(drive_.count(), PendingRequests::kMost + 1);
 }
 
 TEST_F(BroadcastTest, AnRtuMasterIsNeverAnsweredABroadcast) {

@@ -11,13 +11,13 @@
 #include <string>
 #include <vector>
 
-#include "gateway/modbus/service/request_service.h"
+#include "gateway/modbus/service/client_requests.h"
 #include "tests/gateway/modbus/registers/points.h"
 #include "tests/gateway/modbus/service/fake_target.h"
 
 namespace baudgate::modbus {
 
-class KeptWire final : public RequestService::Wire {
+class KeptWire final : public ClientWire {
  public:
   void Answer(const ModbusRequest& request, Responder& responder, Instant) override {
     Bytes frame;
@@ -68,10 +68,10 @@ class ServiceTest : public testing::Test {
     return config_.modbus.routes.emplace_back(RouteTo(config_, line, first, last));
   }
 
-  std::shared_ptr<RequestService> Enter(KeptWire& wire,
+  std::shared_ptr<ClientRequests> Enter(KeptWire& wire,
                                         config::Priority priority = config::Priority::normal) {
     if (!shared_) MakeShared();
-    return services_.emplace_back(std::make_shared<RequestService>(
+    return services_.emplace_back(std::make_shared<ClientRequests>(
         listener(), *shared_, wire, "10.0.0.7:40112", priority, Clocks()));
   }
   void MakeShared() {
@@ -97,6 +97,8 @@ class ServiceTest : public testing::Test {
     io_.poll();
     return wire_.Take();
   }
+  /// Of the clients that are there.
+  std::uint64_t IdOf(std::size_t client) { return Traffic().clients.at(client).id; }
   TrafficStatus Traffic() { return shared_->book()->Status(Clocks()); }
 
   Instant now_{100h};
@@ -109,7 +111,7 @@ class ServiceTest : public testing::Test {
   ModbusLinks links_{{nullptr, &drive_, &pumps_}, nullptr};
   KeptWire wire_;
   std::optional<ServerShared> shared_;
-  std::vector<std::shared_ptr<RequestService>> services_;
+  std::vector<std::shared_ptr<ClientRequests>> services_;
 };
 
 }  // namespace baudgate::modbus

@@ -40,12 +40,12 @@ TEST_F(WriteRules, WhatIsRefusedIsHandedOnToBeRecorded) {
 }
 
 TEST_F(WriteRules, WhatIsBeyondItsRoomIsHandedOnToBeRecorded) {
-  for (std::uint16_t i = 0; i < RequestService::kMaxPending; ++i) {
+  for (std::uint16_t i = 0; i < PendingRequests::kMost; ++i) {
     ASSERT_THAT(Ask(Frame(1, kWrite, i)), IsEmpty());
   }
   EXPECT_THAT(Ask(1, kWrite), ElementsAre("12 34 00 00 00 03 01 86 06"));
   EXPECT_THAT(Ask(1, kWrite), ElementsAre("12 34 00 00 00 03 01 86 06"));
-  EXPECT_THAT(sink_.commands, SizeIs(RequestService::kMaxPending));
+  EXPECT_THAT(sink_.commands, SizeIs(PendingRequests::kMost));
   ASSERT_THAT(sink_.denied, SizeIs(2));
   EXPECT_EQ(sink_.denied[0].end, WriteEnd::busy);
   EXPECT_EQ(sink_.denied[0].client, "10.0.0.7:40112");

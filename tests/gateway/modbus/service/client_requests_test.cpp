@@ -1,6 +1,6 @@
 // Routed requests: what the target is given, and how each end of them is answered.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/modbus/service/request_service.h"
+#include "gateway/modbus/service/client_requests.h"
 
 #include <gmock/gmock.h>
 
@@ -75,7 +75,7 @@ TEST_F(ServiceTest, RequestsSayWhoAsksAndUntilWhen) {
   Add(1, 20, 20).deadline = 700ms;
   Ask(20, kRead);
   const RoutedRequest request = drive_.Wait(0);
-  EXPECT_EQ(request.client, services_[0]->id());
+  EXPECT_EQ(request.client, IdOf(0));
   EXPECT_NE(request.client, 0U);
   EXPECT_EQ(request.arrived, now_);
   EXPECT_EQ(request.deadline, now_ + 700ms);
@@ -84,11 +84,11 @@ TEST_F(ServiceTest, RequestsSayWhoAsksAndUntilWhen) {
 TEST_F(ServiceTest, RepliesComeInTheOrderOfCompletionWithTheirTransactionIds) {
   Add(1, 20, 21);
   Add(2, 30, 30);
-  for (std::uint16_t i = 0; i < RequestService::kMaxPending; ++i) {
+  for (std::uint16_t i = 0; i < PendingRequests::kMost; ++i) {
     const auto unit = static_cast<std::uint8_t>(i % 3 == 2 ? 30 : 20 + i % 3);
     ASSERT_THAT(Ask(Frame(unit, kRead, static_cast<std::uint16_t>(0xA000 + i))), IsEmpty());
   }
-  EXPECT_EQ(services_[0]->outstanding(), RequestService::kMaxPending);
+  EXPECT_EQ(services_[0]->outstanding(), PendingRequests::kMost);
   Enter(wire_);
   for (std::size_t i = drive_.count(); i-- > 0;) {
     const RoutedRequest request = drive_.Wait(i);
@@ -239,7 +239,7 @@ TEST_F(ServiceTest, AWriteThatIsConfirmedAtItsDeadlineIsAnsweredSo) {
   write.done({});
   EXPECT_THAT(Settle(), ElementsAre("12 34 00 00 00 06 01 06 00 00 00 07"));
   Ask(1, "06 00 00 00 07");
-  now_ = sink_.commands.at(1).deadline + RequestService::kGrace;
+  now_ = sink_.commands.at(1).deadline + PendingRequest::kGrace;
   services_[0]->Sweep(Clocks());
   EXPECT_THAT(Settle(), ElementsAre("12 34 00 00 00 03 01 86 0B"));
 }
@@ -285,7 +285,7 @@ TEST_F(ServiceTest, WhatIsGivenUpIsNotAnswered) {
   Ask(20, kRead);
   Ask(1, "06 00 00 00 07");
   services_[0]->Abandon();
-  EXPECT_THAT(drive_.forgotten(), ElementsAre(services_[0]->id()));
+  EXPECT_THAT(drive_.forgotten(), ElementsAre(IdOf(0)));
   drive_.Wait(0).done(GoodReply("03 02 00 07"));
   sink_.commands.at(0).done({});
   EXPECT_THAT(Settle(), IsEmpty());
@@ -299,7 +299,7 @@ TEST_F(ServiceTest, AClientThatLeavesIsForgottenByEveryTargetItUsed) {
   Add(2, 30, 30);
   Ask(20, kRead);
   Ask(20, kRead);
-  const std::uint64_t id = services_[0]->id();
+  const std::uint64_t id = IdOf(0);
   services_[0]->Close();
   EXPECT_THAT(drive_.forgotten(), ElementsAre(id));
   EXPECT_THAT(pumps_.forgotten(), IsEmpty());
