@@ -36,8 +36,7 @@ std::string HintOf(const Rest& rest, bool unread, const config::Line& line) {
              " behind this port, does it know the unit, and admit this address?";
     }
     return "before it had worked, having read the first request: it wants another protocol: set "
-           "its "
-           "port to raw TCP, for " +
+           "its port to raw TCP, for " +
            protocol + (other.empty() ? "" : ", or protocol: " + other + " here") +
            "; is it the right port?";
   }

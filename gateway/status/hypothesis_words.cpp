@@ -111,8 +111,7 @@ std::string SayHeadLost(const Evidence& evidence) {
   const bool several = !how.empty() && how != kGarbled;
   if (several && evidence.answered && !evidence.alike.empty() && !evidence.line->is_network()) {
     return "the first bytes of its replies are missing, as those of its neighbours: another "
-           "program "
-           "reads the port (baudgate ports), or a converter switches too late";
+           "program reads the port (baudgate ports), or a converter switches too late";
   }
   return std::string(how == kGarbled ? "the first byte of its replies comes garbled"
                      : how.empty()   ? "the first byte of its replies is missing"
@@ -127,8 +126,7 @@ std::string SayEndLost(const Evidence& evidence) {
   }
   if (evidence.Last(end_lost).cause == kGarbled) {
     return "the last byte of its replies comes garbled: it computes another check value, or a "
-           "driver "
-           "lets go of the bus too early (use a converter with automatic direction)";
+           "driver lets go of the bus too early (use a converter with automatic direction)";
   }
   if (evidence.line->is_network()) {
     return "the last byte of its replies is missing: the serial server takes it for a delimiter: "
@@ -148,8 +146,7 @@ std::string SayTailLost(const Evidence& evidence) {
   }
   if (!finding.cause.empty()) {
     return "its replies break off before their line end, the last byte or two: a converter takes "
-           "it "
-           "out (set it to raw), or a driver lets go of the bus too early";
+           "it out (set it to raw), or a driver lets go of the bus too early";
   }
   const std::string of =
       finding.expected > finding.bytes ? fmt::format(" of {}", finding.expected) : std::string();
@@ -304,8 +301,7 @@ std::string SaySaid(const Evidence& evidence) {
   }
   if (evidence.Count(silence) > 0 && OnWire(evidence)) {
     return "the server closes the connection behind the request: set its port to raw TCP, and "
-           "check "
-           "the protocol (" +
+           "check the protocol (" +
            evidence.first().device->protocol + ")";
   }
   return "the server closes the connection behind the request: is " + Service(evidence) +

@@ -39,8 +39,8 @@ constexpr DecoderSpec kDecoders[] = {
     {"input 3", "input registers as the point's own type (04)"},
     {"holding 200 uint16",
      "the form of the registers, if it is not the point's type: int8, uint8, int16, uint16, int24, "
-     "uint24, "
-     "int32, uint32, int48, uint48, int64, uint64, float32, float64, bcd16, bcd32, bcd48, bcd64"},
+     "uint24, int32, uint32, int48, uint48, int64, uint64, float32, float64, bcd16, bcd32, bcd48, "
+     "bcd64"},
     {"holding 200 float32 CDAB",
      "with the order of its bytes: ABCD, CDAB, BADC, DCBA or CDABGHEF, in place of the device's "
      "`order`"},

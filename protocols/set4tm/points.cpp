@@ -79,8 +79,7 @@ constexpr DecoderSpec kSpecs[] = {
      "is synchronised"},
     {"latched@n",
      "when this machine sent the broadcast (`latch`) that the meter has heard (08 14 50), as "
-     "seconds "
-     "since 1970"},
+     "seconds since 1970"},
     {"flag@nn", "bit E-nn (1 to 40) of the status word, 08 0A"},
     {"alarm@n", "any bit of the status word except E-38, E-39, E-40"},
 };

@@ -41,8 +41,7 @@ constexpr std::array<KindWord, 15> kTextWords = {{{"decimal", Kind::decimal},
 
 constexpr std::string_view kAllKinds =
     "decimal, scientific, integer, hex, char, word, text, rest, bytes, byte, uint8 to uint64, int8 "
-    "to "
-    "int64, float32, float64, bcd1 to bcd8";
+    "to int64, float32, float64, bcd1 to bcd8";
 
 /// Those that are written most, for a suggestion.
 constexpr std::array<std::string_view, 12> kBinaryWords = {

@@ -73,8 +73,7 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        "raise the answer delay of the device"},
       {{{tail_lost, 9, {.bytes = 16}}},
        "its replies break off (16 bytes came): a driver lets go of the bus too early, or the "
-       "buffer "
-       "of a converter is too small"},
+       "buffer of a converter is too small"},
       {{{tail_lost, 9, {.cause = "its check value", .remedy = "update it"}}},
        "its replies carry no check value: update it"},
       {{{clean, 9}, {tail_lost, 9, {.cause = "its check value", .remedy = "update it"}}},
@@ -118,8 +117,7 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        kNeighbour},
       {{{eighth_bit, Findings::kKept}},
        "right once the eighth bit is taken away: it sends 7 data bits with parity; the adapter "
-       "does "
-       "not do 9600 7E1: use another, or 7O1",
+       "does not do 9600 7E1: use another, or 7O1",
        kAnswered},
       {{{noise, Findings::kKept}},
        "bytes come, and not one good frame any more: check whether its bit rate, parity or data "
@@ -155,8 +153,7 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
         {clean, 2, {.expected = 40}},
         {silence, 3, {.expected = 80}}},
        "it does not answer requests for long replies (80 bytes; up to 40 are fine): ask for less "
-       "at "
-       "once (block, max_items)",
+       "at once (block, max_items)",
        kAnswered | kHere},
       {{{clean, 9, {.expected = 40}},
         {damaged, 3, {.expected = 80}},
@@ -210,8 +207,7 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        kAnswered},
       {{{eighth_bit, 9}},
        "right once the eighth bit is taken away: it sends 7 data bits with parity; the adapter "
-       "does "
-       "not do 9600 7E1: use another, or 7O1"},
+       "does not do 9600 7E1: use another, or 7O1"},
       {{{text, 9, {.cause = "'login: '"}}},
        "text comes in place of replies ('login: '): a modem, console or menu: disconnect it, or "
        "check the port"},
@@ -235,8 +231,7 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        "stuck; unplug devices one by one"},
       {{{echo, 9}},
        "only the request itself comes back: set echo: strip at the line, then check power, wire "
-       "and "
-       "address (2) of the device",
+       "and address (2) of the device",
        kAnswered},
       {{{echo, 9}},
        "only the request itself comes back: another service than Modbus TCP is there; check "
@@ -255,8 +250,7 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        kAnswered},
       {{{odd, 9, {.cause = "2 values came where 8 channels are configured"}}},
        "its replies do not fit (2 values came where 8 channels are configured): does the profile "
-       "fit "
-       "the device and its options?"},
+       "fit the device and its options?"},
       {{{odd, 9, {.cause = "exception 0B; it is silent", .remedy = "check it there"}}},
        "exception 0B: check it there"},
       {{{silence, 9, {.ended = true}}},
@@ -276,8 +270,7 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        kAnswered | kHere},
       {{{clean, 14}, {silence, 5}, {clean, 9}},
        "it was away for about 5.0 s: look at the server (power, restarts, dead connections) and "
-       "the "
-       "network (NAT)",
+       "the network (NAT)",
        kAnswered | kHere | kServer},
       {{{clean, 6}, {silence, 3}, {clean, 6}, {silence, 4}, {clean, 6}, {silence, 4}, {clean, 6}},
        "it is away for about 3.7 s every 9.5 s: look for restarts, its power and a loose wire",
