@@ -26,9 +26,6 @@ class ParkedJobs {
     parked_.erase(next);
     return job;
   }
-  bool Has(const Member& member) const {
-    return std::ranges::find(parked_, &member, &One::member) != parked_.end();
-  }
   /// There is no room for this job.
   bool HasLike(const Job& job) const {
     return std::ranges::any_of(parked_, [&job](const One& one) {

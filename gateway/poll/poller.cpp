@@ -22,7 +22,9 @@ Poller::Poller(const config::Line& line, std::uint32_t first_device, const FindP
       intake_(store, listener),
       unasked_(roster_, ledger_, upkeep_, intake_),
       run_(owed_, chooser_, ledger_, upkeep_, intake_),
-      line_(Reception(line.echo, roster_, owed_.whose), run_, unasked_, upkeep_, ledger_, port) {
+      line_side_(Reception(line.echo, roster_, owed_.whose), unasked_.speaker().standing(), run_,
+                 port),
+      line_(line_side_, unasked_, upkeep_, ledger_) {
   if (const Device* const device = unasked_.speaker().device()) ledger_.devices.OnSpeaks(*device);
 }
 
@@ -53,6 +55,7 @@ void Poller::OnOpened(Now now, bool keeps_bit_rate) {
   hold_.OnOpened();
   time_.Restart();
   ledger_.OnOpened();
+  unasked_.OnOpened();
   line_.OnOpened(now, keeps_bit_rate);
   agenda_.probes.OnOpened();
   upkeep_.OnOpened(now.instant);
@@ -157,7 +160,7 @@ void Poller::OnEventsKept(std::uint32_t index, const std::string& said, Now now)
 void Poller::Abandon(std::uint64_t client, Now now) {
   Advance(now);
   agenda_.routes.queue().Abandon(client);
-  run_.Abandon(client, line_.is_unsent());
+  line_.Abandon(client);
   if (line_.is_open()) Settle();
 }
 
@@ -168,14 +171,12 @@ std::optional<Instant> Poller::Deadline() const {
   sooner(agenda_.write_queue.Deadline());
   sooner(agenda_.routes.queue().Deadline());
   sooner(unasked_.speaker().DueAt());
-  const Job* const job = run_.job();
-  if (line_.waits_for_quiet() && job != nullptr) sooner(LatestStart(*job));
   if (!line_.idle()) return soonest;
   if (const auto rest = turns_.RestsUntil(time_.now().instant)) {
     sooner(rest);
     return soonest;
   }
-  if (job != nullptr) {  // waits until no late answer can meet its request
+  if (const Job* const job = run_.job()) {  // waits until no late answer can meet its request
     if (job->step.retries == 0) sooner(owed_.late.ClearAt(job->asked()));
     sooner(LatestStart(job->goal()));
     return soonest;

@@ -1,5 +1,5 @@
 // Runs one line: takes in bytes, time and requests, has the next job chosen whenever the line is
-// idle (chooser.h) and carried out (line_side.h, job_run.h), and has those answered who wait
+// idle (chooser.h) and carried out (line_inputs.h, job_run.h), and has those answered who wait
 // (waiting_clients.h). The composition root of this room. Sans-I/O like gateway/line/line.h: bytes
 // and time come in as arguments. One thread at a time.
 // SPDX-License-Identifier: Apache-2.0
@@ -20,6 +20,7 @@
 #include "gateway/poll/intake.h"
 #include "gateway/poll/job_run.h"
 #include "gateway/poll/ledger.h"
+#include "gateway/poll/line_inputs.h"
 #include "gateway/poll/line_side.h"
 #include "gateway/poll/owed_replies.h"
 #include "gateway/poll/poller_listener.h"
@@ -122,7 +123,8 @@ class Poller {
   Intake intake_;
   UnaskedSide unasked_;
   JobRun run_;
-  LineSide line_;
+  LineSide line_side_;
+  LineInputs line_;
   Hold hold_;
   IdleTime time_;
   TurnLimit turns_;

@@ -91,7 +91,7 @@ class Rig : private PollerListener {
 
   /// The request that waits, or what has become of the job.
   std::string Next() {
-    if (run_.job() == nullptr) return agenda_.parked.Has(a()) ? "parked" : "ended";
+    if (run_.job() == nullptr) return agenda_.parked.NextAt() ? "parked" : "ended";
     const std::string request(AsText(run_.job()->step.request.bytes));
     return request.substr(0, request.size() - 1);
   }
