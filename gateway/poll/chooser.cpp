@@ -229,4 +229,12 @@ bool Chooser::MayRepeat(const Job& job, int more, Instant now) const {
   return !(routed_.ShortWriteWaits() && job.step.request.expect.repeatable);
 }
 
+bool Chooser::ShortWriteGoesFirst(Instant now) const {
+  return agenda_.turns.UrgentAllowed(routed_.ShortWriteWaits()) && routed_.ShortWriteMayGo(now);
+}
+
+void Chooser::PutBack(Job& job) {
+  agenda_.routes.queue().Return(std::move(job.As<Job::Routed>()->batch));
+}
+
 }  // namespace baudgate

@@ -21,9 +21,6 @@ class Chooser {
   /// All references outlive the chooser.
   Chooser(Roster& roster, Agenda& agenda, const LateAnswers& late);
 
-  /// What it chooses from.
-  Agenda& agenda() { return agenda_; }
-
   /// Null: nothing may be sent now. A routed job has its request already; others must be asked.
   std::unique_ptr<Job> Next(const Idle& idle);
   /// When Next may have something even if nothing else happens.
@@ -43,7 +40,10 @@ class Chooser {
   /// How long others waited if a probe took the line from `from` to `to`.
   Duration Waited(Instant from, Instant to) const;
 
-  const RoutedJobs& routed() const { return routed_; }
+  /// A short write of a route waits, and goes before a routed read that has not been sent yet.
+  bool ShortWriteGoesFirst(Instant now) const;
+  /// The requests of this routed job wait again, in front of those that came later.
+  void PutBack(Job& job);
 
  private:
   Probes::Facts FactsOf(const Idle& idle) const;

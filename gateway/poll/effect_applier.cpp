@@ -18,6 +18,7 @@ void EffectApplier::OnReply(const Job& job, Device& device, Answer answer, Insta
     agenda_.schedule.HoldEvents(device.place);
     agenda_.background.AwaitDisk(device.place);
   }
+  if (effects.peace > Duration::zero()) agenda_.schedule.Hold(device.place, now + effects.peace);
 }
 
 std::optional<Job::Write> EffectApplier::OnEnd(Job& done, EndEffects effects, const JobEnd& end,

@@ -1,6 +1,6 @@
 // Applies what follows from a reply (intake.h) or from the end of a job (effects.h), field by
-// field: to the schedule, the queues, the accounts and the store. Decides nothing. A part of
-// gateway/poll/job_run.h.
+// field: to the schedule, the queues, the accounts and the store. Decides nothing. Called by
+// gateway/poll/job_answer.cpp and job_finish.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -27,6 +27,8 @@ class EffectApplier {
     upkeep_.OnReplaced(device, now);
     intake_.OnReplaced(device);
   }
+  /// A request to the member is repeated.
+  void OnRetry(const Member& member) { ledger_.devices.OnRetry(member); }
   /// Answers the clients of the job. Returns a write of which points remain to be written.
   std::optional<Job::Write> OnEnd(Job& done, EndEffects effects, const JobEnd& end, Instant now);
 

@@ -343,7 +343,7 @@ Finding Examiner::Attribute(Finding finding) {
   }
   if (whose == nullptr) return finding;
   const bool answered = IsAnswered(finding.symptom);
-  const Duration reply = std::max(whose->member->times.reply, whose->request.reply);
+  const Duration reply = ReplyTime(whose->request, whose->member->times);
   const bool in_front = !exchange_.BesideReply().first.empty();  // of the reply that was taken
   const Arrival& came = in_front ? arrivals.front() : arrivals.back();
   const Duration after = exchange_.sent() + came.after - whose->first;

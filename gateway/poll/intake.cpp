@@ -48,6 +48,7 @@ JumpCheck::Result CheckJumps(const Job& job, Device& device, std::vector<Sample>
 
 ReplyEffects Intake::Take(const Job& job, Device& device, Answer answer, Instant now) {
   ReplyEffects effects;
+  effects.peace = answer.wait;
   Store(job, device, answer, now, effects);
   if (answer.batch) Report(job, device, std::move(*answer.batch), effects);
   return effects;

@@ -1,5 +1,5 @@
 // Takes over the content of replies: readings go to the point store, events to the listener, which
-// saves them. What else follows is returned to gateway/poll/job_run.h.
+// saves them. What else follows is returned to gateway/poll/effect_applier.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -21,12 +21,6 @@ void Decay(Duration& time) {
   if (time < kForgotten) time = {};
 }
 
-/// When the last character of the request is out.
-Instant SentAt(const Asked& asked) {
-  const auto characters = static_cast<std::int64_t>(asked.request->bytes.size());
-  return asked.sent + characters * asked.member->times.character;
-}
-
 /// Bytes.
 std::size_t ShortestReply(const Asked& asked) {
   const std::vector<Shape>& shapes = asked.request->expect.shapes;
@@ -48,7 +42,7 @@ void LateAnswers::OnEnd(const Asked& asked, Outcome outcome, Instant now) {
   state.least = ShortestReply(asked);
   state.retried = {};
   if (!asked.retry) state.due.reset();
-  const Instant due = SentAt(asked) + asked.reply_time();
+  const Instant due = asked.sent_out() + asked.reply_time();
   if (outcome == Outcome::no_reply) {
     state.late_from = now;
     if (!state.due) state.due = due;
@@ -145,7 +139,7 @@ void LateAnswers::SetWait(const Asked& asked, const ExchangeEnd& end, bool nothi
     if (asked.lone_probe && asked.named()) return;
     // A connection that was closed ends the exchange long before its reply time.
     const Instant by_end = std::max(now + times.ceiling - times.reply, asked.sent + times.ceiling);
-    const Instant by_request = SentAt(asked) + times.ceiling;
+    const Instant by_request = asked.sent_out() + times.ceiling;
     SetLate(member, member.device != nullptr ? by_end : std::max(by_request, by_end));
     return;
   }
@@ -154,7 +148,7 @@ void LateAnswers::SetWait(const Asked& asked, const ExchangeEnd& end, bool nothi
   if (!answered) return;
   // Where replies carry no address, a reply that is owed could pass for another device's.
   const bool owed = state.unanswered_since && !nothing_to_wait_for && !asked.named();
-  SetLate(member, owed ? SentAt(asked) + times.ceiling : Instant{});
+  SetLate(member, owed ? asked.sent_out() + times.ceiling : Instant{});
   if (!asked.retry) patience_.OnAnswered(member, Lateness(asked, end));
   state.unanswered_since.reset();
   Decay(state.more_drain);
@@ -162,8 +156,10 @@ void LateAnswers::SetWait(const Asked& asked, const ExchangeEnd& end, bool nothi
 }
 
 Duration LateAnswers::Lateness(const Asked& asked, const ExchangeEnd& end) {
-  const auto characters = static_cast<std::int64_t>(end.received + asked.request->bytes.size());
-  return end.round_trip - characters * asked.member->times.character - asked.reply_time();
+  const Duration character = asked.member->times.character;
+  const Duration received = static_cast<std::int64_t>(end.received) * character;
+  return end.round_trip - received - TransmissionTime(*asked.request, character) -
+         asked.reply_time();
 }
 
 void LateAnswers::OnClosed(const Member& member, Instant now) {

@@ -3,7 +3,7 @@
 // Numbers are in docs/timeouts.md. whose_reply.h knows to which request a reply belongs that did
 // come. For each exchange, in this order:
 //
-//   OnEnd      at once, by job_answer.cpp
+//   OnEnd      at once, by job_sending.h
 //   OnStray    for whatever comes after it, by upkeep.cpp
 //   SetWait    when the input that ended it is done, by upkeep.cpp
 //

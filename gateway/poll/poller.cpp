@@ -18,10 +18,11 @@ Poller::Poller(const config::Line& line, std::uint32_t first_device, const FindP
       ledger_(roster_, agenda_.schedule, store, store.LineIndex(line), listener),
       chooser_(roster_, agenda_, owed_.late),
       upkeep_(roster_, store, owed_, agenda_, ledger_),
-      clients_(store, roster_, chooser_, ledger_.devices),
+      clients_(store, roster_, chooser_, agenda_, ledger_.devices),
       intake_(store, listener),
+      effects_(owed_, agenda_, ledger_, upkeep_, intake_),
       unasked_(roster_, ledger_, upkeep_, intake_),
-      run_(owed_, chooser_, ledger_, upkeep_, intake_),
+      run_(owed_, agenda_, chooser_, ledger_, upkeep_, effects_),
       line_side_(Reception(line.echo, roster_, owed_.whose), unasked_.speaker().standing(), run_,
                  port),
       line_(line_side_, unasked_, upkeep_, ledger_) {
@@ -176,9 +177,8 @@ std::optional<Instant> Poller::Deadline() const {
     sooner(rest);
     return soonest;
   }
-  if (const Job* const job = run_.job()) {  // waits until no late answer can meet its request
-    if (job->step.retries == 0) sooner(owed_.late.ClearAt(job->asked()));
-    sooner(LatestStart(job->goal()));
+  if (run_.job() != nullptr) {  // waits until no late answer can meet its request
+    sooner(run_.NextTurnAt());
     return soonest;
   }
   if (const auto until = hold_.WaitsUntil()) {
@@ -242,7 +242,8 @@ void Poller::Settle() {
   clients_.AnswerRouted(time_.idle(), run_.job() == nullptr);
   const auto answer_confirmed = [&] {
     clients_.AnswerConfirmed([this](std::size_t device) {
-      return line_.is_open() && run_.IsReadingBack(*roster_.everyone()[device]);
+      const Member& member = *roster_.everyone()[device];
+      return line_.is_open() && (agenda_.parked.HasReadBack(member) || run_.IsReadingBack(member));
     });
   };
   answer_confirmed();  // before the next write is to be read back

@@ -15,6 +15,7 @@
 #include "config/model/line.h"
 #include "gateway/poll/agenda.h"
 #include "gateway/poll/chooser.h"
+#include "gateway/poll/effect_applier.h"
 #include "gateway/poll/hold.h"
 #include "gateway/poll/idle_time.h"
 #include "gateway/poll/intake.h"
@@ -121,6 +122,7 @@ class Poller {
   Upkeep upkeep_;
   WaitingClients clients_;
   Intake intake_;
+  EffectApplier effects_;
   UnaskedSide unasked_;
   JobRun run_;
   LineSide line_side_;

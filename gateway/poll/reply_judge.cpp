@@ -98,7 +98,7 @@ Outcome ReplyJudge::JudgeRouted(Job& job, View frame) {
       Bytes pdu;
       return ProvesLife(carrier.unwrap(lost, frame, pdu));
     };
-    routed.older = whose_reply_.lost().MayBe(*job.member, request, job.attempt.sent_at, fits);
+    routed.older = whose_reply_.MayBeLost(job.asked(), fits);
     return outcome;
   }
   routed.odd = true;

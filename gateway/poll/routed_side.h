@@ -1,5 +1,5 @@
 // Requests of transparent routes on one line: those that wait, and what is known of their clients.
-// gateway/requests/route_queue.h keeps and chooses them, gateway/poll/job_run.cpp sends and answers
+// gateway/requests/route_queue.h keeps and chooses them, gateway/poll/job_run.h sends and answers
 // them: no conversation takes part.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once

@@ -54,12 +54,10 @@ void Upkeep::OnExchange(const Job& job, const ExchangeEnd& end, const Finding& f
   const bool cut_off = end.outcome == Outcome::line_down;
   const bool broadcast = job.is_broadcast();
   if (!broadcast) member.health.OnExchange(end.outcome);
-  // A device that lags by a number of replies keeps lagging; waiting does not help.
-  const bool in_step = owed_.whose.Lags(member) || owed_.whose.orders().Of(member).IsInStep();
   if (cut_off) {
     owed_.late.OnClosed(member, now);
   } else {
-    owed_.late.SetWait(asked, end, in_step, now);
+    owed_.late.SetWait(asked, end, owed_.whose.IsSettled(member), now);
   }
   ledger_.devices.OnPatience(member, owed_.late.PatienceFor(member));
   ledger_.devices.OnLags(member, owed_.whose.Lags(member));
@@ -67,12 +65,14 @@ void Upkeep::OnExchange(const Job& job, const ExchangeEnd& end, const Finding& f
   owed_.whose.OnEnd(asked, end.outcome, !cut_off && !broadcast, now);
   if (!broadcast && !cut_off) Charge(job, answered, now);
   if (job.attempt.verdict.shifted) DoubtLatest(now);
+  const bool routed = job.As<Job::Routed>() != nullptr;
   ledger_.devices.OnExchange(member, end, finding,
                              {.broadcast = broadcast,
                               .probe = job.is_probe() && member.health.absent(),
-                              .routed = job.As<Job::Routed>() != nullptr});
+                              .routed = routed});
   ledger_.line.OnExchange(member, end, broadcast, UseOf(job));
   ShowLine(now);
+  if (answered && routed) agenda_.routes.OnAnswered(now);
 }
 
 /// Line time that an exchange took in vain counts from the first failure on; Chooser::OnTime
@@ -214,8 +214,7 @@ void Upkeep::OnSecondReply(Instant now) {
 void Upkeep::DoubtLatest(Instant now) {
   for (const auto& device : roster_.devices()) {
     if (!device->conversation->ForgetRefusals()) continue;
-    Replan(*device, now);
-    agenda_.schedule.GoOn(device->place, now);
+    GoOnWithPlan(*device, now);
   }
   for (const LatestReadings::Points& read : owed_.readings.TakeAll()) {
     const Device& device = roster_.device(read.device);
@@ -263,6 +262,17 @@ void Upkeep::DoubtAll(const Device& device, Instant now) {
   store_.Doubt(device.index, points, now);
 }
 
+void Upkeep::GoOnWithPlan(Device& device, Instant now) {
+  Replan(device, now);
+  agenda_.schedule.GoOn(device.place, now);
+}
+
+void Upkeep::RestartWithPlan(Device& device, Instant now) {
+  Replan(device, now);
+  if (device.in_use) agenda_.schedule.RestartAsPlanned(device.place, now);
+}
+
+/// What was parked is due again, as far as it would not come again by itself.
 void Upkeep::Replan(Device& device, Instant now) {
   const auto parked = agenda_.parked.TakeAll(device);
   for (const auto& job : parked) {

@@ -30,13 +30,9 @@ namespace baudgate {
 class WaitingClients {
  public:
   /// All references outlive it.
-  WaitingClients(const PointStore& store, const Roster& roster, Chooser& chooser,
-                 DeviceAccounts& accounts)
-      : store_(store),
-        roster_(roster),
-        chooser_(chooser),
-        agenda_(chooser.agenda()),
-        accounts_(accounts) {}
+  WaitingClients(const PointStore& store, const Roster& roster, const Chooser& chooser,
+                 Agenda& agenda, DeviceAccounts& accounts)
+      : store_(store), roster_(roster), chooser_(chooser), agenda_(agenda), accounts_(accounts) {}
 
   /// A command with points to be read and none to be written: answered like a confirmed write, as
   /// soon as all of them have been read. `unasked`: the device that sends unasked; null: there is
@@ -60,8 +56,8 @@ class WaitingClients {
 
   const PointStore& store_;
   const Roster& roster_;
-  Chooser& chooser_;
-  Agenda& agenda_;  // the chooser's
+  const Chooser& chooser_;
+  Agenda& agenda_;
   DeviceAccounts& accounts_;
 };
 

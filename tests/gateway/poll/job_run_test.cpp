@@ -155,7 +155,8 @@ class Rig : private PollerListener {
   Upkeep upkeep_{roster_, store_, owed_, agenda_, ledger_};
   Intake intake_{store_, *this};
   ReplyJudge judge_{owed_.whose};
-  JobRun run_{owed_, chooser_, ledger_, upkeep_, intake_};
+  EffectApplier effects_{owed_, agenda_, ledger_, upkeep_, intake_};
+  JobRun run_{owed_, agenda_, chooser_, ledger_, upkeep_, effects_};
 };
 
 struct Row {
