@@ -206,6 +206,11 @@ bool Chooser::MayProbe(const Member& member, const Idle& idle) const {
   return agenda_.probes.NextAt(facts) == idle.now && agenda_.probes.Next(facts) == &member;
 }
 
+void Chooser::ChargeProbe(Instant now) {
+  const auto began = agenda_.probes.began();
+  if (began) agenda_.probes.OnIdle(Waited(*began, now), now);
+}
+
 Duration Chooser::Waited(Instant from, Instant to) const {
   if (!agenda_.write_queue.empty() || routed_.AnyMayGo(to)) return to - from;
   const auto due = agenda_.schedule.NextDue();

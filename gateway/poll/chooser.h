@@ -1,5 +1,5 @@
 // What a line does next: asks the parts in the order of gateway/poll/turns.h and makes a job of the
-// first that has something. Called by gateway/poll/poller.cpp whenever the line is idle.
+// first that has something. Called by gateway/poll/turn_taker.cpp whenever the line is idle.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -37,6 +37,10 @@ class Chooser {
   bool MayRepeat(const Job& job, int more, Instant now) const;
   /// Whether a read of a slave that is offline is its probe right now.
   bool MayProbe(const Member& member, const Idle& idle) const;
+  /// The line is idle, so the cost of the probe that ended last is known.
+  void ChargeProbe(Instant now);
+  /// From then on no late reply of any member can come.
+  Instant AllClearAt() const { return late_.AllClearAt(); }
   /// How long others waited if a probe took the line from `from` to `to`.
   Duration Waited(Instant from, Instant to) const;
 

@@ -21,6 +21,13 @@ void EffectApplier::OnReply(const Job& job, Device& device, Answer answer, Insta
   if (effects.peace > Duration::zero()) agenda_.schedule.Hold(device.place, now + effects.peace);
 }
 
+void EffectApplier::OnEventsKept(const Device& device, const std::string& said, Instant now) {
+  agenda_.schedule.ReleaseEvents(device.place, device.conversation->HasEvents(),
+                                 intake_.OnKept(device, said), now);
+  agenda_.background.Release(device.place);
+  upkeep_.PlanBackground(device);
+}
+
 std::optional<Job::Write> EffectApplier::OnEnd(Job& done, EndEffects effects, const JobEnd& end,
                                                Instant now) {
   Member& member = *done.member;

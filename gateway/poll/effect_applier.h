@@ -5,6 +5,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 
 #include "gateway/poll/effects.h"
 #include "gateway/poll/intake.h"
@@ -22,6 +23,8 @@ class EffectApplier {
 
   /// The answer to a request of `job` counts.
   void OnReply(const Job& job, Device& device, Answer answer, Instant now);
+  /// Its events are on the disk. `said`: see Conversation.
+  void OnEventsKept(const Device& device, const std::string& said, Instant now);
   /// Another device answers in its place.
   void OnReplaced(Device& device, Now now) {
     upkeep_.OnReplaced(device, now);

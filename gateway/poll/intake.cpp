@@ -78,7 +78,7 @@ void Intake::Report(const Job& job, const Device& device, EventBatch batch, Repl
   const bool drained = batch.drained;
   std::optional<ReportedEvents> events = delivery_.Take(device, std::move(batch), exchange);
   if (!events) {
-    if (drained) listener_.OnDrained(device.index, exchange.asked);
+    if (drained) OnDrained(device, exchange.asked);
     return;
   }
   effects.hold_events = true;

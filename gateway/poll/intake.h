@@ -26,6 +26,8 @@ class Intake {
   Schedule::Brought OnKept(const Device& device, const std::string& said) {
     return delivery_.OnKept(device, said);
   }
+  /// It was asked at `asked` or later, and has no events that are not kept.
+  void OnDrained(const Device& device, Instant asked) { listener_.OnDrained(device.index, asked); }
   void OnReplaced(const Device& device) { delivery_.OnReplaced(device); }
 
  private:

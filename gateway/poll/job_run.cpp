@@ -55,11 +55,6 @@ void JobRun::OnClosed(const std::string& reason) {
   if (job_) Do(NextStep::Finish(Outcome::line_down, reason));
 }
 
-bool JobRun::IsReadingBack(const Member& member) const {
-  return job_ && job_->member == &member && job_->goal().As<Job::ReadBack>() != nullptr &&
-         !job_->goal().had_failure && !job_->had_failure;
-}
-
 void JobRun::Abandon(std::uint64_t client, bool unsent) {
   for (Job* job = job_.get(); job != nullptr; job = job->postponed.get()) {
     auto* routed = job->As<Job::Routed>();
@@ -149,6 +144,7 @@ bool JobRun::Withdraw() {
 // ---------------------------------------------------------------- its exchange
 
 void JobRun::OnEnd(ExchangeEnd end) {
+  last_ = job_->member;
   sending_.OnEnd(*job_, end.outcome, now_.instant);
   job_->attempt.end = std::move(end);
 }

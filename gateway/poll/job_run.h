@@ -7,7 +7,7 @@
 //   job_answer.h       what its exchange leads to
 //   job_finish.h       the end, and what goes on after it
 //
-// Knows nothing of bytes on the line; gateway/poll/poller.cpp and line_side.cpp call it:
+// Knows nothing of bytes on the line; gateway/poll/turn_taker.cpp and line_side.cpp call it:
 //
 //   on the line                          call
 //   idle, and there is no job            Begin, with the job that goes first
@@ -61,9 +61,10 @@ class JobRun {
 
   /// Null: nothing is to be done.
   Job* job() const { return job_.get(); }
-  /// A read-back of the member, or the probe before it, is under way, and nothing of it has failed
-  /// yet.
-  bool IsReadingBack(const Member& member) const;
+  /// The exchange of its request is under way.
+  bool asks() const { return job_ && !job_->step.waiting; }
+  /// Whom that exchange is with, or else the latest one. Null: there was none.
+  const Member* member() const { return asks() ? job_->member : last_; }
   /// Only without a job. The job, a new one or one that was parked, gets its next request, or ends
   /// at once.
   void Begin(std::unique_ptr<Job> job);
@@ -106,8 +107,9 @@ class JobRun {
   JobSending sending_;
   JobAnswer answer_;
   JobFinish finish_;
-  std::unique_ptr<Job> job_;  // under way
-  Now now_{};                 // of the input that is being handled
+  std::unique_ptr<Job> job_;      // under way
+  const Member* last_ = nullptr;  // whose exchange ended last
+  Now now_{};                     // of the input that is being handled
 };
 
 }  // namespace baudgate

@@ -39,6 +39,8 @@ class LineInputs {
   void Withdraw() { line_.Withdraw(); }
   void Abandon(std::uint64_t client) { line_.Abandon(client); }
 
+  /// Before each input.
+  void OnTime(Now now) { ledger_.OnTime(now, !line_.idle(), line_.member(), !line_.asks()); }
   /// The job under way ends; `reason`: why the port is closed.
   void OnClosed(const std::string& reason, Now now);
   void OnBytes(View bytes, Now now);

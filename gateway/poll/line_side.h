@@ -55,6 +55,9 @@ class LineSide : private LineClient {
 
   bool is_open() const { return line_.state() != Line::State::closed; }
   bool idle() const { return line_.idle(); }
+  /// See JobRun.
+  bool asks() const { return run_.asks(); }
+  const Member* member() const { return run_.member(); }
 
   /// The line is idle, and the job says send. `idle_since`: since when it is.
   LineNews Start(Instant idle_since, Instant now);

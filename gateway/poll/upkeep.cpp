@@ -27,6 +27,8 @@ Upkeep::Upkeep(Roster& roster, PointStore& store, OwedReplies& owed, Agenda& age
 }
 
 void Upkeep::OnOpened(Instant now) {
+  ledger_.OnOpened();
+  agenda_.probes.OnOpened();
   for (const auto& device : roster_.devices()) {
     if (!device->in_use) continue;
     Reconnect(*device, now);
@@ -37,6 +39,15 @@ void Upkeep::OnOpened(Instant now) {
       agenda_.schedule.Hold(device->place, owed_.late.LateUntil(*device));
     ledger_.states.ShowOverride(*device);
   }
+}
+
+void Upkeep::OnClosed(Instant now) {
+  for (const auto& device : roster_.devices()) {
+    agenda_.parked.Drop(*device);
+    agenda_.schedule.Suspend(device->place);
+  }
+  agenda_.probes.OnClosed();
+  ShowLine(now);
 }
 
 void Upkeep::OnUnansweredTelegram(Instant now) {

@@ -1,6 +1,6 @@
 // What every exchange means for its device, and what follows when a device comes, goes, or may be
 // another one: its plan, its schedule, its state, and which of its values are in doubt. Driven by
-// gateway/poll/poller.cpp, line_inputs.cpp and the parts of job_run.h.
+// gateway/poll/device_side.cpp, line_inputs.cpp and the parts of job_run.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -23,6 +23,8 @@ class Upkeep {
 
   /// The port has opened.
   void OnOpened(Instant now);
+  /// The port has closed, and no job is under way any more.
+  void OnClosed(Instant now);
   /// A telegram by hand got no reply. That of any device may still come, and look like one to a
   /// poll: probes go first.
   void OnUnansweredTelegram(Instant now);

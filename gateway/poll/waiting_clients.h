@@ -1,6 +1,6 @@
-// Answers clients that wait for a line: of writes, of reads and of routes whose request is not
-// sent, or has ended. Called by gateway/poll/poller.cpp before and after everything that the line
-// does.
+// Clients that wait for a line: takes their writes, reads and requests of routes, and answers those
+// whose request is not sent, or has ended. Called by gateway/poll/poller.cpp before and after
+// everything that the line does.
 //
 //   a command                          its client hears
 //   its deadline passes                not sent
@@ -14,6 +14,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -34,14 +36,23 @@ class WaitingClients {
                  Agenda& agenda, DeviceAccounts& accounts)
       : store_(store), roster_(roster), chooser_(chooser), agenda_(agenda), accounts_(accounts) {}
 
-  /// A command with points to be read and none to be written: answered like a confirmed write, as
-  /// soon as all of them have been read. `unasked`: the device that sends unasked; null: there is
-  /// none.
-  void ReadNow(WriteCommand command, const Device* unasked, Instant now);
+  /// One more command may wait. Those that need not wait any more take no room.
+  bool HasRoom(Instant now);
+  /// A command with points to be read and none to be written is answered like a confirmed write, as
+  /// soon as all of them have been read.
+  void Take(WriteCommand command, Instant now);
+  /// False: no routes lead to this line.
+  bool Take(RoutedRequest& request);
+  /// The client has left: its routed requests are answered.
+  void Abandon(std::uint64_t client) { agenda_.routes.queue().Abandon(client); }
+  /// When the next one has waited for long enough.
+  std::optional<Instant> Deadline() const;
+
   /// Commands whose deadline has passed, or whose device may not be asked any more.
   void AnswerCommands(Instant now);
-  /// Commands that were confirmed.
-  void AnswerConfirmed(const WriteQueue::IsReadingBack& is_reading_back);
+  /// Commands that were confirmed, and whose device is not read back. `under_way`: a job; null:
+  /// there is none.
+  void AnswerConfirmed(const Job* under_way);
   /// Routed requests whose deadline has passed, or whose slave is offline. `line_is_free`: no job
   /// is under way.
   void AnswerRouted(const Idle& idle, bool line_is_free);
@@ -51,6 +62,7 @@ class WaitingClients {
   void NotSent(WriteCommand& command, const std::string& reason);
 
  private:
+  void ReadNow(WriteCommand command, Instant now);
   const char* WhyNotAsked(const WriteCommand& command) const;
   void Answer(WriteQueue::Confirmed& one);
 

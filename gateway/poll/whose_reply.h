@@ -2,8 +2,8 @@
 // could pass for its own. This keeps what may be owed: by a device, and by a serial server that may
 // shift the whole line. After silence, damage, a second reply or a closed port nothing is proven;
 // then a probe goes first whose reply can be told from all others (a proof: `is_proof` in
-// protocols/conversation.h). The cases are a table in whose_reply.cpp. job_sending.cpp reports every
-// request, reply_judge.cpp every reply of the line; docs/timeouts.md.
+// protocols/conversation.h). The cases are a table in whose_reply.cpp. job_sending.cpp reports
+// every request, reply_judge.cpp every reply of the line; docs/timeouts.md.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
