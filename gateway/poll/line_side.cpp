@@ -7,8 +7,8 @@
 
 namespace baudgate {
 
-LineSide::LineSide(Reception reception, const Standing* standing, JobRun& run, RequestPort& port)
-    : reception_(std::move(reception)), run_(run), port_(port) {
+LineSide::LineSide(Reception& reception, const Standing* standing, JobRun& run, RequestPort& port)
+    : reception_(reception), run_(run), port_(port) {
   if (standing != nullptr) line_.Listen(*standing);
 }
 

@@ -32,7 +32,7 @@ class LineSide : private LineClient {
  public:
   /// `standing`: what a device sends unasked; null: none does. All references outlive it; `port`
   /// may be made later than it.
-  LineSide(Reception reception, const Standing* standing, JobRun& run, RequestPort& port);
+  LineSide(Reception& reception, const Standing* standing, JobRun& run, RequestPort& port);
 
   /// `keeps_bit_rate`: see Line::OnOpened.
   void OnOpened(Now now, bool keeps_bit_rate);
@@ -89,7 +89,7 @@ class LineSide : private LineClient {
   bool waits_for_quiet() const { return line_.state() == Line::State::quiet; }
 
   Line line_{*this};
-  Reception reception_;
+  Reception& reception_;
   JobRun& run_;
   RequestPort& port_;
 };

@@ -22,6 +22,7 @@
 #include "gateway/poll/line_knowledge.h"
 #include "gateway/poll/line_side.h"
 #include "gateway/poll/poller_listener.h"
+#include "gateway/poll/reception.h"
 #include "gateway/poll/roster.h"
 #include "gateway/poll/taken_in.h"
 #include "gateway/poll/telegram_exchange.h"
@@ -111,6 +112,7 @@ class Poller {
   TakenIn taken_in_;
   Chooser chooser_;
   JobRun run_;
+  Reception reception_;
   LineSide line_side_;
   // The parts above are joined here, and used by these alone:
   IdleTime time_;
