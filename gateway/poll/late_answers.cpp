@@ -63,7 +63,6 @@ LateAnswers::Stray LateAnswers::OnStray(const StrayBytes& stray, Instant now) {
   // Too late for any answer: noise.
   if (last_ == nullptr || stray.since_end > last_->times.ceiling) return told;
   const Member& member = *last_;
-  const LineTimes& times = member.times;
   State& state = states_[member];
   told.counts = state.end != End::corrupt && state.end != End::cut_short;
   if (state.end == End::corrupt) return told;
@@ -84,17 +83,25 @@ LateAnswers::Stray LateAnswers::OnStray(const StrayBytes& stray, Instant now) {
     told.lateness = now - *state.due;
     patience_.OnLate(member, told.lateness);
   }
+  LearnSilence(state, member, stray, told);
+  return told;
+}
+
+/// How long the silence after its exchanges has to be, so that such bytes meet no other request.
+void LateAnswers::LearnSilence(State& state, const Member& member, const StrayBytes& stray,
+                               Stray& told) {
+  const LineTimes& times = member.times;
   const Duration needed = std::min(stray.since_end + times.gap, times.ceiling);
   if (state.end == End::answered) {
-    if (state.after <= kNoise) return told;
+    if (state.after <= kNoise) return;
     // A second copy of the answer: not longer than an answer can be.
     const Duration longest = times.drain + kLongestTrail * times.character;
     if (stray.since_end <= longest) state.trail = std::max(state.trail, std::min(needed, longest));
-    return told;
+    return;
   }
-  if (needed <= times.drain + state.more_drain) return told;
+  if (needed <= times.drain + state.more_drain) return;
   state.more_drain = needed - times.drain;
-  if (std::exchange(state.told_late, true)) return told;
+  if (std::exchange(state.told_late, true)) return;
   told.warned = &member;
   const auto after = FormatDuration(std::chrono::round<std::chrono::milliseconds>(stray.since_end));
   told.warning =
@@ -102,7 +109,6 @@ LateAnswers::Stray LateAnswers::OnStray(const StrayBytes& stray, Instant now) {
           ? "the rest of a broken reply came " + after + " later; if this goes on, raise timing.gap"
           : "bytes came " + after +
                 " after its exchange had ended; if this goes on, raise timing.reply";
-  return told;
 }
 
 bool LateAnswers::OthersMayAnswer(const Member& member, Instant after) const {

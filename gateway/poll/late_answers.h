@@ -114,6 +114,8 @@ class LateAnswers {
     bool told_late = false;  // the user has been warned
   };
 
+  static void LearnSilence(State& state, const Member& member, const StrayBytes& stray,
+                           Stray& told);
   bool MayStillAnswer(const Asked& asked, const ExchangeEnd& end) const;
   bool OthersMayAnswer(const Member& member, Instant after) const;
   void SetLate(const Member& member, Instant until);

@@ -10,7 +10,9 @@ Exchange OwedReplies::ExchangeOf(const Asked& asked, bool trusted, Instant idle_
   const Member& member = *asked.member;
   const Request& request = *asked.request;
   if (idle_since + late.LongestReply() <= now) readings.OnRested();
-  if (trusted && !asked.retry) whose.OnTrusted(member);
+  // Its user says that nothing holds its replies back. A first try has waited for late replies, so
+  // nothing is owed any more.
+  if (trusted && !asked.retry) orders.Reset(member);
   Exchange exchange{request, member.protocol->reply_rule, member.times, {}, {}};
   exchange.lags = whose.Lags(member);
   exchange.times.reply += late.MoreReply(asked);

@@ -80,7 +80,7 @@ void Poller::OnTimer(Now now) {
 
 bool Poller::Submit(WriteCommand command, Now now) {
   Advance(now);
-  if (!clients_.HasRoom(now.instant)) return false;
+  if (!clients_.MakeRoom(now.instant)) return false;
   if (!line_.is_open()) {
     clients_.NotSent(command, devices_.WhyClosed());
   } else {

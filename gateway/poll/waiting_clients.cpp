@@ -23,7 +23,7 @@ std::string DoesNotAnswer(std::uint8_t slave) {
 
 }  // namespace
 
-bool WaitingClients::HasRoom(Instant now) {
+bool WaitingClients::MakeRoom(Instant now) {
   AnswerCommands(now);  // those of clients that have left take no room
   return !agenda_.write_queue.full();
 }
@@ -36,12 +36,12 @@ void WaitingClients::Take(WriteCommand command, Instant now) {
 bool WaitingClients::Take(RoutedRequest& request) {
   if (roster_.carrier() == nullptr) return false;
   request.sequence = agenda_.write_queue.NextSequence();
-  agenda_.routes.queue().Push(std::move(request));
+  agenda_.route_queue.Push(std::move(request));
   return true;
 }
 
 std::optional<Instant> WaitingClients::Deadline() const {
-  return Soonest({agenda_.write_queue.Deadline(), agenda_.routes.queue().Deadline()});
+  return Soonest({agenda_.write_queue.Deadline(), agenda_.route_queue.Deadline()});
 }
 
 void WaitingClients::ReadNow(WriteCommand command, Instant now) {
@@ -111,7 +111,7 @@ void WaitingClients::Answer(WriteQueue::Confirmed& one) {
 /// A slave that is offline is asked as often as its probes allow. Until it answers, writes wait for
 /// their deadlines, and reads are told at once.
 void WaitingClients::AnswerRouted(const Idle& idle, bool line_is_free) {
-  RouteQueue& queue = agenda_.routes.queue();
+  RouteQueue& queue = agenda_.route_queue;
   if (queue.empty()) return;
   for (RoutedRequest& request : queue.TakeExpired(idle.now)) {
     const Member* member = roster_.FindSlave(request.slave);
@@ -142,7 +142,7 @@ void WaitingClients::AnswerAll(const std::string& reason) {
   std::vector<WriteCommand> unsent = agenda_.write_queue.TakeAll();
   AnswerConfirmed(nullptr);
   for (WriteCommand& command : unsent) NotSent(command, reason);
-  for (RoutedRequest& request : agenda_.routes.queue().TakeAll()) {
+  for (RoutedRequest& request : agenda_.route_queue.TakeAll()) {
     request.done({Outcome::line_down, {}, reason});
   }
 }

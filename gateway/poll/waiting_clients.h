@@ -36,15 +36,15 @@ class WaitingClients {
                  Agenda& agenda, DeviceAccounts& accounts)
       : store_(store), roster_(roster), chooser_(chooser), agenda_(agenda), accounts_(accounts) {}
 
-  /// One more command may wait. Those that need not wait any more take no room.
-  bool HasRoom(Instant now);
+  /// Answers commands that need not wait any more. True: one more may wait.
+  bool MakeRoom(Instant now);
   /// A command with points to be read and none to be written is answered like a confirmed write, as
   /// soon as all of them have been read.
   void Take(WriteCommand command, Instant now);
   /// False: no routes lead to this line.
   bool Take(RoutedRequest& request);
   /// The client has left: its routed requests are answered.
-  void Abandon(std::uint64_t client) { agenda_.routes.queue().Abandon(client); }
+  void Abandon(std::uint64_t client) { agenda_.route_queue.Abandon(client); }
   /// When the next one has waited for long enough.
   std::optional<Instant> Deadline() const;
 

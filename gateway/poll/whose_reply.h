@@ -70,9 +70,6 @@ class WhoseReply {
   /// It reports its name: another device in its place would be noticed.
   bool HasName(const Member& member) const { return states_[member].identity.names(); }
 
-  /// The device has `trust_order`: its user says that nothing holds its replies back. A first try
-  /// has waited for late replies, so nothing is owed any more.
-  void OnTrusted(const Member& member);
   void OnSent(const Asked& asked, Instant now);
 
   struct Verdict {
@@ -132,8 +129,8 @@ class WhoseReply {
   bool IsSafe(const Asked& asked) const;
   bool Fits(const Asked& asked, View frame, Outcome outcome) const;
   bool MayAnswer(const SentRequest& sent, View frame, Outcome outcome) const;
-  bool IsReplaced(const Asked& asked, View frame, Outcome outcome,
-                  const AnswerOrder::MayAnswer& may_answer);
+  bool NoteIdentity(const Asked& asked, View frame, Outcome outcome,
+                    const AnswerOrder::MayAnswer& may_answer);
   void Count(const Asked& asked, bool fits, Outcome outcome,
              const AnswerOrder::MayAnswer& may_answer);
   void Learn(const Asked& asked, View frame, Outcome outcome);

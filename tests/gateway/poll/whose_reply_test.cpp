@@ -258,7 +258,7 @@ TEST_F(WhoseReplyTest, AProofHoldsForAMinute) {
 TEST_F(WhoseReplyTest, WhoIsTrustedIsInStepAfterASilence) {
   Reply(a, name_, "A0");
   Silence(a, one_);
-  order_.OnTrusted(a);
+  orders_.Reset(a);
   EXPECT_TRUE(Reply(a, two_, "=2").proven);
 }
 
