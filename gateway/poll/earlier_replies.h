@@ -1,11 +1,12 @@
-// Whose earlier reply was that? Finds in an exchange what belongs to an earlier one: a reply that
-// is late or comes again, the rest of one that broke off, a request that comes back late. For the
-// status only; whose_reply.h decides which replies count. A part of gateway/poll/examiner.h.
-// Bounded memory.
+// Finds in an exchange what belongs to an earlier one: a reply that is late or comes again, the
+// rest of one that broke off, a request that comes back late. whose_reply.h decides which replies
+// count. A part of gateway/poll/examiner.h. Bounded memory.
 //
-//   > ?A1                             nothing
+//   > ?A1
 //   > ?B1      < !A1=5 !B1=7          !A1=5 is the late reply to ?A1
-//   > ?A2      < !A1=5 !A2=6          !A1=5 has come again: it was taken before
+//
+//   > ?A1      < !A1=5
+//   > ?A2      < !A1=5 !A2=6          !A1=5 has come again
 //
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -45,7 +46,7 @@ class EarlierReplies {
 
   /// The rest of a reply that broke off has come in this exchange.
   bool FindRest(const HeardExchange& exchange);
-  /// What came beside the reply of this exchange answers a request that was lost and repeated.
+  /// The bytes beside the reply of this exchange answer a request that was lost and repeated.
   bool FindBeside(const HeardExchange& exchange, const Finding& finding);
   /// A second reply of the member has come: what is found where one of both was late.
   std::optional<Finding> FindLostTry(const Member& member, Instant came);
@@ -54,7 +55,7 @@ class EarlierReplies {
   /// A request of this gateway has come back so late that it looks like another master's.
   bool IsLateEcho(const HeardExchange& exchange) const;
 
-  /// What an earlier exchange looks like now: the one of `member` that is `back` before its last.
+  /// An earlier exchange as it looks now: the one of `member` that is `back` before its last.
   struct Earlier {
     const Member* member = nullptr;
     Finding finding{};

@@ -1,5 +1,5 @@
-// What an exchange leads to: the next request, the same one again, or the end of the job. A part of
-// gateway/poll/job_run.h, whose table has all states of a job.
+// Decides what an exchange leads to: the next request, the same one again, or the end of the job. A
+// part of gateway/poll/job_run.h, whose table has all states of a job.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -63,7 +63,7 @@ class JobRun {
   Job* job() const { return job_.get(); }
   /// The exchange of its request is under way.
   bool asks() const { return job_ && !job_->step.waiting; }
-  /// Whom that exchange is with, or else the latest one. Null: there was none.
+  /// The member of that exchange, or else of the latest one. Null: there was none.
   const Member* member() const { return asks() ? job_->member : last_; }
   /// Only without a job. The job, a new one or one that was parked, gets its next request, or ends
   /// at once.

@@ -1,5 +1,6 @@
-// What a line knows: who is on it, what they still owe, all that waits to be asked, what the status
-// shows, and the part that keeps these in step when a device comes or goes.
+// Groups all that a line knows: its members, the replies that they owe, all that waits to be asked,
+// the accounts for the status, and the part that keeps these in step when a device comes or goes.
+// For gateway/poll/poller.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -40,7 +40,7 @@ class LineSide : private LineClient {
   /// After the news of OnClosed. `reason`: why the port is closed.
   void OnJobLost(const std::string& reason);
 
-  /// What follows from bytes that came.
+  /// The effects of bytes that came.
   struct Received {
     const Member* member = nullptr;  ///< of the job; null: there is none
     EchoWatch::Received heard;

@@ -1,4 +1,4 @@
-// What a job does next, as a value. Made by the parts of a job: job_asking.h, job_departure.h,
+// The next step of a job, as a value. Made by the parts of a job: job_asking.h, job_departure.h,
 // job_answer.h and job_finish.h. Carried out by gateway/poll/job_run.cpp alone.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once

@@ -1,5 +1,5 @@
-// What the replies of each device look like in general: do they come twice, or behind the next
-// request, or again and again, or without a character? A part of gateway/poll/examiner.h. Bounded
+// Remembers how the replies of each device look in general: whether they come twice, behind the
+// next request, again and again, or without a character. A part of gateway/poll/examiner.h. Bounded
 // memory.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -42,7 +42,7 @@ class ReplyHabits {
   bool OnLate(const Member& member, Duration after, std::optional<Duration> next) {
     return of_[member].lag.OnLate(after, next);
   }
-  /// What came is what came to other requests before. `right`: it is the reply. The transaction
+  /// True: the same came to other requests before. `right`: it is the reply. The transaction
   /// number is not compared.
   bool NoteSame(const HeardExchange& exchange, bool right);
   /// Beside its own reply there are only such as were taken for other requests just before:

@@ -1,5 +1,5 @@
-// What comes from devices, on its way to the store and to those who keep events: replies, and what
-// a device says unasked.
+// Groups the parts that take in replies, and messages that a device sends unasked: from there they
+// go to the store, and to the listener, which keeps events. For gateway/poll/poller.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

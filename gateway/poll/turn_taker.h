@@ -1,5 +1,5 @@
-// Whose turn it is while the line is idle: the job under way has the next one, or a job is chosen,
-// unless the line is held or has taken turns without end. Driven by gateway/poll/poller.cpp.
+// Gives turns while the line is idle: to the job under way, or to one that is chosen, unless the
+// line is held or has taken turns without end. Driven by gateway/poll/poller.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -283,7 +283,7 @@ void Upkeep::RestartWithPlan(Device& device, Instant now) {
   if (device.in_use) agenda_.schedule.RestartAsPlanned(device.place, now);
 }
 
-/// What was parked is due again, as far as it would not come again by itself.
+/// Parked jobs are due again, as far as they would not come again by themselves.
 void Upkeep::Replan(Device& device, Instant now) {
   const auto parked = agenda_.parked.TakeAll(device);
   for (const auto& job : parked) {

@@ -59,7 +59,8 @@ class WhoseReply {
   /// Nothing but its own reply to a client's request can come. Of slaves that only routes reach no
   /// order is kept: they owe nothing when all that they were lately asked was answered.
   bool IsOwedAlone(const Asked& asked) const;
-  /// Which lost requests to a slave that only routes reach a reply could answer; see LostReplies.
+  /// The lost requests to a slave that only routes reach that a reply could answer: see
+  /// LostReplies.
   LostReplies::Older MayBeLost(const Asked& asked, const LostReplies::MayFit& fits) const {
     return lost_.MayBe(*asked.member, asked.request->bytes, asked.sent, fits);
   }

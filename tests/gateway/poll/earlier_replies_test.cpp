@@ -1,4 +1,4 @@
-// Whose earlier reply was that: the rows of gateway/poll/earlier_replies.h.
+// Replies that belong to an earlier exchange: the rows of gateway/poll/earlier_replies.h.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/poll/earlier_replies.h"
 

@@ -1,4 +1,4 @@
-// What the replies of a device look like in general.
+// How the replies of a device look in general.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/poll/reply_habits.h"
 
