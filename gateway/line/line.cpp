@@ -249,8 +249,7 @@ void Line::TakeTimer(Instant now) {
 void Line::BeginSending(Instant now) {
   state_ = State::sending;
   second_.Begin();
-  const auto characters = static_cast<std::int64_t>(exchange_.request.bytes.size());
-  transmission_.Begin(now, characters * exchange_.times.character);
+  transmission_.Begin(now, TransmissionTime(exchange_.request, exchange_.times.character));
   deadline_ = transmission_.until();
   last_activity_ = transmission_.until();
   news_.send = true;

@@ -5,6 +5,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -32,6 +33,15 @@ struct LineTimes {
   Duration settle{};     ///< silence after a request without a reply, if quiet is shorter
   Duration character{};  ///< start to stop bit
 };
+
+/// From the first character of the request to the computed end of its last one.
+inline Duration TransmissionTime(const Request& request, Duration character) {
+  return static_cast<std::int64_t>(request.bytes.size()) * character;
+}
+/// From there to the first byte of the reply. A reply that takes longer is late.
+inline Duration ReplyTime(const Request& request, const LineTimes& times) {
+  return std::max(times.reply, request.reply);
+}
 
 /// One request and how its answer is recognised.
 struct Exchange {

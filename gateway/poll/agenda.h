@@ -13,15 +13,18 @@
 #include "gateway/poll/schedule.h"
 #include "gateway/poll/turns.h"
 #include "gateway/poll/write_queue.h"
+#include "gateway/requests/route_queue.h"
 
 namespace baudgate {
 
 struct Agenda {
   /// Both outlive it.
-  Agenda(Roster& roster, const LateAnswers& late) : probes(roster, late), background(schedule) {}
+  Agenda(Roster& roster, const LateAnswers& late)
+      : routes(route_queue), probes(roster, late), background(schedule) {}
 
   Schedule schedule;
   WriteQueue write_queue;
+  RouteQueue route_queue;
   RoutedSide routes;
   Probes probes;
   Background background;

@@ -2,9 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <algorithm>
-
 #include "gateway/base/time.h"
+#include "gateway/line/line.h"
 #include "gateway/poll/roster.h"
 #include "protocols/conversation.h"
 
@@ -28,8 +27,9 @@ struct Asked {
   bool proved = false;              ///< the member has answered a probe before this task
   bool unprovable = false;          ///< a probe was wanted before this task, and cannot be asked
 
-  /// From its last byte to the first one of its reply. A reply that takes longer is late.
-  Duration reply_time() const { return std::max(member->times.reply, request->reply); }
+  /// When its last byte is out.
+  Instant sent_out() const { return sent + TransmissionTime(*request, member->times.character); }
+  Duration reply_time() const { return ReplyTime(*request, member->times); }
   /// The reply says whose it is.
   bool named() const { return !request->expect.address.empty(); }
 };

@@ -15,6 +15,29 @@ constexpr Duration kLatest = 5s;
 
 }  // namespace
 
+/// A rest may come, and not in the exchange in which the reply broke off.
+bool BrokenReply::IsAwaited(const HeardExchange& exchange) const {
+  return member_ != nullptr && (member_ != exchange.member() || began_ > 0);
+}
+
+std::optional<Duration> BrokenReply::FindRest(const HeardExchange& exchange) const {
+  if (exchange.heard().empty() || !IsAwaited(exchange)) return std::nullopt;
+  const Instant came = exchange.last_came();
+  const auto [before, behind] = exchange.BesideReply();
+  const auto& arrivals = exchange.arrivals();
+  if (IsRest(before, came) || IsRest(behind, came)) {
+    return (exchange.frame().empty() ? arrivals.front() : arrivals.back()).after;
+  }
+  if (!exchange.frame().empty()) return std::nullopt;
+  const View heard = exchange.heard();
+  for (const Arrival& arrival : arrivals) {
+    if (IsRest(heard.subspan(arrival.at), came)) return arrival.after;
+    if (IsRest(heard.first(arrival.at), came)) return arrivals.front().after;
+  }
+  return std::nullopt;
+}
+
+/// Behind the beginning it makes a whole reply, and it is none by itself.
 bool BrokenReply::IsRest(View rest, Instant came) const {
   // Replies of a connection are whole, or their header says how much is missing.
   if (rest.empty() || member_->protocol->tcp || came - last_ > kLatest) return false;

@@ -1,5 +1,5 @@
 // A reply that broke off, and whose rest may come in a later exchange. A part of
-// gateway/poll/examiner.h.
+// gateway/poll/earlier_replies.h.
 //
 //   < 01 03 04 00 0B          kept
 //   > the next request
@@ -9,9 +9,11 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 
 #include "gateway/base/bytes.h"
 #include "gateway/base/time.h"
+#include "gateway/poll/heard_exchange.h"
 #include "gateway/poll/roster.h"
 
 namespace baudgate {
@@ -23,13 +25,12 @@ class BrokenReply {
   BrokenReply(const Member& member, const Request& request, View begin, Instant last)
       : member_(&member), request_(request), begin_(begin.begin(), begin.end()), last_(last) {}
 
+  /// An exchange with the member has begun.
   void OnBegin(const Member& member) { began_ += member_ == &member ? 1 : 0; }
-  /// A rest may come, and not in the exchange in which the reply broke off.
-  bool IsAwaited(const Member* now) const {
-    return member_ != nullptr && (member_ != now || began_ > 0);
-  }
-  /// Behind the beginning it makes a whole reply, and it is none by itself.
-  bool IsRest(View rest, Instant came) const;
+  /// When its rest came in this exchange: before or behind the reply that was taken; where none
+  /// was, before or behind the beginning of another one. Empty: it did not come. From the computed
+  /// end of the request.
+  std::optional<Duration> FindRest(const HeardExchange& exchange) const;
 
   const Member& member() const { return *member_; }
   /// When its last byte came.
@@ -38,6 +39,9 @@ class BrokenReply {
   std::size_t began() const { return began_; }
 
  private:
+  bool IsAwaited(const HeardExchange& exchange) const;
+  bool IsRest(View rest, Instant came) const;
+
   const Member* member_ = nullptr;
   Request request_;
   Bytes begin_;

@@ -71,12 +71,12 @@ std::optional<Instant> Chooser::NextAt(const Idle& idle) const {
   for (const WriteCommand& command : agenda_.write_queue.waiting()) {
     when_clear(roster_.DeviceAt(command.device));
   }
-  for (const std::uint8_t slave : agenda_.routes.queue().Slaves()) {
+  for (const std::uint8_t slave : agenda_.route_queue.Slaves()) {
     const Member* member = roster_.FindSlave(slave);
     if (member == nullptr) continue;
     when_clear(*member);
     const bool tried = member->health.absent() && late_.IsClear(*member, idle.now);
-    if (tried && agenda_.routes.queue().HasUrgent(slave))
+    if (tried && agenda_.route_queue.HasUrgent(slave))
       sooner(agenda_.probes.NextWriteAt(*member, facts));
   }
   return soonest;
@@ -85,7 +85,7 @@ std::optional<Instant> Chooser::NextAt(const Idle& idle) const {
 // ---------------------------------------------------------------- urgent
 
 std::unique_ptr<Job> Chooser::TakeUrgent(const Idle& idle) {
-  if (!agenda_.routes.queue().empty()) {
+  if (!agenda_.route_queue.empty()) {
     if (auto job = routed_.TakeUrgent(idle.now)) return job;
     if (auto job = TakeWriteProbe(idle)) return job;
   }
@@ -96,7 +96,7 @@ std::unique_ptr<Job> Chooser::TakeUrgent(const Idle& idle) {
 
 std::unique_ptr<Job> Chooser::TakeWriteProbe(const Idle& idle) {
   const Probes::Facts facts = FactsOf(idle);
-  for (const std::uint8_t slave : agenda_.routes.queue().Slaves()) {
+  for (const std::uint8_t slave : agenda_.route_queue.Slaves()) {
     const Member* member = roster_.FindSlave(slave);
     if (member == nullptr || !member->health.absent()) continue;
     if (!late_.IsClear(*member, idle.now)) continue;
@@ -132,7 +132,7 @@ std::unique_ptr<Job> Chooser::TakeCommand(Instant now) {
       agenda_.write_queue.Take([this, now](const WriteCommand& command) {
         const Device& device = roster_.DeviceAt(command.device);
         const auto routed =
-            device.slave == 0 ? std::nullopt : agenda_.routes.queue().FirstWrite(device.slave);
+            device.slave == 0 ? std::nullopt : agenda_.route_queue.FirstWrite(device.slave);
         if (routed && *routed < command.sequence) return false;
         if (agenda_.schedule.GoesFirst(device.place, now)) return false;
         return late_.IsClear(device, now);
@@ -191,19 +191,23 @@ Probes::Facts Chooser::FactsOf(const Idle& idle) const {
     return (one.device != nullptr && one.in_use) || routed_.IsLookedFor(one, idle);
   };
   const bool now = agenda_.routes.ClientsAreHere(idle.now) || routed_.AnyMayGo(idle.now);
-  return {.now = idle.now,
-          .idle_since = idle.since,
-          .next_wanted = now ? idle.now : agenda_.schedule.NextDue(),
-          .clients_gone = agenda_.routes.ClientsGone(),
-          .is_looked_for = is_looked_for,
-          .client_waits = [this](const Member& one) {
-            return agenda_.routes.queue().HasFor(one.slave);
-          }};
+  return {
+      .now = idle.now,
+      .idle_since = idle.since,
+      .next_wanted = now ? idle.now : agenda_.schedule.NextDue(),
+      .clients_gone = agenda_.routes.ClientsGone(),
+      .is_looked_for = is_looked_for,
+      .client_waits = [this](const Member& one) { return agenda_.route_queue.HasFor(one.slave); }};
 }
 
 bool Chooser::MayProbe(const Member& member, const Idle& idle) const {
   const Probes::Facts facts = FactsOf(idle);
   return agenda_.probes.NextAt(facts) == idle.now && agenda_.probes.Next(facts) == &member;
+}
+
+void Chooser::ChargeProbe(Instant now) {
+  const auto began = agenda_.probes.began();
+  if (began) agenda_.probes.OnIdle(Waited(*began, now), now);
 }
 
 Duration Chooser::Waited(Instant from, Instant to) const {
@@ -227,6 +231,14 @@ bool Chooser::MayRepeat(const Job& job, int more, Instant now) const {
   // What must not be repeated is followed by the request that makes it good, or its answer is lost:
   // PollerRoutedOrder.AStartDoesNotMakeADestructiveReadHappenTwice.
   return !(routed_.ShortWriteWaits() && job.step.request.expect.repeatable);
+}
+
+bool Chooser::ShortWriteGoesFirst(Instant now) const {
+  return agenda_.turns.UrgentAllowed(routed_.ShortWriteWaits()) && routed_.ShortWriteMayGo(now);
+}
+
+void Chooser::PutBack(Job& job) {
+  agenda_.route_queue.Return(std::move(job.As<Job::Routed>()->batch));
 }
 
 }  // namespace baudgate

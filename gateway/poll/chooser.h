@@ -1,5 +1,5 @@
 // What a line does next: asks the parts in the order of gateway/poll/turns.h and makes a job of the
-// first that has something. Called by gateway/poll/poller.cpp whenever the line is idle.
+// first that has something. Called by gateway/poll/turn_taker.cpp whenever the line is idle.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,9 +21,6 @@ class Chooser {
   /// All references outlive the chooser.
   Chooser(Roster& roster, Agenda& agenda, const LateAnswers& late);
 
-  /// What it chooses from.
-  Agenda& agenda() { return agenda_; }
-
   /// Null: nothing may be sent now. A routed job has its request already; others must be asked.
   std::unique_ptr<Job> Next(const Idle& idle);
   /// When Next may have something even if nothing else happens.
@@ -40,10 +37,17 @@ class Chooser {
   bool MayRepeat(const Job& job, int more, Instant now) const;
   /// Whether a read of a slave that is offline is its probe right now.
   bool MayProbe(const Member& member, const Idle& idle) const;
+  /// The line is idle, so the cost of the probe that ended last is known.
+  void ChargeProbe(Instant now);
+  /// From then on no late reply of any member can come.
+  Instant AllClearAt() const { return late_.AllClearAt(); }
   /// How long others waited if a probe took the line from `from` to `to`.
   Duration Waited(Instant from, Instant to) const;
 
-  const RoutedJobs& routed() const { return routed_; }
+  /// A short write of a route waits, and goes before a routed read that has not been sent yet.
+  bool ShortWriteGoesFirst(Instant now) const;
+  /// The requests of this routed job wait again, in front of those that came later.
+  void PutBack(Job& job);
 
  private:
   Probes::Facts FactsOf(const Idle& idle) const;

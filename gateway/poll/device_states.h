@@ -1,6 +1,6 @@
 // The public state of each device, and the quality that it gives to all its points: published in
 // the point store, and reported to the listener and the tap when it changes. Driven by
-// gateway/poll/poller.cpp and upkeep.cpp.
+// gateway/poll/device_side.cpp and upkeep.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -18,6 +18,14 @@ void EffectApplier::OnReply(const Job& job, Device& device, Answer answer, Insta
     agenda_.schedule.HoldEvents(device.place);
     agenda_.background.AwaitDisk(device.place);
   }
+  if (effects.peace > Duration::zero()) agenda_.schedule.Hold(device.place, now + effects.peace);
+}
+
+void EffectApplier::OnEventsKept(const Device& device, const std::string& said, Instant now) {
+  agenda_.schedule.ReleaseEvents(device.place, device.conversation->HasEvents(),
+                                 intake_.OnKept(device, said), now);
+  agenda_.background.Release(device.place);
+  upkeep_.PlanBackground(device);
 }
 
 std::optional<Job::Write> EffectApplier::OnEnd(Job& done, EndEffects effects, const JobEnd& end,

@@ -1,10 +1,11 @@
 // Applies what follows from a reply (intake.h) or from the end of a job (effects.h), field by
-// field: to the schedule, the queues, the accounts and the store. Decides nothing. A part of
-// gateway/poll/job_run.h.
+// field: to the schedule, the queues, the accounts and the store. Decides nothing. Called by
+// gateway/poll/job_answer.cpp and job_finish.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <optional>
+#include <string>
 
 #include "gateway/poll/effects.h"
 #include "gateway/poll/intake.h"
@@ -22,11 +23,15 @@ class EffectApplier {
 
   /// The answer to a request of `job` counts.
   void OnReply(const Job& job, Device& device, Answer answer, Instant now);
+  /// Its events are on the disk. `said`: see Conversation.
+  void OnEventsKept(const Device& device, const std::string& said, Instant now);
   /// Another device answers in its place.
   void OnReplaced(Device& device, Now now) {
     upkeep_.OnReplaced(device, now);
     intake_.OnReplaced(device);
   }
+  /// A request to the member is repeated.
+  void OnRetry(const Member& member) { ledger_.devices.OnRetry(member); }
   /// Answers the clients of the job. Returns a write of which points remain to be written.
   std::optional<Job::Write> OnEnd(Job& done, EndEffects effects, const JobEnd& end, Instant now);
 

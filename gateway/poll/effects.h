@@ -27,6 +27,7 @@ struct ReplyEffects {
       repeat;  ///< seldom groups with a point that was not read, or is doubtful
   std::optional<LatestReadings::Points> stored;  ///< these points of a poll are in the store
   bool hold_events = false;                      ///< until the events of the reply are on the disk
+  Duration peace{};  ///< the device wants to be left in peace for this long
 };
 
 /// What follows from the end of a job.

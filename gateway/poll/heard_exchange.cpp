@@ -2,7 +2,6 @@
 #include "gateway/poll/heard_exchange.h"
 
 #include <algorithm>
-#include <cstdint>
 
 namespace baudgate {
 namespace {
@@ -19,7 +18,7 @@ void HeardExchange::Begin(const Member& member, const Request& request, const Li
   request_ = request;
   times_ = times;
   idle_ = last_ == Instant{} ? kLongIdle : std::max(now - last_, Duration());
-  sent_ = now + static_cast<std::int64_t>(request.bytes.size()) * times.character;
+  sent_ = now + TransmissionTime(request, times.character);
   last_ = sent_;
   outcome_ = Outcome::none;
   judged_ = 0;
@@ -63,7 +62,7 @@ Hearing HeardExchange::AsHearing(const Roster& roster) const {
           .outcome = outcome_,
           .heard = heard_,
           .arrivals = arrivals_,
-          .reply = std::max(times_.reply, request_.reply),
+          .reply = ReplyTime(request_, times_),
           .gap = times_.gap,
           .connection = roster.is_network(),
           .foreign = roster.foreign()};

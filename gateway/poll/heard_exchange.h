@@ -31,6 +31,7 @@ class HeardExchange {
   /// Null: there was none since the port was opened.
   const Member* member() const { return member_; }
   const Request& request() const { return request_; }
+  const LineTimes& times() const { return times_; }
   /// The computed end of the request.
   Instant sent() const { return sent_; }
   /// The silence before the request.

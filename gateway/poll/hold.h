@@ -1,4 +1,4 @@
-// Whether a line may begin anything new. A part of gateway/poll/poller.h.
+// Whether a line may begin anything new. A part of gateway/poll/turn_taker.h.
 //
 //   held by       until
 //   WindUp        the port opens again, or CallOffWindUp: it is given up as soon as the write under

@@ -48,6 +48,7 @@ JumpCheck::Result CheckJumps(const Job& job, Device& device, std::vector<Sample>
 
 ReplyEffects Intake::Take(const Job& job, Device& device, Answer answer, Instant now) {
   ReplyEffects effects;
+  effects.peace = answer.wait;
   Store(job, device, answer, now, effects);
   if (answer.batch) Report(job, device, std::move(*answer.batch), effects);
   return effects;
@@ -77,7 +78,7 @@ void Intake::Report(const Job& job, const Device& device, EventBatch batch, Repl
   const bool drained = batch.drained;
   std::optional<ReportedEvents> events = delivery_.Take(device, std::move(batch), exchange);
   if (!events) {
-    if (drained) listener_.OnDrained(device.index, exchange.asked);
+    if (drained) OnDrained(device, exchange.asked);
     return;
   }
   effects.hold_events = true;

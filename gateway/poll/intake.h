@@ -1,5 +1,5 @@
 // Takes over the content of replies: readings go to the point store, events to the listener, which
-// saves them. What else follows is returned to gateway/poll/job_run.h.
+// saves them. What else follows is returned to gateway/poll/effect_applier.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -26,6 +26,8 @@ class Intake {
   Schedule::Brought OnKept(const Device& device, const std::string& said) {
     return delivery_.OnKept(device, said);
   }
+  /// It was asked at `asked` or later, and has no events that are not kept.
+  void OnDrained(const Device& device, Instant asked) { listener_.OnDrained(device.index, asked); }
   void OnReplaced(const Device& device) { delivery_.OnReplaced(device); }
 
  private:

@@ -47,6 +47,12 @@ void BeginNextPoints(Job& job) {
   job.task.also.assign(rest.begin() + 1, rest.end());
 }
 
+bool ReadsBack(const Job& job, const Member& member) {
+  const Job& goal = job.goal();
+  return job.member == &member && goal.As<Job::ReadBack>() != nullptr && !goal.had_failure &&
+         !job.had_failure;
+}
+
 LineUse UseOf(const Job& job) {
   if (job.As<Job::Routed>() != nullptr) return LineUse::routes;
   if (job.is_probe()) return LineUse::probes;

@@ -169,6 +169,8 @@ bool IsPlanned(const Task& task, const Conversation& conversation);
 /// The points of a write before the next one are written. As many as one exchange carries come
 /// next: its task is to write them.
 void BeginNextPoints(Job& job);
+/// It is a read-back of the member, or the probe before that, and nothing of it has failed yet.
+bool ReadsBack(const Job& job, const Member& member);
 /// Writes, their read-backs, and short writes of routes.
 bool IsUrgent(const Job& job);
 /// The kind of use that the time of the line counts as.

@@ -43,43 +43,59 @@ WriteEnd EndWithheld(const Job::Write& write) {
   return write.sent() ? EndUnheard(true) : write.withheld->end;
 }
 
-EndEffects::Write EndOfWrite(const Job& job, const Job::Write& write, const JobEnd& end,
-                             Instant now) {
-  using Next = EndEffects::Write::Next;
-  // If the closing request is not answered, the write keeps the outcome that it had. If a step
-  // after a request that may have written cannot be asked, only a refusal remains known.
+/// How the points of a write that are under way have ended.
+struct PointsEnd {
+  WriteEnd how = WriteEnd::not_sent;
+  Outcome outcome = Outcome::none;
+  bool keeps_told = false;  ///< it is the outcome that it had before the latest request
+  bool open = false;        ///< what was opened for it may still be open
+};
+
+/// If the closing request is not answered, the write keeps the outcome that it had. If a step after
+/// a request that may have written cannot be asked, only a refusal remains known.
+PointsEnd EndOfPoints(const Job& job, const Job::Write& write, const JobEnd& end) {
   const bool cut_short = job.unasked && write.sent();
   const bool refused = write.told && write.told->outcome != Outcome::ok;
   const bool closing = job.step.request.closes && !ProvesLife(end.outcome);
-  const bool keeps_told = cut_short ? refused : closing && write.told;
+  PointsEnd points;
+  points.keeps_told = cut_short ? refused : closing && write.told;
   const Outcome last = cut_short ? Outcome::no_reply : end.outcome;
-  const Outcome outcome = keeps_told ? write.told->outcome : last;
-  const WriteEnd how =
-      write.withheld ? EndWithheld(write) : WriteEndOf(outcome, write.sent(), write.may_have_acted);
-  const bool ok = how == WriteEnd::ok;
-  const auto all = std::span(write.command.writes());
+  points.outcome = points.keeps_told ? write.told->outcome : last;
+  points.how = write.withheld ? EndWithheld(write)
+                              : WriteEndOf(points.outcome, write.sent(), write.may_have_acted);
+  points.open = closing || cut_short;
+  return points;
+}
 
+EndEffects::Write EndOfWrite(const Job& job, const Job::Write& write, const JobEnd& end,
+                             Instant now) {
+  using Next = EndEffects::Write::Next;
+  const PointsEnd points = EndOfPoints(job, write, end);
+  const bool ok = points.how == WriteEnd::ok;
+  const auto all = std::span(write.command.writes());
   EndEffects::Write effects;
   for (const PointWrite& one : all.subspan(write.first, write.next - write.first)) {
     if (ok || write.sent()) effects.unknown.push_back(one.point);
     if (ok) effects.confirmed.push_back(one);
   }
+  const std::string name(Name(points.outcome));
   const auto answer = [&](WriteEnd what, const std::string& why) {
-    effects.result = {what, why.empty() && what != WriteEnd::ok ? std::string(Name(outcome)) : why,
-                      false, ok ? write.next : write.first, write.next};
+    effects.result = {what, why.empty() && what != WriteEnd::ok ? name : why, false,
+                      ok ? write.next : write.first, write.next};
     // The conversation could not encode the first point, so nothing was sent for it.
-    effects.result.unfit = outcome == Outcome::unsupported && !job.was_sent && write.first == 0;
+    effects.result.unfit =
+        points.outcome == Outcome::unsupported && !job.was_sent && write.first == 0;
   };
   const bool closed = end.outcome == Outcome::line_down;
-  const char* const open = closing || cut_short ? "; what was opened for it may still be open" : "";
+  const char* const open = points.open ? "; what was opened for it may still be open" : "";
   if (write.withheld) {
-    answer(how, write.withheld->why + open);
+    answer(points.how, write.withheld->why + open);
     if (!write.sent()) effects.result.tried = write.first;
-  } else if (!ok && keeps_told) {
+  } else if (!ok && points.keeps_told) {
     const std::string& why = write.told->reason;
-    answer(how, (why.empty() ? std::string(Name(outcome)) : why) + open);
+    answer(points.how, (why.empty() ? name : why) + open);
   } else if (!ok) {
-    answer(how, end.reason);
+    answer(points.how, end.reason);
   } else if (write.next == all.size()) {
     effects.next = closed ? Next::answer : Next::confirm;
     answer(WriteEnd::ok, {});

@@ -1,6 +1,13 @@
-// Carries out one job after the other, from the first request to the end: what is asked, whether it
-// is repeated, what a reply leads to, and which clients are answered. Knows nothing of bytes on the
-// line; gateway/poll/poller.cpp and line_side.cpp call it:
+// Carries out one job after the other, from the first request to the end. Its parts decide, each
+// about one phase of a job, and return the next step as a value (next_step.h):
+//
+//   job_asking.h       what is asked next
+//   job_departure.h    may the request go out now?
+//   job_sending.h      it goes out
+//   job_answer.h       what its exchange leads to
+//   job_finish.h       the end, and what goes on after it
+//
+// Knows nothing of bytes on the line; gateway/poll/turn_taker.cpp and line_side.cpp call it:
 //
 //   on the line                          call
 //   idle, and there is no job            Begin, with the job that goes first
@@ -19,9 +26,18 @@
 #include <string>
 
 #include "gateway/line/line.h"
+#include "gateway/poll/agenda.h"
 #include "gateway/poll/chooser.h"
 #include "gateway/poll/effect_applier.h"
 #include "gateway/poll/job.h"
+#include "gateway/poll/job_answer.h"
+#include "gateway/poll/job_asking.h"
+#include "gateway/poll/job_departure.h"
+#include "gateway/poll/job_finish.h"
+#include "gateway/poll/job_sending.h"
+#include "gateway/poll/ledger.h"
+#include "gateway/poll/next_step.h"
+#include "gateway/poll/owed_replies.h"
 #include "gateway/poll/upkeep.h"
 
 namespace baudgate {
@@ -29,13 +45,13 @@ namespace baudgate {
 class JobRun {
  public:
   /// All references outlive it.
-  JobRun(OwedReplies& owed, Chooser& chooser, Ledger& ledger, Upkeep& upkeep, Intake& intake)
-      : owed_(owed),
-        chooser_(chooser),
-        agenda_(chooser.agenda()),
-        ledger_(ledger),
-        upkeep_(upkeep),
-        effects_(owed, agenda_, ledger, upkeep, intake) {}
+  JobRun(OwedReplies& owed, Agenda& agenda, Chooser& chooser, Ledger& ledger, Upkeep& upkeep,
+         EffectApplier& effects)
+      : asking_(agenda.probes, ledger.devices),
+        departure_(owed.whose, owed.late, chooser, agenda),
+        sending_(owed, agenda.turns, agenda.write_queue, ledger.line),
+        answer_(owed.whose, chooser, agenda.parked, upkeep, effects),
+        finish_(owed.whose, agenda.schedule, upkeep, effects) {}
 
   /// Before each input of the line.
   void SetTime(Now now) { now_ = now; }
@@ -45,9 +61,10 @@ class JobRun {
 
   /// Null: nothing is to be done.
   Job* job() const { return job_.get(); }
-  /// A read-back of the member, or the probe before it, is under way or parked, and nothing of it
-  /// has failed yet.
-  bool IsReadingBack(const Member& member) const;
+  /// The exchange of its request is under way.
+  bool asks() const { return job_ && !job_->step.waiting; }
+  /// The member of that exchange, or else of the latest one. Null: there was none.
+  const Member* member() const { return asks() ? job_->member : last_; }
   /// Only without a job. The job, a new one or one that was parked, gets its next request, or ends
   /// at once.
   void Begin(std::unique_ptr<Job> job);
@@ -59,16 +76,18 @@ class JobRun {
   };
   /// The line is idle, and there is a job.
   Turn TakeTurn();
+  /// When TakeTurn may say something else, where it has said wait.
+  std::optional<Instant> NextTurnAt() const { return departure_.NextAt(*job_); }
   /// The exchange of its request. `idle_since`: since when the line is idle.
-  Exchange Start(Instant idle_since);
+  Exchange Start(Instant idle_since) { return sending_.Start(*job_, idle_since, now_.instant); }
   /// The line has been quiet long enough: the request to be sent now.
-  const Request& Send();
+  const Request& Send() { return sending_.Send(*job_, now_); }
   /// Its request waits for a quiet line. True: it is not sent now. The job has ended, has gone
   /// back to its queue, or has another request that closes what it has opened.
   bool Withdraw();
 
   /// The request that Send gave has never left this machine, and never will.
-  void NeverLeft();
+  void NeverLeft() { JobSending::NeverLeft(*job_); }
   /// The exchange has ended; Conclude decides what follows.
   void OnEnd(ExchangeEnd end);
   /// Empty: the exchange has not ended, or Conclude was called already.
@@ -79,35 +98,18 @@ class JobRun {
   void Abandon(std::uint64_t client, bool unsent);
 
  private:
-  // job_run.cpp: to the request
-  void Ask(int retries = 0);
-  void PutProbeFirst();
-  void Park(Instant until);
-  void BreakOff(const Withheld& withheld);
+  void Do(NextStep step);
+  NextStep AskProbe();
+  NextStep Continue(JobFinish::After after);
 
-  // job_answer.cpp: what an exchange leads to
-  void OnAnswered(const ExchangeEnd& end);
-  void OnRoutedAnswer(const ExchangeEnd& end);
-  void TakeAnswer();
-  void OnFailed(const ExchangeEnd& end);
-  void OnRoutedFailure(Job::Routed& routed, const ExchangeEnd& end);
-  void GiveUp(const ExchangeEnd& end);
-
-  // job_finish.cpp: its end
-  void Finish(Outcome outcome, const std::string& reason);
-  void Resume(Job& probe, Outcome outcome, const std::string& reason);
-  void GoOnUnproved(const std::string& why);
-  void GoOn();
-  void EndUnproved(Outcome outcome, const std::string& reason);
-
-  OwedReplies& owed_;
-  Chooser& chooser_;
-  Agenda& agenda_;  // the chooser's
-  Ledger& ledger_;
-  Upkeep& upkeep_;
-  EffectApplier effects_;
-  std::unique_ptr<Job> job_;  // under way
-  Now now_{};                 // of the input that is being handled
+  JobAsking asking_;
+  JobDeparture departure_;
+  JobSending sending_;
+  JobAnswer answer_;
+  JobFinish finish_;
+  std::unique_ptr<Job> job_;      // under way
+  const Member* last_ = nullptr;  // whose exchange ended last
+  Now now_{};                     // of the input that is being handled
 };
 
 }  // namespace baudgate

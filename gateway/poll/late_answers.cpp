@@ -21,12 +21,6 @@ void Decay(Duration& time) {
   if (time < kForgotten) time = {};
 }
 
-/// When the last character of the request is out.
-Instant SentAt(const Asked& asked) {
-  const auto characters = static_cast<std::int64_t>(asked.request->bytes.size());
-  return asked.sent + characters * asked.member->times.character;
-}
-
 /// Bytes.
 std::size_t ShortestReply(const Asked& asked) {
   const std::vector<Shape>& shapes = asked.request->expect.shapes;
@@ -48,7 +42,7 @@ void LateAnswers::OnEnd(const Asked& asked, Outcome outcome, Instant now) {
   state.least = ShortestReply(asked);
   state.retried = {};
   if (!asked.retry) state.due.reset();
-  const Instant due = SentAt(asked) + asked.reply_time();
+  const Instant due = asked.sent_out() + asked.reply_time();
   if (outcome == Outcome::no_reply) {
     state.late_from = now;
     if (!state.due) state.due = due;
@@ -69,7 +63,6 @@ LateAnswers::Stray LateAnswers::OnStray(const StrayBytes& stray, Instant now) {
   // Too late for any answer: noise.
   if (last_ == nullptr || stray.since_end > last_->times.ceiling) return told;
   const Member& member = *last_;
-  const LineTimes& times = member.times;
   State& state = states_[member];
   told.counts = state.end != End::corrupt && state.end != End::cut_short;
   if (state.end == End::corrupt) return told;
@@ -90,17 +83,25 @@ LateAnswers::Stray LateAnswers::OnStray(const StrayBytes& stray, Instant now) {
     told.lateness = now - *state.due;
     patience_.OnLate(member, told.lateness);
   }
+  LearnSilence(state, member, stray, told);
+  return told;
+}
+
+/// How long the silence after its exchanges has to be, so that such bytes meet no other request.
+void LateAnswers::LearnSilence(State& state, const Member& member, const StrayBytes& stray,
+                               Stray& told) {
+  const LineTimes& times = member.times;
   const Duration needed = std::min(stray.since_end + times.gap, times.ceiling);
   if (state.end == End::answered) {
-    if (state.after <= kNoise) return told;
+    if (state.after <= kNoise) return;
     // A second copy of the answer: not longer than an answer can be.
     const Duration longest = times.drain + kLongestTrail * times.character;
     if (stray.since_end <= longest) state.trail = std::max(state.trail, std::min(needed, longest));
-    return told;
+    return;
   }
-  if (needed <= times.drain + state.more_drain) return told;
+  if (needed <= times.drain + state.more_drain) return;
   state.more_drain = needed - times.drain;
-  if (std::exchange(state.told_late, true)) return told;
+  if (std::exchange(state.told_late, true)) return;
   told.warned = &member;
   const auto after = FormatDuration(std::chrono::round<std::chrono::milliseconds>(stray.since_end));
   told.warning =
@@ -108,7 +109,6 @@ LateAnswers::Stray LateAnswers::OnStray(const StrayBytes& stray, Instant now) {
           ? "the rest of a broken reply came " + after + " later; if this goes on, raise timing.gap"
           : "bytes came " + after +
                 " after its exchange had ended; if this goes on, raise timing.reply";
-  return told;
 }
 
 bool LateAnswers::OthersMayAnswer(const Member& member, Instant after) const {
@@ -145,7 +145,7 @@ void LateAnswers::SetWait(const Asked& asked, const ExchangeEnd& end, bool nothi
     if (asked.lone_probe && asked.named()) return;
     // A connection that was closed ends the exchange long before its reply time.
     const Instant by_end = std::max(now + times.ceiling - times.reply, asked.sent + times.ceiling);
-    const Instant by_request = SentAt(asked) + times.ceiling;
+    const Instant by_request = asked.sent_out() + times.ceiling;
     SetLate(member, member.device != nullptr ? by_end : std::max(by_request, by_end));
     return;
   }
@@ -154,7 +154,7 @@ void LateAnswers::SetWait(const Asked& asked, const ExchangeEnd& end, bool nothi
   if (!answered) return;
   // Where replies carry no address, a reply that is owed could pass for another device's.
   const bool owed = state.unanswered_since && !nothing_to_wait_for && !asked.named();
-  SetLate(member, owed ? SentAt(asked) + times.ceiling : Instant{});
+  SetLate(member, owed ? asked.sent_out() + times.ceiling : Instant{});
   if (!asked.retry) patience_.OnAnswered(member, Lateness(asked, end));
   state.unanswered_since.reset();
   Decay(state.more_drain);
@@ -162,8 +162,10 @@ void LateAnswers::SetWait(const Asked& asked, const ExchangeEnd& end, bool nothi
 }
 
 Duration LateAnswers::Lateness(const Asked& asked, const ExchangeEnd& end) {
-  const auto characters = static_cast<std::int64_t>(end.received + asked.request->bytes.size());
-  return end.round_trip - characters * asked.member->times.character - asked.reply_time();
+  const Duration character = asked.member->times.character;
+  const Duration received = static_cast<std::int64_t>(end.received) * character;
+  return end.round_trip - received - TransmissionTime(*asked.request, character) -
+         asked.reply_time();
 }
 
 void LateAnswers::OnClosed(const Member& member, Instant now) {

@@ -3,7 +3,7 @@
 // Numbers are in docs/timeouts.md. whose_reply.h knows to which request a reply belongs that did
 // come. For each exchange, in this order:
 //
-//   OnEnd      at once, by job_answer.cpp
+//   OnEnd      at once, by job_sending.h
 //   OnStray    for whatever comes after it, by upkeep.cpp
 //   SetWait    when the input that ended it is done, by upkeep.cpp
 //
@@ -114,6 +114,8 @@ class LateAnswers {
     bool told_late = false;  // the user has been warned
   };
 
+  static void LearnSilence(State& state, const Member& member, const StrayBytes& stray,
+                           Stray& told);
   bool MayStillAnswer(const Asked& asked, const ExchangeEnd& end) const;
   bool OthersMayAnswer(const Member& member, Instant after) const;
   void SetLate(const Member& member, Instant until);

@@ -34,6 +34,14 @@ struct Ledger {
     devices.OnOpened();
     states.OnOpened();
   }
+  void OnClosed(Override why) {
+    line.OnClosed();
+    states.OnClosed(why);
+  }
+  void Attach(Tap& tap) {
+    line.Attach(tap);
+    states.Attach(tap);
+  }
 
   LineAccount line;
   DeviceAccounts devices;

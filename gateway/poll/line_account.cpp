@@ -31,9 +31,16 @@ void LineAccount::OnSent(const Member& member, const Request& request) {
   if (tap_ != nullptr) tap_->OnSent(member.index, request, now_);
 }
 
-void LineAccount::OnReceived(View bytes) {
-  counters_.bytes_in += bytes.size();
-  if (tap_ != nullptr) tap_->OnReceived(bytes, now_);
+void LineAccount::OnHeard(const EchoWatch::Received& heard, const Member* member) {
+  if (heard.echo) {
+    ++counters_.echoes;
+    echoes_ = true;
+  }
+  if (heard.warning != nullptr && member != nullptr) Warn(*member, heard.warning);
+  if (heard.collision) OnCollision();
+  if (heard.bytes.empty()) return;
+  counters_.bytes_in += heard.bytes.size();
+  if (tap_ != nullptr) tap_->OnReceived(heard.bytes, now_);
 }
 
 void LineAccount::Count(Outcome outcome) {
@@ -57,7 +64,9 @@ void LineAccount::OnExchange(const Member& member, const ExchangeEnd& end, bool 
   if (tap_ != nullptr) tap_->OnExchangeEnd(member.index, end, now_);
 }
 
-void LineAccount::OnSecondMaster() {
+/// An echo came and differed from what was sent: another master has sent.
+void LineAccount::OnCollision() {
+  ++counters_.collisions;
   if (!others_.Add(now_.instant)) return;
   listener_.OnNews({.what = News::What::collisions,
                     .text = "echoes differ from what was sent: another master speaks on the line"},

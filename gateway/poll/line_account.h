@@ -1,5 +1,5 @@
 // The account of a line: what it has carried, what its time went to, and what is wrong with it as a
-// whole. Shown in the point store, its bytes in the tap. Driven by gateway/poll/poller.cpp.
+// whole. Shown in the point store, its bytes in the tap. Driven by gateway/poll/line_inputs.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -9,6 +9,7 @@
 
 #include "gateway/base/outcome.h"
 #include "gateway/base/time.h"
+#include "gateway/line/echo_watch.h"
 #include "gateway/poll/burst.h"
 #include "gateway/poll/line_minute.h"
 #include "gateway/poll/poller_listener.h"
@@ -34,7 +35,8 @@ class LineAccount {
   void OnClosed();
 
   void OnSent(const Member& member, const Request& request);
-  void OnReceived(View bytes);
+  /// Bytes came, while `member` was asked; null: nobody was.
+  void OnHeard(const EchoWatch::Received& heard, const Member* member);
   /// `broadcast`: nothing has answered. `use`: what it was for.
   void OnExchange(const Member& member, const ExchangeEnd& end, bool broadcast, LineUse use);
   /// About a member, for the user.
@@ -49,15 +51,9 @@ class LineAccount {
   void OnProbe() { ++counters_.probes; }
   void OnLate() { ++counters_.late; }
   void OnStray(std::size_t count) { counters_.stray_bytes += count; }
-  void OnEcho() {
-    ++counters_.echoes;
-    echoes_ = true;
-  }
   void OnNegotiation() { ++counters_.negotiations; }
-  /// An echo differed from what was sent, or was missing.
-  void OnCollision() { ++counters_.collisions; }
-  /// An echo came and differed: another master has sent.
-  void OnSecondMaster();
+  /// `echo: verify`: the echo of a request was missing.
+  void OnNoEcho() { ++counters_.collisions; }
   /// `cut`: the bus has stopped echoing (gateway/line/echo_watch.h), as `member` was asked.
   void OnRing(const Member& member, bool cut);
 
@@ -75,6 +71,7 @@ class LineAccount {
 
  private:
   void Count(Outcome outcome);
+  void OnCollision();
 
   PointStore& store_;
   const std::uint32_t line_;

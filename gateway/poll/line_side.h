@@ -1,74 +1,96 @@
-// Between the line and the job under way: gives the line the request of the job, and hands on what
-// the line reports. Driven by gateway/poll/poller.cpp:
+// Between the line and the job under way: gives the line the request of the job, and the job its
+// replies and the end of its exchange. Everything else that happens on the line is returned as a
+// value. Driven by gateway/poll/line_inputs.cpp:
 //
 //   what happens                         call
-//   the port opens, or closes            OnOpened, OnClosed
-//   bytes, an end of connection, time    OnBytes, OnEnded, OnTimer; then Conclude
+//   the port opens, or closes            OnOpened; OnClosed, and at last OnJobLost
+//   bytes, an end of connection, time    OnBytes, OnEnded, OnTimer
 //   the job takes its turn               Start
+//   LineNews::send                       TakeChanged, then Send
+//   LineNews::end                        OnEnd; after all news of the input TakeEnd and Conclude
 //   its request may be too late by now   Withdraw
 //
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "gateway/base/bytes.h"
 #include "gateway/base/outcome.h"
 #include "gateway/base/time.h"
 #include "gateway/line/line.h"
 #include "gateway/poll/job_run.h"
-#include "gateway/poll/ledger.h"
 #include "gateway/poll/poller_listener.h"
 #include "gateway/poll/reception.h"
-#include "gateway/poll/unasked_side.h"
-#include "gateway/poll/upkeep.h"
 
 namespace baudgate {
 
 class LineSide : private LineClient {
  public:
-  /// All references outlive it; `port` may be made later than it.
-  LineSide(Reception reception, JobRun& run, UnaskedSide& unasked, Upkeep& upkeep, Ledger& ledger,
-           RequestPort& port);
+  /// `standing`: what a device sends unasked; null: none does. All references outlive it; `port`
+  /// may be made later than it.
+  LineSide(Reception& reception, const Standing* standing, JobRun& run, RequestPort& port);
 
   /// `keeps_bit_rate`: see Line::OnOpened.
   void OnOpened(Now now, bool keeps_bit_rate);
-  /// The job under way ends; `reason`: why the port is closed.
-  void OnClosed(const std::string& reason, Now now);
-  void OnBytes(View bytes, Now now);
-  void OnEnded(Now now);
-  void OnTimer(Now now);
+  LineNews OnClosed() { return line_.OnClosed(); }
+  /// After the news of OnClosed. `reason`: why the port is closed.
+  void OnJobLost(const std::string& reason);
+
+  /// The effects of bytes that came.
+  struct Received {
+    const Member* member = nullptr;  ///< of the job; null: there is none
+    EchoWatch::Received heard;
+    LineNews collided;  ///< of a collision; before `news`
+    LineNews news;      ///< of `heard.bytes`
+  };
+  Received OnBytes(View bytes, Instant now);
+  LineNews OnEnded(Instant now) { return line_.OnEnded(now); }
+  LineNews OnTimer(Instant now);
   /// When OnTimer is due.
-  std::optional<Instant> Deadline() const { return line_.Deadline(); }
+  std::optional<Instant> Deadline() const;
 
   bool is_open() const { return line_.state() != Line::State::closed; }
-  /// See RequestPort.
-  bool is_unsent() const { return port_.IsUnsent(); }
   bool idle() const { return line_.idle(); }
-  /// It has a request, and waits until it may be sent.
-  bool waits_for_quiet() const { return line_.state() == Line::State::quiet; }
+  /// See JobRun.
+  bool asks() const { return run_.asks(); }
+  const Member* member() const { return run_.member(); }
 
   /// The line is idle, and the job says send. `idle_since`: since when it is.
-  void Start(Instant idle_since, Now now);
+  LineNews Start(Instant idle_since, Instant now);
+  /// See Reception.
+  std::vector<Examiner::Earlier> TakeChanged() { return reception_.TakeChanged(); }
+  /// The request of the job goes to the port.
+  void Send(Now now);
   /// The request that waits for a quiet line may have become too late. The line begins again with
   /// the next request, also if that is one of the same job that closes what it has opened.
   void Withdraw();
-  /// Applies the end of an exchange, if one has ended. After all other news of the input.
-  void Conclude();
+  /// See JobRun.
+  void Abandon(std::uint64_t client) { run_.Abandon(client, port_.IsUnsent()); }
+
+  void OnEnd(ExchangeEnd end);
+  /// An exchange that is over: how it ended, and how it looked.
+  struct Over {
+    const Member* member = nullptr;
+    ExchangeEnd end;
+    Reception::Seen seen;
+  };
+  /// Empty: none has ended since it was asked last.
+  std::optional<Over> TakeEnd();
+  /// The job decides what follows.
+  void Conclude(Over over);
 
  private:
   Outcome Judge(View frame, Instant now) override;
-  void Hear(LineNews news, Now now);
-  void Send(Now now);
-  void OnStray(const StrayBytes& stray, Instant now);
+  /// It has a request, and waits until it may be sent.
+  bool waits_for_quiet() const { return line_.state() == Line::State::quiet; }
 
   Line line_{*this};
-  Reception reception_;
+  Reception& reception_;
   JobRun& run_;
-  UnaskedSide& unasked_;
-  Upkeep& upkeep_;
-  Ledger& ledger_;
   RequestPort& port_;
 };
 

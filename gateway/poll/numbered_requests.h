@@ -1,5 +1,6 @@
 // When the latest requests went out, where frames carry a number: a reply that comes behind other
-// requests tells by its number how late it is. Bounded memory. A part of gateway/poll/examiner.h.
+// requests tells by its number how late it is. Bounded memory. A part of
+// gateway/poll/earlier_replies.h.
 //
 //   > 01 5C ...                 1.0 s
 //   > 01 66 ...                 2.5 s

@@ -26,9 +26,6 @@ class ParkedJobs {
     parked_.erase(next);
     return job;
   }
-  bool Has(const Member& member) const {
-    return std::ranges::find(parked_, &member, &One::member) != parked_.end();
-  }
   /// There is no room for this job.
   bool HasLike(const Job& job) const {
     return std::ranges::any_of(parked_, [&job](const One& one) {
@@ -37,9 +34,8 @@ class ParkedJobs {
   }
   /// A read-back that has not failed yet.
   bool HasReadBack(const Member& member) const {
-    return std::ranges::any_of(parked_, [&member](const One& one) {
-      return one.member() == &member && IsReadBack(*one.job) && !one.job->had_failure;
-    });
+    return std::ranges::any_of(parked_,
+                               [&member](const One& one) { return ReadsBack(*one.job, member); });
   }
   std::vector<std::unique_ptr<Job>> TakeAll(const Member& member) {
     std::vector<std::unique_ptr<Job>> taken;

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/poll/poller.h"
 
-#include <algorithm>
-#include <memory>
 #include <utility>
 
 #include "gateway/base/deadline.h"
@@ -11,79 +9,54 @@ namespace baudgate {
 
 Poller::Poller(const config::Line& line, std::uint32_t first_device, const FindProtocol& find,
                PointStore& store, RequestPort& port, PollerListener& listener)
-    : listener_(listener),
-      roster_(line, first_device, find),
-      owed_(roster_),
-      agenda_(roster_, owed_.late),
-      ledger_(roster_, agenda_.schedule, store, store.LineIndex(line), listener),
-      chooser_(roster_, agenda_, owed_.late),
-      upkeep_(roster_, store, owed_, agenda_, ledger_),
-      clients_(store, roster_, chooser_, ledger_.devices),
-      intake_(store, listener),
-      unasked_(roster_, ledger_, upkeep_, intake_),
-      run_(owed_, chooser_, ledger_, upkeep_, intake_),
-      line_(Reception(line.echo, roster_, owed_.whose), run_, unasked_, upkeep_, ledger_, port) {
-  if (const Device* const device = unasked_.speaker().device()) ledger_.devices.OnSpeaks(*device);
-}
+    : knows_(line, first_device, find, store, listener),
+      taken_in_(knows_, store, listener),
+      chooser_(knows_.roster, knows_.agenda, knows_.owed.late),
+      run_(knows_.owed, knows_.agenda, chooser_, knows_.ledger, knows_.upkeep, taken_in_.replies),
+      reception_(line.echo, knows_.roster, knows_.owed.whose),
+      line_side_(reception_, taken_in_.unasked.standing(), run_, port),
+      devices_(knows_.roster, knows_.ledger, knows_.upkeep, taken_in_.unasked, taken_in_.replies),
+      clients_(store, knows_.roster, chooser_, knows_.agenda, knows_.ledger.devices),
+      turns_(chooser_, run_, knows_.ledger.line),
+      line_(line_side_, taken_in_.unasked, knows_.upkeep, knows_.ledger) {}
 
 // ---------------------------------------------------------------- inputs
 
 void Poller::Advance(Now now) {
   const bool idle = line_.idle();
   const Duration passed = time_.OnInput(now, idle);
-  const Job* const job = run_.job();
-  const bool asks = job != nullptr && !job->step.waiting;
-  const Member* const member = asks ? job->member : owed_.late.last();
-  ledger_.OnTime(now, !idle, member, !asks);
-  chooser_.OnTime(passed, idle ? nullptr : member);
-  run_.SetTime(now);
+  line_.OnTime(now);
+  turns_.OnTime(now, passed, idle);
 }
 
 void Poller::Recall(std::uint32_t index, std::string memory, Now now) {
   Advance(now);
-  Device& device = roster_.DeviceAt(index);
-  device.conversation->Recall(memory, now);
-  device.memory = std::move(memory);
-  upkeep_.OnRecalled(device);
+  devices_.Recall(index, std::move(memory), now);
 }
 
 void Poller::OnOpened(Now now, bool keeps_bit_rate) {
   if (line_.is_open()) OnClosed(now);
   Advance(now);
-  hold_.OnOpened();
+  turns_.OnOpened();
   time_.Restart();
-  ledger_.OnOpened();
   line_.OnOpened(now, keeps_bit_rate);
-  agenda_.probes.OnOpened();
-  upkeep_.OnOpened(now.instant);
-  if (const Device* const device = unasked_.speaker().device()) {
-    ledger_.states.OnState(*device, "the port is open");
-  }
-  Pump();
+  devices_.OnOpened(now.instant);
+  TakeTurns();
 }
 
 void Poller::OnClosed(Now now, Override why) {
   Advance(now);
-  hold_.OnClosed();
-  ledger_.line.OnClosed();
-  ledger_.states.OnClosed(why);
-  const std::string reason = ledger_.states.WhyClosed();
+  turns_.OnClosed();
+  const std::string reason = devices_.OnClosing(why);
   line_.OnClosed(reason, now);
-  for (const auto& device : roster_.devices()) {
-    agenda_.parked.Drop(*device);
-    agenda_.schedule.Suspend(device->place);
-  }
-  agenda_.probes.OnClosed();
+  devices_.OnClosed(now.instant);
   clients_.AnswerAll(reason);
-  upkeep_.ShowLine(now.instant);
 }
 
 void Poller::SetInUse(std::uint32_t index, bool in_use, Now now) {
   Advance(now);
-  Device& device = roster_.DeviceAt(index);
-  if (in_use) upkeep_.OnEnabled(device, line_.is_open(), now.instant);
-  if (device.in_use != in_use) upkeep_.SetInUse(device, in_use, line_.is_open(), now.instant);
-  if (line_.is_open()) Settle();
+  devices_.SetInUse(index, in_use, line_.is_open(), now.instant);
+  SettleIfOpen();
 }
 
 void Poller::OnBytes(View bytes, Now now) {
@@ -101,21 +74,17 @@ void Poller::OnEnded(Now now) {
 void Poller::OnTimer(Now now) {
   Advance(now);
   line_.OnTimer(now);
-  if (line_.is_open()) unasked_.OnTimer(now);
+  if (line_.is_open()) devices_.OnTimer(now);
   Settle();
 }
 
 bool Poller::Submit(WriteCommand command, Now now) {
   Advance(now);
-  clients_.AnswerCommands(now.instant);  // those of clients that have left take no room
-  if (agenda_.write_queue.full()) return false;
+  if (!clients_.MakeRoom(now.instant)) return false;
   if (!line_.is_open()) {
-    clients_.NotSent(command, ledger_.states.WhyClosed());
-  } else if (command.writes().empty()) {
-    clients_.ReadNow(std::move(command), unasked_.speaker().device(), now.instant);
-    Settle();
+    clients_.NotSent(command, devices_.WhyClosed());
   } else {
-    agenda_.write_queue.Push(std::move(command));
+    clients_.Take(std::move(command), now.instant);
     Settle();
   }
   return true;
@@ -123,107 +92,65 @@ bool Poller::Submit(WriteCommand command, Now now) {
 
 void Poller::Submit(RoutedRequest request, Now now) {
   Advance(now);
-  if (!line_.is_open() || roster_.carrier() == nullptr) {
-    request.done({Outcome::line_down, {}, ledger_.states.WhyClosed()});
-    return;
-  }
-  request.sequence = agenda_.write_queue.NextSequence();
-  agenda_.routes.queue().Push(std::move(request));
-  Settle();
+  if (line_.is_open() && clients_.Take(request)) return Settle();
+  request.done({Outcome::line_down, {}, devices_.WhyClosed()});
 }
 
-void Poller::OnHostClock(bool right) {
-  for (const auto& device : roster_.devices()) device->conversation->OnHostClock(right);
-}
+void Poller::OnHostClock(bool right) { devices_.OnHostClock(right); }
 
-void Poller::OnUnsettledWrite(std::uint32_t index) {
-  Device& device = roster_.DeviceAt(index);
-  device.conversation->OnUnsettledWrite();
-  ledger_.states.OnMemory(device);
-}
+void Poller::OnUnsettledWrite(std::uint32_t index) { devices_.OnUnsettledWrite(index); }
 
 void Poller::OnEventsKept(std::uint32_t index, const std::string& said, Now now) {
   Advance(now);
-  Device& device = roster_.DeviceAt(index);
-  device.conversation->OnEventsKept(said);
-  if (&device == unasked_.speaker().device()) unasked_.speaker().OnKept();
-  agenda_.schedule.ReleaseEvents(device.place, device.conversation->HasEvents(),
-                                 intake_.OnKept(device, said), now.instant);
-  agenda_.background.Release(device.place);
-  upkeep_.PlanBackground(device);
-  if (line_.is_open()) Settle();
+  devices_.OnEventsKept(index, said, now.instant);
+  SettleIfOpen();
 }
 
 void Poller::Abandon(std::uint64_t client, Now now) {
   Advance(now);
-  agenda_.routes.queue().Abandon(client);
-  run_.Abandon(client, line_.is_unsent());
-  if (line_.is_open()) Settle();
+  clients_.Abandon(client);
+  line_.Abandon(client);
+  SettleIfOpen();
 }
 
 std::optional<Instant> Poller::Deadline() const {
   if (!line_.is_open()) return std::nullopt;
-  std::optional<Instant> soonest = line_.Deadline();
-  const auto sooner = [&](std::optional<Instant> other) { soonest = Soonest({soonest, other}); };
-  sooner(agenda_.write_queue.Deadline());
-  sooner(agenda_.routes.queue().Deadline());
-  sooner(unasked_.speaker().DueAt());
-  const Job* const job = run_.job();
-  if (line_.waits_for_quiet() && job != nullptr) sooner(LatestStart(*job));
-  if (!line_.idle()) return soonest;
-  if (const auto rest = turns_.RestsUntil(time_.now().instant)) {
-    sooner(rest);
-    return soonest;
-  }
-  if (job != nullptr) {  // waits until no late answer can meet its request
-    if (job->step.retries == 0) sooner(owed_.late.ClearAt(job->asked()));
-    sooner(LatestStart(job->goal()));
-    return soonest;
-  }
-  if (const auto until = hold_.WaitsUntil()) {
-    const Instant clear = std::min(owed_.late.AllClearAt(), *until);
-    if (clear > time_.now().instant) sooner(clear);
-  }
-  if (!hold_.holds()) sooner(chooser_.NextAt(time_.idle()));
-  return soonest;
+  return Soonest({line_.Deadline(), clients_.Deadline(), devices_.Deadline(),
+                  line_.idle() ? turns_.NextAt(time_.idle()) : std::nullopt});
 }
 
 bool Poller::Pause(Now now) {
-  hold_.Pause(now.instant);
-  const bool idle = line_.is_open() && line_.idle() && run_.job() == nullptr;
-  return idle && std::min(owed_.late.AllClearAt(), *hold_.WaitsUntil()) <= now.instant;
+  const bool rests = turns_.Pause(now.instant);
+  return rests && line_.is_open() && line_.idle();
 }
 
 void Poller::OnUnansweredTelegram(Now now) {
   Advance(now);
-  upkeep_.OnUnansweredTelegram(now.instant);
+  devices_.OnUnansweredTelegram(now.instant);
 }
 
 bool Poller::MayGoOut(Now now) const {
-  const Job* const job = run_.job();
+  const Job* const job = turns_.job();
   return job == nullptr || !WhyNotSend(*job, now.instant);
 }
 
 void Poller::GoOn(Now now) {
-  if (!hold_.GoOn() || !line_.is_open()) return;
+  if (!turns_.GoOn() || !line_.is_open()) return;
   Advance(now);
   time_.Restart();
   Settle();
 }
 
 void Poller::CallOffWindUp(Now now) {
-  hold_.CallOffWindUp();
+  turns_.CallOffWindUp();
   Advance(now);
-  if (line_.is_open()) Settle();
+  SettleIfOpen();
 }
 
-Speaking Poller::SpeakingAs(std::uint32_t index) const {
-  const Device& device = roster_.DeviceAt(index);
-  return {device.protocol, device.options, device.serial, device.times};
-}
+Speaking Poller::SpeakingAs(std::uint32_t index) const { return devices_.SpeakingAs(index); }
 
 bool Poller::IsWriting() const {
-  const Job* const job = run_.job();
+  const Job* const job = turns_.job();
   if (job == nullptr || (job->step.waiting && !job->begun())) return false;
   const auto* const routed = job->As<Job::Routed>();
   return job->As<Job::Write>() != nullptr || (routed != nullptr && !routed->is_read);
@@ -231,67 +158,26 @@ bool Poller::IsWriting() const {
 
 // ---------------------------------------------------------------- after each input
 
+void Poller::SettleIfOpen() {
+  if (line_.is_open()) Settle();
+}
+
 void Poller::Settle() {
   line_.Conclude();
   time_.OnHandled(line_.idle());
-  const Instant now = time_.now().instant;
-  ChargeProbe();
+  const Idle idle = time_.idle();
+  if (line_.idle()) turns_.ChargeProbe(idle.now);
   line_.Withdraw();
-  clients_.AnswerCommands(now);
-  clients_.AnswerRouted(time_.idle(), run_.job() == nullptr);
-  const auto answer_confirmed = [&] {
-    clients_.AnswerConfirmed([this](std::size_t device) {
-      return line_.is_open() && run_.IsReadingBack(*roster_.everyone()[device]);
-    });
-  };
-  answer_confirmed();  // before the next write is to be read back
-  Pump();
-  answer_confirmed();
-  const Speaker& speaker = unasked_.speaker();
-  if (speaker.drained()) listener_.OnDrained(speaker.device()->index, now);
+  clients_.AnswerCommands(idle.now);
+  clients_.AnswerRouted(idle, turns_.job() == nullptr);
+  clients_.AnswerConfirmed(turns_.job());  // before the next write is to be read back
+  TakeTurns();
+  clients_.AnswerConfirmed(turns_.job());
+  devices_.OnSettled(idle.now);
 }
 
-/// The cost of the probe that ended last is known when the line is idle.
-void Poller::ChargeProbe() {
-  const Instant now = time_.now().instant;
-  Probes& probes = agenda_.probes;
-  const auto began = probes.began();
-  if (began && line_.idle()) probes.OnIdle(chooser_.Waited(*began, now), now);
-}
-
-/// As long as the line is idle: the job takes its turn, or the next one is chosen.
-void Poller::Pump() {
-  const Member* last = nullptr;
-  while (line_.idle() && MayTurn(last)) {
-    if (run_.job() == nullptr) {
-      if (hold_.holds()) return;
-      ChargeProbe();  // of one that was not sent
-      std::unique_ptr<Job> job = chooser_.Next(time_.idle());
-      if (!job) return;
-      last = job->member;
-      run_.Begin(std::move(job));
-      continue;
-    }
-    switch (run_.TakeTurn()) {
-      case JobRun::Turn::send:
-        line_.Start(time_.idle().since, time_.now());
-        break;
-      case JobRun::Turn::next:
-        break;
-      case JobRun::Turn::wait:
-        return;
-    }
-  }
-}
-
-/// `last`: the member of the latest job.
-bool Poller::MayTurn(const Member* last) {
-  const TurnLimit::Turn turn = turns_.Take(time_.now().instant);
-  const Member* const member = run_.job() != nullptr ? run_.job()->member : last;
-  if (turn == TurnLimit::Turn::rest_and_tell && member != nullptr) {
-    listener_.OnWarning(member->index, TurnLimit::kWarning);
-  }
-  return turn == TurnLimit::Turn::take;
+void Poller::TakeTurns() {
+  while (line_.idle() && turns_.Take(time_.idle())) line_.Start(time_.idle().since, time_.now());
 }
 
 }  // namespace baudgate

@@ -1,7 +1,7 @@
 // Runs one line: takes in bytes, time and requests, has the next job chosen whenever the line is
-// idle (chooser.h) and carried out (line_side.h, job_run.h), and has those answered who wait
-// (waiting_clients.h). The composition root of this room. Sans-I/O like gateway/line/line.h: bytes
-// and time come in as arguments. One thread at a time.
+// idle (turn_taker.h), and has those answered who wait (waiting_clients.h). The composition root of
+// this room. Sans-I/O like gateway/line/line.h: bytes and time come in as arguments. One thread at
+// a time.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,22 +13,22 @@
 #include <vector>
 
 #include "config/model/line.h"
-#include "gateway/poll/agenda.h"
 #include "gateway/poll/chooser.h"
-#include "gateway/poll/hold.h"
+#include "gateway/poll/device_side.h"
 #include "gateway/poll/idle_time.h"
-#include "gateway/poll/intake.h"
 #include "gateway/poll/job_run.h"
 #include "gateway/poll/ledger.h"
+#include "gateway/poll/line_inputs.h"
+#include "gateway/poll/line_knowledge.h"
 #include "gateway/poll/line_side.h"
-#include "gateway/poll/owed_replies.h"
 #include "gateway/poll/poller_listener.h"
+#include "gateway/poll/reception.h"
 #include "gateway/poll/roster.h"
+#include "gateway/poll/taken_in.h"
 #include "gateway/poll/telegram_exchange.h"
-#include "gateway/poll/turn_limit.h"
-#include "gateway/poll/unasked_side.h"
-#include "gateway/poll/upkeep.h"
+#include "gateway/poll/turn_taker.h"
 #include "gateway/poll/waiting_clients.h"
+#include "gateway/poll/write_queue.h"
 #include "gateway/requests/routed.h"
 #include "gateway/requests/write_command.h"
 #include "gateway/store/point_store.h"
@@ -47,9 +47,7 @@ class Poller {
 
   /// Before anything else; `tap` outlives the poller. `foreign`: of all protocols.
   void Attach(Tap& tap, std::vector<ForeignRule> foreign = {}) {
-    roster_.SetForeign(std::move(foreign));
-    ledger_.line.Attach(tap);
-    ledger_.states.Attach(tap);
+    devices_.Attach(tap, std::move(foreign));
   }
   /// Before the port opens: what OnMemory said last before a restart.
   void Recall(std::uint32_t device, std::string memory, Now now);
@@ -84,7 +82,7 @@ class Poller {
   void Abandon(std::uint64_t client, Now now);
 
   /// Nothing is begun any more until the port opens again: the write under way may end.
-  void WindUp() { hold_.WindUp(); }
+  void WindUp() { turns_.WindUp(); }
   /// The port stays open after all.
   void CallOffWindUp(Now now);
   bool IsWriting() const;
@@ -102,30 +100,26 @@ class Poller {
   /// The protocol and the settings with which a telegram by hand to this device is sent.
   Speaking SpeakingAs(std::uint32_t device) const;
 
-  const Ledger& ledger() const { return ledger_; }
+  const Ledger& ledger() const { return knows_.ledger; }
 
  private:
   void Advance(Now now);
+  void SettleIfOpen();
   void Settle();
-  void ChargeProbe();
-  void Pump();
-  bool MayTurn(const Member* last);
+  void TakeTurns();
 
-  PollerListener& listener_;
-  Roster roster_;
-  OwedReplies owed_;
-  Agenda agenda_;
-  Ledger ledger_;
+  LineKnowledge knows_;
+  TakenIn taken_in_;
   Chooser chooser_;
-  Upkeep upkeep_;
-  WaitingClients clients_;
-  Intake intake_;
-  UnaskedSide unasked_;
   JobRun run_;
-  LineSide line_;
-  Hold hold_;
+  Reception reception_;
+  LineSide line_side_;
+  // The parts above are joined here, and used by these alone:
   IdleTime time_;
-  TurnLimit turns_;
+  DeviceSide devices_;
+  WaitingClients clients_;
+  TurnTaker turns_;
+  LineInputs line_;
 };
 
 }  // namespace baudgate

@@ -47,23 +47,36 @@ Outcome ReplyJudge::Judge(Job& job, View frame, bool may_be_echo, Instant now) {
   if (!ProvesLife(outcome)) return routed ? answer.outcome = outcome : Refuse(job, frame, outcome);
   const bool asks = !routed && !job.is_probe();
   if (attempt.verdict.elsewhere || (asks && !attempt.verdict.proven)) {
-    answer.reason =
-        "the reply may belong to an earlier request; it is asked again until that is certain";
-    attempt.doubt.emplace();
-    if (outcome != Outcome::ok && !routed) {
-      Answer said = device->conversation->Interpret(request.bytes, frame);
-      attempt.doubt = {.refusal = std::move(said.reason), .refused_as = outcome};
-      answer.remedy = std::move(said.remedy);
-    }
-    return answer.outcome = Outcome::unexpected;
+    return Doubt(job, frame, outcome);
   }
-  if (routed) return answer.outcome = outcome;
-  const bool planned = IsPlanned(job.task, *device->conversation);
-  answer = planned ? device->conversation->OnFrame(job.task, request, frame, now)
-                   : device->conversation->Interpret(request.bytes, frame);
+  return routed ? answer.outcome = outcome : Read(job, frame, now);
+}
+
+/// It may belong to an earlier request.
+Outcome ReplyJudge::Doubt(Job& job, View frame, Outcome outcome) {
+  Answer& answer = job.attempt.answer;
+  auto& doubt = job.attempt.doubt;
+  answer.reason =
+      "the reply may belong to an earlier request; it is asked again until that is certain";
+  doubt.emplace();
+  if (outcome != Outcome::ok && job.As<Job::Routed>() == nullptr) {
+    Answer said = job.member->device->conversation->Interpret(job.step.request.bytes, frame);
+    doubt = {.refusal = std::move(said.reason), .refused_as = outcome};
+    answer.remedy = std::move(said.remedy);
+  }
+  return answer.outcome = Outcome::unexpected;
+}
+
+/// Its own, as its conversation reads it.
+Outcome ReplyJudge::Read(Job& job, View frame, Instant now) {
+  Conversation& conversation = *job.member->device->conversation;
+  Answer& answer = job.attempt.answer;
+  const bool planned = IsPlanned(job.task, conversation);
+  answer = planned ? conversation.OnFrame(job.task, job.step.request, frame, now)
+                   : conversation.Interpret(job.step.request.bytes, frame);
   job.unplanned = !planned;
   // What a probe reads may be nobody's, and a query that no longer exists was not checked.
-  if (!planned || !attempt.verdict.proven) {
+  if (!planned || !job.attempt.verdict.proven) {
     answer.readings.clear();
     answer.batch.reset();
   }
@@ -98,7 +111,7 @@ Outcome ReplyJudge::JudgeRouted(Job& job, View frame) {
       Bytes pdu;
       return ProvesLife(carrier.unwrap(lost, frame, pdu));
     };
-    routed.older = whose_reply_.lost().MayBe(*job.member, request, job.attempt.sent_at, fits);
+    routed.older = whose_reply_.MayBeLost(job.asked(), fits);
     return outcome;
   }
   routed.odd = true;

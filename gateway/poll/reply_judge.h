@@ -33,7 +33,9 @@ class ReplyJudge {
 
  private:
   Outcome JudgeRouted(Job& job, View frame);
-  Outcome Refuse(Job& job, View frame, Outcome outcome);
+  static Outcome Doubt(Job& job, View frame, Outcome outcome);
+  static Outcome Read(Job& job, View frame, Instant now);
+  static Outcome Refuse(Job& job, View frame, Outcome outcome);
 
   WhoseReply& whose_reply_;
   bool echo_free_ = false;  // the latest one whose reply cannot equal it has not come back

@@ -1,6 +1,6 @@
 // Does a device answer late, or does something in between let each reply go when the next request
 // comes? In the second case its replies come right behind the next requests, at all kinds of times
-// after their own. A part of gateway/poll/examiner.h.
+// after their own. A part of gateway/poll/reply_habits.h.
 //
 //   behind its request       behind the next one    it lags
 //   620 ms                   not soon               no

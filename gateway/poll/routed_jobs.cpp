@@ -6,7 +6,7 @@
 namespace baudgate {
 
 Turns::Waiting RoutedJobs::Waiting() const {
-  const RouteQueue& queue = agenda_.routes.queue();
+  const RouteQueue& queue = agenda_.route_queue;
   if (queue.empty()) return {};
   return {.short_write = ShortWriteWaits(),
           .routed = true,
@@ -14,18 +14,18 @@ Turns::Waiting RoutedJobs::Waiting() const {
 }
 
 bool RoutedJobs::AnyMayGo(Instant now) const {
-  return agenda_.routes.queue().HasAny(
+  return agenda_.route_queue.HasAny(
       [&](const RoutedRequest& request) { return MayGo(request, now); });
 }
 
 bool RoutedJobs::ShortWriteMayGo(Instant now) const {
-  return agenda_.routes.queue().HasAny([&](const RoutedRequest& request) {
+  return agenda_.route_queue.HasAny([&](const RoutedRequest& request) {
     return RouteQueue::IsShortWrite(request) && MayGo(request, now);
   });
 }
 
 bool RoutedJobs::ShortWriteWaits() const {
-  return agenda_.routes.queue().HasAny([this](const RoutedRequest& request) {
+  return agenda_.route_queue.HasAny([this](const RoutedRequest& request) {
     if (!RouteQueue::IsShortWrite(request)) return false;
     const Member* member = roster_.FindSlave(request.slave);
     return member == nullptr || !member->health.absent();
@@ -34,7 +34,7 @@ bool RoutedJobs::ShortWriteWaits() const {
 
 bool RoutedJobs::IsLookedFor(const Member& slave, const Idle& idle) const {
   if (slave.slave == 0) return false;
-  return agenda_.routes.queue().HasFor(slave.slave) ||
+  return agenda_.route_queue.HasFor(slave.slave) ||
          agenda_.routes.MayRepeatRead(slave, idle.since == idle.now, idle.now);
 }
 
@@ -55,21 +55,21 @@ bool RoutedJobs::MayGo(const RoutedRequest& request, Instant now) const {
 
 std::unique_ptr<Job> RoutedJobs::Take(config::Priority priority, Instant now) {
   const auto may_go = [&](const RoutedRequest& request) { return MayGo(request, now); };
-  return JobOf(agenda_.routes.queue().Take(priority, may_go), now);
+  return JobOf(agenda_.route_queue.Take(priority, may_go), now);
 }
 
 std::unique_ptr<Job> RoutedJobs::TakeUrgent(Instant now) {
   const auto may_go = [&](const RoutedRequest& request) { return MayGo(request, now); };
-  return JobOf(agenda_.routes.queue().TakeUrgent(may_go), now);
+  return JobOf(agenda_.route_queue.TakeUrgent(may_go), now);
 }
 
 std::unique_ptr<Job> RoutedJobs::TakeShortWrite(std::uint8_t slave, Instant now) {
   const auto to_it = [slave](const RoutedRequest& request) { return request.slave == slave; };
-  return JobOf(agenda_.routes.queue().TakeUrgent(to_it), now);
+  return JobOf(agenda_.route_queue.TakeUrgent(to_it), now);
 }
 
 std::unique_ptr<Job> RoutedJobs::TakeProbe(const Member& slave, const Idle& idle) {
-  auto job = JobOf(agenda_.routes.queue().TakeFor(slave.slave), idle.now);
+  auto job = JobOf(agenda_.route_queue.TakeFor(slave.slave), idle.now);
   if (!job && agenda_.routes.MayRepeatRead(slave, idle.since == idle.now, idle.now)) {
     job = JobOf(agenda_.routes.RepeatRead(slave), idle.now);
   }

@@ -1,6 +1,6 @@
-// Requests of transparent routes on one line: those that wait, and what is known of their clients.
-// gateway/requests/route_queue.h keeps and chooses them, gateway/poll/job_run.cpp sends and answers
-// them: no conversation takes part.
+// The clients of transparent routes on one line: when they were served last, and which slaves they
+// want back. gateway/requests/route_queue.h keeps and chooses their requests,
+// gateway/poll/job_run.h sends and answers them: no conversation takes part.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -20,8 +20,8 @@ class RoutedSide {
   /// A client that asked for an offline slave is assumed to want it back for this long.
   static constexpr Duration kStillWanted = std::chrono::minutes(1);
 
-  RouteQueue& queue() { return queue_; }
-  const RouteQueue& queue() const { return queue_; }
+  /// It outlives this.
+  explicit RoutedSide(RouteQueue& queue) : queue_(queue) {}
 
   /// An exchange for a client was answered.
   void OnAnswered(Instant now) { answered_at_ = now; }
@@ -49,7 +49,7 @@ class RoutedSide {
     Instant at{};
   };
 
-  RouteQueue queue_;
+  RouteQueue& queue_;
   std::optional<Instant> answered_at_;
   std::map<std::uint8_t, Refused> refused_;  // by slave, while offline
 };

@@ -1,5 +1,5 @@
 // Does the same come whatever is asked? Byte for byte what came to other requests before, one after
-// another, and it was right once. A part of gateway/poll/examiner.h.
+// another, and it was right once. A part of gateway/poll/reply_habits.h.
 //
 //   asked            came             it is the same again
 //   A, B             x, x             no: two replies may be alike

@@ -1,5 +1,5 @@
 // The latest replies that were taken, and what they answered: a copy of one is no reply to another
-// request, and damage shows in its length. Bounded memory. A part of gateway/poll/examiner.h.
+// request, and damage shows in its length. Bounded memory. A part of gateway/poll/reply_habits.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

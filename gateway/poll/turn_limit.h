@@ -1,5 +1,6 @@
 // Turns of a line that take no time. A handful at one moment is usual. Without an end they would
-// hang the thread of the line, so after very many the line rests. A part of gateway/poll/poller.h.
+// hang the thread of the line, so after very many the line rests. A part of
+// gateway/poll/turn_taker.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -9,6 +9,21 @@
 
 namespace baudgate {
 
+void UnaskedSide::OnOpened() {
+  first_ = true;
+  if (const Device* const device = speaker_.device()) {
+    ledger_.states.OnState(*device, "the port is open");
+  }
+}
+
+void UnaskedSide::OnKept(const Device& device) {
+  if (&device == speaker_.device()) speaker_.OnKept();
+}
+
+void UnaskedSide::OnSettled(Instant now) {
+  if (speaker_.drained()) intake_.OnDrained(*speaker_.device(), now);
+}
+
 void UnaskedSide::OnBytes(View bytes, Instant now) {
   // Where a device is asked as well, its answer shows what the connection began with.
   const bool begins = std::exchange(first_, false) && speaker_.in_use();

@@ -3,6 +3,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
+
 #include "gateway/base/bytes.h"
 #include "gateway/line/unasked_receiver.h"
 #include "gateway/poll/intake.h"
@@ -20,17 +22,24 @@ class UnaskedSide {
         is_network_(roster.is_network()),
         ledger_(ledger),
         upkeep_(upkeep),
-        intake_(intake) {}
+        intake_(intake) {
+    if (const Device* const device = speaker_.device()) ledger_.devices.OnSpeaks(*device);
+  }
 
-  void OnOpened() { first_ = true; }
+  /// See Speaker.
+  const Standing* standing() const { return speaker_.standing(); }
+  std::optional<Instant> Deadline() const { return speaker_.DueAt(); }
+
+  void OnOpened();
   /// Bytes of the line.
   void OnBytes(View bytes, Instant now);
   /// What the line has made of them.
   void OnInput(const UnaskedInput& heard, Now now);
   void OnTimer(Now now);
-
-  Speaker& speaker() { return speaker_; }
-  const Speaker& speaker() const { return speaker_; }
+  /// A batch of events of the device is on the disk.
+  void OnKept(const Device& device);
+  /// An input was handled.
+  void OnSettled(Instant now);
 
  private:
   void Take(Speaker::Said said, Instant now);

@@ -27,6 +27,8 @@ Upkeep::Upkeep(Roster& roster, PointStore& store, OwedReplies& owed, Agenda& age
 }
 
 void Upkeep::OnOpened(Instant now) {
+  ledger_.OnOpened();
+  agenda_.probes.OnOpened();
   for (const auto& device : roster_.devices()) {
     if (!device->in_use) continue;
     Reconnect(*device, now);
@@ -37,6 +39,15 @@ void Upkeep::OnOpened(Instant now) {
       agenda_.schedule.Hold(device->place, owed_.late.LateUntil(*device));
     ledger_.states.ShowOverride(*device);
   }
+}
+
+void Upkeep::OnClosed(Instant now) {
+  for (const auto& device : roster_.devices()) {
+    agenda_.parked.Drop(*device);
+    agenda_.schedule.Suspend(device->place);
+  }
+  agenda_.probes.OnClosed();
+  ShowLine(now);
 }
 
 void Upkeep::OnUnansweredTelegram(Instant now) {
@@ -54,12 +65,10 @@ void Upkeep::OnExchange(const Job& job, const ExchangeEnd& end, const Finding& f
   const bool cut_off = end.outcome == Outcome::line_down;
   const bool broadcast = job.is_broadcast();
   if (!broadcast) member.health.OnExchange(end.outcome);
-  // A device that lags by a number of replies keeps lagging; waiting does not help.
-  const bool in_step = owed_.whose.Lags(member) || owed_.whose.orders().Of(member).IsInStep();
   if (cut_off) {
     owed_.late.OnClosed(member, now);
   } else {
-    owed_.late.SetWait(asked, end, in_step, now);
+    owed_.late.SetWait(asked, end, owed_.whose.IsSettled(member), now);
   }
   ledger_.devices.OnPatience(member, owed_.late.PatienceFor(member));
   ledger_.devices.OnLags(member, owed_.whose.Lags(member));
@@ -67,12 +76,14 @@ void Upkeep::OnExchange(const Job& job, const ExchangeEnd& end, const Finding& f
   owed_.whose.OnEnd(asked, end.outcome, !cut_off && !broadcast, now);
   if (!broadcast && !cut_off) Charge(job, answered, now);
   if (job.attempt.verdict.shifted) DoubtLatest(now);
+  const bool routed = job.As<Job::Routed>() != nullptr;
   ledger_.devices.OnExchange(member, end, finding,
                              {.broadcast = broadcast,
                               .probe = job.is_probe() && member.health.absent(),
-                              .routed = job.As<Job::Routed>() != nullptr});
+                              .routed = routed});
   ledger_.line.OnExchange(member, end, broadcast, UseOf(job));
   ShowLine(now);
+  if (answered && routed) agenda_.routes.OnAnswered(now);
 }
 
 /// Line time that an exchange took in vain counts from the first failure on; Chooser::OnTime
@@ -214,8 +225,7 @@ void Upkeep::OnSecondReply(Instant now) {
 void Upkeep::DoubtLatest(Instant now) {
   for (const auto& device : roster_.devices()) {
     if (!device->conversation->ForgetRefusals()) continue;
-    Replan(*device, now);
-    agenda_.schedule.GoOn(device->place, now);
+    GoOnWithPlan(*device, now);
   }
   for (const LatestReadings::Points& read : owed_.readings.TakeAll()) {
     const Device& device = roster_.device(read.device);
@@ -263,6 +273,17 @@ void Upkeep::DoubtAll(const Device& device, Instant now) {
   store_.Doubt(device.index, points, now);
 }
 
+void Upkeep::GoOnWithPlan(Device& device, Instant now) {
+  Replan(device, now);
+  agenda_.schedule.GoOn(device.place, now);
+}
+
+void Upkeep::RestartWithPlan(Device& device, Instant now) {
+  Replan(device, now);
+  if (device.in_use) agenda_.schedule.RestartAsPlanned(device.place, now);
+}
+
+/// Parked jobs are due again, as far as they would not come again by themselves.
 void Upkeep::Replan(Device& device, Instant now) {
   const auto parked = agenda_.parked.TakeAll(device);
   for (const auto& job : parked) {

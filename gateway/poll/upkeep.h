@@ -1,6 +1,6 @@
 // What every exchange means for its device, and what follows when a device comes, goes, or may be
 // another one: its plan, its schedule, its state, and which of its values are in doubt. Driven by
-// gateway/poll/poller.cpp, line_side.cpp and job_run.cpp.
+// gateway/poll/device_side.cpp, line_inputs.cpp and the parts of job_run.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -23,6 +23,8 @@ class Upkeep {
 
   /// The port has opened.
   void OnOpened(Instant now);
+  /// The port has closed, and no job is under way any more.
+  void OnClosed(Instant now);
   /// A telegram by hand got no reply. That of any device may still come, and look like one to a
   /// poll: probes go first.
   void OnUnansweredTelegram(Instant now);
@@ -54,9 +56,10 @@ class Upkeep {
   void SetInUse(Device& device, bool in_use, bool open, Instant now);
   /// A person wants it to be polled now, whether it was in use or not.
   void OnEnabled(Device& device, bool open, Instant now);
-  /// The queries of its conversation have changed. What was parked is due again, as far as it would
-  /// not come again by itself.
-  void Replan(Device& device, Instant now);
+  /// The queries of its conversation have changed. Its polls go on where they were.
+  void GoOnWithPlan(Device& device, Instant now);
+  /// The same, and all of its polls are due.
+  void RestartWithPlan(Device& device, Instant now);
   /// A late reply may still come: polls of the member, and of entries with the same address, wait.
   void HoldBack(const Member& member);
   void ShowLine(Instant now) { ledger_.line.Show(agenda_.probes.NoticeBound(now)); }
@@ -67,6 +70,7 @@ class Upkeep {
 
  private:
   void Charge(const Job& job, bool answered, Instant now);
+  void Replan(Device& device, Instant now);
   void Plan(Device& device);
   void Reconnect(Device& device, Instant now);
   void DoubtLatest(Instant now);

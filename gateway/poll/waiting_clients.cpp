@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "gateway/base/deadline.h"
 #include "gateway/poll/write_end.h"
 
 namespace baudgate {
@@ -22,10 +23,32 @@ std::string DoesNotAnswer(std::uint8_t slave) {
 
 }  // namespace
 
-void WaitingClients::ReadNow(WriteCommand command, const Device* unasked, Instant now) {
+bool WaitingClients::MakeRoom(Instant now) {
+  AnswerCommands(now);  // those of clients that have left take no room
+  return !agenda_.write_queue.full();
+}
+
+void WaitingClients::Take(WriteCommand command, Instant now) {
+  if (command.writes().empty()) return ReadNow(std::move(command), now);
+  agenda_.write_queue.Push(std::move(command));
+}
+
+bool WaitingClients::Take(RoutedRequest& request) {
+  if (roster_.carrier() == nullptr) return false;
+  request.sequence = agenda_.write_queue.NextSequence();
+  agenda_.route_queue.Push(std::move(request));
+  return true;
+}
+
+std::optional<Instant> WaitingClients::Deadline() const {
+  return Soonest({agenda_.write_queue.Deadline(), agenda_.route_queue.Deadline()});
+}
+
+void WaitingClients::ReadNow(WriteCommand command, Instant now) {
   const Device& device = roster_.DeviceAt(command.device);
   if (const char* why = WhyNotAsked(command)) return NotSent(command, why);
-  if (&device == unasked && !IsAsked(*device.conversation, command.reads())) {
+  if (device.conversation->Listens() != nullptr &&
+      !IsAsked(*device.conversation, command.reads())) {
     return NotSent(command,
                    "this device cannot be polled (it sends unasked); its last message is shown");
   }
@@ -66,7 +89,12 @@ void WaitingClients::NotSent(WriteCommand& command, const std::string& reason) {
   command.End({.end = WriteEnd::not_sent, .reason = reason});
 }
 
-void WaitingClients::AnswerConfirmed(const WriteQueue::IsReadingBack& is_reading_back) {
+void WaitingClients::AnswerConfirmed(const Job* under_way) {
+  const auto is_reading_back = [&](std::size_t device) {
+    const Member& member = roster_.device(device);
+    return agenda_.parked.HasReadBack(member) ||
+           (under_way != nullptr && ReadsBack(*under_way, member));
+  };
   for (auto& one : agenda_.write_queue.TakeConfirmed(is_reading_back)) Answer(one);
 }
 
@@ -83,7 +111,7 @@ void WaitingClients::Answer(WriteQueue::Confirmed& one) {
 /// A slave that is offline is asked as often as its probes allow. Until it answers, writes wait for
 /// their deadlines, and reads are told at once.
 void WaitingClients::AnswerRouted(const Idle& idle, bool line_is_free) {
-  RouteQueue& queue = agenda_.routes.queue();
+  RouteQueue& queue = agenda_.route_queue;
   if (queue.empty()) return;
   for (RoutedRequest& request : queue.TakeExpired(idle.now)) {
     const Member* member = roster_.FindSlave(request.slave);
@@ -112,9 +140,9 @@ void WaitingClients::AnswerRouted(const Idle& idle, bool line_is_free) {
 
 void WaitingClients::AnswerAll(const std::string& reason) {
   std::vector<WriteCommand> unsent = agenda_.write_queue.TakeAll();
-  AnswerConfirmed([](std::size_t) { return false; });
+  AnswerConfirmed(nullptr);
   for (WriteCommand& command : unsent) NotSent(command, reason);
-  for (RoutedRequest& request : agenda_.routes.queue().TakeAll()) {
+  for (RoutedRequest& request : agenda_.route_queue.TakeAll()) {
     request.done({Outcome::line_down, {}, reason});
   }
 }

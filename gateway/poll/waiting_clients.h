@@ -1,6 +1,6 @@
-// Answers clients that wait for a line: of writes, of reads and of routes whose request is not
-// sent, or has ended. Called by gateway/poll/poller.cpp before and after everything that the line
-// does.
+// Clients that wait for a line: takes their writes, reads and requests of routes, and answers those
+// whose request is not sent, or has ended. Called by gateway/poll/poller.cpp before and after
+// everything that the line does.
 //
 //   a command                          its client hears
 //   its deadline passes                not sent
@@ -14,6 +14,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,22 +32,27 @@ namespace baudgate {
 class WaitingClients {
  public:
   /// All references outlive it.
-  WaitingClients(const PointStore& store, const Roster& roster, Chooser& chooser,
-                 DeviceAccounts& accounts)
-      : store_(store),
-        roster_(roster),
-        chooser_(chooser),
-        agenda_(chooser.agenda()),
-        accounts_(accounts) {}
+  WaitingClients(const PointStore& store, const Roster& roster, const Chooser& chooser,
+                 Agenda& agenda, DeviceAccounts& accounts)
+      : store_(store), roster_(roster), chooser_(chooser), agenda_(agenda), accounts_(accounts) {}
 
-  /// A command with points to be read and none to be written: answered like a confirmed write, as
-  /// soon as all of them have been read. `unasked`: the device that sends unasked; null: there is
-  /// none.
-  void ReadNow(WriteCommand command, const Device* unasked, Instant now);
+  /// Answers commands that need not wait any more. True: one more may wait.
+  bool MakeRoom(Instant now);
+  /// A command with points to be read and none to be written is answered like a confirmed write, as
+  /// soon as all of them have been read.
+  void Take(WriteCommand command, Instant now);
+  /// False: no routes lead to this line.
+  bool Take(RoutedRequest& request);
+  /// The client has left: its routed requests are answered.
+  void Abandon(std::uint64_t client) { agenda_.route_queue.Abandon(client); }
+  /// When the next one has waited for long enough.
+  std::optional<Instant> Deadline() const;
+
   /// Commands whose deadline has passed, or whose device may not be asked any more.
   void AnswerCommands(Instant now);
-  /// Commands that were confirmed.
-  void AnswerConfirmed(const WriteQueue::IsReadingBack& is_reading_back);
+  /// Commands that were confirmed, and whose device is not read back. `under_way`: a job; null:
+  /// there is none.
+  void AnswerConfirmed(const Job* under_way);
   /// Routed requests whose deadline has passed, or whose slave is offline. `line_is_free`: no job
   /// is under way.
   void AnswerRouted(const Idle& idle, bool line_is_free);
@@ -55,13 +62,14 @@ class WaitingClients {
   void NotSent(WriteCommand& command, const std::string& reason);
 
  private:
+  void ReadNow(WriteCommand command, Instant now);
   const char* WhyNotAsked(const WriteCommand& command) const;
   void Answer(WriteQueue::Confirmed& one);
 
   const PointStore& store_;
   const Roster& roster_;
-  Chooser& chooser_;
-  Agenda& agenda_;  // the chooser's
+  const Chooser& chooser_;
+  Agenda& agenda_;
   DeviceAccounts& accounts_;
 };
 

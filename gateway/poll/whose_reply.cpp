@@ -68,8 +68,6 @@ bool WhoseReply::IsOwedAlone(const Asked& asked) const {
   return !lost_.MayCome(*asked.member, asked.sent);
 }
 
-void WhoseReply::OnTrusted(const Member& member) { orders_.Reset(member); }
-
 void WhoseReply::OnSent(const Asked& asked, Instant now) {
   if (asked.request->expect.reply == Expectation::Reply::none) return;  // nothing is owed to it
   const SentRequest sent{asked.member->place, asked.request->bytes, now, asked.request->is_proof()};
@@ -100,9 +98,9 @@ bool WhoseReply::MayAnswer(const SentRequest& sent, View frame, Outcome outcome)
   return device == nullptr || ProvesLife(device->conversation->Check(sent.bytes, frame));
 }
 
-/// Rows 9 and 10: another device answers in its place.
-bool WhoseReply::IsReplaced(const Asked& asked, View frame, Outcome outcome,
-                            const AnswerOrder::MayAnswer& may_answer) {
+/// Rows 9 and 10. True: another device answers in its place.
+bool WhoseReply::NoteIdentity(const Asked& asked, View frame, Outcome outcome,
+                              const AnswerOrder::MayAnswer& may_answer) {
   const Request& request = *asked.request;
   State& state = states_[*asked.member];
   if (asked.probe && ProvesLife(outcome)) {
@@ -167,7 +165,7 @@ WhoseReply::Verdict WhoseReply::OnReply(const Asked& asked, View frame, Outcome 
   const auto may_answer = [&](const SentRequest& sent) { return MayAnswer(sent, frame, outcome); };
   State& state = states_[*asked.member];
   Verdict verdict;
-  verdict.replaced = IsReplaced(asked, frame, outcome, may_answer);
+  verdict.replaced = NoteIdentity(asked, frame, outcome, may_answer);
   const bool fits = Fits(asked, frame, outcome);
   const bool copied = std::ranges::equal(frame, state.proof_reply);
   verdict.odd = !fits && !asked.probe && !copied && orders_.IsBehindProof(asked);  // row 14

@@ -2,8 +2,8 @@
 // could pass for its own. This keeps what may be owed: by a device, and by a serial server that may
 // shift the whole line. After silence, damage, a second reply or a closed port nothing is proven;
 // then a probe goes first whose reply can be told from all others (a proof: `is_proof` in
-// protocols/conversation.h). The cases are a table in whose_reply.cpp. job_run.cpp reports every
-// request, reply_judge.cpp every reply of the line; docs/timeouts.md.
+// protocols/conversation.h). The cases are a table in whose_reply.cpp. job_sending.cpp reports
+// every request, reply_judge.cpp every reply of the line; docs/timeouts.md.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -23,11 +23,23 @@ namespace baudgate {
 
 class WhoseReply {
  public:
-  explicit WhoseReply(const Roster& roster) : roster_(roster), orders_(roster) {}
+  /// `orders`: the replies that devices and the line still owe. Both outlive it.
+  WhoseReply(const Roster& roster, ReplyOrders& orders) : roster_(roster), orders_(orders) {}
 
-  /// The replies that devices and the line still owe.
-  ReplyOrders& orders() { return orders_; }
-  const ReplyOrders& orders() const { return orders_; }
+  /// See ReplyOrders.
+  void Recognise(Member& member, const Bytes& sender) { orders_.Recognise(member, sender); }
+  bool MayBeInStep(const Asked& asked) const { return orders_.MayBeInStep(asked); }
+  bool IsOfLatest(const Asked& asked) const { return orders_.IsOfLatest(asked); }
+  /// How many replies may come before the one to this request, which got another's. `of_sender`:
+  /// that was one of its own device.
+  int RepliesBefore(const Asked& asked, bool of_sender) const {
+    const bool nearer = of_sender || !asked.named() || orders_.OthersOwe(asked);
+    return nearer ? orders_.Owed(asked) : 0;
+  }
+  /// Waiting brings no reply of it: it owes none, or lags by as many replies as ever.
+  bool IsSettled(const Member& member) const {
+    return Lags(member) || orders_.Of(member).IsInStep();
+  }
   /// Before the first request of a task of a device: whether a reply to an earlier request could
   /// pass for its own, or it is not known which device answers.
   bool NeedsProbeFirst(const Asked& asked, Instant now) const;
@@ -47,19 +59,18 @@ class WhoseReply {
   /// Nothing but its own reply to a client's request can come. Of slaves that only routes reach no
   /// order is kept: they owe nothing when all that they were lately asked was answered.
   bool IsOwedAlone(const Asked& asked) const;
-  /// Lost replies of slaves that only routes reach.
-  LostReplies& lost() { return lost_; }
+  /// The lost requests to a slave that only routes reach that a reply could answer: see
+  /// LostReplies.
+  LostReplies::Older MayBeLost(const Asked& asked, const LostReplies::MayFit& fits) const {
+    return lost_.MayBe(*asked.member, asked.request->bytes, asked.sent, fits);
+  }
+  /// A reply of such a slave has come. False: it may belong to an earlier request.
+  bool OnRoutedReply(const Asked& asked, LostReplies::Older older, std::size_t count) {
+    return lost_.OnReply(*asked.member, asked.request->bytes, older, count);
+  }
   /// It reports its name: another device in its place would be noticed.
   bool HasName(const Member& member) const { return states_[member].identity.names(); }
-  /// It answers probes, and none of them is a proof: after a disturbance nothing shows whose its
-  /// replies are.
-  bool IsUnprovable(const Member& member) const {
-    return states_[member].proofless >= kProbesWithoutProof;
-  }
 
-  /// The device has `trust_order`: its user says that nothing holds its replies back. A first try
-  /// has waited for late replies, so nothing is owed any more.
-  void OnTrusted(const Member& member);
   void OnSent(const Asked& asked, Instant now);
 
   struct Verdict {
@@ -110,19 +121,24 @@ class WhoseReply {
   /// For each device.
   static constexpr std::size_t kMostOdd = 16;
 
+  /// It answers probes, and none of them is a proof: after a disturbance nothing shows whose its
+  /// replies are.
+  bool IsUnprovable(const Member& member) const {
+    return states_[member].proofless >= kProbesWithoutProof;
+  }
   /// A reply in place of its own would be noticed.
   bool IsSafe(const Asked& asked) const;
   bool Fits(const Asked& asked, View frame, Outcome outcome) const;
   bool MayAnswer(const SentRequest& sent, View frame, Outcome outcome) const;
-  bool IsReplaced(const Asked& asked, View frame, Outcome outcome,
-                  const AnswerOrder::MayAnswer& may_answer);
+  bool NoteIdentity(const Asked& asked, View frame, Outcome outcome,
+                    const AnswerOrder::MayAnswer& may_answer);
   void Count(const Asked& asked, bool fits, Outcome outcome,
              const AnswerOrder::MayAnswer& may_answer);
   void Learn(const Asked& asked, View frame, Outcome outcome);
   void NoteForm(const Asked& asked, bool fits);
 
   const Roster& roster_;
-  ReplyOrders orders_;
+  ReplyOrders& orders_;
   ByMember<State> states_;
   LostReplies lost_;
 };

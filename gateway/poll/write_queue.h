@@ -1,6 +1,6 @@
 // Writes to points of one line, in order: waiting, sent in time or not at all, confirmed, and read
-// back before their clients are answered. gateway/poll/poller.cpp puts them in;
-// waiting_clients.cpp ends those that were not sent or have been read back.
+// back before their clients are answered. gateway/poll/waiting_clients.cpp puts them in, and ends
+// those that were not sent or have been read back.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

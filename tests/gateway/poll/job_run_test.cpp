@@ -21,7 +21,6 @@ class Rig : private PollerListener {
  public:
   explicit Rig(const std::string& read) : config_(ConfigOf(read)) {
     SetTime();
-    ledger_.OnOpened();
     upkeep_.OnOpened(now_.instant);
     while (agenda_.schedule.Next(now_.instant)) continue;  // nothing is due for a second
     Poll(1);
@@ -91,10 +90,11 @@ class Rig : private PollerListener {
 
   /// The request that waits, or what has become of the job.
   std::string Next() {
-    if (run_.job() == nullptr) return agenda_.parked.Has(a()) ? "parked" : "ended";
+    if (run_.job() == nullptr) return agenda_.parked.NextAt() ? "parked" : "ended";
     const std::string request(AsText(run_.job()->step.request.bytes));
     return request.substr(0, request.size() - 1);
   }
+  bool IsReadingBack() { return run_.job() != nullptr && ReadsBack(*run_.job(), a()); }
   std::string Value(std::size_t point) const {
     std::string value;
     store_.Read(0, [&](const DeviceRecord& record) { value = ToText(record.points[point].value); });
@@ -155,7 +155,8 @@ class Rig : private PollerListener {
   Upkeep upkeep_{roster_, store_, owed_, agenda_, ledger_};
   Intake intake_{store_, *this};
   ReplyJudge judge_{owed_.whose};
-  JobRun run_{owed_, chooser_, ledger_, upkeep_, intake_};
+  EffectApplier effects_{owed_, agenda_, ledger_, upkeep_, intake_};
+  JobRun run_{owed_, agenda_, chooser_, ledger_, upkeep_, effects_};
 };
 
 struct Row {
@@ -425,12 +426,12 @@ TEST(JobRunTest, WhatIsNotPermittedAnyMoreIsNotBegun) {
 
 TEST(JobRunTest, AReadBackThatFailsOnceHoldsNobodyUp) {
   Rig rig("1");
-  EXPECT_FALSE(rig.run().IsReadingBack(rig.a()));
+  EXPECT_FALSE(rig.IsReadingBack());
   rig.ReadBack();
-  EXPECT_TRUE(rig.run().IsReadingBack(rig.a()));
+  EXPECT_TRUE(rig.IsReadingBack());
   rig.Hear("silence");
   EXPECT_EQ(rig.Next(), "?A1");
-  EXPECT_FALSE(rig.run().IsReadingBack(rig.a()));
+  EXPECT_FALSE(rig.IsReadingBack());
 }
 
 TEST(JobRunTest, AReadBackIsAwaitedBehindTheProbeBeforeIt) {
@@ -439,12 +440,12 @@ TEST(JobRunTest, AReadBackIsAwaitedBehindTheProbeBeforeIt) {
   rig.Hear("late");
   rig.Turn();
   EXPECT_EQ(rig.Next(), "PA0");
-  EXPECT_TRUE(rig.run().IsReadingBack(rig.a()));
+  EXPECT_TRUE(rig.IsReadingBack());
   rig.Hear("!A0");
   EXPECT_EQ(rig.Next(), "?A1");
-  EXPECT_TRUE(rig.run().IsReadingBack(rig.a()));
+  EXPECT_TRUE(rig.IsReadingBack());
   rig.Hear("!A1=8");
-  EXPECT_FALSE(rig.run().IsReadingBack(rig.a()));
+  EXPECT_FALSE(rig.IsReadingBack());
 }
 
 TEST(JobRunTest, AProbeThatFailsBeforeAReadBackHoldsNobodyUp) {
@@ -452,7 +453,7 @@ TEST(JobRunTest, AProbeThatFailsBeforeAReadBackHoldsNobodyUp) {
   rig.ReadBack();
   for (const char* what : {"late", "silence"}) rig.Hear(what);
   EXPECT_EQ(rig.Next(), "PA0");
-  EXPECT_FALSE(rig.run().IsReadingBack(rig.a()));
+  EXPECT_FALSE(rig.IsReadingBack());
 }
 
 TEST(JobRunTest, TheTimeOfAReplyCountsFromItsRequestAndNotFromTheQuietBeforeIt) {

@@ -54,14 +54,16 @@ class LedgerTest : public ::testing::Test, protected PollerListener {
 TEST_F(LedgerTest, AnotherMasterIsThereAfterThreeCollisionsAndGoneAfterAMinuteWithout) {
   const std::pair<News::What, bool> began{News::What::collisions, false};
   const std::pair<News::What, bool> ended{News::What::collisions, true};
+  EchoWatch::Received collision;
+  collision.collision = true;
   for (const Duration at : {0s, 70s, 100s}) {
     ledger_.OnTime(At(at), false, nullptr);
-    ledger_.line.OnSecondMaster();
+    ledger_.line.OnHeard(collision, nullptr);
   }
   EXPECT_THAT(news_, IsEmpty());
   ledger_.OnTime(At(120s), false, nullptr);
-  ledger_.line.OnSecondMaster();
-  ledger_.line.OnSecondMaster();
+  ledger_.line.OnHeard(collision, nullptr);
+  ledger_.line.OnHeard(collision, nullptr);
   EXPECT_THAT(news_, ElementsAre(began));
   ledger_.OnTime(At(179s), false, nullptr);
   EXPECT_THAT(news_, ElementsAre(began));

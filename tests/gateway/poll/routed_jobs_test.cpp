@@ -24,7 +24,7 @@ class RoutedJobsTest : public ::testing::Test {
     request.pdu = ParseHex(pdu).value();
     request.sequence = agenda_.write_queue.NextSequence();
     request.deadline = kStart + 10s;
-    agenda_.routes.queue().Push(std::move(request));
+    agenda_.route_queue.Push(std::move(request));
   }
   void PushPointWrite() {
     WriteCommand command;

@@ -23,7 +23,7 @@ class RoutedSideTest : public ::testing::Test {
     request.slave = slave_.slave;
     request.pdu = ParseHex(pdu).value();
     request.deadline = kStart + 10s;
-    side_.queue().Push(std::move(request));
+    queue_.Push(std::move(request));
   }
   std::size_t Refuse(std::size_t keep = 0) {
     return side_.TakeHopeless(slave_, keep, carrier_, kStart).size();
@@ -31,7 +31,8 @@ class RoutedSideTest : public ::testing::Test {
 
   Member slave_;
   PduCarrier carrier_;
-  RoutedSide side_;
+  RouteQueue queue_;
+  RoutedSide side_{queue_};
 };
 
 TEST_F(RoutedSideTest, ClientsAreHereForTwoSecondsAfterAnAnswer) {
@@ -46,7 +47,7 @@ TEST_F(RoutedSideTest, ReadsOfASlaveThatIsOfflineAreTakenButForItsProbe) {
   Push("06 00 08 00 00");
   Push(kReadOne);
   EXPECT_EQ(Refuse(1), 1U);
-  EXPECT_TRUE(side_.queue().HasAny(RouteQueue::IsShortWrite)) << "writes wait for their deadlines";
+  EXPECT_TRUE(queue_.HasAny(RouteQueue::IsShortWrite)) << "writes wait for their deadlines";
   EXPECT_EQ(Refuse(0), 1U);
 }
 
@@ -60,7 +61,7 @@ TEST_F(RoutedSideTest, ARefusedReadIsRepeatedInNobodysName) {
   EXPECT_EQ(ToHex(batch[0].pdu), kReadOne);
   EXPECT_EQ(batch[0].slave, 20);
   batch[0].done({});
-  EXPECT_TRUE(side_.queue().empty());
+  EXPECT_TRUE(queue_.empty());
 }
 
 TEST_F(RoutedSideTest, AtOnceForTwoSecondsThenOnlyBehindAnotherExchange) {

@@ -19,7 +19,6 @@ class UpkeepTest : public ::testing::Test, protected ToyMembers, protected Polle
 
   void Open() {
     ledger_.OnTime({kStart, WallTime(1'790'000'000s)}, false, nullptr);
-    ledger_.OnOpened();
     upkeep_.OnOpened(kStart);
   }
   void Fail(Duration at) { upkeep_.OnTask(a, Outcome::no_reply, "silence", kStart + at); }

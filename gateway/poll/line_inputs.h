@@ -1,0 +1,65 @@
+// The inputs of a line, and what they mean beside the job under way: the account of the line, what
+// a device says unasked, stray bytes, and replies that come late or twice. The job itself has its
+// part from line_side.h. Driven by gateway/poll/poller.cpp:
+//
+//   what happens                         call
+//   the port opens, or closes            OnOpened, OnClosed
+//   bytes, an end of connection, time    OnBytes, OnEnded, OnTimer; then Conclude
+//   the job takes its turn               Start
+//   its request may be too late by now   Withdraw
+//
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "gateway/base/bytes.h"
+#include "gateway/base/time.h"
+#include "gateway/line/line.h"
+#include "gateway/poll/ledger.h"
+#include "gateway/poll/line_side.h"
+#include "gateway/poll/unasked_side.h"
+#include "gateway/poll/upkeep.h"
+
+namespace baudgate {
+
+class LineInputs {
+ public:
+  /// All references outlive it.
+  LineInputs(LineSide& line, UnaskedSide& unasked, Upkeep& upkeep, Ledger& ledger)
+      : line_(line), unasked_(unasked), upkeep_(upkeep), ledger_(ledger) {}
+
+  /// See LineSide.
+  bool is_open() const { return line_.is_open(); }
+  bool idle() const { return line_.idle(); }
+  std::optional<Instant> Deadline() const { return line_.Deadline(); }
+  void OnOpened(Now now, bool keeps_bit_rate) { line_.OnOpened(now, keeps_bit_rate); }
+  void Withdraw() { line_.Withdraw(); }
+  void Abandon(std::uint64_t client) { line_.Abandon(client); }
+
+  /// Before each input.
+  void OnTime(Now now) { ledger_.OnTime(now, !line_.idle(), line_.member(), !line_.asks()); }
+  /// The job under way ends; `reason`: why the port is closed.
+  void OnClosed(const std::string& reason, Now now);
+  void OnBytes(View bytes, Now now);
+  void OnEnded(Now now) { Apply(line_.OnEnded(now.instant), now); }
+  void OnTimer(Now now) { Apply(line_.OnTimer(now.instant), now); }
+  /// The line is idle, and the job says send. `idle_since`: since when it is.
+  void Start(Instant idle_since, Now now) { Apply(line_.Start(idle_since, now.instant), now); }
+  /// Applies the end of an exchange, if one has ended. After all other news of the input.
+  void Conclude();
+
+ private:
+  void Apply(LineNews news, Now now);
+  void Send(Now now);
+  void OnStray(const StrayBytes& stray, Instant now);
+
+  LineSide& line_;
+  UnaskedSide& unasked_;
+  Upkeep& upkeep_;
+  Ledger& ledger_;
+};
+
+}  // namespace baudgate
