@@ -29,8 +29,8 @@ class JobFinish {
     NextStep next;
   };
   After Finish(std::unique_ptr<Job> done, const JobEnd& end, Instant now);
-  /// The probe cannot be asked, which says nothing of the device. A reply that waits for a proof of
-  /// whose it is is not taken.
+  /// The probe cannot be asked, which says nothing of the device. A reply whose owner is not proven
+  /// yet is not taken.
   After GoUnproved(std::unique_ptr<Job> probe, const std::string& why, Instant now);
 
  private:

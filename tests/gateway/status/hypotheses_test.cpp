@@ -339,8 +339,8 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        "its replies come damaged: noise, bad termination or ground, or two devices with its "
        "address",
        kAnswered | kHere},
-      {{{tail_lost, 9, {.bytes = 16}}},
-       "its replies break off (16 bytes came): its driver lets go of the bus too early, or two "
+      {{{tail_lost, 9, {.bytes = 5, .expected = 8}}},
+       "its replies break off (5 of 8 bytes came): its driver lets go of the bus too early, or two "
        "devices have its address (2; unplug one)",
        kNeighbour},
       {{{silence, 9},
