@@ -94,7 +94,7 @@ void LinePort::ClosePort() {
 void LinePort::OnOpened(Now now) {
   now_ = now;
   display_.OnConnected(now);
-  if (rest_.OnOpened(poller_.ledger().line.Answers())) {
+  if (rest_.OnOpened(poller_.ledger().line.Answers(), now.instant)) {
     DropLate();
     if (const Bytes request = rest_.TakeHeld(); !request.empty()) transport_.Send(request);
     return;
@@ -147,7 +147,7 @@ void LinePort::OnEnded(const std::string& reason, bool unread, Now now) {
   const bool lent = loan_.has_port();
   display_.CountEnd({.worked = rest_.HasWorked(answers), .asked = rest_.asks()}, now);
   if (!lent && rest_.IsDrop(answers, now.instant)) display_.CountDrop(reason, now);
-  if (lent || !rest_.OnEnded(answers, several)) {
+  if (lent || !rest_.OnEnded(answers, several, now.instant)) {
     display_.CountLoss(now);
     return Lost(reason, unread ? Loss::unread : Loss::port);
   }

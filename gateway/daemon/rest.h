@@ -3,8 +3,8 @@
 //
 // clang-format off
 //   answered, ended while nothing is asked        rests; opened by the next request
-//   answered once, ended with a request           the same, and each of the next 32 requests gets
-//   under way                                     its own connection: the next would be lost, too.
+//   answered once, or soon behind its opening,    the same, and each of the next 32 requests gets
+//   ended with a request under way                its own connection: the next would be lost, too.
 //                                                 Then one connection is tried again. When the same
 //                                                 happens again it is 128 requests, then 512, then
 //                                                 1,024
@@ -39,7 +39,8 @@ class Rest {
 
   /// A connection was opened, after this many answers on the line. True: it continues one that
   /// rested.
-  bool OnOpened(std::uint64_t answers) {
+  bool OnOpened(std::uint64_t answers, Instant now) {
+    opened_ = now;
     if (answers > answers_before_) in_vain_ = 0;
     answers_before_ = answers;
     is_used_ = asks_ = false;
@@ -49,7 +50,7 @@ class Rest {
   }
   /// The server has ended it; `several`: more than one device is polled over it. False: that is an
   /// outage.
-  bool OnEnded(std::uint64_t answers, bool several) {
+  bool OnEnded(std::uint64_t answers, bool several, Instant now) {
     if (rests_ || wanted_) return false;
     const std::uint64_t its = answers - answers_before_;
     const bool answered = its > 0;
@@ -60,17 +61,19 @@ class Rest {
       return false;
     }
     in_vain_ = answered ? 0 : in_vain_ + 1;
-    if (its == 1 && asks_) {
+    const bool behind_answer = its == 1 || (its > 1 && IsSoon(now));
+    if (behind_answer && asks_) {
       alone_ = next_alone_;
       next_alone_ = std::min(4 * next_alone_, kMostAlone);
-    } else if (its > 1) {
+    } else if (its > 1 && !behind_answer) {
       next_alone_ = kFewestAlone;
     }
     return rests_ = true;
   }
-  /// Whether the server has ended a connection that was in use: not after each answer, not after a
+  /// Whether the server has ended a connection that was in use: not behind each answer, not after a
   /// rest as long as any before, and not at the request that has ended the connection before.
   bool IsDrop(std::uint64_t answers, Instant now) const {
+    if (IsSoon(now)) return false;
     const Duration since = now - used_;
     const std::uint64_t its = answers - answers_before_;
     if (asks_) return its > 1 && !IsSameEnd();
@@ -129,6 +132,8 @@ class Rest {
            std::ranges::equal(View(request_).subspan(transaction_),
                               View(ended_by_).subspan(std::min(transaction_, ended_by_.size())));
   }
+  /// The server ends connections behind the first answer, and others have come meanwhile.
+  bool IsSoon(Instant now) const { return now - opened_ < kSoon; }
   void OnUsed(Instant now) {
     if (is_used_) survived_ = std::max(survived_, now - used_);
     used_ = now;
@@ -138,10 +143,12 @@ class Rest {
   static constexpr int kFewestAlone = 32;  // a lost request in so many is no trouble for the device
   static constexpr int kMostAlone = 1024;
   static constexpr Duration kBehindAnswer = 100ms;
+  static constexpr Duration kSoon = 150ms;
 
   const bool wanted_;
   const std::size_t transaction_;
   std::uint64_t answers_before_ = 0;
+  Instant opened_{};
   Instant used_{};       // the last byte in or out
   Duration survived_{};  // the longest rest after which this connection was still there
   Bytes request_;        // the latest

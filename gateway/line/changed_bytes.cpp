@@ -298,16 +298,24 @@ std::optional<Finding> DoubledBytes(const Hearing& hearing, View heard) {
 }
 
 /// In a text some characters of a value that has moved since, and of its check value, differ. Noise
-/// changes characters as well, and takes none away.
+/// changes characters as well, and takes none away. A line that has its end may lack many.
 bool LacksSome(View heard, View reply) {
   constexpr std::size_t kMostLost = 2;
   constexpr std::size_t kFewest = 4;
+  constexpr std::size_t kLong = 8;
+  const bool ends = !heard.empty() && IsLineEnd(heard.back());
   heard = Core(heard);
   reply = Core(reply);
   if (heard.size() < kFewest || heard.size() >= reply.size()) return false;
-  if (reply.size() > heard.size() + kMostLost || heard.front() != reply.front()) return false;
+  if (heard.front() != reply.front()) return false;
+  const std::size_t lost = reply.size() - heard.size();
   const std::size_t common = CommonBytes(heard, reply);
-  if (std::ranges::all_of(reply, IsPrintable)) return 4 * common >= 3 * heard.size();
+  const bool text = std::ranges::all_of(reply, IsPrintable);
+  if (text && ends && lost > kMostLost) {
+    return heard.size() >= kLong && lost <= heard.size() && 8 * common >= 7 * heard.size();
+  }
+  if (lost > kMostLost) return false;
+  if (text) return 4 * common >= 3 * heard.size();
   return common == heard.size() && heard.back() == reply.back();
 }
 

@@ -176,9 +176,12 @@ bool IsCutEcho(const Hearing& hearing, View heard) {
 
 /// It begins as a reply does.
 Finding Broken(const Hearing& hearing, View heard) {
-  const Duration pause = LongestPause(hearing, 0, hearing.heard.size());
-  if (pause > hearing.gap) return {.symptom = Symptom::split, .time = pause};
   const std::size_t length = OnlyLength(hearing);
+  const Duration pause = LongestPause(hearing, 0, hearing.heard.size());
+  // What is longer than a reply has noise behind the pause.
+  if (pause > hearing.gap && (length == 0 || heard.size() <= length)) {
+    return {.symptom = Symptom::split, .time = pause};
+  }
   // It may be as long as a refusal, and yet the beginning of something longer.
   const bool broke_off = hearing.outcome == Outcome::partial;
   if (broke_off && heard.size() + kAFew < length && IsBeginning(hearing, heard)) {

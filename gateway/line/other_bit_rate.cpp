@@ -8,13 +8,12 @@
 namespace baudgate {
 namespace {
 
-/// A character that is read twice as fast as it was sent: its start bit fills the first bit as
-/// well, and each other bit fills two. If the receiver takes a missing stop bit for a start bit, it
-/// begins in the middle of a bit.
+/// A character that is read twice as fast as it was sent: each bit fills two. The pairs begin
+/// behind the first bit, which the start bit fills; or with it, if the receiver has taken a missing
+/// stop bit for a start bit.
 bool HasDoubledBits(std::uint8_t byte) {
   const unsigned differ = byte ^ (byte >> 1U);
-  const bool behind_start = (byte & 1U) == 0 && (differ & 0b00101010U) == 0;
-  return behind_start || (differ & 0b01010101U) == 0;
+  return (differ & 0b00101010U) == 0 || (differ & 0b01010101U) == 0;
 }
 
 /// Two characters of ten bits that follow each other, read half as fast as they were sent: every
@@ -31,7 +30,7 @@ Finding Says(const std::string& rate, bool connection) {
 }  // namespace
 
 std::optional<Finding> OtherBitRate(View heard, bool connection) {
-  constexpr std::size_t kFewestDoubled = 6;
+  constexpr std::size_t kFewestDoubled = 8;
   constexpr std::size_t kFewestHalved = 7;
   constexpr std::size_t kDifferent = 3;
   std::size_t doubled = 0;

@@ -95,6 +95,15 @@ std::size_t LossesOf(const config::Line& line, const LineStatus& status, Now now
   return status.losses.Since(now.instant - 1h, line.is_network() ? kRestart : Duration());
 }
 
+/// Of a server, one or two may be an update. One that goes away twice in two minutes has a fault.
+bool IsLostOften(const config::Line& line, const LineStatus& status, std::size_t lost, Now now) {
+  if (!line.is_network()) return lost > 0;
+  const auto twice = [&](const RecentTimes& what) {
+    return what.Since(now.instant - 2min, kRestart) >= kProof;
+  };
+  return lost >= kDrops || twice(status.ends.refused) || twice(status.ends.unreachable);
+}
+
 std::string Closed(const config::Line& line, const LineStatus& status,
                    std::span<const DeviceRecord> devices, Now now) {
   if (status.port == LineStatus::Port::released && status.lent_to_client) {
@@ -122,8 +131,9 @@ std::string Closed(const config::Line& line, const LineStatus& status,
   // A server that has never let a device answer is told by its own reason.
   const auto answered = [](const DeviceRecord& one) { return one.status.last_ok.has_value(); };
   const bool worked = std::ranges::any_of(devices, answered);
-  if (again && worked && line.is_network() && lost >= kDrops)
-    return Lost(line, status, lost, devices, now.instant);
+  const bool often =
+      line.is_network() ? worked && IsLostOften(line, status, lost, now) : lost >= kProof;
+  if (again && often) return Lost(line, status, lost, devices, now.instant);
   const std::string since =
       status.port_since == WallTime{} ? std::string() : " for " + FormatAge(closed);
   return fmt::format("port closed{}: {}", since,
@@ -241,7 +251,11 @@ bool IsEndless(const LineStatus& status, std::span<const DeviceRecord> devices) 
 }
 
 /// A word of the devices explains them.
-bool IsExplained(std::span<const DeviceRecord> devices) {
+bool IsExplained(const LineStatus& line, std::span<const DeviceRecord> devices) {
+  constexpr std::uint64_t kLongReply = 300;
+  std::uint64_t late = 0;
+  for (const DeviceRecord& one : devices) late += one.status.late;
+  if (late * kLongReply >= line.stray_bytes) return true;
   return std::ranges::any_of(devices, [](const DeviceRecord& one) {
     if (one.status.late >= kProof) return true;
     for (std::size_t i = 1; i < kSymptoms; ++i) {
@@ -315,7 +329,7 @@ Sentences DiagnoseLine(const config::Line& line, const LineStatus& status,
   }
   const double stray =
       Share(static_cast<double>(status.stray_bytes), static_cast<double>(status.bytes_in));
-  if (stray >= kNotableStray && status.stray_bytes >= kFewStray && !IsExplained(devices) &&
+  if (stray >= kNotableStray && status.stray_bytes >= kFewStray && !IsExplained(status, devices) &&
       !Echoes(status)) {
     found.push_back(fmt::format(
         "{} of {} bytes came when nothing was asked: {}", status.stray_bytes, status.bytes_in,
@@ -326,7 +340,7 @@ Sentences DiagnoseLine(const config::Line& line, const LineStatus& status,
             : "the server answers twice, or does not keep to Modbus TCP; update its firmware"));
   }
   const std::size_t lost = LossesOf(line, status, now);
-  if (lost >= (line.is_network() ? kDrops : 1))
+  if (IsLostOften(line, status, lost, now))
     found.push_back(Lost(line, status, lost, devices, now.instant));
   // One unit that is closed for has a sentence of its own.
   const bool told = std::ranges::any_of(devices, [](const DeviceRecord& one) {

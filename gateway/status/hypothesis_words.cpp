@@ -128,7 +128,7 @@ std::string SayEndLost(const Evidence& evidence) {
     return "the last byte of its replies comes garbled: it computes another check value, or a "
            "driver lets go of the bus too early (use a converter with automatic direction)";
   }
-  if (evidence.line->is_network()) {
+  if (evidence.line->is_network() && evidence.healthy.empty()) {
     return "the last byte of its replies is missing: the serial server takes it for a delimiter: "
            "set its port to raw, without delimiters";
   }
@@ -275,14 +275,16 @@ std::string SayNoise(const Evidence& evidence) {
   const std::string cause = "its replies come damaged";
   if (!OnWire(evidence)) return cause + ": look at the server";
   // What two devices have in common is no address.
-  if (!evidence.alike.empty()) return cause + ": noise, bad termination, or a bus without ground";
+  const std::string noise = "noise on the line";
+  const std::string remedy = "check termination, ground and shield";
+  if (!evidence.alike.empty()) return cause + ": " + noise + ": " + remedy;
   // No noise damages nearly all, and none of a neighbour.
   if (!evidence.healthy.empty() && 5 * evidence.failed >= 4 * evidence.looked) {
     return cause + ": " + TwoDevices(*evidence.first().device) + ", or a bad wire at its end";
   }
   return cause +
          (evidence.healthy.empty()
-              ? ": noise, bad termination or ground, or two devices with its address"
+              ? ": " + noise + " (" + remedy + "), or " + TwoDevices(*evidence.first().device)
               : ": a bad wire or plug at its end, or " + TwoDevices(*evidence.first().device));
 }
 
@@ -312,7 +314,9 @@ std::string SayOdd(const Evidence& evidence) {
   const Finding& finding = evidence.Last(evidence.Count(odd) > 0 ? odd : one_behind);
   if (IsDamageAsMisfit(evidence)) {
     return "some replies are damaged" + QuotedIn(finding) +
-           ": noise, two devices with its address, or a converter loses bytes; a checksum helps";
+           ": noise on the line, or a converter loses characters: check termination and ground, "
+           "and "
+           "switch its checksum on";
   }
   if (IsNowAndThen(evidence) && !OneNeverFits(evidence) && IsOtherLength(evidence, finding)) {
     return "some replies belong to other requests (" + Brief(finding) +

@@ -53,24 +53,26 @@ std::string SaySettings(const Evidence& evidence) {
   if (evidence.changed) {
     const char* const what = record.status.unasked ? "message" : "frame";
     return std::string("bytes come, and not one good ") + what +
-           " any more: check whether its bit rate, parity or "
-           "data bits were changed (" +
-           serial + " here), A and B, then noise, or a second device with its address";
+           " any more: its bit rate or parity was changed (" + serial +
+           " here): set both alike; or A and B are swapped";
   }
   if (record.status.unasked) {
-    return "bytes come, and no message: check bit rate, parity and data bits (" + serial +
-           " here), then what the profile says of its messages";
+    return "bytes come, and no message: its bit rate or parity differs (" + serial +
+           " here): set both alike; or its messages are not those of the profile";
   }
   if (!evidence.healthy.empty()) {
     return "its replies cannot be read: its bit rate or parity differs (" + serial +
            "), or two devices have its address (" + record.device->address + ")";
   }
   if (IsBehindServer(evidence)) {
-    return "bytes come, and not one good frame: check bit rate and parity at the serial server (" +
-           serial + " here), then the protocol (" + record.device->protocol + ")";
+    return "bytes come, and not one good frame: bit rate or parity at the serial server differ "
+           "from the device's (" +
+           serial + " here): set them alike; or the protocol differs (" + record.device->protocol +
+           ")";
   }
-  return "bytes come, and not one good frame: check bit rate, parity and data bits (" + serial +
-         "), A and B, then the protocol (" + record.device->protocol + ")";
+  return "bytes come, and not one good frame: its bit rate, parity or protocol differs (" + serial +
+         ", " + record.device->protocol +
+         " here): 'baudgate scan' finds them; or A and B are swapped";
 }
 
 std::string SayNoTcp(const Evidence& evidence) {

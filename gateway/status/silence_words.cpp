@@ -43,6 +43,10 @@ std::string Unproven(const Evidence& evidence) {
   const DeviceRecord& record = evidence.first();
   const std::string& address = record.device->address;
   const std::string counterpart(evidence.traits().counterpart);
+  if (evidence.answered && !evidence.fell.empty() && !OnWire(evidence)) {
+    return "as from " + evidence.fell + " since the same moment: the server at " +
+           evidence.line->port + " hangs (restart it), or what is behind it has no power";
+  }
   if (evidence.answered && !evidence.fell.empty()) {
     return "as from " + evidence.fell +
            " since the same moment: look at what they share, a branch of the line or its power";
@@ -57,12 +61,12 @@ std::string Unproven(const Evidence& evidence) {
   if (!OnWire(evidence)) {
     const bool other = !evidence.answered && evidence.healthy.empty() && !counterpart.empty();
     const bool alone = evidence.healthy.empty() && evidence.status->port == LineStatus::Port::open;
-    const std::string what =
-        alone ? "the server at " + evidence.line->port +
-                    " accepts connections and does not answer: check the unit (" + address +
-                    "), or restart it"
-              : "check its power, its unit (" + address + ") and what is behind " +
-                    evidence.line->port;
+    const std::string what = alone ? "the server at " + evidence.line->port +
+                                         " accepts connections and does not answer: is unit " +
+                                         address + " right (try " +
+                                         (address == "255" ? "1" : "255") + ")? Else restart it"
+                                   : "check its power, its unit (" + address +
+                                         ") and what is behind " + evidence.line->port;
     return what + (other ? "; if that is a plain serial server: protocol: " + counterpart : "");
   }
   if (evidence.healthy.empty() && IsBehindServer(evidence)) {

@@ -2,6 +2,8 @@
 #include "protocols/reader/conversation.h"
 
 #include <algorithm>
+#include <cctype>
+#include <initializer_list>
 #include <tuple>
 #include <utility>
 
@@ -75,6 +77,15 @@ bool IsSentence(std::string_view text) {
   });
 }
 
+/// "Err 03".
+bool HasErrorWord(std::string_view text) {
+  std::string low(text);
+  std::ranges::transform(low, low.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return std::ranges::any_of(std::initializer_list<const char*>{"err", "fault", "fail"},
+                             [&](const char* word) { return low.find(word) != std::string::npos; });
+}
+
 /// Reason and remedy.
 std::pair<std::string, std::string> WhyNoNumber(std::string_view text, std::string_view unit) {
   constexpr std::string_view kNumber = "0123456789.";
@@ -108,6 +119,10 @@ std::pair<std::string, std::string> WhyNoNumber(std::string_view text, std::stri
   if (numbers > 1) {
     return {std::to_string(numbers) + " numbers in " + quoted,
             "write the characters of the one that is wanted at the point: read: number FROM-TO"};
+  }
+  if (HasErrorWord(text)) {
+    return {"it says " + quoted + " in place of a number",
+            "a fault of its own: look it up in its manual (load cell, overload, cable)"};
   }
   if (numbers == 1 && IsMass(unit) && !its) {
     return {"no unit stands behind the number in " + quoted,

@@ -15,16 +15,16 @@ const Bytes kRequest = {1, 2, 3};
 TEST(Rest, AConnectionForEachRequestIsGivenUpAgain) {
   Rest rest(false);
   std::uint64_t answers = 0;
-  rest.OnOpened(answers);
+  rest.OnOpened(answers, kStart - 1s);
   EXPECT_FALSE(rest.Holds(kRequest, kStart));
   for (const int wanted : {32, 128, 512, 1024, 1024}) {
     rest.OnBytes(kStart);
     EXPECT_FALSE(rest.Holds(kRequest, kStart));
-    EXPECT_TRUE(rest.OnEnded(++answers, false)) << "in place of the second answer";
+    EXPECT_TRUE(rest.OnEnded(++answers, false, kStart)) << "in place of the second answer";
     int alone = 0;
     while (rest.Holds(kRequest, kStart)) {
       if (alone++ > 0) rest.OnBytes(kStart);
-      EXPECT_TRUE(rest.OnOpened(answers));
+      EXPECT_TRUE(rest.OnOpened(answers, kStart - 1s));
       EXPECT_EQ(rest.TakeHeld(), kRequest);
       ASSERT_LE(alone, 1024);
     }
@@ -32,14 +32,28 @@ TEST(Rest, AConnectionForEachRequestIsGivenUpAgain) {
   }
 }
 
+/// It ends each connection 20 ms behind the first answer. Others have come meanwhile.
+TEST(Rest, AnEndSoonBehindTheOpeningIsOneBehindTheAnswer) {
+  Rest rest(false);
+  rest.OnOpened(0, kStart);
+  rest.Holds(kRequest, kStart);
+  EXPECT_FALSE(rest.IsDrop(3, kStart + 30ms));
+  EXPECT_TRUE(rest.OnEnded(3, false, kStart + 30ms));
+  EXPECT_TRUE(rest.Holds(kRequest, kStart + 40ms));
+  EXPECT_TRUE(rest.OnOpened(3, kStart + 41ms));
+  EXPECT_EQ(rest.TakeHeld(), kRequest);
+  rest.OnBytes(kStart + 45ms);
+  EXPECT_TRUE(rest.Holds(kRequest, kStart + 46ms)) << "each gets its own connection";
+}
+
 /// One end in place of an answer says nothing about the next.
 TEST(Rest, AConnectionThatHasServedIsSharedAgain) {
   Rest rest(false);
-  rest.OnOpened(0);
+  rest.OnOpened(0, kStart - 1s);
   EXPECT_FALSE(rest.Holds(kRequest, kStart));
-  EXPECT_TRUE(rest.OnEnded(100, false));
+  EXPECT_TRUE(rest.OnEnded(100, false, kStart));
   EXPECT_TRUE(rest.Holds(kRequest, kStart)) << "it waits for the next connection";
-  EXPECT_TRUE(rest.OnOpened(100));
+  EXPECT_TRUE(rest.OnOpened(100, kStart - 1s));
   EXPECT_EQ(rest.TakeHeld(), kRequest);
   rest.OnBytes(kStart);
   EXPECT_FALSE(rest.Holds(kRequest, kStart));
@@ -50,9 +64,9 @@ TEST(Rest, FourConnectionsInVainAreNoOutageWhereOthersAreAskedNext) {
     Rest rest(false);
     int rested = 0;
     for (;;) {
-      rest.OnOpened(0);
+      rest.OnOpened(0, kStart - 1s);
       rest.Holds(kRequest, kStart);
-      if (!rest.OnEnded(0, several)) break;
+      if (!rest.OnEnded(0, several, kStart)) break;
       ++rested;
     }
     EXPECT_EQ(rested, several ? 4 : 0);
@@ -62,28 +76,28 @@ TEST(Rest, FourConnectionsInVainAreNoOutageWhereOthersAreAskedNext) {
 /// It serves the others. Only the number of the request differs.
 TEST(Rest, AnEndAtTheSameRequestIsNeitherADropNorAnOutage) {
   Rest rest(false, 2);
-  rest.OnOpened(0);
+  rest.OnOpened(0, kStart - 1s);
   rest.Holds(kRequest, kStart);
   EXPECT_TRUE(rest.IsDrop(8, kStart));
-  EXPECT_TRUE(rest.OnEnded(8, false));
+  EXPECT_TRUE(rest.OnEnded(8, false, kStart));
   for (int again = 0; again < 4; ++again) {
-    rest.OnOpened(8);
+    rest.OnOpened(8, kStart - 1s);
     EXPECT_FALSE(rest.Holds(Bytes{1, static_cast<std::uint8_t>(again), 3}, kStart));
     EXPECT_FALSE(rest.IsDrop(8, kStart));
-    EXPECT_TRUE(rest.OnEnded(8, false));
+    EXPECT_TRUE(rest.OnEnded(8, false, kStart));
   }
-  rest.OnOpened(8);
+  rest.OnOpened(8, kStart - 1s);
   rest.Holds(kRequest, kStart);
-  EXPECT_FALSE(rest.OnEnded(8, false)) << "it has served nothing else meanwhile";
+  EXPECT_FALSE(rest.OnEnded(8, false, kStart)) << "it has served nothing else meanwhile";
 }
 
 /// A server that ends each connection after some seconds, whatever is asked.
 TEST(Rest, AnEndAtARequestThatIsAnsweredElseIsADrop) {
   Rest rest(false);
-  rest.OnOpened(0);
+  rest.OnOpened(0, kStart - 1s);
   rest.Holds(kRequest, kStart);
-  EXPECT_TRUE(rest.OnEnded(8, false));
-  rest.OnOpened(8);
+  EXPECT_TRUE(rest.OnEnded(8, false, kStart));
+  rest.OnOpened(8, kStart - 1s);
   rest.Holds(kRequest, kStart);
   rest.OnBytes(kStart);
   rest.Holds(kRequest, kStart);
@@ -92,9 +106,9 @@ TEST(Rest, AnEndAtARequestThatIsAnsweredElseIsADrop) {
 
 TEST(Rest, TheEndOfAConnectionThatIsAlwaysWantedIsAnOutage) {
   Rest rest(true);
-  rest.OnOpened(0);
+  rest.OnOpened(0, kStart - 1s);
   rest.OnBytes(kStart);
-  EXPECT_FALSE(rest.OnEnded(1, true));
+  EXPECT_FALSE(rest.OnEnded(1, true, kStart));
   EXPECT_FALSE(rest.rests());
 }
 
@@ -115,7 +129,7 @@ TEST(Rest, AnEndInUseIsADrop) {
   };
   for (const auto& row : rows) {
     Rest rest(false);
-    rest.OnOpened(100);
+    rest.OnOpened(100, kStart - 1s);
     rest.Holds(kRequest, kStart - 500ms);
     rest.OnBytes(kStart - 450ms);
     rest.Holds(kRequest, kStart);

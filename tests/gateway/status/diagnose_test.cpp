@@ -375,7 +375,7 @@ TEST_F(DiagnoseTest, AReader) {
   Looked(device(), Symptom::noise, 2);
   EXPECT_THAT(Say(), ElementsAre(::testing::StartsWith(
                                      "no message was good yet: bytes come, and no message: "
-                                     "check bit rate, parity and data bits"),
+                                     "its bit rate or parity differs"),
                                  "feeder-1 answers on the same line"));
 }
 

@@ -21,8 +21,8 @@ TEST_F(HypothesesTest, MisfitsNowAndThen) {
   row.queries = {{.points = 1}};
   record_.points[0].value = 2.5;
   EXPECT_EQ(SayOf(row),
-            "some replies are damaged ('+02.51'): noise, two devices with its address, or a "
-            "converter loses bytes; a checksum helps");
+            "some replies are damaged ('+02.51'): noise on the line, or a converter loses "
+            "characters: check termination and ground, and switch its checksum on");
   row.seen.push_back({other_device, 3, {.cause = "module 17 answers where 01 was asked"}});
   EXPECT_THAT(SayOf(row), ::testing::StartsWith("some replies are damaged ('+02.51'): "))
       << "an address that lacks a character";

@@ -38,11 +38,12 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        "2, 9600 7E1, spabus)"},
       {{{silence, 20}},
        "not a byte came: the server at tcp://10.0.0.7:502 accepts connections and does not answer: "
-       "check the unit (2), or restart it; if that is a plain serial server: protocol: modbus_rtu",
+       "is unit 2 right (try 255)? Else restart it; if that is a plain serial server: protocol: "
+       "modbus_rtu",
        kServer},
       {{{noise, 12}, {damaged, 5}, {silence, 3}},
-       "bytes come, and not one good frame: check bit rate, parity and data bits (9600 7E1), A and "
-       "B, then the protocol (spabus)"},
+       "bytes come, and not one good frame: its bit rate, parity or protocol differs (9600 7E1, "
+       "spabus here): 'baudgate scan' finds them; or A and B are swapped"},
       {{{noise, 12}, {damaged, 5}},
        "its replies cannot be read: its bit rate or parity differs (9600 7E1), or two devices have "
        "its address (2)",
@@ -52,12 +53,12 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        "needs protocol: modbus_rtu",
        kServer},
       {{{clean, 20}, {damaged, 6}},
-       "its replies come damaged: noise, bad termination or ground, or two devices with its "
-       "address",
+       "its replies come damaged: noise on the line (check termination, ground and shield), or two "
+       "devices have its address (2; unplug one)",
        kAnswered},
       {{{clean, 20}, {damaged, 6}, {other_master, 1}},
-       "its replies come damaged: noise, bad termination or ground, or two devices with its "
-       "address",
+       "its replies come damaged: noise on the line (check termination, ground and shield), or two "
+       "devices have its address (2; unplug one)",
        kAnswered},
       {{{late, 4, {.time = 380ms}}, {silence, 16}},
        "its replies come up to 380 ms after the request, and timing.reply is 100 ms: set timing: { "
@@ -120,9 +121,8 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        "does not do 9600 7E1: use another, or 7O1",
        kAnswered},
       {{{noise, Findings::kKept}},
-       "bytes come, and not one good frame any more: check whether its bit rate, parity or data "
-       "bits were changed (9600 7E1 here), A and B, then noise, or a second device with its "
-       "address",
+       "bytes come, and not one good frame any more: its bit rate or parity was changed (9600 7E1 "
+       "here): set both alike; or A and B are swapped",
        kAnswered},
       {{{bad_check, 9}},
        "its replies have a wrong check value: two devices have its address, or it computes another "
@@ -134,8 +134,8 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        "only characters of one parity come, and FF in place of the others: its parity is another "
        "one; set both alike (9600 7E1)"},
       {{{text, 5, {.cause = "'IKZz;h'"}}, {noise, 5}},
-       "bytes come, and not one good frame: check bit rate, parity and data bits (9600 7E1), A and "
-       "B, then the protocol (spabus)"},
+       "bytes come, and not one good frame: its bit rate, parity or protocol differs (9600 7E1, "
+       "spabus here): 'baudgate scan' finds them; or A and B are swapped"},
       {{{clean, 1, {.idle = kLongIdle}}, {silence, 20, {.idle = 90ms}}},
        "requests get no answer that come soon (90 ms) behind a telegram: try timing: { quiet: "
        "250ms } at the device, then more",
@@ -216,8 +216,8 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        "its reply to weight is not as described: x",
        kAnswered | kHere},
       {{{clean, 9}, {damaged, 6}, {other_form, 3, {.cause = "its reply is other", .remedy = "x"}}},
-       "its replies come damaged: noise, bad termination or ground, or two devices with its "
-       "address",
+       "its replies come damaged: noise on the line (check termination, ground and shield), or two "
+       "devices have its address (2; unplug one)",
        kAnswered | kHere},
       {{{eighth_bit, 9, {.cause = "mark"}}},
        "the eighth bit of its characters is always 1: 7 data bits with mark parity, or two stop "
@@ -317,16 +317,16 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
       {{{clean, 9},
         {other_setting, 2, {.cause = "bytes 11 are missing inside its replies", .remedy = "raw"}},
         {damaged, 9, {.bytes = 8}}},
-       "its replies come damaged: noise, bad termination or ground, or two devices with its "
-       "address",
+       "its replies come damaged: noise on the line (check termination, ground and shield), or two "
+       "devices have its address (2; unplug one)",
        kAnswered | kHere},
       {{{clean, 9}, {end_lost, 9, {.cause = "garbled"}}},
        "the last byte of its replies comes garbled: a driver lets go of the bus too early (use one "
        "with automatic direction), or its replies come damaged: noise, a bad wire",
        kAnswered | kHere},
       {{{clean, 9}, {end_lost, 5, {.cause = "garbled"}}, {damaged, 4}},
-       "its replies come damaged: noise, bad termination or ground, or two devices with its "
-       "address",
+       "its replies come damaged: noise on the line (check termination, ground and shield), or two "
+       "devices have its address (2; unplug one)",
        kAnswered | kHere},
       {{{late, 1, {.time = 1200ms}},
         {other_reply, 9, {.cause = "its replies carry another number", .remedy = "update it"}}},
@@ -336,8 +336,8 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        "overrun (replace it)",
        kAnswered | kHere},
       {{{clean, 20}, {bytes_lost, 1}, {head_lost, 3}, {bad_check, 4}, {damaged, 1}},
-       "its replies come damaged: noise, bad termination or ground, or two devices with its "
-       "address",
+       "its replies come damaged: noise on the line (check termination, ground and shield), or two "
+       "devices have its address (2; unplug one)",
        kAnswered | kHere},
       {{{tail_lost, 9, {.bytes = 5, .expected = 8}}},
        "its replies break off (5 of 8 bytes came): its driver lets go of the bus too early, or two "
