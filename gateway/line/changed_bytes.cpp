@@ -311,10 +311,8 @@ bool LacksSome(View heard, View reply) {
   const std::size_t lost = reply.size() - heard.size();
   const std::size_t common = CommonBytes(heard, reply);
   const bool text = std::ranges::all_of(reply, IsPrintable);
-  if (text && ends && lost > kMostLost) {
-    return heard.size() >= kLong && lost <= heard.size() && 8 * common >= 7 * heard.size();
-  }
-  if (lost > kMostLost) return false;
+  const bool many = text && ends && heard.size() >= kLong && lost <= heard.size();
+  if (lost > kMostLost && !many) return false;
   if (text) return 4 * common >= 3 * heard.size();
   return common == heard.size() && heard.back() == reply.back();
 }

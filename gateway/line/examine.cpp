@@ -191,6 +191,7 @@ Finding Broken(const Hearing& hearing, View heard) {
   if (length > kAFew && heard.size() < length && heard.size() + kAFew >= length) {
     return {.symptom = Symptom::bytes_lost};
   }
+  if (heard.size() < length && IsWholeText(hearing, heard)) return {.symptom = Symptom::bytes_lost};
   if (length > 0 && heard.size() > length && heard.size() <= length + kAFew) {
     return {.symptom = Symptom::bytes_added};
   }

@@ -17,6 +17,8 @@ constexpr double kFewest = 2;
 constexpr double kMostly = 4;
 /// This many coincidences are no chance.
 constexpr std::size_t kOften = 2;
+/// Devices are asked one after the other.
+constexpr Duration kNextTurn = 1s;
 /// Failures this close together belong to one outage.
 constexpr Duration kSameOutage = 3s;
 /// Fewer failures at the same time may be chance.
@@ -173,7 +175,7 @@ bool AreAwayTogether(const FailureRuns& one, const FailureRuns& other) {
     if (!lasts(run)) continue;
     ++all;
     together += std::ranges::any_of(other.runs(), [&](const FailureRuns::Run& its) {
-      return lasts(its) && its.first <= run.last && run.first <= its.last;
+      return lasts(its) && its.first <= run.last + kNextTurn && run.first <= its.last + kNextTurn;
     });
   }
   return together >= kOften && 2 * together > all;

@@ -13,7 +13,7 @@ namespace {
 /// One of so many exchanges that were looked at may have failed.
 constexpr std::size_t kMostlyGood = 8;
 /// A neighbour fails as often as the device, if it does so at least once in so many times.
-constexpr std::size_t kOftenAlike = 3;
+constexpr std::size_t kOftenAlike = 4;
 
 void Add(Evidence& evidence, const DeviceRecord& record) {
   const DeviceStatus& status = record.status;

@@ -297,6 +297,11 @@ std::vector<std::string> Besides(const Evidence& evidence,
   if (evidence.absent && judged.front()->support == TooFast) {
     besides.push_back("or it is off: check its power and its wire");
   }
+  const std::string counterpart(evidence.traits().counterpart);
+  const bool never = !evidence.answered && evidence.healthy.empty() && !OnWire(evidence);
+  if (never && !counterpart.empty() && judged.front()->support == Silent) {
+    besides.push_back("or that is a plain serial server: set protocol: " + counterpart);
+  }
   if (!evidence.alike.empty() && evidence.fell.empty()) {
     besides.push_back(evidence.alike + " fails alike: look first at what both share");
   }

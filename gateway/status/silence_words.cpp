@@ -59,7 +59,6 @@ std::string Unproven(const Evidence& evidence) {
            " accepts connections and does not answer: restart it, or look at what is behind it";
   }
   if (!OnWire(evidence)) {
-    const bool other = !evidence.answered && evidence.healthy.empty() && !counterpart.empty();
     const bool alone = evidence.healthy.empty() && evidence.status->port == LineStatus::Port::open;
     const std::string what = alone ? "the server at " + evidence.line->port +
                                          " accepts connections and does not answer: is unit " +
@@ -67,7 +66,7 @@ std::string Unproven(const Evidence& evidence) {
                                          (address == "255" ? "1" : "255") + ")? Else restart it"
                                    : "check its power, its unit (" + address +
                                          ") and what is behind " + evidence.line->port;
-    return what + (other ? "; if that is a plain serial server: protocol: " + counterpart : "");
+    return what;
   }
   if (evidence.healthy.empty() && IsBehindServer(evidence)) {
     return "check its power, wire and address (" + address +

@@ -38,8 +38,7 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        "2, 9600 7E1, spabus)"},
       {{{silence, 20}},
        "not a byte came: the server at tcp://10.0.0.7:502 accepts connections and does not answer: "
-       "is unit 2 right (try 255)? Else restart it; if that is a plain serial server: protocol: "
-       "modbus_rtu",
+       "is unit 2 right (try 255)? Else restart it",
        kServer},
       {{{noise, 12}, {damaged, 5}, {silence, 3}},
        "bytes come, and not one good frame: its bit rate, parity or protocol differs (9600 7E1, "
