@@ -12,9 +12,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "gateway/base/outcome.h"
@@ -53,6 +55,13 @@ class LateAnswers {
   /// A request that the poller does not know got no reply: one may come until its ceiling.
   void OnUnknownRequest(const Member& member, Instant now) {
     SetLate(member, now + member.times.ceiling);
+  }
+  /// A second, different reply of it came, and not for the first time: two devices may have its
+  /// address. Its good replies are followed by a silence of its drain time for a while.
+  void OnSecondReply(const Member& member) {
+    State& state = states_[member];
+    if (!std::exchange(state.had_second, true)) return;
+    state.trail = std::max(state.trail, member.times.drain);
   }
   /// How much later than its reply time the first byte of its reply came; not above zero: in time.
   static Duration Lateness(const Asked& asked, const ExchangeEnd& end);
@@ -107,11 +116,12 @@ class LateAnswers {
     // Silence that follows its good replies, because more bytes came after one. The silence after
     // failures is `more_drain`. Needed by MisbehavingTwin.DoubledRepliesSpoilNoOther/Set4tm9600.
     Duration trail{};
-    std::size_t after = 0;   // bytes since its last exchange
-    std::size_t least = 0;   // bytes of the shortest reply to that
-    End end = End::silent;   // of its last exchange
-    bool absent = false;     // that was a probe of it while it was offline
-    bool told_late = false;  // the user has been warned
+    std::size_t after = 0;    // bytes since its last exchange
+    std::size_t least = 0;    // bytes of the shortest reply to that
+    End end = End::silent;    // of its last exchange
+    bool absent = false;      // that was a probe of it while it was offline
+    bool told_late = false;   // the user has been warned
+    bool had_second = false;  // a second, different reply came
   };
 
   static void LearnSilence(State& state, const Member& member, const StrayBytes& stray,

@@ -218,6 +218,7 @@ void Upkeep::OnSecondReply(Instant now) {
   if (last == nullptr) return;
   ledger_.devices.OnSecondReply(*last);
   owed_.whose.OnSecondReply(*last);
+  owed_.late.OnSecondReply(*last);
   DoubtLatest(now);
 }
 

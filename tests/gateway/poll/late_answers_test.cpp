@@ -57,6 +57,17 @@ TEST_F(LateAnswersTest, AnAnswerEndsTheWaiting) {
   EXPECT_TRUE(late_.IsClear(a, kStart + 320ms));
 }
 
+TEST_F(LateAnswersTest, BehindASecondReplyGoodRepliesAreFollowedByADrain) {
+  Exchange(a, 0ms, 20ms, Outcome::ok);
+  EXPECT_EQ(late_.Aftermath(asked_, kStart + 20ms), Duration());
+  late_.OnSecondReply(a);
+  EXPECT_EQ(late_.Aftermath(asked_, kStart + 30ms), Duration()) << "one may be chance";
+  late_.OnSecondReply(a);
+  EXPECT_EQ(late_.Aftermath(asked_, kStart + 30ms), a.times.drain);
+  for (int good = 0; good < 500; ++good) Exchange(a, 100ms, 120ms, Outcome::ok);
+  EXPECT_EQ(late_.Aftermath(asked_, kStart + 120ms), Duration()) << "it is trusted again";
+}
+
 TEST_F(LateAnswersTest, DamageIsFoundOutByTheProbeAndOwesNothing) {
   Exchange(a, 0ms, 50ms, Outcome::corrupt);
   EXPECT_TRUE(late_.IsClear(a, kStart + 50ms));
