@@ -145,7 +145,8 @@ void LinePort::OnEnded(const std::string& reason, bool unread, Now now) {
   const bool several = line_.devices.size() > 1;
   // While a client has the port, no request of the line opens it again.
   const bool lent = loan_.has_port();
-  display_.CountEnd({.worked = rest_.HasWorked(answers), .asked = rest_.asks()}, now);
+  display_.CountEnd({.worked = rest_.HasWorked(answers), .asked = rest_.asks(), .unread = unread},
+                    now);
   if (!lent && rest_.IsDrop(answers, now.instant)) display_.CountDrop(reason, now);
   if (lent || !rest_.OnEnded(answers, several, now.instant)) {
     display_.CountLoss(now);

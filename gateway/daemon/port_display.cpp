@@ -77,11 +77,12 @@ void PortDisplay::CountNoConnection(NoConnection why, Now now) {
 }
 
 void PortDisplay::CountEnd(End end, Now now) {
-  const bool shut = worked_ && !end.worked;
+  const bool at_request = end.asked && !end.unread;
+  const bool shut = worked_ && !end.worked && !at_request;
   worked_ = end.worked;
   Update([&](LineStatus& status) {
     if (shut) status.ends.shut.Add(now.instant);
-    if (end.worked && end.asked) status.ends.asked.Add(now.instant);
+    if (end.asked && (end.worked || at_request)) status.ends.asked.Add(now.instant);
     if (end.worked && !end.asked) status.ends.idle.Add(now.instant);
     if (!end.worked) return;
     const Duration age = now.instant - connected_;

@@ -48,6 +48,7 @@ class PortDisplay {
   struct End {
     bool worked = false;  ///< something was answered over it
     bool asked = false;   ///< a request was not answered yet
+    bool unread = false;  ///< nor read
   };
   void CountEnd(End end, Now now);
   /// The server has ended a connection that was in use, which is no outage.

@@ -250,10 +250,11 @@ std::string Refusals(const DeviceRecord& record, const Evidence& evidence) {
     return query.points == 0 || query.refused >= kNeverAnswered;
   });
   const bool always = none || all || (count == evidence.looked && count >= kAlways);
-  const bool mostly = evidence.looked == Findings::kKept && 8 * count >= 7 * evidence.looked;
+  const bool mostly = evidence.looked == Findings::kKept && 2 * count >= evidence.looked;
   std::string remedy = RemedyOf(last);
   if (last.outcome == Outcome::busy && last.remedy.empty() && (always || mostly)) {
-    remedy = "end its programming, local or test mode, or restart it";
+    remedy = always ? "end its programming, local or test mode, or restart it"
+                    : "end its programming, local or test mode, or raise its poll";
   } else if (remedy.starts_with(kProfileFits) &&
              ((always && HasWorked(record)) || RefusesWhatItGave(record))) {
     remedy = kHasWorked;

@@ -334,9 +334,10 @@ Sentences DiagnoseLine(const config::Line& line, const LineStatus& status,
     found.push_back(fmt::format(
         "{} of {} bytes came when nothing was asked: {}", status.stray_bytes, status.bytes_in,
         line.is_network() && line.serial.on_wire()
-            ? "late replies, packets of the serial server (heartbeat), or noise behind it"
+            ? "packets of the serial server itself (heartbeat), or noise behind it"
         : line.serial.on_wire()
-            ? "noise (check bias resistors and termination), a second master, or late replies"
+            ? "noise between the replies (check bias resistors and termination), or a second "
+              "master"
             : "the server answers twice, or does not keep to Modbus TCP; update its firmware"));
   }
   const std::size_t lost = LossesOf(line, status, now);

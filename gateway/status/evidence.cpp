@@ -103,14 +103,21 @@ std::size_t FailedOf(const DeviceStatus& status) {
   return failed;
 }
 
+/// Where bytes of some come, and not one of others, they share no cause.
 bool AbsentTogether(std::span<const DeviceRecord> all) {
   std::size_t absent = 0;
+  std::size_t silent = 0;
+  std::size_t speaking = 0;
   for (const DeviceRecord& one : all) {
     if (one.status.state == DeviceState::disabled) continue;
     if (!IsAbsent(one.status)) return false;
     ++absent;
+    const std::size_t failed = FailedOf(one.status);
+    const std::size_t mute = one.status.findings.Count(Symptom::silence);
+    silent += failed > 0 && mute == failed ? 1 : 0;
+    speaking += 4 * mute < failed ? 1 : 0;
   }
-  return absent > 1;
+  return absent > 1 && (silent == 0 || speaking == 0);
 }
 
 bool IsHealthy(const DeviceStatus& status) {

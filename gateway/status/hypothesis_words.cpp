@@ -214,6 +214,12 @@ std::string SayBadCheck(const Evidence& evidence) {
            "multiplexer, or noise";
   }
   const std::string cause = "its replies have a wrong check value";
+  if (!evidence.answered && IsNearlyAll(evidence.Count(bad_check), evidence)) {
+    const std::string check = CheckOf(evidence.first());
+    return cause + (check.empty() ? "" : " (" + check.substr(2) + ")") +
+           ": it computes another one (see its manual and options), or two devices have its "
+           "address";
+  }
   if (!evidence.Last(bad_check).cause.empty()) {
     return cause +
            ": two devices have its address, it computes another one, or a converter loses bytes "

@@ -77,6 +77,12 @@ bool IsSentence(std::string_view text) {
   });
 }
 
+/// "OL,GS,+-------kg", "OVER".
+bool ShowsOverload(std::string_view text) {
+  return text.starts_with("OL") || text.find("OVER") != std::string_view::npos ||
+         text.find("over") != std::string_view::npos;
+}
+
 /// "Err 03".
 bool HasErrorWord(std::string_view text) {
   std::string low(text);
@@ -119,6 +125,9 @@ std::pair<std::string, std::string> WhyNoNumber(std::string_view text, std::stri
   if (numbers > 1) {
     return {std::to_string(numbers) + " numbers in " + quoted,
             "write the characters of the one that is wanted at the point: read: number FROM-TO"};
+  }
+  if (numbers == 0 && ShowsOverload(text)) {
+    return {"it shows overload in " + quoted, "take the load off, or look at its load cell"};
   }
   if (HasErrorWord(text)) {
     return {"it says " + quoted + " in place of a number",

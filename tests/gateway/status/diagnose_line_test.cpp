@@ -72,9 +72,8 @@ TEST_F(DiagnoseTest, TroubleOfALine) {
        "the driver lost bytes 5 times: the machine is too busy, or the adapter needs flow control "
        "(rtscts)"},
       {[](LineStatus& line) { line.bytes_in = 1000, line.stray_bytes = 60; },
-       "60 of 1000 bytes came when nothing was asked: noise (check bias resistors and "
-       "termination), "
-       "a second master, or late replies"},
+       "60 of 1000 bytes came when nothing was asked: noise between the replies (check bias "
+       "resistors and termination), or a second master"},
       {[](LineStatus& line) {
          for (const Duration ago : {Duration(2h), Duration(50min), Duration(1min)})
            line.losses.Add(kNow.instant - ago);
