@@ -12,6 +12,13 @@ namespace {
 /// In the place of a point's name.
 constexpr const char* kTelegramPoint = "telegram";
 
+/// Its first point stands for all.
+DeniedWrite NotTaken(const WriteCommand& command, WriteEnd end) {
+  DeniedWrite denied{.client = command.client, .device = command.device, .end = end};
+  if (!command.writes().empty()) denied.point = command.writes().front().point;
+  return denied;
+}
+
 }  // namespace
 
 AuditedWrites::AuditedWrites(const PointStore& store, CommandSink& inner, WriteLog& log,
@@ -102,7 +109,7 @@ void AuditedWrites::NoteBusy(const WriteCommand& command, Now now) {
     record.reason = "too many writes wait for their records";
     log_.Note(std::move(record), now.instant);
   }
-  inner_.OnNotTaken({.client = command.client, .device = command.device, .end = WriteEnd::busy});
+  inner_.OnNotTaken(NotTaken(command, WriteEnd::busy));
 }
 
 void AuditedWrites::OnNotTaken(const DeniedWrite& denied) {
@@ -132,7 +139,7 @@ bool AuditedWrites::HandOn() {
       next->has_room && log_.WaitFor(next->last, next->until) == WriteLog::Written::yes;
   if (!kept && require_) {
     const std::string why = next->has_room ? log_.Trouble() : "too many records wait already";
-    inner_.OnNotTaken({.client = next->command.client, .device = next->command.device});
+    inner_.OnNotTaken(NotTaken(next->command, WriteEnd::denied));
     next->command.End({.end = WriteEnd::denied, .reason = "its record cannot be kept: " + why});
   } else if (!inner_.Submit(next->command)) {
     next->command.End({.end = WriteEnd::busy, .reason = "too many writes wait for the line"});

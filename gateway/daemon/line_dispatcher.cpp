@@ -24,7 +24,7 @@ bool LineDispatcher::Submit(WriteCommand command) {
 }
 
 void LineDispatcher::OnNotTaken(const DeniedWrite& denied) {
-  if (denied.counts) Count(denied.device, denied.end);
+  if (denied.counts && denied.point) Count(denied.device, denied.end);
 }
 
 /// Counts a write that does not reach the poller, which counts all others.

@@ -41,7 +41,7 @@ void LineReporter::TellState(std::uint32_t device, DeviceState from, DeviceState
 }
 
 void LineReporter::OnNews(News news, Now at) {
-  if (events_ == nullptr || news.device >= kFirstSlave) return;
+  if (events_ == nullptr || retired_ || news.device >= kFirstSlave) return;
   const auto key = std::pair(news.what, news.device);
   if (news.over) {
     news.first = lasting_.erase(key) == 0;

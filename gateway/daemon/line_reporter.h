@@ -8,6 +8,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <optional>
 #include <set>
@@ -23,7 +24,7 @@
 
 namespace baudgate {
 
-/// On the line's thread.
+/// On the line's thread, but Retire.
 class LineReporter final : public PollerListener {
  public:
   /// All outlive it. `memory` null: what conversations learn ends with the program. `events` null:
@@ -50,6 +51,10 @@ class LineReporter final : public PollerListener {
     if (events_ != nullptr) events_->OnRead(device, points, at);
   }
 
+  /// A reload has put another line in the place of this one, whose driver hangs: news from now on
+  /// would pass for that line's, which has the same name. From any thread.
+  void Retire() { retired_ = true; }
+
   /// Events of the device are on the disk: those that OnEvents reported last (`reported`), or those
   /// from before the start. Returns whether none of its events is unsaved.
   [[nodiscard]] bool TakeKept(std::uint32_t device, bool reported) {
@@ -68,6 +73,7 @@ class LineReporter final : public PollerListener {
   const LineRecorder& recorder_;
   DeviceMemory* const memory_;
   EventSink* const events_;
+  std::atomic<bool> retired_ = false;
   std::set<std::uint32_t> unsaved_;  // devices whose events are not on the disk yet
   std::set<Key> lasting_;            // told, and not over
   std::set<Key> over_;               // their end was told once

@@ -41,6 +41,9 @@ class LineRunner final : private TransportListener, private serial_server::PortO
   /// the line uses is destroyed.
   bool StopBefore(Instant deadline);
 
+  /// The line is abandoned, because it cannot be stopped: see LineReporter. From any thread.
+  void Retire() { line_.reporter.Retire(); }
+
   /// Since when the loop hangs; empty: it does not. Until it runs again, requests are refused. From
   /// any thread.
   void SetStuck(std::optional<WallTime> since) { stuck_since_ = since.value_or(WallTime{}); }

@@ -78,7 +78,7 @@ void Lines::Start() {
   }
 }
 
-bool Lines::Remove(std::span<const std::uint32_t> lines) {
+void Lines::Remove(std::span<const std::uint32_t> lines) {
   struct Ending {
     std::uint32_t line = 0;
     std::unique_ptr<LineRunner> runner;
@@ -92,7 +92,6 @@ bool Lines::Remove(std::span<const std::uint32_t> lines) {
     one.runner->RequestStop("a reload has changed or removed the line");
   }
   const Instant deadline = ReadClocks().instant + kWaitForLines;
-  bool all = true;
   for (Ending& one : ending) {
     Place& place = places_[one.line];
     {
@@ -100,7 +99,7 @@ bool Lines::Remove(std::span<const std::uint32_t> lines) {
       watch_.Remove(one.line);
     }
     if (!one.runner->StopBefore(deadline)) {
-      all = false;
+      one.runner->Retire();
       log::Warn({.line = place.config->name},
                 "cannot be stopped: a call of its driver does not return; the line is abandoned");
       hanging_.push_back(std::move(one.runner));
@@ -110,7 +109,6 @@ bool Lines::Remove(std::span<const std::uint32_t> lines) {
     if (place.own) place.own->Stop();
     place.own.reset();
   }
-  return all;
 }
 
 // None of these waits with the lock of a slot: what ends may need a thread that waits for that.

@@ -44,9 +44,9 @@ class Lines {
   void Add(std::shared_ptr<const config::Line> line, std::shared_ptr<LoopThread> own = {});
   /// Those that do not run yet.
   void Start();
-  /// Ends these lines and closes their ports, within about a second. False: a call of a driver does
-  /// not return; that line is abandoned.
-  bool Remove(std::span<const std::uint32_t> lines);
+  /// Ends these lines and closes their ports, within about a second. A line whose driver does not
+  /// return from a call is abandoned.
+  void Remove(std::span<const std::uint32_t> lines);
   /// Ends all, within about a second. Returns the names of those that hang.
   std::vector<std::string> Stop();
   /// Ends all, and waits for every driver.

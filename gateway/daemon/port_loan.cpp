@@ -170,7 +170,7 @@ void PortLoan::Tell(const Visit& visit, const std::string& why, Now now) {
   }
   const auto what = lends() ? News::What::port_lent : News::What::port_served;
   links_.news.OnNews({what, true, {}, visit.client + ": " + text}, now);
-  links_.store.UpdateLine(links_.store.LineIndex(links_.config), [&](LineStatus& status) {
+  links_.store.UpdateLine(number_, [&](LineStatus& status) {
     PortService* const service = ServiceAt(status, visit.place);
     if (service == nullptr) return;
     service->visit = PortService::Visit{visit.client,  visit.began.wall, now.wall,
@@ -239,7 +239,7 @@ void PortLoan::ShowVisit(Now now) {
   const Visit visit = user_->visit();
   const PortCounters errors = links_.port.Counters();
   const WallTime until = until_ == Instant::max() ? WallTime{} : now.wall + (until_ - now.instant);
-  links_.store.UpdateLine(links_.store.LineIndex(links_.config), [&](LineStatus& status) {
+  links_.store.UpdateLine(number_, [&](LineStatus& status) {
     status.parity_errors = errors.parity;
     status.framing_errors = errors.framing;
     status.overruns = errors.overrun;
@@ -257,7 +257,7 @@ PortService* PortLoan::ServiceAt(LineStatus& status, const std::string& place) c
 }
 
 void PortLoan::OnListening(const std::string& place, const std::string& trouble, Now /*now*/) {
-  links_.store.UpdateLine(links_.store.LineIndex(links_.config), [&](LineStatus& status) {
+  links_.store.UpdateLine(number_, [&](LineStatus& status) {
     if (PortService* const service = ServiceAt(status, place)) service->trouble = trouble;
   });
 }
@@ -275,7 +275,7 @@ void PortLoan::Withdraw(const config::PortServer& server) {
 }
 
 void PortLoan::HideService(const std::string& place) {
-  links_.store.UpdateLine(links_.store.LineIndex(links_.config), [&](LineStatus& status) {
+  links_.store.UpdateLine(number_, [&](LineStatus& status) {
     std::erase_if(status.services, [&](const PortService& one) { return one.place == place; });
   });
 }
@@ -289,9 +289,8 @@ void PortLoan::ShowService(const config::PortServer& server, std::optional<WallT
   service.lent = lends();
   service.trouble = "not opened yet";
   if (until) service.open_until = *until;
-  links_.store.UpdateLine(links_.store.LineIndex(links_.config), [&](LineStatus& status) {
-    status.services.push_back(std::move(service));
-  });
+  links_.store.UpdateLine(
+      number_, [&](LineStatus& status) { status.services.push_back(std::move(service)); });
 }
 
 }  // namespace baudgate

@@ -60,7 +60,8 @@ class PortLoan final : public serial_server::PortOwner {
     Duration rest{};
   };
   /// All outlive it.
-  PortLoan(const Links& links, Line& line) : links_(links), line_(line) {}
+  PortLoan(const Links& links, Line& line)
+      : links_(links), number_(links.store.LineIndex(links.config)), line_(line) {}
 
   // See PortOwner.
   void Want(serial_server::PortUser& user, const serial_server::Visit& visit, Now now) override;
@@ -112,6 +113,7 @@ class PortLoan final : public serial_server::PortOwner {
   PortService* ServiceAt(LineStatus& status, const std::string& place) const;
 
   const Links links_;
+  const std::uint32_t number_;  // in the store, which forgets a line that a reload has ended
   Line& line_;
   State state_ = State::free;
   serial_server::PortUser* user_ = nullptr;  // wants it, or has it

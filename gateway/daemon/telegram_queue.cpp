@@ -32,9 +32,8 @@ void TelegramQueue::Submit(WriteCommand command, const std::optional<std::string
 /// Why a telegram that waits is not sent any more: bytes of others have kept the line from being
 /// quiet, the program was stopped, or its client has left.
 const char* TelegramQueue::WhyNotSend(const WriteCommand& command, Now now) {
-  if (command.abandoned && *command.abandoned) return "its client has left";
-  return command.deadline <= now.instant ? "its deadline passed while it waited for the line"
-                                         : nullptr;
+  if (command.client_left()) return kClientLeft;
+  return command.deadline <= now.instant ? kTooLate : nullptr;
 }
 
 void TelegramQueue::Withdraw(Now now) {

@@ -34,7 +34,7 @@ class TelegramQueue {
   bool OnBytes(View bytes, Now now);
   void OnTimer(Now now);
   /// See Poller.
-  bool MayGoOut(Now now) const { return !command_ || command_->deadline > now.instant; }
+  bool MayGoOut(Now now) const { return !command_ || WhyNotSend(*command_, now) == nullptr; }
   /// The port is gone, or is given away.
   void OnClosed(const std::string& reason);
   /// After every input of the line.

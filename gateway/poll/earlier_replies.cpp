@@ -63,7 +63,7 @@ void EarlierReplies::OnBegin(const HeardExchange& exchange, Bytes unanswered) {
   } else if (asked.last.member != nullptr && !again) {
     asked.before = std::move(asked.last);
   }
-  numbered_.OnSent(member, request.bytes, sent);
+  numbered_.OnSent(member, request, sent);
   asked.last = std::move(next);
 }
 
@@ -81,10 +81,6 @@ void EarlierReplies::OnAnswered(const HeardExchange& exchange) {
 
 void EarlierReplies::OnEnd(const HeardExchange& exchange) {
   open_[*exchange.member()].last.silent = exchange.heard().empty();
-}
-
-void EarlierReplies::OnFound(const HeardExchange& exchange, Symptom symptom) {
-  if (symptom == Symptom::late) open_[*exchange.member()].last.late = true;
 }
 
 void EarlierReplies::OnBroken(const HeardExchange& exchange) {
@@ -191,11 +187,10 @@ Finding EarlierReplies::Late(const Open& open, const Came& came) {
 std::optional<Finding> EarlierReplies::LateByNumber(const HeardExchange& exchange) {
   const auto late = numbered_.Find(exchange.heard(), exchange.last_came());
   if (!late) return std::nullopt;
-  const Duration lateness = late->after - late->member->times.reply;
-  if (lateness <= Duration::zero() || late->after > kLatestByNumber) return std::nullopt;
+  if (late->lateness <= Duration::zero() || late->after > kLatestByNumber) return std::nullopt;
   Finding finding{.symptom = Symptom::late, .time = late->after};
   if (late->member->IsSame(*exchange.member())) return finding;
-  found_.push_back({late->member, std::move(finding), 0, lateness});
+  found_.push_back({late->member, std::move(finding), 0, late->lateness});
   return Finding{.symptom = Symptom::late_other, .cause = late->member->Name()};
 }
 

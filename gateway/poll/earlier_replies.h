@@ -37,8 +37,6 @@ class EarlierReplies {
   void OnBegin(const HeardExchange& exchange, Bytes unanswered);
   void OnAnswered(const HeardExchange& exchange);
   void OnEnd(const HeardExchange& exchange);
-  /// The finding of the exchange, as it is told.
-  void OnFound(const HeardExchange& exchange, Symptom symptom);
   /// The rest of its reply may come later.
   void OnBroken(const HeardExchange& exchange);
   /// That rest has come in the same exchange.

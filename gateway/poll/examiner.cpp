@@ -32,7 +32,7 @@ Finding Examiner::End(Outcome outcome) {
   Finding finding = plain ? Plain(exchange_.AsHearing(roster_)) : Look();
   finding = Greet(LookAgain(std::move(finding)));
   finding.idle = exchange_.idle();
-  Tell(finding.symptom);
+  told_ = finding.symptom;
   if (finding.symptom == Symptom::tail_lost || finding.symptom == Symptom::end_lost) {
     earlier_.OnBroken(exchange_);
   }
@@ -70,17 +70,12 @@ Finding Examiner::Greet(Finding finding) {
   return Greeting(exchange_.AsHearing(roster_), greeting_.text()).value_or(finding);
 }
 
-void Examiner::Tell(Symptom symptom) {
-  told_ = symptom;
-  earlier_.OnFound(exchange_, symptom);
-}
-
 std::optional<Finding> Examiner::More() {
   if (!exchange_.TakeMore()) return std::nullopt;
   Finding finding = Look();
   if (finding.symptom == told_) return std::nullopt;
   if (finding.symptom == Symptom::split) earlier_.OnMended();
-  Tell(finding.symptom);
+  told_ = finding.symptom;
   return finding;
 }
 

@@ -66,7 +66,6 @@ class Examiner {
   Finding Look();
   Finding LookAgain(Finding finding);
   Finding Greet(Finding finding);
-  void Tell(Symptom symptom);
 
   const Roster& roster_;
   HeardExchange exchange_;  // the last one

@@ -76,21 +76,18 @@ std::optional<Instant> LatestStart(const Job& job) {
   return std::ranges::max(routed->batch, {}, &RoutedRequest::deadline).deadline;
 }
 
-std::optional<Withheld> WhyNotSend(const Job& job, Instant now) {
+std::optional<Withheld> WhyNotSend(const Job& job, Instant now, bool held) {
   constexpr auto kNotSent = WriteEnd::not_sent;
   if (job.step.request.closes) return std::nullopt;
   if (job.As<Job::Routed>() == nullptr && !job.member->in_use) {
     return Withheld{kNotSent, "the device is disabled"};
   }
   const auto* write = job.As<Job::Write>();
-  const bool untouched = write != nullptr && write->first == 0 && !write->sent();
-  if (untouched && write->command.abandoned && *write->command.abandoned) {
-    return Withheld{kNotSent, "its client has left"};
-  }
+  const bool untouched = write != nullptr && write->first == 0 &&
+                         !(held ? write->may_have_written_before : write->sent());
+  if (untouched && write->command.client_left()) return Withheld{kNotSent, kClientLeft};
   const auto latest = LatestStart(job);
-  if (latest && *latest <= now) {
-    return Withheld{kNotSent, "its deadline passed while it waited for the line"};
-  }
+  if (latest && *latest <= now) return Withheld{kNotSent, kTooLate};
   if (write == nullptr || !write->command.why_not) return std::nullopt;
   auto forbidden = write->command.why_not(now);
   if (!forbidden) return std::nullopt;

@@ -177,7 +177,8 @@ bool IsUrgent(const Job& job);
 LineUse UseOf(const Job& job);
 /// The latest moment at which its request may be sent, if there is one.
 std::optional<Instant> LatestStart(const Job& job);
-/// Asked right before its request is put on the wire. Empty: it may be.
-std::optional<Withheld> WhyNotSend(const Job& job, Instant now);
+/// Asked right before its request is put on the wire. Empty: it may be. `held`: the poller has sent
+/// the request, which has waited for a connection since.
+std::optional<Withheld> WhyNotSend(const Job& job, Instant now, bool held = false);
 
 }  // namespace baudgate

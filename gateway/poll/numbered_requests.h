@@ -16,6 +16,7 @@
 
 #include "gateway/base/bytes.h"
 #include "gateway/base/time.h"
+#include "gateway/line/line.h"
 #include "gateway/poll/roster.h"
 #include "protocols/transaction.h"
 
@@ -24,14 +25,14 @@ namespace baudgate {
 class NumberedRequests {
  public:
   /// A retry has the number of its first try.
-  void OnSent(const Member& member, View request, Instant now) {
-    size_ = std::min(TransactionBytes(*member.protocol), request.size());
+  void OnSent(const Member& member, const Request& request, Instant now) {
+    size_ = std::min(TransactionBytes(*member.protocol), request.bytes.size());
     if (size_ == 0) return;
-    if (const std::size_t at = IndexOf(request); at < sent_.size()) {
+    if (const std::size_t at = IndexOf(request.bytes); at < sent_.size()) {
       ++sent_[at].owed;
       return;
     }
-    sent_.push_back({&member, Bytes(request.begin(), request.end()), now});
+    sent_.push_back({&member, request.bytes, now, ReplyTime(request, member.times)});
     if (sent_.size() > kKept) sent_.pop_front();
   }
   void OnAnswered(View reply) {
@@ -40,14 +41,17 @@ class NumberedRequests {
 
   struct Late {
     const Member* member = nullptr;
-    Duration after{};  ///< behind the first try of its request
+    Duration after{};     ///< behind the first try of its request
+    Duration lateness{};  ///< since it was due; below zero: it is not late
   };
   /// What came is the late reply to an earlier request. Nothing: it is the reply to the latest one,
   /// its request is not known, or each try of that was answered before.
   std::optional<Late> Find(View reply, Instant came) const {
     const std::size_t at = IndexOf(reply);
     if (at + 1 >= sent_.size() || sent_[at].owed <= 0) return std::nullopt;
-    return Late{sent_[at].member, came - sent_[at].at};
+    const Sent& its = sent_[at];
+    const Duration after = came - its.at;
+    return Late{its.member, after, after - its.reply_time};
   }
 
  private:
@@ -56,6 +60,7 @@ class NumberedRequests {
     const Member* member = nullptr;
     Bytes request;
     Instant at{};
+    Duration reply_time{};
     int owed = 1;  // replies
   };
   /// sent_.size(): there is none.

@@ -131,7 +131,7 @@ void Poller::OnUnansweredTelegram(Now now) {
 
 bool Poller::MayGoOut(Now now) const {
   const Job* const job = turns_.job();
-  return job == nullptr || !WhyNotSend(*job, now.instant);
+  return job == nullptr || !WhyNotSend(*job, now.instant, true);
 }
 
 void Poller::GoOn(Now now) {

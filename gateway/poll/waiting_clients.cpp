@@ -64,8 +64,8 @@ void WaitingClients::AnswerCommands(Instant now) {
   for (WriteCommand& command : expired.unsent) {
     const Device& device = roster_.DeviceAt(command.device);
     const bool in_vain = !Answers(device.health.state()) || agenda_.schedule.failing(device.place);
-    NotSent(command, in_vain ? "the device did not answer before the deadline of the command"
-                             : "its deadline passed while it waited for the line");
+    NotSent(command,
+            in_vain ? "the device did not answer before the deadline of the command" : kTooLate);
   }
   while (auto refused = agenda_.write_queue.Take(
              [&](const WriteCommand& command) { return WhyNotAsked(command) != nullptr; })) {
@@ -75,7 +75,7 @@ void WaitingClients::AnswerCommands(Instant now) {
 
 const char* WaitingClients::WhyNotAsked(const WriteCommand& command) const {
   const Device& device = roster_.DeviceAt(command.device);
-  if (command.abandoned && *command.abandoned) return "its client has left";
+  if (command.client_left()) return kClientLeft;
   if (!device.in_use) return "the device is disabled";
   // Nothing but a write shows that such a device is back.
   const bool is_its_probe = !command.writes().empty() && agenda_.probes.CannotProbe(device);
@@ -122,8 +122,7 @@ void WaitingClients::AnswerRouted(const Idle& idle, bool line_is_free) {
     if (reply.sent) {
       reply.reason = "its reply was damaged, and its deadline passed before it was sent again";
     } else {
-      reply.reason = offline ? DoesNotAnswer(request.slave)
-                             : "its deadline passed while it waited for the line";
+      reply.reason = offline ? DoesNotAnswer(request.slave) : kTooLate;
     }
     request.done(std::move(reply));
   }

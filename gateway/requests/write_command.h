@@ -26,6 +26,10 @@
 
 namespace baudgate {
 
+/// Why a command that waits is not sent any more.
+inline constexpr const char* kClientLeft = "its client has left";
+inline constexpr const char* kTooLate = "its deadline passed while it waited for the line";
+
 /// How long a command of a user waits for its device.
 inline constexpr Duration kWaitForDevice = std::chrono::seconds(5);
 
@@ -89,6 +93,8 @@ struct WriteCommand {
     return telegram != nullptr ? telegram->get() : nullptr;
   }
 
+  bool client_left() const { return abandoned && *abandoned; }
+
   /// It has ended: tells the observers, the latest first, then the client. Exactly once, on any
   /// thread, unless Submit refused the command.
   void End(const WriteResult& result) {
@@ -105,12 +111,13 @@ struct WriteCommand {
 
 /// A write that the gateway refused: recorded like any other write.
 struct DeniedWrite {
-  std::string client{};                  ///< as in WriteCommand
-  std::uint32_t device = 0;              ///< index in the point store
-  std::optional<std::uint32_t> point{};  ///< index in the device's points; empty: a telegram
-  Value value{};                         ///< as users see it
-  std::string reason{};                  ///< one sentence
-  WriteEnd end = WriteEnd::denied;       ///< or busy
+  std::string client{};      ///< as in WriteCommand
+  std::uint32_t device = 0;  ///< index in the point store
+  std::optional<std::uint32_t>
+      point{};           ///< index in the device's points; empty: a telegram, which never counts
+  Value value{};         ///< as users see it
+  std::string reason{};  ///< one sentence
+  WriteEnd end = WriteEnd::denied;  ///< or busy
   bool counts = true;  ///< false: another point of a command that was counted with its first
 };
 

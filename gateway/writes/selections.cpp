@@ -18,9 +18,11 @@ Selections::Verdict Selections::Take(std::uint64_t client, Point point, Instant 
     until_.erase(own);
     return in_time ? Verdict::selected : Verdict::expired;
   }
-  const auto first = until_.lower_bound({point, 0});
-  const bool foreign = first != until_.end() && first->first.point == point && now < first->second;
-  return foreign ? Verdict::foreign : Verdict::none;
+  for (auto one = until_.lower_bound({point, 0}); one != until_.end(); ++one) {
+    if (one->first.point != point) break;
+    if (now < one->second) return Verdict::foreign;
+  }
+  return Verdict::none;
 }
 
 void Selections::Forget(std::uint64_t client) {

@@ -21,7 +21,7 @@ struct Lines final : CommandSink {
     commands.push_back(std::move(command));
     return true;
   }
-  void OnNotTaken(const DeniedWrite&) override { ++denied; }
+  void OnNotTaken(const DeniedWrite& one) override { denied += one.point ? 1 : 0; }
   bool full = false;
   int denied = 0;
   std::vector<WriteCommand> commands;
@@ -168,6 +168,12 @@ TEST_F(AuditedWritesTest, RequireRefusesWithoutARecord) {
   EXPECT_EQ(lines_.denied, 2) << "who counts";
   EXPECT_EQ(results_[1].end, WriteEnd::denied);
   EXPECT_THAT(Ends(), ElementsAre("denied")) << "its record, should it get to the disk, says so";
+  WriteCommand by_hand = Command({});
+  by_hand.kind = std::make_shared<Telegram>();
+  writes_->Submit(std::move(by_hand));
+  writes_->HandOn();
+  EXPECT_EQ(results_.size(), 3U);
+  EXPECT_EQ(lines_.denied, 2) << "a telegram is no write to a point";
 }
 
 TEST_F(AuditedWritesTest, AFullLineIsBusy) {

@@ -102,11 +102,16 @@ TEST_F(LineDispatcherTest, AFullQueueIsBusyAndCounted) {
 }
 
 TEST_F(LineDispatcherTest, WhatTheGatewayRefusesIsCountedAsWhatItIs) {
-  dispatcher_->OnNotTaken({.client = "user:anna"});
-  dispatcher_->OnNotTaken({.client = "user:anna", .end = WriteEnd::busy});
-  dispatcher_->OnNotTaken({.client = "user:anna", .counts = false});
+  dispatcher_->OnNotTaken({.client = "user:anna", .point = 0});
+  dispatcher_->OnNotTaken({.client = "user:anna", .point = 0, .end = WriteEnd::busy});
+  dispatcher_->OnNotTaken({.client = "user:anna", .point = 1, .counts = false});
   EXPECT_EQ(Counted(WriteEnd::denied), 1U) << "a command of two points is one write";
   EXPECT_EQ(Counted(WriteEnd::busy), 1U);
+}
+
+TEST_F(LineDispatcherTest, ATelegramByHandIsNoWriteToAPoint) {
+  dispatcher_->OnNotTaken({.client = "user:anna", .value = std::string("3E **")});
+  EXPECT_EQ(Counted(WriteEnd::denied), 0U);
 }
 
 }  // namespace

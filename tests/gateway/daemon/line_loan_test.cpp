@@ -247,6 +247,18 @@ TEST_F(NetworkLoan, AtTheStopThePortGetsItsOwnSettings) {
   EXPECT_EQ(port_.resets, before + 1);
 }
 
+/// Its driver hangs during a reload, which abandons it; then the driver returns.
+TEST_F(NetworkLoan, EndsOnALineThatTheStoreHasForgotten) {
+  Open();
+  Pass(2s);
+  Want(user_);
+  Pass(100ms);
+  ASSERT_NE(user_.has, nullptr);
+  store_->Retire(0);
+  Handle([&] { line_->port.Stop("a reload", now_, [] {}); });
+  EXPECT_EQ(user_.taken_back, 1);
+}
+
 TEST_F(NetworkLoan, ATelegramByHandIsRefusedWithTheNameOfTheClient) {
   Open();
   Pass(2s);

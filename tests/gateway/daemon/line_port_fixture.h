@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <atomic>
 #include <deque>
 #include <memory>
 #include <set>
@@ -160,6 +161,7 @@ class LinePortTest : public testing::Test {
     WriteCommand command;
     command.kind = Writes{{0, Value(5.0)}};
     command.deadline = now_.instant + patience;
+    command.abandoned = left_;
     command.done = [this](const WriteResult& result) { ends_.push_back(result.end); };
     Handle([&] { line_->Submit(std::move(command), now_); });
   }
@@ -171,6 +173,7 @@ class LinePortTest : public testing::Test {
     WriteCommand command;
     command.kind = telegram;
     command.deadline = now_.instant + patience;
+    command.abandoned = left_;
     command.done = [this](const WriteResult& result) { ends_.push_back(result.end); };
     Handle([&] { line_->Submit(std::move(command), now_); });
     return telegram;
@@ -189,6 +192,7 @@ class LinePortTest : public testing::Test {
   std::unique_ptr<LineParts> line_;
   Now now_{Instant() + 1h, WallTime(1'790'000'000s)};
   std::vector<WriteEnd> ends_;
+  std::shared_ptr<std::atomic<bool>> left_ = std::make_shared<std::atomic<bool>>(false);
 
  private:
   void GoTo(Instant instant) {

@@ -250,23 +250,27 @@ TEST_F(LinePortTest, AConnectionThatEndsInGoodOrderRests) {
   EXPECT_THAT(retries_.downs, IsEmpty());
 }
 
-/// It is opened when the exchange would be over, or the time of the request is.
+/// It is opened when the exchange would be over, or nobody wants the request any more.
 TEST_F(LinePortTest, WhatWaitsForAConnectionIsNotSentLate) {
   struct Row {
     const char* what;
     bool by_hand;
     Duration patience;
     Duration stopped;
+    bool leaves = false;
   };
   const Row kRows[] = {
       {"a write, the exchange is over", false, 1h, 1min},
       {"a write, its deadline is", false, 100ms, 150ms},
+      {"a write, its client has left", false, 1h, 20ms, true},
       {"a telegram, the exchange is over", true, 1h, 1min},
       {"a telegram, its deadline is", true, 100ms, 150ms},
+      {"a telegram, its client has left", true, 1h, 20ms, true},
   };
   for (const Row& row : kRows) {
     SCOPED_TRACE(row.what);
     ends_.clear();
+    *left_ = false;
     Open();
     Pass(1500ms);  // between two polls
     End();
@@ -278,6 +282,7 @@ TEST_F(LinePortTest, WhatWaitsForAConnectionIsNotSentLate) {
     } else {
       Write(row.patience);
     }
+    *left_ = row.leaves;
     Stop(row.stopped);
     Open();
     EXPECT_EQ(port_.sends, before);

@@ -97,6 +97,15 @@ TEST_F(LineReporterTest, TellsOfADeviceOutOfUse) {
   EXPECT_THAT(TakeTold(), ElementsAre("1 first over of 4: no reply")) << "by the configuration";
 }
 
+TEST_F(LineReporterTest, OneOfAnAbandonedLineTellsNothing) {
+  reporter_.OnNews({What::port_down, false, {}, "unplugged"}, now_);
+  EXPECT_THAT(TakeTold(), ElementsAre("4: unplugged"));
+  reporter_.Retire();
+  reporter_.OnNews({What::port_down, true, {}, "/dev/x"}, now_);
+  State(DeviceState::online, DeviceState::offline);
+  EXPECT_THAT(TakeTold(), IsEmpty()) << "a new line has its name";
+}
+
 /// What a restart has found in the file is not news of what the device has told since.
 TEST_F(LineReporterTest, EventsAreKeptWhenTheLatestOnesAre) {
   EXPECT_TRUE(reporter_.TakeKept(3, false)) << "told before the start";

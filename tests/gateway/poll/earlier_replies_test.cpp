@@ -48,6 +48,19 @@ TEST_F(EarlierRepliesTest, ALateReplyOfAnotherIsToldOfThatExchange) {
   EXPECT_FALSE(earlier_.Take());
 }
 
+/// "!A1" comes late while "?A2" is out, and "!A2" while "?B1" is.
+TEST_F(EarlierRepliesTest, EachOfTwoLateRepliesIsToldOfItsOwnRequest) {
+  Exchange(a, "?A1\r");
+  Exchange(a, "?A2\r", {"A1=5"});
+  EXPECT_EQ(Attribute(Symptom::other_reply).symptom, Symptom::late);
+  Exchange(b, "?B1\r", {"A2=6"});
+  EXPECT_EQ(Attribute(Symptom::other_device).symptom, Symptom::late_other);
+  const auto second = earlier_.Take();
+  ASSERT_TRUE(second);
+  EXPECT_EQ(second->member, &a);
+  EXPECT_GT(second->lateness, 800ms);
+}
+
 TEST_F(EarlierRepliesTest, OneInPlaceOfTheOwnSaysWhoseItIs) {
   Exchange(a, "?A1\r");
   Exchange(b, "?B1\r", {"A1=5"});

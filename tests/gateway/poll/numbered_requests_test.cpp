@@ -16,7 +16,12 @@ class NumberedRequestsTest : public ::testing::Test, protected ToyMembers {
     numbered_.tcp = true;
     a.protocol = &numbered_;
   }
-  void Send(std::uint8_t number, Instant now) { sent_.OnSent(a, Bytes{0, number, 3}, now); }
+  void Send(std::uint8_t number, Instant now, Duration reply_time = {}) {
+    Request request;
+    request.bytes = {0, number, 3};
+    request.reply = reply_time;
+    sent_.OnSent(a, request, now);
+  }
   std::optional<Duration> Lateness(std::uint8_t number, Instant came) const {
     const auto late = sent_.Find(Bytes{0, number, 9, 9}, came);
     return late ? std::optional(late->after) : std::nullopt;
@@ -39,6 +44,14 @@ TEST_F(NumberedRequestsTest, TellTheTimeSinceTheFirstTry) {
   EXPECT_EQ(Lateness(2, kStart + 3s), std::nullopt);
   EXPECT_EQ(Lateness(7, kStart + 3s), std::nullopt) << "nobody here has asked that";
   EXPECT_FALSE(sent_.Find(Bytes{0}, kStart + 3s));
+}
+
+TEST_F(NumberedRequestsTest, WithATimeOfTheirOwnAreDueLater) {
+  Send(1, kStart);
+  Send(2, kStart, 2s);
+  Send(3, kStart);
+  EXPECT_EQ(sent_.Find(Bytes{0, 1, 9}, kStart + 1500ms)->lateness, 1300ms);
+  EXPECT_EQ(sent_.Find(Bytes{0, 2, 9}, kStart + 1500ms)->lateness, -500ms);
 }
 
 TEST_F(NumberedRequestsTest, KeepTheLatest) {

@@ -44,6 +44,14 @@ TEST(Selections, TwoClientsMaySelectOnePoint) {
   EXPECT_EQ(selections.Take(1, kTripOutput, kStart), Taken::selected);
 }
 
+TEST(Selections, OfSeveralOthersEachCounts) {
+  Selections selections;
+  selections.Select(1, kTripOutput, kStart + 10s);
+  selections.Select(2, kTripOutput, kStart + 60s);
+  EXPECT_EQ(selections.Take(3, kTripOutput, kStart + 20s), Taken::foreign) << "the second holds";
+  EXPECT_EQ(selections.Take(3, kTripOutput, kStart + 60s), Taken::none);
+}
+
 TEST(Selections, LeaveWithTheirClient) {
   Selections selections;
   selections.Select(1, kTripOutput, kStart + 10s);
