@@ -257,10 +257,10 @@ class Conversation {
   virtual void OnHostClock(bool /*right*/) {}
 
   /// `request` has failed, and is not repeated any more. The outcome is why: no_reply, partial,
-  /// corrupt, unexpected; line_down: the port is gone; busy: the request was not sent, for its time
-  /// was over or it was forbidden. ask_again: another exchange closes what is open. Also called
-  /// after an OnFrame that gave a batch, if it cannot be known whose reply that was: the batch is
-  /// not kept.
+  /// corrupt, unexpected; busy: the request was not sent, for its time was over or it was
+  /// forbidden. ask_again: another exchange closes what is open. Also called after an OnFrame that
+  /// gave a batch, if it cannot be known whose reply that was: the batch is not kept. Not called
+  /// where the port is lost: then OnReconnect follows.
   virtual Then OnFailure(const Task&, const Request&, Outcome, Instant) { return Then::done; }
 
   /// What to send before a failed request is repeated, or in place of one that is not repeatable.

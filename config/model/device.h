@@ -80,9 +80,9 @@ struct Device {
   Duration daily = std::chrono::hours(24);  ///< period of the daily group
   std::vector<Duration> intervals;          ///< of points with a `poll` of their own
   std::optional<Duration> max_age;          ///< empty: see MaxAgeOf
-  std::optional<Duration> dead_age;         ///< empty: 3 x max_age
-  bool never_old = false;                   ///< it speaks unasked, and its silence is normal
-  const Traits* traits = &kNoTraits;        ///< of its protocol; lives for ever
+  std::optional<Duration> dead_age;   ///< empty: 3 x max_age, or 6 rounds of the line if longer
+  bool never_old = false;             ///< it speaks unasked, and its silence is normal
+  const Traits* traits = &kNoTraits;  ///< of its protocol; lives for ever
   OnBad on_bad = OnBad::exception;
   WordOrder word_order = WordOrder::abcd;
   std::optional<int> retries;  ///< device before profile; empty: the line's
@@ -136,8 +136,11 @@ void VisitFields(const Device*, Visit visit) {
 
 /// How often the group is read; zero: once.
 Duration PeriodOf(const Device& device, Group group);
-/// From which age values of the group are doubted; empty: from none. The `max_age` of the device
-/// is meant for what is read all the time.
+/// From which age values of the group are doubted; empty: from none.
+///
+///   fast, slow, points with a `poll`    max_age; without it 3 periods, or none (never_old)
+///   daily                               3 periods: max_age is meant for what is read all the time
+///   once                                none
 std::optional<Duration> MaxAgeOf(const Device& device, Group group);
 
 /// `records: { trip: { points: [ trip_phases, "record?_*" ] } }` of a profile.

@@ -22,13 +22,13 @@ namespace baudgate::audit {
 
 class AuditedWrites final : public CommandSink {
  public:
-  /// Neither a line nor a caller of Submit ever waits for a disk.
+  /// A command waits for its record no longer. No line and no caller of Submit waits with it.
   static constexpr Duration kWaitForRecord = 500ms;
   /// Commands that may wait for their records.
   static constexpr std::size_t kLimit = 1024;
 
-  /// All outlive it, and `log` outlives every command that was handed to `inner`. With `require` a
-  /// write without a record is denied.
+  /// All outlive it; `log` also outlives every command that was handed to `inner`. `audit`: whether
+  /// a write without a record is denied (require).
   AuditedWrites(const PointStore& store, CommandSink& inner, WriteLog& log, config::Audit audit,
                 std::function<Now()> clocks);
   ~AuditedWrites() override { Stop(); }

@@ -111,7 +111,8 @@ void Lines::Remove(std::span<const std::uint32_t> lines) {
   }
 }
 
-// None of these waits with the lock of a slot: what ends may need a thread that waits for that.
+// These wait until lines have ended, and hold the lock of no slot meanwhile: a line may need a
+// thread to end that waits for this lock.
 
 std::vector<LineRunner*> Lines::All() const {
   std::vector<LineRunner*> all;

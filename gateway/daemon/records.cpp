@@ -150,7 +150,8 @@ void Records::RenewHistory(const std::shared_ptr<const config::Config>& config, 
   StartHistory(config, store);
 }
 
-// The end may wait for the disk, and must not hold up readers meanwhile.
+// In these two `ends` is destroyed after the lock is given back: its end may wait for the disk, and
+// readers must not wait for that.
 
 void Records::EndHistory() {
   if (history_ends_.valid()) history_ends_.wait();

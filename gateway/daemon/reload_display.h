@@ -26,7 +26,7 @@ class ReloadDisplay {
     const MutexLock lock(mutex_);
     text_ = std::move(text);
   }
-  /// A configuration runs that the file holds; empty: it is not on trial.
+  /// The configuration of the file runs, on trial until then; empty: for good.
   void SetTrial(std::optional<Instant> until) {
     const MutexLock lock(mutex_);
     state_.not_the_file.clear();

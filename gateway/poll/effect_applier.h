@@ -1,6 +1,5 @@
 // Applies what follows from a reply (intake.h) or from the end of a job (effects.h), field by
-// field: to the schedule, the queues, the accounts and the store. Decides nothing. Called by
-// gateway/poll/job_answer.cpp and job_finish.cpp.
+// field: to the schedule, the queues, the accounts and the store. Decides nothing.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -20,8 +20,8 @@ namespace baudgate {
 
 /// What follows from a reply whose readings and events were taken over.
 struct ReplyEffects {
-  bool unconfirmed = false;         ///< a reading that jumped has not come again
   bool rechecked = false;           ///< a reading counts only when a second one agrees
+  bool unconfirmed = false;         ///< a reading that jumped has not come again
   std::vector<QueryRef> read_soon;  ///< queries to read again for that
   std::vector<config::Group>
       repeat;  ///< seldom groups with a point that was not read, or is doubtful

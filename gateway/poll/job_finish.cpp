@@ -34,9 +34,17 @@ JobFinish::After JobFinish::Finish(std::unique_ptr<Job> done, const JobEnd& end,
   return {std::move(job), NextStep::Ask()};
 }
 
-/// If the probe has failed, the task ends as the probe did. If the probe was refused, the task was
-/// not sent; if it only says ok, the task ends as busy. That a device answers probes does not make
-/// up for polls that fail.
+/// The probe that went before a task is over. The task goes on if the device has answered, its
+/// replies are in order, and it does not want to be left in peace. Else the task ends:
+///
+///   the probe                     the task ends as
+///   has failed                    the probe has
+///   was refused, or unknown       no_reply: it was not sent
+///   was answered with busy, ok    busy
+///   its device is disabled now    no_reply
+///
+/// A good probe is not counted for a device that has been seen: that it answers probes does not
+/// make up for polls that fail.
 JobFinish::After JobFinish::Resume(Job& probe, const JobEnd& end, Instant now) {
   const auto& [outcome, reason] = end;
   Member& member = *probe.member;

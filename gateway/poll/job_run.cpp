@@ -79,25 +79,25 @@ void JobRun::Do(NextStep step) {
       case What::hold:
         return;
       case What::ask:
-        step = asking_.Ask(*job_, step.retries, now_.instant);
+        step = phases_.asking.Ask(*job_, step.retries, now_.instant);
         break;
       case What::probe_first:
         step = AskProbe();
         break;
       case What::go_unproved:
-        step = Continue(finish_.GoUnproved(std::move(job_), step.end.reason, now_.instant));
+        step = Continue(phases_.finish.GoUnproved(std::move(job_), step.end.reason, now_.instant));
         break;
       case What::take_answer:
-        step = answer_.Take(*job_, now_.instant);
+        step = phases_.answer.Take(*job_, now_.instant);
         break;
       case What::park:
-        return departure_.Park(std::move(job_), step.until);
+        return phases_.departure.Park(std::move(job_), step.until);
       case What::back_in_queue:
-        departure_.PutBack(*job_);
+        phases_.departure.PutBack(*job_);
         job_.reset();
         return;
       case What::finish:
-        step = Continue(finish_.Finish(std::move(job_), step.end, now_.instant));
+        step = Continue(phases_.finish.Finish(std::move(job_), step.end, now_.instant));
         break;
     }
   }
@@ -127,7 +127,7 @@ JobRun::Turn JobRun::TakeTurn() {
     std::unique_ptr<Job> postponed = std::move(job_->postponed);
     job_ = std::move(postponed);
   }
-  NextStep step = departure_.Decide(*job_, now_.instant);
+  NextStep step = phases_.departure.Decide(*job_, now_.instant);
   if (step.what == NextStep::What::send) return Turn::send;
   if (step.what == NextStep::What::hold) return Turn::wait;
   Do(std::move(step));
@@ -136,7 +136,7 @@ JobRun::Turn JobRun::TakeTurn() {
 
 bool JobRun::Withdraw() {
   if (!job_ || job_->attempt.end) return false;
-  std::optional<NextStep> step = departure_.Withdraw(*job_, now_.instant);
+  std::optional<NextStep> step = phases_.departure.Withdraw(*job_, now_.instant);
   if (step) Do(std::move(*step));
   return step.has_value();
 }
@@ -145,7 +145,7 @@ bool JobRun::Withdraw() {
 
 void JobRun::OnEnd(ExchangeEnd end) {
   last_ = job_->member;
-  sending_.OnEnd(*job_, end.outcome, now_.instant);
+  phases_.sending.OnEnd(*job_, end.outcome, now_.instant);
   job_->attempt.end = std::move(end);
 }
 
@@ -154,7 +154,7 @@ std::optional<ExchangeEnd> JobRun::TakeEnd() {
 }
 
 void JobRun::Conclude(ExchangeEnd end, const Finding& finding) {
-  Do(answer_.Conclude(*job_, std::move(end), finding, now_));
+  Do(phases_.answer.Conclude(*job_, std::move(end), finding, now_));
 }
 
 }  // namespace baudgate

@@ -26,32 +26,16 @@
 #include <string>
 
 #include "gateway/line/line.h"
-#include "gateway/poll/agenda.h"
-#include "gateway/poll/chooser.h"
-#include "gateway/poll/effect_applier.h"
 #include "gateway/poll/job.h"
-#include "gateway/poll/job_answer.h"
-#include "gateway/poll/job_asking.h"
-#include "gateway/poll/job_departure.h"
-#include "gateway/poll/job_finish.h"
-#include "gateway/poll/job_sending.h"
-#include "gateway/poll/ledger.h"
+#include "gateway/poll/job_phases.h"
 #include "gateway/poll/next_step.h"
-#include "gateway/poll/owed_replies.h"
-#include "gateway/poll/upkeep.h"
 
 namespace baudgate {
 
 class JobRun {
  public:
-  /// All references outlive it.
-  JobRun(OwedReplies& owed, Agenda& agenda, Chooser& chooser, Ledger& ledger, Upkeep& upkeep,
-         EffectApplier& effects)
-      : asking_(agenda.probes, ledger.devices),
-        departure_(owed.whose, owed.late, chooser, agenda),
-        sending_(owed, agenda.turns, agenda.write_queue, ledger.line),
-        answer_(owed.whose, chooser, agenda.parked, upkeep, effects),
-        finish_(owed.whose, agenda.schedule, upkeep, effects) {}
+  /// They outlive it.
+  explicit JobRun(JobPhases& phases) : phases_(phases) {}
 
   /// Before each input of the line.
   void SetTime(Now now) { now_ = now; }
@@ -77,11 +61,13 @@ class JobRun {
   /// The line is idle, and there is a job.
   Turn TakeTurn();
   /// When TakeTurn may say something else, where it has said wait.
-  std::optional<Instant> NextTurnAt() const { return departure_.NextAt(*job_); }
+  std::optional<Instant> NextTurnAt() const { return phases_.departure.NextAt(*job_); }
   /// The exchange of its request. `idle_since`: since when the line is idle.
-  Exchange Start(Instant idle_since) { return sending_.Start(*job_, idle_since, now_.instant); }
+  Exchange Start(Instant idle_since) {
+    return phases_.sending.Start(*job_, idle_since, now_.instant);
+  }
   /// The line has been quiet long enough: the request to be sent now.
-  const Request& Send() { return sending_.Send(*job_, now_); }
+  const Request& Send() { return phases_.sending.Send(*job_, now_); }
   /// Its request waits for a quiet line. True: it is not sent now. The job has ended, has gone
   /// back to its queue, or has another request that closes what it has opened.
   bool Withdraw();
@@ -102,11 +88,7 @@ class JobRun {
   NextStep AskProbe();
   NextStep Continue(JobFinish::After after);
 
-  JobAsking asking_;
-  JobDeparture departure_;
-  JobSending sending_;
-  JobAnswer answer_;
-  JobFinish finish_;
+  JobPhases& phases_;
   std::unique_ptr<Job> job_;      // under way
   const Member* last_ = nullptr;  // whose exchange ended last
   Now now_{};                     // of the input that is being handled

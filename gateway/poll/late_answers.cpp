@@ -111,9 +111,9 @@ void LateAnswers::LearnSilence(State& state, const Member& member, const StrayBy
                 " after its exchange had ended; if this goes on, raise timing.reply";
 }
 
-bool LateAnswers::OthersMayAnswer(const Member& member, Instant after) const {
+bool LateAnswers::OthersMayAnswer(const Member& member, Instant at) const {
   return std::ranges::any_of(roster_.everyone(), [&](const Member* other) {
-    return !other->IsSame(member) && states_[*other].late_until > after;
+    return !other->IsSame(member) && states_[*other].late_until > at;
   });
 }
 

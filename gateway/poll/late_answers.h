@@ -127,7 +127,7 @@ class LateAnswers {
   static void LearnSilence(State& state, const Member& member, const StrayBytes& stray,
                            Stray& told);
   bool MayStillAnswer(const Asked& asked, const ExchangeEnd& end) const;
-  bool OthersMayAnswer(const Member& member, Instant after) const;
+  bool OthersMayAnswer(const Member& member, Instant at) const;
   void SetLate(const Member& member, Instant until);
 
   const Roster& roster_;

@@ -1,5 +1,5 @@
 // The account of a line: what it has carried, what its time went to, and what is wrong with it as a
-// whole. Shown in the point store, its bytes in the tap. Driven by gateway/poll/line_inputs.cpp.
+// whole. Shown in the point store, its bytes in the tap.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -10,7 +10,7 @@ void LineInputs::OnClosed(const std::string& reason, Now now) {
   if (news.end) news.end->reason = reason;
   Apply(std::move(news), now);
   Conclude();
-  line_.OnJobLost(reason);
+  line_.OnPortClosed(reason);
 }
 
 void LineInputs::OnBytes(View bytes, Now now) {

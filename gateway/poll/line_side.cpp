@@ -19,7 +19,7 @@ void LineSide::OnOpened(Now now, bool keeps_bit_rate) {
   line_.OnOpened(now.instant, keeps_bit_rate);
 }
 
-void LineSide::OnJobLost(const std::string& reason) {
+void LineSide::OnPortClosed(const std::string& reason) {
   reception_.OnClosed();
   run_.OnClosed(reason);
 }

@@ -3,7 +3,7 @@
 // value. Driven by gateway/poll/line_inputs.cpp:
 //
 //   what happens                         call
-//   the port opens, or closes            OnOpened; OnClosed, and at last OnJobLost
+//   the port opens, or closes            OnOpened; OnClosed, and at last OnPortClosed
 //   bytes, an end of connection, time    OnBytes, OnEnded, OnTimer
 //   the job takes its turn               Start
 //   LineNews::send                       TakeChanged, then Send
@@ -38,7 +38,7 @@ class LineSide : private LineClient {
   void OnOpened(Now now, bool keeps_bit_rate);
   LineNews OnClosed() { return line_.OnClosed(); }
   /// After the news of OnClosed. `reason`: why the port is closed.
-  void OnJobLost(const std::string& reason);
+  void OnPortClosed(const std::string& reason);
 
   /// The effects of bytes that came.
   struct Received {

@@ -12,12 +12,13 @@ Poller::Poller(const config::Line& line, std::uint32_t first_device, const FindP
     : knows_(line, first_device, find, store, listener),
       taken_in_(knows_, store, listener),
       chooser_(knows_.roster, knows_.agenda, knows_.owed.late),
-      run_(knows_.owed, knows_.agenda, chooser_, knows_.ledger, knows_.upkeep, taken_in_.replies),
+      phases_(knows_, chooser_, taken_in_.replies),
+      run_(phases_),
       reception_(line.echo, knows_.roster, knows_.owed.whose),
       line_side_(reception_, taken_in_.unasked.standing(), run_, port),
       devices_(knows_.roster, knows_.ledger, knows_.upkeep, taken_in_.unasked, taken_in_.replies),
       clients_(store, knows_.roster, chooser_, knows_.agenda, knows_.ledger.devices),
-      turns_(chooser_, run_, knows_.ledger.line),
+      turn_taker_(chooser_, run_, knows_.ledger.line),
       line_(line_side_, taken_in_.unasked, knows_.upkeep, knows_.ledger) {}
 
 // ---------------------------------------------------------------- inputs
@@ -26,7 +27,7 @@ void Poller::Advance(Now now) {
   const bool idle = line_.idle();
   const Duration passed = time_.OnInput(now, idle);
   line_.OnTime(now);
-  turns_.OnTime(now, passed, idle);
+  turn_taker_.OnTime(now, passed, idle);
 }
 
 void Poller::Recall(std::uint32_t index, std::string memory, Now now) {
@@ -37,7 +38,7 @@ void Poller::Recall(std::uint32_t index, std::string memory, Now now) {
 void Poller::OnOpened(Now now, bool keeps_bit_rate) {
   if (line_.is_open()) OnClosed(now);
   Advance(now);
-  turns_.OnOpened();
+  turn_taker_.OnOpened();
   time_.Restart();
   line_.OnOpened(now, keeps_bit_rate);
   devices_.OnOpened(now.instant);
@@ -46,7 +47,7 @@ void Poller::OnOpened(Now now, bool keeps_bit_rate) {
 
 void Poller::OnClosed(Now now, Override why) {
   Advance(now);
-  turns_.OnClosed();
+  turn_taker_.OnClosed();
   const std::string reason = devices_.OnClosing(why);
   line_.OnClosed(reason, now);
   devices_.OnClosed(now.instant);
@@ -116,11 +117,11 @@ void Poller::Abandon(std::uint64_t client, Now now) {
 std::optional<Instant> Poller::Deadline() const {
   if (!line_.is_open()) return std::nullopt;
   return Soonest({line_.Deadline(), clients_.Deadline(), devices_.Deadline(),
-                  line_.idle() ? turns_.NextAt(time_.idle()) : std::nullopt});
+                  line_.idle() ? turn_taker_.NextAt(time_.idle()) : std::nullopt});
 }
 
 bool Poller::Pause(Now now) {
-  const bool rests = turns_.Pause(now.instant);
+  const bool rests = turn_taker_.Pause(now.instant);
   return rests && line_.is_open() && line_.idle();
 }
 
@@ -130,19 +131,19 @@ void Poller::OnUnansweredTelegram(Now now) {
 }
 
 bool Poller::MayGoOut(Now now) const {
-  const Job* const job = turns_.job();
+  const Job* const job = turn_taker_.job();
   return job == nullptr || !WhyNotSend(*job, now.instant, true);
 }
 
 void Poller::GoOn(Now now) {
-  if (!turns_.GoOn() || !line_.is_open()) return;
+  if (!turn_taker_.GoOn() || !line_.is_open()) return;
   Advance(now);
   time_.Restart();
   Settle();
 }
 
 void Poller::CallOffWindUp(Now now) {
-  turns_.CallOffWindUp();
+  turn_taker_.CallOffWindUp();
   Advance(now);
   SettleIfOpen();
 }
@@ -150,7 +151,7 @@ void Poller::CallOffWindUp(Now now) {
 Speaking Poller::SpeakingAs(std::uint32_t index) const { return devices_.SpeakingAs(index); }
 
 bool Poller::IsWriting() const {
-  const Job* const job = turns_.job();
+  const Job* const job = turn_taker_.job();
   if (job == nullptr || (job->step.waiting && !job->begun())) return false;
   const auto* const routed = job->As<Job::Routed>();
   return job->As<Job::Write>() != nullptr || (routed != nullptr && !routed->is_read);
@@ -166,18 +167,19 @@ void Poller::Settle() {
   line_.Conclude();
   time_.OnHandled(line_.idle());
   const Idle idle = time_.idle();
-  if (line_.idle()) turns_.ChargeProbe(idle.now);
+  if (line_.idle()) turn_taker_.ChargeProbe(idle.now);
   line_.Withdraw();
   clients_.AnswerCommands(idle.now);
-  clients_.AnswerRouted(idle, turns_.job() == nullptr);
-  clients_.AnswerConfirmed(turns_.job());  // before the next write is to be read back
+  clients_.AnswerRouted(idle, turn_taker_.job() == nullptr);
+  clients_.AnswerConfirmed(turn_taker_.job());  // before the next write is to be read back
   TakeTurns();
-  clients_.AnswerConfirmed(turns_.job());
+  clients_.AnswerConfirmed(turn_taker_.job());
   devices_.OnSettled(idle.now);
 }
 
 void Poller::TakeTurns() {
-  while (line_.idle() && turns_.Take(time_.idle())) line_.Start(time_.idle().since, time_.now());
+  while (line_.idle() && turn_taker_.Take(time_.idle()))
+    line_.Start(time_.idle().since, time_.now());
 }
 
 }  // namespace baudgate

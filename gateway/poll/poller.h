@@ -16,6 +16,7 @@
 #include "gateway/poll/chooser.h"
 #include "gateway/poll/device_side.h"
 #include "gateway/poll/idle_time.h"
+#include "gateway/poll/job_phases.h"
 #include "gateway/poll/job_run.h"
 #include "gateway/poll/ledger.h"
 #include "gateway/poll/line_inputs.h"
@@ -82,7 +83,7 @@ class Poller {
   void Abandon(std::uint64_t client, Now now);
 
   /// Nothing is begun any more until the port opens again: the write under way may end.
-  void WindUp() { turns_.WindUp(); }
+  void WindUp() { turn_taker_.WindUp(); }
   /// The port stays open after all.
   void CallOffWindUp(Now now);
   bool IsWriting() const;
@@ -111,6 +112,7 @@ class Poller {
   LineKnowledge knows_;
   TakenIn taken_in_;
   Chooser chooser_;
+  JobPhases phases_;
   JobRun run_;
   Reception reception_;
   LineSide line_side_;
@@ -118,7 +120,7 @@ class Poller {
   IdleTime time_;
   DeviceSide devices_;
   WaitingClients clients_;
-  TurnTaker turns_;
+  TurnTaker turn_taker_;
   LineInputs line_;
 };
 

@@ -1,6 +1,6 @@
 // The members of a line: the devices of the configuration, and slaves that only transparent routes
-// reach. Filled by gateway/poll/poller.cpp; the parts of the poller keep what they know of a member
-// by its place here.
+// reach. It makes them from the configuration. The parts of the poller keep what they know of a
+// member by its place here.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

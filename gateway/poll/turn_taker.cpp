@@ -16,7 +16,7 @@ void TurnTaker::OnTime(Now now, Duration passed, bool idle) {
 
 bool TurnTaker::Take(const Idle& idle) {
   const Member* last = nullptr;
-  while (TakeOne(last, idle.now)) {
+  while (CountTurn(last, idle.now)) {
     if (run_.job() == nullptr) {
       if (hold_.holds()) return false;
       ChargeProbe(idle.now);  // of one that was not sent
@@ -40,7 +40,7 @@ bool TurnTaker::Take(const Idle& idle) {
 
 /// Counts one more turn. False: there were too many at this moment. `last`: the member of the
 /// latest job.
-bool TurnTaker::TakeOne(const Member* last, Instant now) {
+bool TurnTaker::CountTurn(const Member* last, Instant now) {
   const TurnLimit::Turn turn = limit_.Take(now);
   const Member* const member = run_.job() != nullptr ? run_.job()->member : last;
   if (turn == TurnLimit::Turn::rest_and_tell && member != nullptr) {

@@ -44,7 +44,7 @@ class TurnTaker {
   const Job* job() const { return run_.job(); }
 
  private:
-  bool TakeOne(const Member* last, Instant now);
+  bool CountTurn(const Member* last, Instant now);
 
   Chooser& chooser_;
   JobRun& run_;

@@ -1,6 +1,5 @@
 // What every exchange means for its device, and what follows when a device comes, goes, or may be
-// another one: its plan, its schedule, its state, and which of its values are in doubt. Driven by
-// gateway/poll/device_side.cpp, line_inputs.cpp and the parts of job_run.h.
+// another one: its plan, its schedule, its state, and which of its values are in doubt.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

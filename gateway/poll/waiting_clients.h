@@ -6,7 +6,7 @@
 //   its deadline passes                not sent
 //   its device is offline or disabled  not sent
 //   confirmed, and read back           what the point shows
-//   confirmed, its deadline passes     ok, not read back
+//   confirmed, its deadline passes     what was read back by then; nothing: ok, not read back
 //   a routed request                   its client hears
 //   its deadline passes                no reply
 //   a read of a slave that is offline  no reply, but for one that may be the slave's probe now

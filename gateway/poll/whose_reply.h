@@ -91,9 +91,10 @@ class WhoseReply {
   /// Another device may be connected now.
   void OnReconnect(const Member& member);
 
-  /// A proof was wanted, and the device cannot be probed. A read is asked again until it is certain
-  /// whose its reply is, a write cannot be. So where nothing is read, replies to strangers are
-  /// taken for lost; one that may be to an earlier request of ours still confirms nothing.
+  /// A proof was wanted, and the device cannot be probed. A read needs none: it is asked again
+  /// until its reply must be its own. A write cannot be asked again. So if the device has no reads,
+  /// replies that it may owe to another master are taken for lost. A reply that may answer an
+  /// earlier request of this gateway still confirms nothing.
   void OnNoProof(const Device& device);
 
   /// After its reply came a second, different one: one of the two belongs to another request.

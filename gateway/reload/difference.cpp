@@ -20,10 +20,10 @@ const config::Line* Find(const config::Config& config, const std::string& name) 
   return found == config.lines.end() ? nullptr : &*found;
 }
 
-/// Without the settings that can change while the line goes on: only outputs, alarms and the point
-/// store read them. A field that the poller, the roster or EventPath reads must not be listed here:
-/// these keep the configuration that the line began with. `alarms` may be listed: EventPath gets
-/// their rules anew at each reload (Renumber).
+/// Without the settings that can change while the line goes on. The poller, the roster and
+/// EventPath keep the configuration that the line began with, so a field that one of them reads
+/// must not be listed here. `alarms` is the exception: EventPath gets their rules anew at each
+/// reload (Renumber).
 void WithoutWhatChangesInPlace(config::Line& line) {
   line.alarms = {};
   for (config::Device& device : line.devices) {

@@ -1,6 +1,6 @@
 // What a new configuration changes of the one that runs, in the same words for the answer, in the
-// log and before it is done (`baudgate reload --dry-run`). Pure. Lines are compared by name,
-// whatever their place in the file; where something stands in it makes no difference.
+// log and before it is done (`baudgate reload --dry-run`). Pure. Lines are compared by name;
+// their order in the file does not count.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -57,8 +57,9 @@ class Trial {
   /// The rest of the trial in whole seconds; zero: there is none.
   Duration Left(Instant now) const;
 
-  /// How long `next` is to be on trial; zero: it is for good. A trial that runs ends well by
-  /// confirmation alone, or when what was confirmed before is asked for.
+  /// How long `next` is to be on trial; zero: it is for good. `asked`: how long the user wants it;
+  /// zero: no trial. A trial that runs does not end by that: then `next` has the rest of it. What
+  /// was confirmed before needs no trial.
   Duration TimeFor(const config::Config& next, Duration asked, Instant now) const;
   /// Another text runs; then Begin.
   void Apply(Applied runs) { applied_ = std::make_shared<const Applied>(std::move(runs)); }

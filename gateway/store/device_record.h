@@ -20,10 +20,12 @@ struct PointRecord {
   Value value;                              ///< the last that was not bad; empty before the first
   Quality reported = Quality::bad_waiting;  ///< as the last reading said, before age and state
   Quality at_best = Quality::good;  ///< limit until the next reading: it was doubted or too old
-  std::optional<Instant> read_at;   ///< end of the reply, monotonic
-  WallTime source_time{};           ///< end of the reply, civil
-  std::uint64_t seq = 0;            ///< counts the readings of this point
-  std::uint32_t rtt_us = 0;         ///< round trip of the exchange that read it
+  /// The end of the reply, monotonic. Earlier after a late one: such a value is as old as its
+  /// request.
+  std::optional<Instant> read_at;
+  WallTime source_time{};    ///< the same, civil
+  std::uint64_t seq = 0;     ///< counts the readings of this point
+  std::uint32_t rtt_us = 0;  ///< round trip of the exchange that read it
 };
 
 /// For the values of one group.

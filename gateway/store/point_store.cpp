@@ -93,7 +93,8 @@ void PointStore::Update(std::uint32_t device, std::span<const Sample> samples, N
       held.rtt_us = static_cast<std::uint32_t>(round_trip / 1us);
       ++held.seq;
       changed.push_back(sample.point);
-      // As it was at the reading; what has grown old since, a late reply, the next Age announces.
+      // The quality as it was `at` that time. A late reply may be too old by now: the next Age
+      // announces that.
       entry.announced[sample.point] = QualityAt(entry.record, sample.point, at.instant);
       ScheduleAgeing(entry, sample.point, at.instant);
     }

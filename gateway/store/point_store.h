@@ -52,7 +52,7 @@ class PointStore {
   /// store.
   void Read(std::uint32_t device, const std::function<void(const DeviceRecord&)>& look) const;
 
-  /// Points that were read in one exchange, which ended `at`.
+  /// Points that were read in one exchange. `at`: see PointRecord::read_at.
   void Update(std::uint32_t device, std::span<const Sample> samples, Now at, Duration round_trip);
   /// The good ones of these points become uncertain until they are read again; values and ages
   /// stay.
@@ -79,8 +79,9 @@ class PointStore {
   /// One more line. It and its devices get the next numbers. `line` outlives the store.
   void Append(const config::Line& line);
   /// Gives the line another configuration of the same devices and points. `as` must live as long as
-  /// the store; so must the one that it replaces. The user has changed the rule: new age limits
-  /// hold for old readings as well, except for what SetLineCycle has held too old.
+  /// the store; so must the one that it replaces. New age limits hold for old readings as well,
+  /// because the user has changed the rule. A value that was too old when SetLineCycle changed the
+  /// limits stays so until it is read again.
   void Reconfigure(std::uint32_t line, const config::Line& as);
   /// The devices of this line are no longer polled. What is known of them stays.
   void Retire(std::uint32_t line);

@@ -24,6 +24,15 @@ std::string NotSelected(Selections::Verdict verdict, const config::Point& point)
   }
 }
 
+/// The first interlock that forbids one of these.
+std::optional<std::string> WhyAnyLocked(const PointStore& store, const config::Device& device,
+                                        const std::vector<WriteAsk::Part>& parts, Instant now) {
+  for (const WriteAsk::Part& part : parts) {
+    if (auto why = WhyLocked(store, device.points[part.point], part.value, now)) return why;
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 std::optional<WriteDenial> WriteGate::Submit(const Writer& writer, WriteAsk ask, Instant now) {
@@ -52,13 +61,8 @@ std::optional<WriteDenial> WriteGate::Submit(const Writer& writer, WriteAsk ask,
     }
   });
   if (!guarded.empty()) {
-    command.why_not = [&store = store_, &device,
-                       guarded](Instant at) -> std::optional<std::string> {
-      for (const WriteAsk::Part& part : guarded) {
-        const auto why = WhyLocked(store, device.points[part.point], part.value, at);
-        if (why) return why;
-      }
-      return std::nullopt;
+    command.why_not = [&store = store_, &device, guarded](Instant at) {
+      return WhyAnyLocked(store, device, guarded, at);
     };
   }
   if (sink_.Submit(std::move(command))) return std::nullopt;
@@ -108,12 +112,9 @@ std::optional<WriteDenial> WriteGate::CheckValues(const WriteAsk& ask) const {
 }
 
 std::optional<WriteDenial> WriteGate::CheckInterlocks(const WriteAsk& ask, Instant now) const {
-  const config::Device& device = store_.device(ask.device);
-  for (const WriteAsk::Part& part : ask.parts) {
-    auto why = WhyLocked(store_, device.points[part.point], part.value, now);
-    if (why) return WriteDenial{Why::locked, std::move(*why)};
-  }
-  return std::nullopt;
+  auto why = WhyAnyLocked(store_, store_.device(ask.device), ask.parts, now);
+  if (!why) return std::nullopt;
+  return WriteDenial{Why::locked, std::move(*why)};
 }
 
 /// A selection of each point is used up, even where an earlier one was denied.

@@ -251,7 +251,7 @@ Then DconConversation::OnFailure(const Task& task, const Request& request, Outco
   if (const auto question = questions_.TakeAsked()) {
     return OnQuestionFailed(task, *question, outcome, behind_read);
   }
-  const bool was_sent = outcome != Outcome::line_down && outcome != Outcome::busy;
+  const bool was_sent = outcome != Outcome::busy;
   if (was_sent && request.bytes == requests_.Own(kAskSample).bytes) sampling_.OnAsked();
   counted_again_ = 0;
   writes_.OnOther();

@@ -328,7 +328,7 @@ Then ModbusConversation::OnFailure(const Task& task, const Request& request, Out
   if (task.kind != Task::Kind::poll) return Then::done;
   const auto asked = Unwrap(framing_, request.bytes);
   if (asked && identification_.IsAskedBy(asked->pdu)) {
-    if (outcome == Outcome::line_down || outcome == Outcome::busy) return Then::done;
+    if (outcome == Outcome::busy) return Then::done;
     identification_.OnAnswer(std::nullopt);
     return Then::ask_again;
   }

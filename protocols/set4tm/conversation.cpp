@@ -89,7 +89,7 @@ Then MeterConversation::OnFailure(const Task& task, const Request& request, Outc
   const auto parts = SplitFrame(request.bytes, parts_.settings.checksum);
   const View pdu = parts ? parts->body : View();
   const bool opens = !pdu.empty() && pdu[0] == kOpenChannel;
-  const bool was_sent = outcome != Outcome::line_down && outcome != Outcome::busy;
+  const bool was_sent = outcome != Outcome::busy;
   if (task.kind == Task::Kind::events && IsJournal(pdu)) parts_.archive.OnNoRecord(outcome, now);
   if (was_sent) parts_.latched.OnFailure(pdu);
   const bool of_latch = Is(pdu, AskLatchTime());

@@ -337,7 +337,7 @@ Answer JournalSession::TakeRefusal(Answer answer, Instant now) {
 void JournalSession::OnFailure(Outcome outcome, Instant now) {
   exchanges_ = 0;
   chosen_ = false;
-  if (outcome == Outcome::busy || outcome == Outcome::line_down) return;
+  if (outcome == Outcome::busy) return;
   State& state = states_[asked_];
   if (++state.failures < kMostFailures) return;
   state.failures = 0;

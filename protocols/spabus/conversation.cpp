@@ -123,9 +123,8 @@ class SpaConversation final : public Conversation {
   Then OnFailure(const Task& task, const Request& request, Outcome outcome, Instant) override {
     repeated_ = false;
     if (outcome == Outcome::corrupt) checksum_.Doubt();
-    const bool unsent = outcome == Outcome::line_down || outcome == Outcome::busy;
     const bool is_probe = task.kind == Task::Kind::probe;
-    if (!is_probe && identity_.TakeAsked() && !unsent) {
+    if (!is_probe && identity_.TakeAsked() && outcome != Outcome::busy) {
       identity_.OnNoName();
       return Then::done;
     }

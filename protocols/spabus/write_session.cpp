@@ -85,7 +85,6 @@ void WriteSession::OnLeftover(const Answer& answer, std::optional<int> nack) {
 }
 
 Then WriteSession::OnLeftoverFailure(Outcome outcome) {
-  if (outcome == Outcome::line_down) return Then::done;
   if (outcome != Outcome::busy) ++closings_;
   return Then::ask_again;
 }
@@ -176,7 +175,7 @@ Answer WriteSession::Finish(const std::string& warning) {
 }
 
 Then WriteSession::OnFailure(Outcome outcome, bool closes) {
-  if (outcome == Outcome::line_down || step_ == Step::idle || password_ == 0) {
+  if (step_ == Step::idle || password_ == 0) {
     End();
     return Then::done;
   }

@@ -244,9 +244,8 @@ void TelegramConversation::AfterPoll(std::size_t query, Answer& answer) {
 
 Then TelegramConversation::OnFailure(const Task& task, const Request&, Outcome outcome, Instant) {
   const bool silent = outcome == Outcome::no_reply;
-  const Outcome failure = outcome == Outcome::line_down ? Outcome::no_reply : outcome;
-  exchanges_.EndAs(failure, std::string(Name(failure)));
-  const bool closes = exchanges_.Fail() && outcome != Outcome::line_down;
+  exchanges_.EndAs(outcome, std::string(Name(outcome)));
+  const bool closes = exchanges_.Fail();
   if (!closes) exchanges_.Break();
   if (task.kind == Task::Kind::probe) {
     const bool another = probes_.OnFailed(own_ && silent);
@@ -256,8 +255,7 @@ Then TelegramConversation::OnFailure(const Task& task, const Request&, Outcome o
   if (std::exchange(identifies_, false)) {
     identification_.OnNoName();
     goes_on_ = false;
-    return task.kind == Task::Kind::poll && outcome != Outcome::line_down ? Then::ask_again
-                                                                          : Then::done;
+    return task.kind == Task::Kind::poll ? Then::ask_again : Then::done;
   }
   if (silent) identification_.OnLost();
   if (closes) {

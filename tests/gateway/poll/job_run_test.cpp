@@ -21,8 +21,8 @@ class Rig : private PollerListener {
  public:
   explicit Rig(const std::string& read) : config_(ConfigOf(read)) {
     SetTime();
-    upkeep_.OnOpened(now_.instant);
-    while (agenda_.schedule.Next(now_.instant)) continue;  // nothing is due for a second
+    knows_.upkeep.OnOpened(now_.instant);
+    while (knows_.agenda.schedule.Next(now_.instant)) continue;  // nothing is due for a second
     Poll(1);
     // Another master may have asked it before: one probe is not enough.
     for (Turn(); run_.job() != nullptr; Turn()) Hear(Next() == "PA0" ? "!A0" : "!A2=5");
@@ -90,7 +90,7 @@ class Rig : private PollerListener {
 
   /// The request that waits, or what has become of the job.
   std::string Next() {
-    if (run_.job() == nullptr) return agenda_.parked.NextAt() ? "parked" : "ended";
+    if (run_.job() == nullptr) return knows_.agenda.parked.NextAt() ? "parked" : "ended";
     const std::string request(AsText(run_.job()->step.request.bytes));
     return request.substr(0, request.size() - 1);
   }
@@ -101,12 +101,12 @@ class Rig : private PollerListener {
     return value;
   }
 
-  Device& a() { return roster_.device(0); }
-  Upkeep& upkeep() { return upkeep_; }
-  Schedule& schedule() { return agenda_.schedule; }
+  Device& a() { return knows_.roster.device(0); }
+  Upkeep& upkeep() { return knows_.upkeep; }
+  Schedule& schedule() { return knows_.agenda.schedule; }
   JobRun& run() { return run_; }
-  LateAnswers& late() { return owed_.late; }
-  WriteQueue& writes() { return agenda_.write_queue; }
+  LateAnswers& late() { return knows_.owed.late; }
+  WriteQueue& writes() { return knows_.agenda.write_queue; }
   Instant now() const { return now_.instant; }
 
   std::vector<WriteResult> results;
@@ -138,25 +138,23 @@ class Rig : private PollerListener {
     SetTime();
   }
   void SetTime() {
-    ledger_.OnTime(now_, false, nullptr);
+    knows_.ledger.OnTime(now_, false, nullptr);
     run_.SetTime(now_);
   }
 
   config::Config config_;
   std::shared_ptr<std::atomic<bool>> left_ = std::make_shared<std::atomic<bool>>(false);
   Now now_{kStart, kWall};
-  Roster roster_{config_.lines[0], 0,
-                 [](const std::string&) -> const Protocol& { return ToyProtocol(); }};
   PointStore store_{config_};
-  OwedReplies owed_{roster_};
-  Agenda agenda_{roster_, owed_.late};
-  Ledger ledger_{roster_, agenda_.schedule, store_, 0, *this};
-  Chooser chooser_{roster_, agenda_, owed_.late};
-  Upkeep upkeep_{roster_, store_, owed_, agenda_, ledger_};
+  LineKnowledge knows_{config_.lines[0], 0,
+                       [](const std::string&) -> const Protocol& { return ToyProtocol(); }, store_,
+                       *this};
+  Chooser chooser_{knows_.roster, knows_.agenda, knows_.owed.late};
   Intake intake_{store_, *this};
-  ReplyJudge judge_{owed_.whose};
-  EffectApplier effects_{owed_, agenda_, ledger_, upkeep_, intake_};
-  JobRun run_{owed_, agenda_, chooser_, ledger_, upkeep_, effects_};
+  ReplyJudge judge_{knows_.owed.whose};
+  EffectApplier effects_{knows_.owed, knows_.agenda, knows_.ledger, knows_.upkeep, intake_};
+  JobPhases phases_{knows_, chooser_, effects_};
+  JobRun run_{phases_};
 };
 
 struct Row {

@@ -116,7 +116,7 @@ TEST(Set4tmSnapshotTrial, SoIsSilence) {
 TEST(Set4tmSnapshotTrial, NotSentIsNotTried) {
   Talk talk = OpenTalk(Automatic());
   ASSERT_TRUE(talk.Ask(Poll(0)));
-  EXPECT_EQ(talk.Fail(Poll(0), Outcome::line_down), Then::done);
+  EXPECT_EQ(talk.Fail(Poll(0), Outcome::busy), Then::done);
   ASSERT_TRUE(talk.Ask(Poll(0)));
   EXPECT_THAT(TakeAsked(talk), ElementsAre(kMaskedRead, "08 23 02 00 00 00 00 00 02 00 00 03"));
 }

@@ -174,12 +174,6 @@ TEST(SpaWrite, ADamagedWriteStillGetsBothClosings) {
   EXPECT_EQ(closed.then, Then::done);
 }
 
-TEST(SpaWrite, NothingIsSentAfterTheLineWentDown) {
-  Talk talk(SpabusProtocol(), Device(345));
-  Asked(talk, kWrite);
-  EXPECT_EQ(talk.Fail(kWrite, Outcome::line_down), Then::done);
-}
-
 TEST(SpaWrite, OnlyTheClosingHasToBeSentWhateverHappens) {
   Talk talk(SpabusProtocol(), Device(345));
   for (const bool closes : {false, false, true}) {
@@ -277,7 +271,6 @@ struct Interrupted {
     values.fallback = std::int64_t{0};
     for (int step = 0; step < steps; ++step) talk.Exchange(kWrite, *twin);
     Asked(talk, kWrite);
-    talk.Fail(kWrite, Outcome::line_down);
     talk->OnReconnect();
   }
   bool is_open() const {
