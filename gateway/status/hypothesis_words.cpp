@@ -280,6 +280,10 @@ std::string SayNoise(const Evidence& evidence) {
   }
   const std::string cause = "its replies come damaged";
   if (!OnWire(evidence)) return cause + ": look at the server";
+  if (!evidence.away.empty()) {
+    return cause + " at the same times as those of " + evidence.away +
+           ": a bad contact or noise in what they share: check cable, termination and ground";
+  }
   // What two devices have in common is no address.
   const std::string noise = "noise on the line";
   const std::string remedy = "check termination, ground and shield";

@@ -92,6 +92,22 @@ TEST_F(DiagnoseTest, DevicesThatAreAwayAtTheSameTime) {
                             ": look at the supply or the branch of the line that they share"));
 }
 
+TEST_F(DiagnoseTest, DevicesThatAreDamagedAtTheSameTime) {
+  for (int i = 0; i < 4; ++i) {
+    const Instant begin = looked_;
+    Ended(Outcome::corrupt, 4);
+    Ended(Outcome::ok, 12);
+    looked_ = begin;
+    Looked(neighbour_.status, Symptom::damaged, 3);
+    Looked(neighbour_.status, Symptom::clean, 13);
+  }
+  EXPECT_THAT(Say()[0],
+              ::testing::EndsWith("its replies come damaged at the same times as those of " +
+                                  neighbour_.device->name +
+                                  ": a bad contact or noise in what they share: check cable, "
+                                  "termination and ground"));
+}
+
 /// While neighbours are silent as well, every request comes behind a rest.
 TEST_F(DiagnoseTest, DevicesThatAreAwayAtTheSameTimeDoNotSleep) {
   for (int i = 0; i < 4; ++i) {
