@@ -23,6 +23,8 @@ struct Traits {
   bool has_blocks = false;
   /// The address to which every device answers. Empty: there is none.
   std::string_view common_address{};
+  /// Its replies are lines of text.
+  bool speaks_text = false;
   /// A device may answer some requests only in a mode that is set at the device itself, such as
   /// remote control.
   bool has_modes = false;

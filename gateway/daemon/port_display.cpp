@@ -13,7 +13,7 @@ namespace baudgate {
 namespace {
 
 /// Connections that a limit of time ends differ by no more than this and a tenth.
-constexpr Duration kSameAge = 200ms;
+constexpr Duration kSameAge = 500ms;
 
 }  // namespace
 

@@ -214,7 +214,9 @@ std::string SayBadCheck(const Evidence& evidence) {
            "multiplexer, or noise";
   }
   const std::string cause = "its replies have a wrong check value";
-  if (!evidence.answered && IsNearlyAll(evidence.Count(bad_check), evidence)) {
+  // A converter would lose bytes of its neighbours as well.
+  if (!evidence.healthy.empty() && !evidence.answered &&
+      IsNearlyAll(evidence.Count(bad_check), evidence)) {
     const std::string check = CheckOf(evidence.first());
     return cause + (check.empty() ? "" : " (" + check.substr(2) + ")") +
            ": it computes another one (see its manual and options), or two devices have its "
@@ -378,23 +380,6 @@ std::string SayOtherReply(const Evidence& evidence) {
   return "replies come that belong to other requests" +
          (reason.empty() ? "" : " (" + reason + ")") +
          ": another master on the line, or a serial server that answers one request late";
-}
-
-std::string CheckOf(const DeviceRecord& record) {
-  const auto checksum = record.device->options.all().find("checksum");
-  if (checksum == record.device->options.all().end()) return {};
-  if (const bool* flag = std::get_if<bool>(&checksum->second)) {
-    return std::string(", checksum ") + (*flag ? "on" : "off");
-  }
-  const auto* word = std::get_if<std::string>(&checksum->second);
-  return word == nullptr ? std::string() : ", checksum " + *word;
-}
-
-std::string Settings(const DeviceRecord& record) {
-  std::string text = "address " + record.device->address;
-  const config::SerialSettings serial = SerialOf(record);
-  if (serial.on_wire()) text += ", " + serial.ToString();
-  return text + CheckOf(record);
 }
 
 }  // namespace baudgate::control

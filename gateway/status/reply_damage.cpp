@@ -39,6 +39,7 @@ bool OnlyLong(const Evidence& evidence,
 
 /// A reply that lacks two characters may look whole but for its check value.
 bool LosesAnywhere(const Evidence& evidence) {
+  if (!evidence.traits().speaks_text) return false;
   if (evidence.Count({damaged, noise, zeros, bytes_added}) > 0) return false;
   if (evidence.Count(other_setting) >= evidence.Count(bytes_lost)) return false;
   const auto plain = [&](Symptom symptom) {

@@ -98,4 +98,21 @@ std::string SayZeros(const Evidence& evidence) {
          serial.ToString() + ")";
 }
 
+std::string CheckOf(const DeviceRecord& record) {
+  const auto checksum = record.device->options.all().find("checksum");
+  if (checksum == record.device->options.all().end()) return {};
+  if (const bool* flag = std::get_if<bool>(&checksum->second)) {
+    return std::string(", checksum ") + (*flag ? "on" : "off");
+  }
+  const auto* word = std::get_if<std::string>(&checksum->second);
+  return word == nullptr ? std::string() : ", checksum " + *word;
+}
+
+std::string Settings(const DeviceRecord& record) {
+  std::string text = "address " + record.device->address;
+  const config::SerialSettings serial = SerialOf(record);
+  if (serial.on_wire()) text += ", " + serial.ToString();
+  return text + CheckOf(record);
+}
+
 }  // namespace baudgate::control

@@ -64,7 +64,7 @@ BLIND = family(
     Fault("closes at one request", "tcp", lambda x: p.CLOSE if b"\0\x28" in x.request else m.well(x), "ends the connection at the request for torque", "take|points|profile", OTHER, "alone beside"),
     Fault("closes inside replies", "tcp rtu", closes_inside, "break off|inside|half-way|clos(ed?|es|ing)", "server|firmware|buffer", "gap|second master", line="TCP"),
     Fault("a quarter lost, slow to be given up", "dcon dcon0 rtu", lambda x: m.well(x) if x.random.random() > 0.25 else [], "single requests get no answer", "wire|plug|noise", "gap|away|restart|bit rate", "alone beside", device="timing: { reply: 1s }"),
-    Fault("other bit rate since 12 s", "spa rtu dcon", m.dies_at(12, m.sends(m.wrong_rate(2.0))), "bit rate", "changed", "gap|power", "alone beside"),
+    Fault("other bit rate since 12 s", "spa rtu dcon", m.dies_at(12, m.sends(m.wrong_rate(2.0))), "bit rate", "changed|set both alike", "gap|power", "alone beside"),
     Fault("eighth bit since 12 s", "spa ascii", m.dies_at(12, m.sends(m.eighth_bit)), "eighth bit", "7E1|7O1|serial server", "gap|power", line="TCP"),
     Fault("digits flip", "dcon0", m.sends(flipped_digit), "changed when they were read again", "checksum", OTHER),
     Fault("one FF behind", "rtu ascii dcon spa", m.sends(m.behind(b"\xff")), "", "", well=True),

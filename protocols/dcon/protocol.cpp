@@ -130,6 +130,7 @@ constexpr TimingRule kTiming = {.quiet = {.least = 5ms},
 
 /// Replies are numbers with signs, hexadecimal digits, names and versions.
 constexpr config::Traits kTraits = {
+    .speaks_text = true,
     .is_unchecked = [](const config::Options& options) { return !options.Flag("checksum"); },
     .never_in_reply = "()*/,:;<=\\"};
 

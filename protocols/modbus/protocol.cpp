@@ -116,6 +116,7 @@ constexpr config::Traits TraitsOf(Framing framing) {
   return {.service = tcp ? "Modbus TCP" : "",
           .counterpart = tcp ? "modbus_rtu" : "modbus_tcp",
           .has_blocks = true,
+          .speaks_text = ascii,
           // TCP: MBAP (7), function, count. RTU: slave, function, count, CRC (2). ASCII: ':',
           // slave, function, count and LRC in two characters each, CR LF.
           .register_reply = {.around = tcp     ? 9U

@@ -44,7 +44,7 @@ bool IsSetting(const config::Point& point) {
 }
 
 constexpr config::Traits kTraits = {
-    .has_blocks = true, .is_setting = IsSetting, .designation = "F"};
+    .has_blocks = true, .speaks_text = true, .is_setting = IsSetting, .designation = "F"};
 
 std::unique_ptr<Bus> MakeLine() { return std::make_unique<SpaBus>(); }
 

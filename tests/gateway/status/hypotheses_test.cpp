@@ -124,11 +124,15 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        "here): set both alike; or A and B are swapped",
        kAnswered},
       {{{bad_check, 9}},
+       "its replies have a wrong check value: two devices have its address, or it computes another "
+       "one"},
+      {{{bad_check, 9}},
        "its replies have a wrong check value: it computes another one (see its manual and "
-       "options), or two devices have its address"},
+       "options), or two devices have its address",
+       kNeighbour},
       {{{bad_check, 9, {.cause = "a text"}}},
-       "its replies have a wrong check value: it computes another one (see its manual and "
-       "options), or two devices have its address"},
+       "its replies have a wrong check value: two devices have its address, it computes another "
+       "one, or a converter loses bytes (use raw)"},
       {{{bad_check, 9, {.bytes = 7, .specials = 0x10 | kHighBit | kEvenByte}}},
        "only characters of one parity come, and FF in place of the others: its parity is another "
        "one; set both alike (9600 7E1)"},
