@@ -62,8 +62,8 @@ Timing Merge(const Timing& first, const Timing& second);
 Timing MergeDevice(const Timing& device, const Timing& profile, const Timing& line);
 
 /// What a device is really timed with: `given` over `fallback`, which has every field. Who allows
-/// more time to begin a reply, or for pauses in it, but does not say how long the whole exchange may
-/// take, lengthens that alike; and it is never shorter than reply and gap.
+/// more time to begin a reply, or for pauses in it, but does not say how long the whole exchange
+/// may take, lengthens that alike; and it is never shorter than reply and gap.
 Timing Resolve(const Timing& given, const Timing& fallback);
 
 /// What gateway, line, profile and device may each say about asking. Nothing = decided one level

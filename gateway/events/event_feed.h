@@ -1,9 +1,10 @@
 // The newest events that are on the disk, for outputs that must never wait for it: Modbus looks at
 // them (gateway/modbus/service), DDS takes them in order (gateway/dds). Filled by the writing
-// thread of gateway/events/round_writer.h after each commit, never before. A consumer that takes all
-// of them has a cursor (cursors.h); events that are no longer in memory it gets from the file, by
-// way of that thread. A consumer that only looks misses these, and can count them by their numbers.
-// Events have the names of their devices; the number of a device is looked up when it is asked for.
+// thread of gateway/events/round_writer.h after each commit, never before. A consumer that takes
+// all of them has a cursor (cursors.h); events that are no longer in memory it gets from the file,
+// by way of that thread. A consumer that only looks misses these, and can count them by their
+// numbers. Events have the names of their devices; the number of a device is looked up when it is
+// asked for.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

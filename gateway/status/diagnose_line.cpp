@@ -95,7 +95,8 @@ std::size_t LossesOf(const config::Line& line, const LineStatus& status, Now now
   return status.losses.Since(now.instant - 1h, line.is_network() ? kRestart : Duration());
 }
 
-/// Of a server, one or two may be an update. One that goes away twice in two minutes has a fault.
+/// An update of a server ends one or two connections. A server that goes away twice in two minutes
+/// has a fault.
 bool IsLostOften(const config::Line& line, const LineStatus& status, std::size_t lost, Now now) {
   if (!line.is_network()) return lost > 0;
   const auto twice = [&](const RecentTimes& what) {

@@ -21,8 +21,8 @@ double Always(const Evidence& evidence) {
   return evidence.answered && share < 0.6 ? 0 : share;
 }
 
-/// Characters are lost anywhere in its lines of text, the first and the last among them, and nothing that
-/// noise does was seen.
+/// Characters are lost anywhere in its lines of text, the first and the last among them, and
+/// nothing that noise does was seen.
 bool LosesAnywhere(const Evidence& evidence);
 
 double NotTransparent(const Evidence& evidence);

@@ -12,8 +12,8 @@ namespace baudgate::protocols::set4tm {
 namespace {
 
 const Bytes kLinkOnly = {kLinkTest};
-/// A meter that has never answered may be set to the other checksum: so many probes, one is sent in
-/// that. No meter takes either for a write.
+/// A meter that has never answered may be set to the other checksum: one probe of so many is sent
+/// with that. No meter takes it for a write.
 constexpr unsigned kOtherModeEvery = 4;
 
 }  // namespace
