@@ -57,8 +57,9 @@ std::string Wrapped(const DeviceRecord& record) {
   const std::string& shown = same ? around : findings.Last(Symptom::text_beside).cause;
   return std::string(same ? "the same " : "") + (text ? "text stands" : "bytes stand") +
          " around its replies (" + shown + "): " +
-         (network ? "set the modem, radio or serial server in between to raw"
-          : idle  ? "noise while nobody drives the bus; fit bias resistors and termination"
+         (network         ? "set the modem, radio or serial server in between to raw"
+          : text && !same ? "switch its automatic output off, or that of a modem in between"
+          : idle          ? "noise while nobody drives the bus; fit bias resistors and termination"
                  : "set the modem, radio or serial server in between to raw, or terminate the bus");
 }
 

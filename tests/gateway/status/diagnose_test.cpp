@@ -239,6 +239,9 @@ TEST_F(DiagnoseTest, ATextAroundNearlyAllRepliesComesFromInBetween) {
     Looked(device(), Symptom::text_beside, 1, {.cause = i % 2 == 0 ? "'+IPD,7:'" : "'+IPD,13:'"});
   }
   EXPECT_THAT(Say()[0], ::testing::StartsWith("text stands around its replies ('+IPD,13:'): set"));
+  const std::string server = std::exchange(config_.lines[0].port, "/dev/ttyUSB0");
+  EXPECT_THAT(Say()[0], ::testing::HasSubstr("('+IPD,13:'): switch its automatic output off, or"));
+  config_.lines[0].port = server;
   Looked(device(), Symptom::clean, 16);
   Looked(device(), Symptom::noise_behind, 16);
   EXPECT_THAT(Say()[0], ::testing::EndsWith("noise behind the serial server, or packets of its own "
