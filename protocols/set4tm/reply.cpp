@@ -11,6 +11,22 @@
 #include "protocols/set4tm/values.h"
 
 namespace baudgate::protocols::set4tm {
+namespace {
+
+/// The question of another master to the same meter is as long as the reply to such a question. No
+/// check value tells them apart.
+///
+///   > 14 08 1B 00 11    a float       < 14 08 1B 00 41    another master asks for the frequency
+bool IsQuestionLike(View pdu, View body) {
+  constexpr std::uint8_t kLastWay = 0x03;  // of reading floats: single, latched, group, both
+  if (pdu.size() < 3 || body.size() != pdu.size()) return false;
+  if (body[0] != pdu[0] || body[1] != pdu[1]) return false;
+  if (body.size() > 3) return body[2] <= kLastWay;
+  // Codes of measures: phase in the low bits. Other integers of three bytes may begin so.
+  return body[2] < 0x80 && (body[2] & 0x0CU) == 0;
+}
+
+}  // namespace
 
 bool ReplyReader::Accepts(View asked, View answering) const {
   if (std::ranges::equal(asked, answering)) return true;
@@ -44,6 +60,9 @@ Reply ReplyReader::Read(View request, View frame) const {
   // A float read and its reply are equally long; only the link test is answered by its own bytes.
   if (pdu[0] != kLinkTest && std::ranges::equal(request, frame)) {
     return unexpected("the request came back; does the adapter echo? set `echo: strip`");
+  }
+  if (IsQuestionLike(pdu, got->body)) {
+    return unexpected("it is a request, not a reply: another master asks this meter");
   }
   if (got->body.size() == 1) {
     reply.pdu = pdu;

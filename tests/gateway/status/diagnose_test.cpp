@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/status/diagnose.h"
 
+#include <bit>
 #include <string>
 
 #include "tests/gateway/status/diagnose_fixture.h"
@@ -459,6 +460,23 @@ TEST_F(DiagnoseTest, NumbersThatNothingMeasuresAreInAnotherOrder) {
                                  "and their register"));
   record_.points[0].value = -4.2e-9;
   EXPECT_THAT(Say(), ::testing::IsEmpty());
+}
+
+TEST_F(DiagnoseTest, TheOrderThatMakesAllNumbersUsualIsNamed) {
+  config::Device& its = config_.lines[0].devices[1];
+  its.options.Set("order", std::string("ABCD"));
+  // 230.25 is 43 66 40 00, 50.02 is 42 48 14 7B; with the words swapped:
+  for (const std::size_t i : {std::size_t{0}, std::size_t{1}}) {
+    its.points[i].type = config::Type::float32;
+    its.points[i].scale = 1;
+    its.points[i].offset = 0;
+    record_.points[i].value =
+        static_cast<double>(std::bit_cast<float>(i == 0 ? 0x40004366U : 0x147B4248U));
+  }
+  EXPECT_THAT(Say()[0], ::testing::EndsWith(
+                            ": their bytes come in another order: set order: CDAB at the device"));
+  its.options.Set("order", std::string("BADC"));
+  EXPECT_THAT(Say()[0], ::testing::EndsWith("and their register"));
 }
 
 TEST_F(DiagnoseTest, AClockThatIsNotSet) {

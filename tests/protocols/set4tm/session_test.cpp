@@ -105,6 +105,18 @@ TEST(Set4tmSession, AnEchoedFloatReadIsNoValue) {
   EXPECT_TRUE(answer.readings.empty());
 }
 
+/// 08 1B 00 41 would be 8.0 as a float.
+TEST(Set4tmSession, TheQuestionOfAnotherMasterIsNoFloat) {
+  for (const char* question : {"08 1B 00 41", "08 1B 02 00", "08 1B 00 11"}) {
+    Talk talk = OpenTalk(OneFloat());
+    const Answer answer = talk.Run(Poll(0), Script({question}));
+    EXPECT_EQ(answer.outcome, Outcome::unexpected) << question;
+    EXPECT_TRUE(answer.readings.empty()) << question;
+  }
+  Talk talk = OpenTalk(OneFloat());
+  EXPECT_EQ(talk.Run(Poll(0), Script({"08 1B 66 43"})).outcome, Outcome::ok) << "230.1 V";
+}
+
 TEST(Set4tmSession, ReconnectForgetsChannelAndConstants) {
   Talk talk(Set4tmProtocol(), MakeDevice("5", {MakePoint("05 00 02 energy@0", Group::slow)}));
   const std::vector<std::string> replies = {"00", "10 40 80", "00 01 00 01 00 00 00 00 00 00",
