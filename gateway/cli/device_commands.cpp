@@ -21,7 +21,7 @@
 namespace baudgate {
 namespace {
 
-/// What a twin does that a device should not, or does unasked.
+/// Options that make a twin misbehave or speak unasked.
 void AddMisbehaviour(CLI::App& command, const std::shared_ptr<SimulateOptions>& options) {
   command
       .add_option_function<std::vector<std::string>>(

@@ -1,4 +1,5 @@
-// What a program that starts a gateway from a file provides, so that the file can be read again.
+// How a gateway that was started from a file reads that file again. Provided by the program that
+// starts it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -178,7 +178,7 @@ bool IsCutEcho(const Hearing& hearing, View heard) {
 Finding Broken(const Hearing& hearing, View heard) {
   const std::size_t length = OnlyLength(hearing);
   const Duration pause = LongestPause(hearing, 0, hearing.heard.size());
-  // What is longer than a reply has noise behind the pause.
+  // If more bytes came than a reply has, those behind the pause are noise.
   if (pause > hearing.gap && (length == 0 || heard.size() <= length)) {
     return {.symptom = Symptom::split, .time = pause};
   }

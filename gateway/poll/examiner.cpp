@@ -59,7 +59,7 @@ Finding Examiner::LookAgain(Finding finding) {
           .cause = text ? Quote(heard) : std::string()};
 }
 
-/// Why nobody answers, if the connection has said so.
+/// A greeting of the connection may say why no device answers.
 Finding Examiner::Greet(Finding finding) {
   const Bytes& heard = exchange_.heard();
   const bool speaks =

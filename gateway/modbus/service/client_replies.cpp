@@ -6,7 +6,7 @@
 namespace baudgate::modbus {
 namespace {
 
-/// What a listener says in its own name when nothing better can be had; silent ones keep it.
+/// The gateway itself answers so, not a device. A silent listener does not send it.
 bool IsGatewayTrouble(ExceptionCode exception) {
   return exception == kNoPath || exception == kNoTarget || exception == kBusy;
 }

@@ -1,6 +1,6 @@
-// What one client is answered, and its numbers in the traffic book: bytes, functions, exceptions,
-// requests that wait. Which exceptions a silent listener keeps, and to which requests nobody awaits
-// an answer, is decided here. On the server's thread.
+// Sends the answers to one client and keeps its numbers in the traffic book: bytes, functions,
+// exceptions, requests that wait. Decides which exceptions a silent listener does not send, and
+// which requests get no answer. On the server's thread.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -41,7 +41,7 @@ class ClientReplies {
   /// So many wait no more.
   void Settle(std::size_t count = 1);
 
-  /// What it sends is Modbus in another framing.
+  /// The client sends Modbus in another framing.
   void HeardOther(Framing heard, WallTime at);
   /// The client has left: it is in the book no more, and the wire is not called again.
   void Close() { book_->Leave(*record_); }

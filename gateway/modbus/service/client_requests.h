@@ -1,4 +1,5 @@
-// What one client asks, whatever wire it comes by: whether it is permitted, and who answers it.
+// Handles the requests of one client of any wire: decides whether each is permitted and who answers
+// it.
 // Whole frames in their Modbus TCP form come from gateway/modbus/server/client_session.cpp
 // (sockets) and gateway/modbus/serial/master_session.cpp (a serial master); answers go back to
 // them. All on the server's thread; the time is an argument.
@@ -34,10 +35,11 @@ class ClientRequests {
   /// Answers requests whose deadline has passed without an answer. An answer may close the client,
   /// but must not destroy this object.
   void Sweep(const Now& now);
-  /// The client waits for none of its requests any more. What is not on the wire is not sent: a
-  /// routed request by RouteTarget::Abandon, a write by WriteCommand::abandoned. None is answered.
+  /// The client waits for none of its requests any more. Requests that are not on the wire are not
+  /// sent: routed ones by RouteTarget::Abandon, writes by WriteCommand::abandoned. None is
+  /// answered.
   void Abandon();
-  /// What it sends is Modbus in another framing.
+  /// The client sends Modbus in another framing.
   void HeardOther(Framing heard, WallTime at) { replies_->HeardOther(heard, at); }
   /// The client has left: Abandon, and what is kept of it is forgotten (selections and its place
   /// among the events by LocalUnits::Forget, its entry in the traffic book). The wire is not

@@ -33,7 +33,7 @@ class RoutedRequests : public std::enable_shared_from_this<RoutedRequests> {
 
   void Sweep(const Now& now);
   std::optional<Instant> Deadline() const { return pending_.Deadline(); }
-  /// What is not on the wire is not sent. None is answered.
+  /// Requests that are not on the wire are not sent. None is answered.
   void Abandon();
   std::size_t outstanding() const { return pending_.size(); }
   /// Broadcasts under way.

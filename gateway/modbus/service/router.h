@@ -23,7 +23,7 @@
 
 namespace baudgate::modbus {
 
-/// Who asks what of a route.
+/// One request for a route, and its client.
 struct RoutedAsk {
   std::size_t route = 0;  ///< its number, or TrafficBook::kBroadcasts
   std::uint8_t unit = 0;  ///< as the client addresses it

@@ -1,6 +1,6 @@
-// What all clients of a Modbus server share: the units and the routes that they ask for, the book
-// of who asks what, the way back to the server's thread, limits and counters. Used by that thread
-// only, but for the book and the snapshot of the counters.
+// The parts that all clients of a Modbus server share: units, routes, the traffic book, the way
+// back to the server's thread, limits and counters. Only the book and the snapshot of the counters
+// are used by other threads too.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
