@@ -188,8 +188,8 @@ void TcpClient::Connect(const AttemptPtr& attempt, const std::vector<tcp::endpoi
         const bool refused = error == asio::error::connection_refused;
         attempt->owner->Fail("cannot connect to " + attempt->owner->port_ + ": " + error.message() +
                                  (away ? "; is the host on, its cable in, and its IP address right?"
-                                       : "; is a server there (a serial server in raw TCP mode), "
-                                         "and free?"),
+                                       : "; is the port number right, and its server (a serial "
+                                         "server: in raw TCP mode) running and free?"),
                              away      ? NoConnection::unreachable
                              : refused ? NoConnection::refused
                                        : NoConnection::other);

@@ -25,6 +25,8 @@ struct Traits {
   std::string_view common_address{};
   /// Its replies are lines of text.
   bool speaks_text = false;
+  /// The option `order` of a device says in which order the bytes of its numbers come.
+  bool has_byte_order = false;
   /// A device may answer some requests only in a mode that is set at the device itself, such as
   /// remote control.
   bool has_modes = false;

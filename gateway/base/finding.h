@@ -4,12 +4,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <iterator>
 #include <string>
 #include <string_view>
 
+#include "gateway/base/bytes.h"
 #include "gateway/base/outcome.h"
 #include "gateway/base/time.h"
 
@@ -77,6 +79,7 @@ struct Finding {
   /// Which of kSpecialBytes came, one bit each: converters that are not transparent change them;
   /// and kHighBit, kEvenByte, kOddByte.
   std::uint8_t specials = 0;
+  std::uint8_t asked = 0;  ///< which of kSpecialBytes the request had, one bit each
   /// "Modbus RTU frames come", "slave 7 answers"; text: as it came; refusal and odd: the reason;
   /// noise_before, noise_behind, few_beside: "10 02 ... 10 03", what stands around the reply;
   /// eighth_bit: "mark", where it is always 1.
@@ -104,6 +107,18 @@ constexpr std::string_view Name(Symptom symptom) {
 inline constexpr std::uint8_t kSpecialBytes[] = {0x0A, 0x0D, 0x11, 0x13, 0xFF};
 
 inline constexpr std::uint8_t kAllSpecials = (1U << std::size(kSpecialBytes)) - 1;
+/// Those of flow control: XON and XOFF.
+inline constexpr std::uint8_t kFlowBytes = 0b01100;
+static_assert(kSpecialBytes[2] == 0x11 && kSpecialBytes[3] == 0x13);
+
+/// Which of them these bytes have, one bit each.
+inline std::uint8_t SpecialsOf(View bytes) {
+  unsigned bits = 0;
+  for (std::size_t i = 0; i < std::size(kSpecialBytes); ++i) {
+    if (std::ranges::find(bytes, kSpecialBytes[i]) != bytes.end()) bits |= 1U << i;
+  }
+  return static_cast<std::uint8_t>(bits);
+}
 
 /// A character with its eighth bit came, or none can: the protocol has seven.
 inline constexpr std::uint8_t kHighBit = 0x80;

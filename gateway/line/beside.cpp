@@ -121,6 +121,8 @@ Finding StrayBeside(const Hearing& hearing, View before, View behind) {
       before, [](std::uint8_t byte) { return !IsOfDriver(byte) && !IsLineEnd(byte); });
   const bool speaks = !hearing.connection && strange >= kFewStrange;
   if (before.size() > kHarmless || speaks) return noise(Symptom::noise_before);
+  // No driver makes these.
+  if (hearing.protocol->tcp && !behind.empty()) return noise(Symptom::noise_behind);
   if (behind.size() > kHarmless) return noise(Symptom::noise_behind);
   // One byte on a wire is the driver's, and so are more of them without a form.
   const std::size_t few = hearing.connection ? 1 : 2;

@@ -258,10 +258,7 @@ std::uint8_t SpecialsIn(const Hearing& hearing, View heard) {
   const bool high = std::ranges::any_of(heard, [](auto byte) { return byte > 0x7F; });
   // A text has none, whatever the port is set to.
   const bool text = std::ranges::all_of(hearing.request, IsPrintable);
-  unsigned bits = high || text ? kHighBit : 0;
-  for (std::size_t i = 0; i < std::size(kSpecialBytes); ++i) {
-    if (std::ranges::find(heard, kSpecialBytes[i]) != heard.end()) bits |= 1U << i;
-  }
+  unsigned bits = SpecialsOf(heard) | (high || text ? kHighBit : 0U);
   for (const std::uint8_t byte : heard) {
     if (byte == 0x00 || byte == 0xFF) continue;  // of an idle or broken line as well
     bits |= std::popcount(byte) % 2 == 0 ? kEvenByte : kOddByte;

@@ -33,6 +33,7 @@ void DeviceAccounts::OnExchange(const Member& member, const ExchangeEnd& end,
   const bool cut_off = end.outcome == Outcome::line_down;
   const Outcome outcome = about.routed && life ? Outcome::ok : end.outcome;
   states_[member].symptom = finding.symptom;
+  states_[member].asked = finding.asked;
   CountMissed();
   Change(member, [&](DeviceStatus& status) {
     ++status.exchanges;
@@ -78,6 +79,7 @@ void DeviceAccounts::Count(const Member& member, bool answered, DeviceStatus& st
   if (answered || status.last_outcome == Outcome::no_reply) {
     status.failures.Add(answered, now_.instant);
   }
+  status.spoilt.Add(answered, now_.instant);
   (answered ? tally.up : tally.down) += since;
   (answered ? tally.served : tally.wasted) += took;
   tally.wasted += drained;
@@ -155,6 +157,7 @@ void DeviceAccounts::OnPoll(const Device& device, std::size_t query, bool answer
   const auto queries = device.conversation->Queries();
   if (query >= queries.size()) return;
   const Symptom symptom = states_[device].symptom;
+  const std::uint8_t asked = states_[device].asked;
   Change(device, [&](DeviceStatus& status) {
     status.queries.resize(queries.size());
     QueryCount& count = status.queries[query];
@@ -166,6 +169,7 @@ void DeviceAccounts::OnPoll(const Device& device, std::size_t query, bool answer
         static_cast<std::uint8_t>(count.failures << 1U | (missed || !answered ? 1U : 0U));
     count.refused = symptom == Symptom::refusal ? count.refused + 1 : 0;
     count.symptom = symptom;
+    count.asked = asked;
   });
 }
 
@@ -180,6 +184,7 @@ void DeviceAccounts::OnPlan(const Device& device) {
         std::ranges::any_of(queries, [](const auto& query) { return query.in_vain == 0; });
     if (learned) {
       status.failures = {};
+      status.spoilt = {};
       for (const Instant when : {now_.instant - 1min, now_.instant}) {
         status.hour.At(when).outages = 0;
       }

@@ -82,6 +82,7 @@ class DeviceAccounts {
     Instant heard{};                   // end of its last exchange, or when the port was opened
     bool out = false;                  // its last task has failed
     Symptom symptom = Symptom::clean;  // of its last exchange
+    std::uint8_t asked = 0;            // the special bytes of its request
     std::uint32_t missed = 0;          // of its periods
     Duration patience{};               // as the status has it
     std::uint32_t behind = 0;          // as the status has it

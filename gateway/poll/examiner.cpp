@@ -32,6 +32,7 @@ Finding Examiner::End(Outcome outcome) {
   Finding finding = plain ? Plain(exchange_.AsHearing(roster_)) : Look();
   finding = Greet(LookAgain(std::move(finding)));
   finding.idle = exchange_.idle();
+  finding.asked = SpecialsOf(exchange_.request().bytes);
   told_ = finding.symptom;
   if (finding.symptom == Symptom::tail_lost || finding.symptom == Symptom::end_lost) {
     earlier_.OnBroken(exchange_);

@@ -110,14 +110,6 @@ bool ComesLateElsewhere(const DeviceRecord& device, std::span<const DeviceRecord
   });
 }
 
-/// The line's sentence is about it.
-bool HasOtherMaster(std::span<const DeviceRecord> all) {
-  return std::ranges::any_of(all, [](const DeviceRecord& one) {
-    const Findings& findings = one.status.findings;
-    return findings.Count(Symptom::master_beside) + findings.Count(Symptom::other_master) > 0;
-  });
-}
-
 /// Before its port was opened anew as well.
 bool FailsAlways(const DeviceStatus& status) {
   const Findings& findings = status.findings;
@@ -205,7 +197,7 @@ Sentences DiagnoseDevice(const LineStatus& line, const DeviceRecord& device,
                   (remedy.empty() ? "does the profile fit the device and its options?" : remedy));
   }
   const bool again = status.doubled > 1 && now.instant - status.last_doubled < 1h;
-  if (again && !echoes && !HasOtherMaster(all) &&
+  if (again && !echoes && evidence.master == nullptr &&
       status.findings.Count(Symptom::others_beside) == 0) {
     found.push_back(fmt::format(
         "doubled: a second, different reply came behind one {}: look at the serial server, radio "
@@ -226,7 +218,7 @@ Sentences DiagnoseDevice(const LineStatus& line, const DeviceRecord& device,
   if (!echoes) add(DiagnosePoints(line, device, now));
   if (found.empty() && !echoes) add(DiagnoseWaiting(device, now, started));
   const std::string outages = Outages(device, 1, now, started);
-  if (found.empty() && !outages.empty()) {
+  if (found.empty() && !outages.empty() && !Echoes(line)) {
     found.push_back(outages + ", and it " + AnsweredShare(device, now) +
                     ": look at its power and its wire");
   }

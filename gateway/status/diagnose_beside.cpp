@@ -27,7 +27,9 @@ bool IsNearlyAlways(std::size_t count, const Findings& findings) {
 /// Noise comes now and then; equipment in between, or a bus at rest, with each reply.
 const char* WhyStray(const DeviceRecord& record, bool always) {
   if (!SerialOf(record).on_wire()) {
-    return "the server sends unasked; let one client use it, or update its firmware";
+    return always ? "the server appends bytes to its replies, such as a CRC: set it to Modbus TCP, "
+                    "without RTU, or update its firmware; values are right"
+                  : "the server sends unasked; let one client use it, or update its firmware";
   }
   if (record.line->is_network()) {
     return always

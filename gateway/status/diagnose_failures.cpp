@@ -73,14 +73,6 @@ std::string PointsOf(const DeviceRecord& record, IsMeant is_meant) {
   return first->name + more + " (" + first->read + (points > 1 ? ", ...)" : ")");
 }
 
-/// It came, and is no reply as it is.
-bool IsDamage(Symptom symptom) {
-  using enum Symptom;
-  constexpr Symptom kDamage[] = {head_lost, end_lost, tail_lost, bytes_lost, bytes_added,
-                                 bad_check, damaged,  noise,     zeros};
-  return std::ranges::find(kDamage, symptom) != std::end(kDamage);
-}
-
 /// Whenever a request fails, all its repeats do: no matter of chance.
 bool FailsWithRepeats(const Evidence& evidence) {
   const Findings& findings = evidence.device->status.findings;
@@ -293,7 +285,9 @@ bool FailsByEchoes(const Evidence& evidence) {
 }
 
 Sentences Failures(const DeviceRecord& record, const Evidence& evidence) {
-  Sentences found = SilentPoints(record, evidence);
+  Sentences found = evidence.eaten != 0 && HasDeadQuery(record, kNeverAnswered)
+                        ? Said("", evidence)
+                        : SilentPoints(record, evidence);
   if (found.empty()) found = DeadQueries(record, evidence);
   const std::string often = HowOften(evidence);
   if (!often.empty() && found.empty()) {

@@ -77,17 +77,19 @@ bool IsUsual(double number) {
 /// The order of bytes in which all of these numbers of four bytes are usual ones. Empty: none, more
 /// than one, or the device has no such setting, or another one than the first.
 std::string OrderOf(const config::Device& device, const std::vector<double>& numbers) {
+  using enum config::WordOrder;
   const auto order = device.options.all().find("order");
-  const auto* const now =
-      order == device.options.all().end() ? nullptr : std::get_if<std::string>(&order->second);
-  if (now == nullptr || *now != "ABCD") return {};
-  std::string found;
-  for (const char* const other : {"CDAB", "BADC", "DCBA"}) {
+  const bool first = order == device.options.all().end() ||
+                     order->second == config::OptionValue(std::string(Name(abcd)));
+  if (!device.traits->has_byte_order || !first) return {};
+  std::string_view found;
+  for (const config::WordOrder one : {cdab, badc, dcba}) {
+    const std::string_view other = Name(one);
     const bool all = std::ranges::all_of(numbers, [&](double number) {
       const auto bits = std::bit_cast<std::uint32_t>(static_cast<float>(number));
       std::uint32_t turned = 0;
-      for (const char* place = other; *place != 0; ++place) {
-        const int byte = *place - 'A';  // 0: the first of the four, as they came
+      for (const char place : other) {
+        const int byte = place - 'A';  // 0: the first of the four, as they came
         turned = turned << 8U | (bits >> (8U * (3U - static_cast<unsigned>(byte))) & 0xFFU);
       }
       return IsUsual(std::bit_cast<float>(turned));
@@ -96,7 +98,7 @@ std::string OrderOf(const config::Device& device, const std::vector<double>& num
     if (!found.empty()) return {};
     found = other;
   }
-  return found;
+  return std::string(found);
 }
 
 /// Numbers such as bytes in another order make.

@@ -73,6 +73,85 @@ std::optional<Symptom> MostOften(const DeviceStatus& status) {
   return most;
 }
 
+/// Most of its failures are damage, of whichever kinds: noise makes many.
+bool ComesDamaged(const DeviceStatus& status) {
+  std::size_t damage = 0;
+  for (std::size_t i = 0; i < kSymptoms; ++i) {
+    const auto symptom = static_cast<Symptom>(i);
+    damage += IsDamage(symptom) ? status.findings.Count(symptom) : 0;
+  }
+  return damage > 1 && 2 * damage > FailedOf(status);
+}
+
+/// What another master was heard to say, twice or more on the whole line.
+const Finding* OtherMasterOf(std::span<const DeviceRecord> all) {
+  const Finding* found = nullptr;
+  std::size_t count = 0;
+  for (const DeviceRecord& one : all) {
+    for (const Symptom symptom : {Symptom::other_master, Symptom::master_beside}) {
+      const std::size_t its = one.status.findings.Count(symptom);
+      if (its > 0) found = &one.status.findings.Last(symptom);
+      count += its;
+    }
+  }
+  return count > 1 ? found : nullptr;
+}
+
+std::uint8_t EatenBytes(std::span<const DeviceRecord> all) {
+  unsigned answered = 0;
+  for (const DeviceRecord& one : all) answered |= one.status.findings.specials().AnsweredRequests();
+  const unsigned suspects = kFlowBytes & ~answered;
+  std::size_t dead = 0;
+  unsigned eaten = 0;
+  for (const DeviceRecord& one : all) {
+    if (!HasDeadQuery(one, kNeverAnswered)) continue;
+    for (const QueryCount& query : one.status.queries) {
+      // Damaged replies lack such bytes themselves.
+      if (query.in_vain < kNeverAnswered || query.symptom != Symptom::silence) continue;
+      if ((query.asked & suspects) == 0) return 0;
+      eaten |= query.asked & suspects;
+      ++dead;
+    }
+  }
+  return static_cast<std::uint8_t>(dead > 1 ? eaten : 0);
+}
+
+/// Damage strikes at the same time as silence.
+const FailureRuns& RunsOf(const DeviceRecord& record, bool silent) {
+  return silent ? record.status.failures : record.status.spoilt;
+}
+
+/// Which neighbours fail when the device does. Neighbours are polled in step, and so are requests
+/// that fail always: those say nothing.
+void AddCompany(Evidence& evidence, std::span<const DeviceRecord> all) {
+  const DeviceRecord& device = *evidence.device;
+  const bool silent = evidence.Count(Symptom::silence) == evidence.failed;
+  std::vector<std::string> away;
+  std::vector<std::string> losing;
+  std::vector<std::string> names;
+  std::vector<const FailureRuns*> failing;
+  Coincidences coincidences;
+  for (const DeviceRecord& other : all) {
+    if (HasDeadQuery(other) || HasDeadQuery(device)) continue;
+    const FailureRuns& own = RunsOf(device, silent);
+    const FailureRuns& its = RunsOf(other, silent);
+    if (!its.runs().empty()) failing.push_back(&its);
+    if (other.device == device.device) continue;
+    if (!its.runs().empty()) names.push_back(other.device->name);
+    if (AreAwayTogether(own, its)) away.push_back(other.device->name);
+    const auto both = CoincidencesOf(own, its);
+    coincidences.Add(both);
+    if (2 * both.together > both.all) losing.push_back(other.device->name);
+  }
+  evidence.away = Listed(away);
+  evidence.shared_period = SharedPeriod(failing);
+  if (evidence.shared_period) {
+    evidence.losing = Listed(names);
+  } else if (coincidences.AreNoChance()) {
+    evidence.losing = Listed(losing);
+  }
+}
+
 }  // namespace
 
 std::size_t Evidence::Count(std::initializer_list<Symptom> symptoms) const {
@@ -83,6 +162,13 @@ std::size_t Evidence::Count(std::initializer_list<Symptom> symptoms) const {
 
 double Evidence::Share(std::initializer_list<Symptom> symptoms) const {
   return failed == 0 ? 0 : static_cast<double>(Count(symptoms)) / static_cast<double>(failed);
+}
+
+bool IsDamage(Symptom symptom) {
+  using enum Symptom;
+  constexpr Symptom kDamage[] = {head_lost, end_lost, tail_lost, bytes_lost, bytes_added,
+                                 bad_check, damaged,  noise,     zeros};
+  return std::ranges::find(kDamage, symptom) != std::end(kDamage);
 }
 
 config::SerialSettings SerialOf(const DeviceRecord& record) {
@@ -125,6 +211,13 @@ bool IsHealthy(const DeviceStatus& status) {
   return kMostlyGood * FailedOf(status) <= status.findings.size();
 }
 
+bool HasDeadQuery(const DeviceRecord& record, std::uint32_t in_vain) {
+  const std::vector<QueryCount>& queries = record.status.queries;
+  const auto dead = [&](const QueryCount& query) { return query.in_vain >= in_vain; };
+  const auto answered = [](const QueryCount& query) { return query.in_vain == 0; };
+  return std::ranges::any_of(queries, dead) && std::ranges::any_of(queries, answered);
+}
+
 Evidence Gather(const LineStatus& status, const DeviceRecord& device,
                 std::span<const DeviceRecord> all, Now now) {
   Evidence evidence;
@@ -135,42 +228,27 @@ Evidence Gather(const LineStatus& status, const DeviceRecord& device,
   evidence.absent = IsAbsent(device.status);
   Add(evidence, device);
   evidence.changed = evidence.answered && IsAllBad(evidence);
+  evidence.master = OtherMasterOf(all);
+  evidence.eaten = EatenBytes(all);
   std::vector<std::string> fell;
-  std::vector<std::string> away;
-  std::vector<std::string> losing;
-  Coincidences coincidences;
-  std::vector<const FailureRuns*> failing;
-  std::vector<std::string> failing_names;
   for (const DeviceRecord& other : all) {
-    const FailureRuns& failures = other.status.failures;
-    if (!failures.runs().empty()) failing.push_back(&failures);
     if (other.device == device.device) continue;
-    if (!failures.runs().empty()) failing_names.push_back(other.device->name);
     if (FellTogether(device.status, other.status)) fell.push_back(other.device->name);
-    if (AreAwayTogether(device.status.failures, other.status.failures)) {
-      away.push_back(other.device->name);
-    }
-    const auto both = CoincidencesOf(device.status.failures, other.status.failures);
-    coincidences.Add(both);
-    if (2 * both.together > both.all) losing.push_back(other.device->name);
     const auto own = MostOften(device.status);
     const bool alike = own && own == MostOften(other.status);
     if (alike) evidence.alike = other.device->name;
+    const bool damaged = ComesDamaged(device.status) && ComesDamaged(other.status);
     // As often as the device, more or less.
-    const bool as_often = alike && kOftenAlike * FailedOf(other.status) >= evidence.failed;
+    const bool as_often =
+        (alike || damaged) && kOftenAlike * FailedOf(other.status) >= evidence.failed;
+    evidence.noisy = evidence.noisy || (damaged && as_often);
     if (IsHealthy(other.status) && !as_often && evidence.healthy.empty()) {
       evidence.healthy = other.device->name;
     }
   }
   if (!evidence.healthy.empty()) evidence.alike.clear();
   evidence.fell = Listed(fell);
-  evidence.away = Listed(away);
-  evidence.shared_period = SharedPeriod(failing);
-  if (evidence.shared_period) {
-    evidence.losing = Listed(failing_names);
-  } else if (coincidences.AreNoChance()) {
-    evidence.losing = Listed(losing);
-  }
+  AddCompany(evidence, all);
   return evidence;
 }
 

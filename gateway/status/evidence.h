@@ -26,10 +26,15 @@ struct Evidence {
   bool changed = false;   ///< it has, and to none of the exchanges that are kept
   std::string healthy{};  ///< a neighbour that answers well; empty: none
   std::string alike{};    ///< a neighbour that fails in the same way; empty: none
+  bool noisy = false;     ///< replies of a neighbour come damaged about as often
   std::string away{};     ///< neighbours that are away at the same times: "d, e"; empty: none
   std::string losing{};   ///< neighbours that lose requests at the same times; empty: none
   std::optional<Duration> shared_period{};  ///< of those losses, where they come regularly
-  std::string fell{};      ///< neighbours that fell silent with it: "d, e"; empty: none
+  std::string fell{};               ///< neighbours that fell silent with it: "d, e"; empty: none
+  const Finding* master = nullptr;  ///< another master of the line, heard twice; null: none
+  /// XON and XOFF (bits of kSpecialBytes), where all requests of the line to which nothing comes,
+  /// while others are answered, have one of them, two at least, and none that was answered.
+  std::uint8_t eaten = 0;
   std::size_t looked = 0;  ///< exchanges that are kept
   std::size_t failed = 0;  ///< of those, without a good reply
   std::array<std::size_t, kSymptoms> counts{};
@@ -58,6 +63,12 @@ inline constexpr std::uint32_t kNeverAnswered = 3;
 
 /// So often in vain, one poll after another, it is no chance.
 inline constexpr std::uint32_t kNeverByChance = 8;
+
+/// A request of the polls has failed so often in a row, beside others that are answered.
+bool HasDeadQuery(const DeviceRecord& record, std::uint32_t in_vain = kNeverByChance);
+
+/// Something came, and is no reply as it is.
+bool IsDamage(Symptom symptom);
 
 /// Its own, or those of its line.
 config::SerialSettings SerialOf(const DeviceRecord& record);

@@ -30,10 +30,21 @@ double Seen(const Evidence& evidence) {
   return evidence.Share({kSymptom});
 }
 
-/// One noise on a line without checksums may look like a request.
+/// One noise on a line without checksums may look like a request. Where others have heard it, its
+/// request of the same kind to this device looks like the gateway's own one, late.
 double OtherMaster(const Evidence& evidence) {
-  if (evidence.Count({other_master, master_beside}) < kFacts) return 0;
-  return std::max(0.5, evidence.Share({other_master, other_device, other_reply, damaged, noise}));
+  const bool own = evidence.Count({other_master, master_beside}) >= kFacts;
+  const bool elsewhere = evidence.master != nullptr && evidence.Count(late_echo) > 0;
+  if (!own && !elsewhere) return 0;
+  const double share =
+      evidence.Share({other_master, other_device, other_reply, damaged, noise, late_echo});
+  return own ? std::max(0.5, share) : share;
+}
+
+/// Requests fail that contain XON or XOFF, and no others.
+double EatenRequests(const Evidence& evidence) {
+  if (evidence.eaten == 0 || evidence.device == nullptr) return 0;
+  return HasDeadQuery(*evidence.device, kNeverAnswered) ? 1 : 0;
 }
 
 /// Where replies are one behind, a repeat is answered by the reply to its first try, and so is
@@ -203,10 +214,15 @@ double InItsPlace(const Evidence& evidence) {
   return evidence.Last(silence).ended ? 0.95 * evidence.Share({silence}) : 0;
 }
 
-/// They meet on the wire as well, and damage each other.
+/// They meet on the wire as well, and damage each other. At an address that every device answers to
+/// second replies leave no doubt of it.
 double TwoReplies(const Evidence& evidence) {
-  if (evidence.Count(two_replies) == 0) return 0;
-  return evidence.Share({two_replies, damaged, noise, bad_check, bytes_added});
+  const DeviceRecord& record = evidence.first();
+  const bool common = record.device->address == evidence.traits().common_address &&
+                      (record.status.doubled > 0 || evidence.Count(others_beside) > 0);
+  if (evidence.Count(two_replies) == 0 && !common) return 0;
+  const double share = evidence.Share({two_replies, damaged, noise, bad_check, bytes_added});
+  return common ? share + evidence.Share({tail_lost, end_lost, head_lost, bytes_lost, odd}) : share;
 }
 
 template <Symptom kSymptom>
@@ -238,9 +254,11 @@ const std::vector<Hypothesis>& Hypotheses() {
       {"text comes in place of replies", Text, SayText},
       {"only the request itself comes back", Seen<echo>, SayEcho, true},
       {"the gateway's own requests come back late", Seen<late_echo>, SayLateEcho},
+      {"requests fail that contain", EatenRequests, SayEatenRequests, true, true},
       {"replies fail that contain", NotTransparent, SaySpecials},
       {"its replies come in pieces", InPieces, SaySplit, true},
       {"its replies come up to", Late, SayLate, true},
+      {"two different replies come to one request", TwoReplies, SayTwoReplies, true},
       {"right once the eighth bit is taken away", EighthBit, SayEighthBit},
       {"no character of its replies has its eighth bit", SevenBits, SaySevenBits},
       {"long replies come damaged", LongDamaged, SayLongDamaged, false, true},
@@ -256,7 +274,6 @@ const std::vector<Hypothesis>& Hypotheses() {
       {"the same reply comes whatever is asked", SameAgain, SaySameAgain, true},
       {"its replies answer the request before", OneBehind, SayOneBehind},
       {"late replies of", Seen<late_other>, SayLateOther},
-      {"two different replies come to one request", TwoReplies, SayTwoReplies, true},
       {"replies come that belong to other requests", Seen<other_reply>, SayOtherReply},
       {"it does not answer requests for long replies", TooLong, SayTooLong},
       {"requests get no answer that come soon", TooFast, SayTooFast},

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "gateway/base/shown.h"
 #include "gateway/status/connection_words.h"
 #include "gateway/status/hypotheses.h"
 #include "gateway/status/reason.h"
@@ -60,6 +61,16 @@ bool IsOtherLength(const Evidence& evidence, const Finding& finding) {
   return finding.remedy.empty() && evidence.traits().register_reply.each > 0;
 }
 
+/// "11 and 13".
+std::string NamesOf(unsigned specials) {
+  std::string names;
+  for (std::size_t i = 0; i < std::size(kSpecialBytes); ++i) {
+    if ((specials & (1U << i)) == 0) continue;
+    names += (names.empty() ? "" : " and ") + fmt::format("{:02X}", kSpecialBytes[i]);
+  }
+  return names;
+}
+
 std::string Service(const Evidence& evidence) { return std::string(evidence.traits().service); }
 
 /// As many as its longest whole reply has.
@@ -103,6 +114,7 @@ std::string SayOtherDevice(const Evidence& evidence) {
 }
 
 std::string SayOtherMaster(const Evidence& evidence) {
+  if (evidence.Count({other_master, master_beside}) == 0) return WithRemedy(*evidence.master);
   return WithRemedy(evidence.Last(evidence.Count(other_master) > 0 ? other_master : master_beside));
 }
 
@@ -195,13 +207,12 @@ std::string SayBytesAdded(const Evidence& evidence) {
 }
 
 std::string SaySpecials(const Evidence& evidence) {
-  const unsigned suspects = Suspects(evidence);
-  std::string names;
-  for (std::size_t i = 0; i < std::size(kSpecialBytes); ++i) {
-    if ((suspects & (1U << i)) == 0) continue;
-    names += (names.empty() ? "" : " and ") + fmt::format("{:02X}", kSpecialBytes[i]);
-  }
-  return "replies fail that contain " + names + ", and no others: " + kSetRaw;
+  return "replies fail that contain " + NamesOf(Suspects(evidence)) + ", and no others: " + kSetRaw;
+}
+
+std::string SayEatenRequests(const Evidence& evidence) {
+  return "requests fail that contain " + NamesOf(evidence.eaten) +
+         ", and no others: switch XON/XOFF off at the converter or serial server";
 }
 
 std::string SayBadCheck(const Evidence& evidence) {
@@ -282,14 +293,19 @@ std::string SayNoise(const Evidence& evidence) {
   }
   const std::string cause = "its replies come damaged";
   if (!OnWire(evidence)) return cause + ": look at the server";
-  if (!evidence.away.empty()) {
-    return cause + " at the same times as those of " + evidence.away +
+  const std::string& others = evidence.away.empty() ? evidence.losing : evidence.away;
+  if (!others.empty()) {
+    return cause +
+           (evidence.shared_period
+                ? " every " + FormatAge(*evidence.shared_period) + ", as those of "
+                : " at the same times as those of ") +
+           others +
            ": a bad contact or noise in what they share: check cable, termination and ground";
   }
   // What two devices have in common is no address.
   const std::string noise = "noise on the line";
   const std::string remedy = "check termination, ground and shield";
-  if (!evidence.alike.empty()) return cause + ": " + noise + ": " + remedy;
+  if (!evidence.alike.empty() || evidence.noisy) return cause + ": " + noise + ": " + remedy;
   // No noise damages nearly all, and none of a neighbour.
   if (!evidence.healthy.empty() && 5 * evidence.failed >= 4 * evidence.looked) {
     return cause + ": " + TwoDevices(*evidence.first().device) + ", or a bad wire at its end";

@@ -34,6 +34,7 @@ std::string SayTailLost(const Evidence& evidence);
 std::string SayBytesLost(const Evidence& evidence);
 std::string SayBytesAdded(const Evidence& evidence);
 std::string SaySpecials(const Evidence& evidence);
+std::string SayEatenRequests(const Evidence& evidence);
 std::string SayBadCheck(const Evidence& evidence);
 std::string SayTooLong(const Evidence& evidence);
 std::string SayLongDamaged(const Evidence& evidence);

@@ -26,7 +26,11 @@ std::string Shared(const Evidence& evidence) {
                 : "; if that is a plain serial server: protocol: " + counterpart);
   }
   if (evidence.answered) {
-    return "check what they share: port, power of the bus, wiring (A and B swapped?)";
+    return IsBehindServer(evidence)
+               ? std::string("check what they share: port of the serial server, power, wiring")
+               : "check what they share: power, wiring, adapter; or another program reads the "
+                 "port (fuser -v " +
+                     evidence.line->port + ")";
   }
   if (IsBehindServer(evidence)) {
     return "check what they share: bit rate, parity and wiring at the serial server, power of the "
@@ -124,14 +128,6 @@ std::string SayAbsences(const Evidence& evidence, const Absences& absences) {
     return away + ": look at the server (power, restarts, dead connections) and the network (NAT)";
   }
   return away + ": look for restarts, its power and a loose wire";
-}
-
-/// A request that is never answered fails in a row as well, beside others that are answered.
-bool HasDeadQuery(const DeviceRecord& record) {
-  const std::vector<QueryCount>& queries = record.status.queries;
-  const auto dead = [](const QueryCount& query) { return query.in_vain >= kNeverByChance; };
-  const auto answered = [](const QueryCount& query) { return query.in_vain == 0; };
-  return std::ranges::any_of(queries, dead) && std::ranges::any_of(queries, answered);
 }
 
 }  // namespace

@@ -46,8 +46,16 @@ std::string AndSet(const char* time, std::optional<Duration> now, Duration seen)
 std::string SayLate(const Evidence& evidence) {
   const auto reply = evidence.first().status.timing.reply;
   const Duration seen = evidence.Last(late).time;
+  const std::string& others = evidence.away.empty() ? evidence.losing : evidence.away;
+  // A device that is always slow is so by itself.
+  const bool stalls =
+      evidence.line->is_network() && !others.empty() && 2 * evidence.failed < evidence.looked;
   return fmt::format("its replies come up to {} ms after the request, ", Milliseconds(seen)) +
-         AndSet("reply", reply, std::max(seen, reply.value_or(Duration{})));
+         AndSet("reply", reply, std::max(seen, reply.value_or(Duration{}))) +
+         (stalls ? "; those of " + others +
+                       " are late at the same times: look for stalls of the "
+                       "network or the server"
+                 : "");
 }
 
 std::string SaySplit(const Evidence& evidence) {

@@ -94,6 +94,7 @@ struct QueryCount {
   std::uint8_t failures = 0;         ///< of the last eight polls, one bit each; repeats count too
   std::uint32_t refused = 0;         ///< exchanges in a row that the device refused
   Symptom symptom = Symptom::clean;  ///< of the last exchange
+  std::uint8_t asked = 0;            ///< as Finding::asked
 };
 
 struct DeviceStatus {
@@ -125,6 +126,7 @@ struct DeviceStatus {
   RecentOutcomes recent;
   Findings findings;
   FailureRuns failures;
+  FailureRuns spoilt;  ///< the same, with damaged and strange answers among the failures
   LastHour hour;
   std::vector<QueryCount> queries;  ///< of the polls, in the order in which they are asked
   bool lacks_time = false;          ///< see Conversation::LacksTime

@@ -17,6 +17,7 @@ class SpecialBytes {
     any_high_ = any_high_ || (finding.specials & kHighBit) != 0;
     if (IsAnswered(finding.symptom)) {
       good_ = static_cast<std::uint8_t>(good_ | finding.specials);
+      asked_ = static_cast<std::uint8_t>(asked_ | finding.asked);
     } else if (finding.bytes > 0) {
       any_bad_ = true;
       bad_ = static_cast<std::uint8_t>(bad_ & finding.specials);
@@ -29,6 +30,8 @@ class SpecialBytes {
     if (!any_bad_) return 0;
     return static_cast<std::uint8_t>(bad_ & ~good_ & kAllSpecials);
   }
+  /// Those of kSpecialBytes that any request had which was answered.
+  std::uint8_t AnsweredRequests() const { return asked_; }
   /// In all that failed only characters of one parity came, and FF, which a driver gives for a
   /// character with wrong parity.
   bool IsOneParity() const {
@@ -48,6 +51,7 @@ class SpecialBytes {
  private:
   static constexpr unsigned kBothParities = kEvenByte | kOddByte;
 
+  std::uint8_t asked_ = 0;   // that any request had which was answered
   std::uint8_t good_ = 0;    // that any good reply had
   std::uint8_t bad_ = 0xFF;  // that every failed one had
   std::uint8_t any_ = 0;     // that any failed one had

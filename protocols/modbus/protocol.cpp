@@ -117,6 +117,7 @@ constexpr config::Traits TraitsOf(Framing framing) {
           .counterpart = tcp ? "modbus_rtu" : "modbus_tcp",
           .has_blocks = true,
           .speaks_text = ascii,
+          .has_byte_order = true,
           // TCP: MBAP (7), function, count. RTU: slave, function, count, CRC (2). ASCII: ':',
           // slave, function, count and LRC in two characters each, CR LF.
           .register_reply = {.around = tcp     ? 9U

@@ -60,7 +60,10 @@ class DiagnoseTest : public ::testing::Test {
     finding.symptom = symptom;
     for (std::uint32_t i = 0; i < count; ++i) {
       status.findings.Add(finding);
-      status.failures.Add(IsAnswered(symptom), looked_ += 1s);
+      looked_ += 1s;
+      const bool answered = IsAnswered(symptom);
+      if (answered || symptom == Symptom::silence) status.failures.Add(answered, looked_);
+      status.spoilt.Add(answered, looked_);
     }
   }
   void Ended(Outcome outcome, std::uint32_t count, const std::string& reason = {}) {

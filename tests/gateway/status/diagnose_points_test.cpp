@@ -4,6 +4,7 @@
 #include <string>
 
 #include "gateway/status/diagnose.h"
+#include "protocols/modbus/protocol.h"
 #include "tests/gateway/status/diagnose_fixture.h"
 
 namespace baudgate::control {
@@ -156,6 +157,7 @@ TEST_F(DiagnoseTest, NumbersThatNothingMeasuresAreInAnotherOrder) {
 
 TEST_F(DiagnoseTest, TheOrderThatMakesAllNumbersUsualIsNamed) {
   config::Device& its = config_.lines[0].devices[1];
+  its.traits = &ModbusRtuProtocol().traits;
   its.options.Set("order", std::string("ABCD"));
   // 230.25 is 43 66 40 00, 50.02 is 42 48 14 7B; with the words swapped:
   for (const std::size_t i : {std::size_t{0}, std::size_t{1}}) {

@@ -141,6 +141,10 @@ TEST_F(DiagnoseTest, OutagesOfTheLastHourAreCounted) {
       ElementsAre(
           "9 outages in the last hour, and it answered 86 % of the time: look at its power and its "
           "wire"));
+  line_.exchanges = 100;
+  line_.echoed = 0xFFFFFFFF;
+  EXPECT_THAT(Say(), IsEmpty()) << "the line's sentence tells why";
+  line_.echoed = 0;
   device().hour.At(kNow.instant) = {};
   device().hour.At(kNow.instant - 61min).outages = 9;
   EXPECT_THAT(Say(), IsEmpty());

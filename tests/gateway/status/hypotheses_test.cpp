@@ -4,6 +4,7 @@
 #include <iterator>
 #include <string>
 
+#include "protocols/set4tm/protocol.h"
 #include "tests/gateway/status/hypotheses_fixture.h"
 
 namespace baudgate::control {
@@ -29,6 +30,71 @@ TEST_F(HypothesesTest, FewerRegistersThanAreAskedFor) {
               "request): set block: " +
                   row.block + " at the device");
   }
+}
+
+/// A request that is never answered may contain such a byte by chance.
+TEST_F(HypothesesTest, RequestsThatAConverterTakesForFlowControl) {
+  constexpr std::uint8_t kXon = 0b00100;
+  const QueryCount good = {.first_point = 0, .points = 1};
+  const QueryCount dead = {
+      .first_point = 1, .points = 1, .in_vain = 8, .symptom = silence, .asked = kXon};
+  QueryCount other = dead;
+  other.asked = 0;
+  QueryCount cut = other;  // the reply has such a byte
+  cut.symptom = tail_lost;
+  const std::string says =
+      "requests fail that contain 11, and no others: switch XON/XOFF off at the converter or "
+      "serial server";
+  const Seen silent = {silence, 16};
+  EXPECT_EQ(SayOf({{{clean, 16}, silent}, {}, kAnswered | kHere, {good, dead, dead}}), says);
+  EXPECT_THAT(Say(), ::testing::ElementsAre(says));
+  EXPECT_EQ(SayOf({{{clean, 16}, silent}, {}, kAnswered | kHere, {good, dead, dead, cut}}), says);
+  const struct {
+    std::vector<Seen> seen;
+    std::vector<QueryCount> queries;
+  } others[] = {{{{clean, 16}, silent}, {good, dead}},
+                {{{clean, 16}, silent}, {good, dead, dead, other}},
+                {{{clean, 16, {.asked = kXon}}, silent}, {good, dead, dead}}};
+  for (const auto& row : others) {
+    EXPECT_NE(SayOf({row.seen, {}, kAnswered | kHere, row.queries}), says);
+  }
+}
+
+/// Noise on the line looks otherwise each time.
+TEST_F(HypothesesTest, NeighboursThatAreDamagedInManyWays) {
+  const auto mixed = [this](DeviceStatus& status) {
+    Looked(status, clean, 25);
+    for (const Symptom symptom : {damaged, noise, end_lost, bad_check}) Looked(status, symptom, 1);
+  };
+  const std::string own = "a bad wire or plug at its end";
+  mixed(device());
+  Looked(device(), damaged, 2);
+  EXPECT_THAT(Say()[0], ::testing::HasSubstr(own));
+  mixed(neighbour_.status);
+  EXPECT_THAT(Say()[0], ::testing::HasSubstr("noise on the line: check termination"));
+  Looked(neighbour_.status, clean, 32);
+  Looked(neighbour_.status, silence, 4);
+  EXPECT_THAT(Say()[0], ::testing::HasSubstr(own)) << "something else is wrong with it";
+}
+
+/// It asks for the same as the gateway now and then.
+TEST_F(HypothesesTest, AnotherMasterThatWasHeardBesideANeighbour) {
+  Looked(device(), late_echo, 5);
+  EXPECT_THAT(Say()[0], ::testing::HasSubstr("the gateway's own requests come back late"));
+  Looked(neighbour_.status, master_beside, 2, {.cause = "another master", .remedy = "one"});
+  EXPECT_THAT(Say()[0], ::testing::HasSubstr("another master: one"));
+}
+
+/// Meters that answer at once damage each other.
+TEST_F(HypothesesTest, AllDevicesAnswerToACommonAddress) {
+  config_.lines[0].devices[1].traits = &Set4tmProtocol().traits;
+  Looked(device(), tail_lost, 12, {.bytes = 8, .expected = 16});
+  EXPECT_THAT(Say()[0], ::testing::HasSubstr("its replies break off"));
+  config_.lines[0].devices[1].address = "0";
+  EXPECT_THAT(Say()[0], ::testing::HasSubstr("its replies break off"));
+  device().doubled = 1;
+  EXPECT_THAT(Say()[0],
+              ::testing::HasSubstr("every device answers to address 0: give each its own"));
 }
 
 TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
@@ -269,7 +335,7 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        "two different replies come to one request: two devices have its address (2; unplug one), "
        "or another master asks it (take it away)"},
       {{{clean, 14}, {silence, 5}, {text, 1, {.cause = "'34/3/1/2/0/0'"}}, {clean, 9}},
-       "it was away for about 6.0 s: look for restarts, its power and a loose wire",
+       "it was away for about 5.5 s: look for restarts, its power and a loose wire",
        kAnswered | kHere},
       {{{clean, 14}, {silence, 5}, {clean, 9}},
        "it was away for about 5.0 s: look at the server (power, restarts, dead connections) and "
