@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <bit>
 #include <cctype>
+#include <functional>
 #include <initializer_list>
 #include <iterator>
 #include <optional>
@@ -259,7 +260,9 @@ std::uint8_t SpecialsIn(const Hearing& hearing, View heard) {
   // A text has none, whatever the port is set to.
   const bool text = std::ranges::all_of(hearing.request, IsPrintable);
   unsigned bits = SpecialsOf(heard) | (high || text ? kHighBit : 0U);
-  for (const std::uint8_t byte : heard) {
+  // One character again and again has but one parity.
+  const bool various = std::ranges::adjacent_find(heard, std::not_equal_to()) != heard.end();
+  for (const std::uint8_t byte : various ? heard : View()) {
     if (byte == 0x00 || byte == 0xFF) continue;  // of an idle or broken line as well
     bits |= std::popcount(byte) % 2 == 0 ? kEvenByte : kOddByte;
   }

@@ -64,6 +64,7 @@ void EarlierReplies::OnBegin(const HeardExchange& exchange, Bytes unanswered) {
     asked.before = std::move(asked.last);
   }
   numbered_.OnSent(member, request, sent);
+  beside_.clear();
   asked.last = std::move(next);
 }
 
@@ -194,7 +195,23 @@ std::optional<Finding> EarlierReplies::LateByNumber(const HeardExchange& exchang
   return Finding{.symptom = Symptom::late_other, .cause = late->member->Name()};
 }
 
+/// Behind the reply of the exchange stands one to the first try of an earlier request, whose repeat
+/// was answered meanwhile.
+bool EarlierReplies::IsNumberedBeside(const HeardExchange& exchange) {
+  const View behind = exchange.BesideReply().second;
+  if (behind.empty()) return false;
+  if (std::ranges::equal(behind, beside_)) return true;  // it is looked at once more
+  const auto late = numbered_.Find(behind, exchange.last_came());
+  if (!late || late->lateness <= Duration::zero() || late->after > kLatestByNumber) return false;
+  if (!FindLostTry(*late->member, exchange.last_came())) return false;
+  found_.back().finding.time = late->after;
+  beside_.assign(behind.begin(), behind.end());
+  numbered_.OnAnswered(behind);
+  return true;
+}
+
 Finding EarlierReplies::Attribute(const HeardExchange& exchange, Finding finding) {
+  if (IsAnswered(finding.symptom) && IsNumberedBeside(exchange)) return {};
   Open* const whose = FindEarlier(exchange);
   if (exchange.arrivals().empty()) return finding;
   if (finding.symptom == Symptom::other_reply && (whose == nullptr || whose->answered)) {

@@ -98,6 +98,7 @@ class EarlierReplies {
   static Came CameOf(const HeardExchange& exchange, const Open& whose);
   Finding Late(const Open& open, const Came& came);
   std::optional<Finding> LateByNumber(const HeardExchange& exchange);
+  bool IsNumberedBeside(const HeardExchange& exchange);
   Finding AttributeToItself(const HeardExchange& exchange, const Open& whose, const Came& came,
                             Finding finding);
   Finding AttributeToAnother(const HeardExchange& exchange, Open& whose, const Came& came,
@@ -107,6 +108,7 @@ class EarlierReplies {
   ByMember<LastTwo> open_;
   NumberedRequests numbered_;
   BrokenReply broken_;
+  Bytes beside_;  // what stands behind the reply of the last exchange, where its number told of it
   std::vector<Earlier> found_;
 };
 

@@ -18,7 +18,14 @@ Duration LineAccount::OnTime(Now now, bool busy, bool drains) {
 void LineAccount::OnOpened() {
   open_ = true;
   minute_.OnOpened(now_.instant);
+  OnAnswer();
+}
+
+/// Whatever was wrong before, it is over, or begins anew.
+void LineAccount::OnAnswer() {
   silent_from_.reset();
+  counters_.babble = 0;
+  counters_.babble_since = now_.instant;
 }
 
 void LineAccount::OnClosed() {
@@ -56,7 +63,7 @@ void LineAccount::OnExchange(const Member& member, const ExchangeEnd& end, bool 
   counters_.echoed = counters_.echoed << 1U | (std::exchange(echoes_, false) ? 1U : 0U);
   if (life && !broadcast) {
     counters_.round_trips.Add(end.round_trip);
-    silent_from_.reset();
+    OnAnswer();
   } else if (!life && end.outcome != Outcome::line_down) {
     if (!silent_from_) silent_from_ = now_.instant;
     last_failure_ = now_.instant;

@@ -46,11 +46,15 @@ class LineAccount {
   /// A device has sent something unasked, with this outcome.
   void OnUnasked(Outcome outcome) {
     Count(outcome);
-    if (ProvesLife(outcome)) silent_from_.reset();
+    if (ProvesLife(outcome)) OnAnswer();
   }
   void OnProbe() { ++counters_.probes; }
   void OnLate() { ++counters_.late; }
-  void OnStray(std::size_t count) { counters_.stray_bytes += count; }
+  /// `counts`: they are no rest of a broken reply.
+  void OnStray(std::size_t count, bool counts) {
+    counters_.babble += count;
+    if (counts) counters_.stray_bytes += count;
+  }
   void OnNegotiation() { ++counters_.negotiations; }
   /// `echo: verify`: the echo of a request was missing.
   void OnNoEcho() { ++counters_.collisions; }
@@ -71,6 +75,7 @@ class LineAccount {
 
  private:
   void Count(Outcome outcome);
+  void OnAnswer();
   void OnCollision();
 
   PointStore& store_;

@@ -13,6 +13,7 @@
 #include <cstddef>
 #include <deque>
 #include <optional>
+#include <vector>
 
 #include "gateway/base/bytes.h"
 #include "gateway/base/time.h"
@@ -29,28 +30,34 @@ class NumberedRequests {
     size_ = std::min(TransactionBytes(*member.protocol), request.bytes.size());
     if (size_ == 0) return;
     if (const std::size_t at = IndexOf(request.bytes); at < sent_.size()) {
-      ++sent_[at].owed;
+      sent_[at].tries.push_back(now);
       return;
     }
-    sent_.push_back({&member, request.bytes, now, ReplyTime(request, member.times)});
+    sent_.push_back({&member, request.bytes, {now}, ReplyTime(request, member.times)});
     if (sent_.size() > kKept) sent_.pop_front();
   }
   void OnAnswered(View reply) {
-    if (const std::size_t at = IndexOf(reply); at < sent_.size()) --sent_[at].owed;
+    if (const std::size_t at = IndexOf(reply); at < sent_.size()) ++sent_[at].answered;
   }
 
   struct Late {
     const Member* member = nullptr;
-    Duration after{};     ///< behind the first try of its request
+    /// Behind the first try of its request. If another try was answered before: behind the last
+    /// try that it may answer, as that one's reply would not be late.
+    Duration after{};
     Duration lateness{};  ///< since it was due; below zero: it is not late
   };
   /// What came is the late reply to an earlier request. Nothing: it is the reply to the latest one,
   /// its request is not known, or each try of that was answered before.
   std::optional<Late> Find(View reply, Instant came) const {
     const std::size_t at = IndexOf(reply);
-    if (at + 1 >= sent_.size() || sent_[at].owed <= 0) return std::nullopt;
+    if (at + 1 >= sent_.size()) return std::nullopt;
     const Sent& its = sent_[at];
-    const Duration after = came - its.at;
+    if (its.answered >= its.tries.size()) return std::nullopt;
+    Duration after = came - its.tries.front();
+    for (const Instant tried : its.tries) {
+      if (its.answered > 0 && came - tried > its.reply_time) after = came - tried;
+    }
     return Late{its.member, after, after - its.reply_time};
   }
 
@@ -59,9 +66,9 @@ class NumberedRequests {
   struct Sent {
     const Member* member = nullptr;
     Bytes request;
-    Instant at{};
+    std::vector<Instant> tries;
     Duration reply_time{};
-    int owed = 1;  // replies
+    std::size_t answered = 0;  // of them
   };
   /// sent_.size(): there is none.
   std::size_t IndexOf(View frame) const {

@@ -208,7 +208,7 @@ void Upkeep::OnHeard(Device& device, Instant now) {
 
 LateAnswers::Stray Upkeep::OnStray(const StrayBytes& stray, Instant now) {
   LateAnswers::Stray told = owed_.late.OnStray(stray, now);
-  if (told.counts) ledger_.line.OnStray(stray.count);
+  ledger_.line.OnStray(stray.count, told.counts);
   if (told.late != nullptr) CountLate(*told.late, told.lateness, now);
   return told;
 }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <set>
 #include <vector>
 
 namespace baudgate::control {
@@ -171,14 +172,18 @@ bool AreAwayTogether(const FailureRuns& one, const FailureRuns& other) {
   const auto lasts = [](const FailureRuns::Run& run) { return run.failed >= kFewest; };
   std::size_t all = 0;
   std::size_t together = 0;
+  std::set<const FailureRuns::Run*> others;  // a long one may stand beside several
   for (const FailureRuns::Run& run : one.runs()) {
     if (!lasts(run)) continue;
     ++all;
-    together += std::ranges::any_of(other.runs(), [&](const FailureRuns::Run& its) {
+    const auto beside = std::ranges::find_if(other.runs(), [&](const FailureRuns::Run& its) {
       return lasts(its) && its.first <= run.last + kNextTurn && run.first <= its.last + kNextTurn;
     });
+    if (beside == other.runs().end()) continue;
+    ++together;
+    others.insert(&*beside);
   }
-  return together >= kOften && 2 * together > all;
+  return others.size() >= kOften && 2 * together > all;
 }
 
 std::optional<Duration> SharedPeriod(std::span<const FailureRuns* const> devices) {

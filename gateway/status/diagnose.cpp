@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
+#include <utility>
 
 #include "gateway/base/shown.h"
 #include "gateway/status/diagnose_beside.h"
@@ -118,6 +120,92 @@ bool FailsAlways(const DeviceStatus& status) {
          (IsAbsent(status) && run >= kManyFailures);
 }
 
+/// A reason that stands for all others: it is not asked, or not judged at present. Nothing: it is
+/// judged.
+std::optional<Sentences> NotJudged(const LineStatus& line, const DeviceRecord& device,
+                                   const Evidence& evidence, Now now) {
+  const DeviceStatus& status = device.status;
+  if (status.unasked && status.exchanges == 0) return Silence(device, now);
+  if (Sentences nothing = AnswersNothing(device, evidence); !nothing.empty()) return nothing;
+  if (Sentences unreadable = Unreadable(device, evidence); !unreadable.empty()) return unreadable;
+  if (status.exchanges == 0 && status.findings.size() == 0) return Sentences{"not asked yet"};
+  // A server that ends the connection may have said what it is.
+  const bool told = status.findings.Count(Symptom::other_protocol) > 0 ||
+                    status.findings.Count(Symptom::text) > 0;
+  if (status.last_outcome == Outcome::line_down && !told && !FailsAlways(status)) {
+    return Sentences{status.unasked
+                         ? "has not spoken since the port was opened: normal where nothing has "
+                           "happened"
+                         : "not asked since the port was opened"};
+  }
+  if (line.cut_since && IsAbsent(status)) {
+    return Sentences{"cannot be reached: the ring of line '" + device.line->name +
+                     "' is open; this says nothing about the device"};
+  }
+  return std::nullopt;
+}
+
+/// What fails, and what stands beside its replies: the one that explains the other comes first.
+Sentences Exchanges(const DeviceRecord& device, const Evidence& evidence,
+                    std::span<const DeviceRecord> all) {
+  Sentences found;
+  if (IsForeign(device)) {
+    const auto other = std::ranges::find_if(all, [&](const DeviceRecord& one) {
+      return one.device != device.device && IsForeign(one);
+    });
+    found.push_back(
+        "no value is good: " + device.status.trouble +
+        (other == all.end() ? "" : "; or are it and " + other->device->name + " swapped?"));
+  } else if (!FailsByEchoes(evidence)) {
+    found = Failures(device, evidence);
+  }
+  const bool late = ComesLateElsewhere(device, all);
+  const Sentences beside = late ? Sentences() : Beside(device, IsCleanElsewhere(device, all));
+  // What stands beside many replies explains the few that fail.
+  const bool explains = !beside.empty() && evidence.looked > 3 * evidence.failed &&
+                        evidence.Count(Symptom::silence) < evidence.failed;
+  const bool first = AreTwo(device.status.findings) || explains;
+  found.insert(first ? found.begin() : found.end(), beside.begin(), beside.end());
+  return found;
+}
+
+/// A second read did not confirm a jump. Empty: that is rare.
+Sentences Unconfirmed(const DeviceStatus& status) {
+  if (status.unconfirmed < kUnconfirmed) return {};
+  if (kUnconfirmedShare * status.unconfirmed < status.exchanges) return {};
+  return {fmt::format(
+      "{} of its readings changed when they were read again: replies come damaged, and no check "
+      "value shows it: switch its checksum on, here too, and look for noise",
+      status.unconfirmed)};
+}
+
+/// Its replies belong to the requests before. Empty: they do not.
+Sentences Behind(const DeviceRecord& device, Now now) {
+  const DeviceStatus& status = device.status;
+  if (status.behind < kManyBehind) return {};
+  for (std::size_t i = 0; i < device.points.size(); ++i) {
+    if (!IsGood(QualityAt(device, i, now.instant))) continue;
+    return {
+        "its replies answer the request before, so that each request is sent twice: restart the "
+        "serial server or radio in between, and switch its cache off"};
+  }
+  const std::string& remedy = status.findings.Last(Symptom::odd).remedy;
+  return {"its replies do not fit (" + Shortened(status.last_reason) +
+          "): " + (remedy.empty() ? "does the profile fit the device and its options?" : remedy)};
+}
+
+/// Second replies that came now and then.
+Sentences Doubled(const DeviceRecord& device, const Evidence& evidence) {
+  const DeviceStatus& status = device.status;
+  const bool again = status.doubled > 1 && evidence.now - status.last_doubled < 1h;
+  const bool told = evidence.master != nullptr || evidence.Count(Symptom::others_beside) > 0;
+  if (!again || told || FailsByEchoes(evidence)) return {};
+  return {fmt::format(
+      "doubled: a second, different reply came behind one {}: look at the serial server, radio or "
+      "repeater in between, which sends twice or one request late",
+      Times(status.doubled))};
+}
+
 }  // namespace
 
 std::string ClockText(WallTime time) { return FormatWallTime(time).substr(11, 8) + " UTC"; }
@@ -131,79 +219,23 @@ Sentences DiagnoseDevice(const LineStatus& line, const DeviceRecord& device,
             "' brings it back"};
   }
   if (line.port != LineStatus::Port::open) return {};
-  if (status.unasked && status.exchanges == 0) return Silence(device, now);
   const Evidence evidence = Gather(line, device, all, now);
-  if (Sentences nothing = AnswersNothing(device, evidence); !nothing.empty()) return nothing;
-  if (Sentences unreadable = Unreadable(device, evidence); !unreadable.empty()) return unreadable;
-  if (status.exchanges == 0 && status.findings.size() == 0) return {"not asked yet"};
-  // A server that ends the connection may have said what it is.
-  const bool told = status.findings.Count(Symptom::other_protocol) > 0 ||
-                    status.findings.Count(Symptom::text) > 0;
-  if (status.last_outcome == Outcome::line_down && !told && !FailsAlways(status)) {
-    return {status.unasked ? "has not spoken since the port was opened: normal where nothing has "
-                             "happened"
-                           : "not asked since the port was opened"};
-  }
-  if (line.cut_since && IsAbsent(status)) {
-    return {"cannot be reached: the ring of line '" + device.line->name +
-            "' is open; this says nothing about the device"};
-  }
+  if (auto only = NotJudged(line, device, evidence, now)) return *std::move(only);
   // The line's sentence is about it.
   const bool echoes = FailsByEchoes(evidence);
-  if (IsAbsent(status) && echoes) return {};
   if (IsAbsent(status)) {
-    return Absence(line, device, all, now, started);
+    return echoes ? Sentences() : Absence(line, device, all, now, started);
   }
 
-  Sentences found;
+  Sentences found = Exchanges(device, evidence, all);
   const auto add = [&found](Sentences more) {
     for (std::string& sentence : more) found.push_back(std::move(sentence));
   };
-  if (IsForeign(device)) {
-    found.push_back("no value is good: " + status.trouble);
-  } else if (!echoes) {
-    add(Failures(device, evidence));
-  }
-  const bool late = ComesLateElsewhere(device, all);
-  const Sentences beside = late ? Sentences() : Beside(device, IsCleanElsewhere(device, all));
-  // What stands beside many replies explains the few that fail.
-  const bool explains = !beside.empty() && evidence.looked > 3 * evidence.failed;
-  const bool two = AreTwo(status.findings);
-  if (two || (explains && evidence.Count(Symptom::silence) < evidence.failed)) {
-    found.insert(found.begin(), beside.begin(), beside.end());
-  } else {
-    add(beside);
-  }
   if (status.unasked) add(Silence(device, now));
   if (found.empty()) add(Patience(status));
-  if (found.empty() && status.unconfirmed >= kUnconfirmed &&
-      kUnconfirmedShare * status.unconfirmed >= status.exchanges) {
-    found.push_back(fmt::format(
-        "{} of its readings changed when they were read again: replies come damaged, and no check "
-        "value shows it: switch its checksum on, here too, and look for noise",
-        status.unconfirmed));
-  }
-  if (found.empty() && status.behind >= kManyBehind) {
-    const std::string& remedy = status.findings.Last(Symptom::odd).remedy;
-    bool serves = false;
-    for (std::size_t i = 0; i < device.points.size(); ++i) {
-      serves = serves || IsGood(QualityAt(device, i, now.instant));
-    }
-    found.push_back(
-        serves
-            ? "its replies answer the request before, so that each request is sent twice: "
-              "restart the serial server or radio in between, and switch its cache off"
-            : "its replies do not fit (" + Shortened(status.last_reason) + "): " +
-                  (remedy.empty() ? "does the profile fit the device and its options?" : remedy));
-  }
-  const bool again = status.doubled > 1 && now.instant - status.last_doubled < 1h;
-  if (again && !echoes && evidence.master == nullptr &&
-      status.findings.Count(Symptom::others_beside) == 0) {
-    found.push_back(fmt::format(
-        "doubled: a second, different reply came behind one {}: look at the serial server, radio "
-        "or repeater in between, which sends twice or one request late",
-        Times(status.doubled)));
-  }
+  if (found.empty()) add(Unconfirmed(status));
+  if (found.empty()) add(Behind(device, now));
+  add(Doubled(device, evidence));
   if (status.lacks_time) {
     found.push_back(
         "its clock is not set, as this machine's clock is not known to be "
@@ -223,7 +255,7 @@ Sentences DiagnoseDevice(const LineStatus& line, const DeviceRecord& device,
                     ": look at its power and its wire");
   }
   if (!IsForeign(device) && !status.trouble.empty()) found.push_back(status.trouble);
-  if (found.empty() && status.state == DeviceState::degraded) {
+  if (found.empty() && status.state == DeviceState::degraded && !Echoes(line)) {
     found.push_back("degraded: several of its last 32 exchanges failed" +
                     (status.last_reason.empty() ? "" : "; last: " + status.last_reason));
   }

@@ -133,6 +133,7 @@ void AddCompany(Evidence& evidence, std::span<const DeviceRecord> all) {
   Coincidences coincidences;
   for (const DeviceRecord& other : all) {
     if (HasDeadQuery(other) || HasDeadQuery(device)) continue;
+    if (!other.status.last_ok) continue;  // it fails at all times
     const FailureRuns& own = RunsOf(device, silent);
     const FailureRuns& its = RunsOf(other, silent);
     if (!its.runs().empty()) failing.push_back(&its);
@@ -233,6 +234,10 @@ Evidence Gather(const LineStatus& status, const DeviceRecord& device,
   std::vector<std::string> fell;
   for (const DeviceRecord& other : all) {
     if (other.device == device.device) continue;
+    const std::size_t mute = other.status.findings.Count(Symptom::silence);
+    if (!other.status.last_ok && mute > 1 && mute == other.status.findings.size()) {
+      evidence.missing = other.device->name;
+    }
     if (FellTogether(device.status, other.status)) fell.push_back(other.device->name);
     const auto own = MostOften(device.status);
     const bool alike = own && own == MostOften(other.status);

@@ -26,6 +26,7 @@ struct Evidence {
   bool changed = false;   ///< it has, and to none of the exchanges that are kept
   std::string healthy{};  ///< a neighbour that answers well; empty: none
   std::string alike{};    ///< a neighbour that fails in the same way; empty: none
+  std::string missing{};  ///< a neighbour from which not a byte ever came; empty: none
   bool noisy = false;     ///< replies of a neighbour come damaged about as often
   std::string away{};     ///< neighbours that are away at the same times: "d, e"; empty: none
   std::string losing{};   ///< neighbours that lose requests at the same times; empty: none
@@ -57,6 +58,9 @@ Evidence Gather(const LineStatus& status, const DeviceRecord& device,
                 std::span<const DeviceRecord> all, Now now);
 /// The same about all devices of the line that are in use and do not answer.
 Evidence GatherAbsent(const LineStatus& status, std::span<const DeviceRecord> all, Now now);
+
+/// Once may be chance.
+inline constexpr std::size_t kFacts = 2;
 
 /// A request that has failed so often in a row, beside others that are answered.
 inline constexpr std::uint32_t kNeverAnswered = 3;

@@ -7,6 +7,7 @@
 #include "gateway/status/hypothesis_words.h"
 #include "gateway/status/reason.h"
 #include "gateway/status/reply_damage.h"
+#include "gateway/status/words.h"
 
 namespace baudgate::control {
 namespace {
@@ -132,6 +133,19 @@ double WrongSettings(const Evidence& evidence) {
 }
 
 double Zeros(const Evidence& evidence) { return OnWire(evidence) ? evidence.Share({zeros}) : 0; }
+
+/// It stops now and then, or so that each exchange hears a part.
+double Endless(const Evidence& evidence) {
+  constexpr double kPart = 0.05;     // of what the line can carry
+  constexpr double kCharacter = 10;  // bits
+  constexpr std::uint64_t kLot = 2048;
+  const LineStatus& status = *evidence.status;
+  const double seen = evidence.Share({endless});
+  if (!evidence.absent || !OnWire(evidence) || status.babble < kLot) return seen;
+  const double most =
+      SerialOf(evidence.first()).baud / kCharacter * Seconds(evidence.now - status.babble_since);
+  return static_cast<double>(status.babble) >= kPart * most ? 1 : seen;
+}
 
 double NoTcp(const Evidence& evidence) {
   if (evidence.answered || OnWire(evidence)) return 0;
@@ -270,7 +284,7 @@ const std::vector<Hypothesis>& Hypotheses() {
       {"its replies have bytes too many", Always<bytes_added>, SayBytesAdded},
       {"its replies have a wrong check value", BadCheck, SayBadCheck},
       {"nothing but 00 or FF comes", Zeros, SayZeros},
-      {"bytes come without an end", Seen<endless>, SayEndless},
+      {"bytes come without an end", Endless, SayEndless},
       {"the same reply comes whatever is asked", SameAgain, SaySameAgain, true},
       {"its replies answer the request before", OneBehind, SayOneBehind},
       {"late replies of", Seen<late_other>, SayLateOther},

@@ -306,6 +306,12 @@ std::string SayNoise(const Evidence& evidence) {
   const std::string noise = "noise on the line";
   const std::string remedy = "check termination, ground and shield";
   if (!evidence.alike.empty() || evidence.noisy) return cause + ": " + noise + ": " + remedy;
+  // A new device that was left at the address of another one is missing at its own.
+  if (!evidence.missing.empty()) {
+    return cause + ": " + evidence.missing + ", which never answers, may have its address (" +
+           evidence.first().device->address + ") as well: unplug one; or " + noise + " (" + remedy +
+           ")";
+  }
   // No noise damages nearly all, and none of a neighbour.
   if (!evidence.healthy.empty() && 5 * evidence.failed >= 4 * evidence.looked) {
     return cause + ": " + TwoDevices(*evidence.first().device) + ", or a bad wire at its end";

@@ -9,8 +9,6 @@
 
 namespace baudgate::control {
 
-/// Once may be chance.
-inline constexpr std::size_t kFacts = 2;
 /// No chance any more.
 inline constexpr std::size_t kMany = 8;
 

@@ -38,7 +38,9 @@ std::string Shared(const Evidence& evidence) {
            evidence.first().device->protocol + ")";
   }
   return "check what they share: wiring (A and B), power, bit rate and parity (" +
-         SerialOf(evidence.first()).ToString() + "), direction control of the converter";
+         SerialOf(evidence.first()).ToString() +
+         "), direction control of the converter, other programs at the port (fuser -v " +
+         evidence.line->port + ")";
 }
 
 /// What is not proven right by a neighbour or by its own past.

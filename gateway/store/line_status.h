@@ -27,6 +27,9 @@ struct LineCounters {
   std::uint64_t bytes_in = 0;                           ///< without the echo that was taken out
   std::uint64_t bytes_out = 0;
   std::uint64_t stray_bytes = 0;  ///< that belong to no exchange
+  /// The same since a device has answered, with what belongs to broken replies; and since when.
+  std::uint64_t babble = 0;
+  Instant babble_since{};
   /// Late replies: bytes after an exchange without a reply, or with the reply to a repetition; and
   /// whole replies of one device in the exchange of another.
   std::uint64_t late = 0;

@@ -55,12 +55,13 @@ bool IsOfManual(View request) {
 const char* RemedyOf(std::uint8_t exception, View request) {
   switch (exception) {
     case kIllegalFunction:
-      return "does the profile fit the device? It does not know this function";
+      return "does the profile fit the device? It does not know this function: read another table";
     case kIllegalAddress:
       if (IsOfManual(request)) {
         return "40001 in a manual is holding 0, and 30001 is input 0: write these numbers";
       }
-      return "does the profile fit the device? It does not have these points";
+      return "does the profile fit the device? It does not have these points: correct them, or "
+             "take them out";
     case kIllegalValue:
       return "does the profile fit the device? Ask for less at once (block)";
     case kAcknowledge:

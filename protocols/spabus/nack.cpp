@@ -26,13 +26,15 @@ constexpr NackRule kRules[] = {
      "look at the gateway in between"},
     {Outcome::unsupported,
      "the device does not understand the address; check category and number in the profile",
-     "does the profile fit the device? It does not have these items",
+     "does the profile fit the device? It does not have these items: correct them, or take them "
+     "out",
      {},
      true,
      true},
     {Outcome::unsupported,
      "the device does not have this item; check the profile against its manual",
-     "does the profile fit the device? It does not have these items",
+     "does the profile fit the device? It does not have these items: correct them, or take them "
+     "out",
      {},
      true,
      true},

@@ -84,6 +84,7 @@ TEST(Absences, OfTwoDevicesAtTheSameTime) {
       {"ooooxxxooooxxxoooo", "oooooxxooooooooooo", false},  // once may be chance
       {"ooooxxxooooxxxoooo", "oxxoooooxxooooooxx", false},
       {"oooxoooooxoooooxoo", "oooxoooooxoooooxoo", false},  // single losses
+      {"ooooxxxooooxxxoooo", "oooxxxxxxxxxxxxxoo", false},  // the other one was away all the time
   };
   for (const auto& row : rows) {
     EXPECT_EQ(AreAwayTogether(After(row.one), After(row.other)), row.together) << row.other;

@@ -47,6 +47,7 @@ class DiagnoseTest : public ::testing::Test {
     neighbour_.line = record_.line;
     neighbour_.device = &config_.lines[0].devices[0];
     neighbour_.status.state = DeviceState::online;
+    neighbour_.status.last_ok = kNow.instant - 1s;
     Looked(neighbour_.status, Symptom::clean, 32);
     line_.port = LineStatus::Port::open;
     Ended(Outcome::ok, 1000);

@@ -45,8 +45,8 @@ TEST_F(DiagnoseTest, ABusThatDoesNotEchoIsNoRingThatOpens) {
   EXPECT_THAT(
       SayOfLine(),
       ElementsAre("none of its 2 devices answers, and requests do not come back (90 times, "
-                  "echo: verify): if the bus has no echo, set 'echo: off' at the line; else "
-                  "look for two talkers at once"));
+                  "echo: verify): is the ring open (a loose fibre, a device without power)? If "
+                  "the bus has no echo, set 'echo: off' at the line"));
 }
 
 TEST_F(DiagnoseTest, TroubleOfALine) {
@@ -241,7 +241,7 @@ TEST_F(DiagnoseTest, WhenNobodyAnswersTheLineIsSuspected) {
       SayOfLine(),
       ElementsAre("none of its 2 devices answers: not a byte came: check what they share: wiring "
                   "(A and B), power, bit rate and parity (9600 7E1), direction control of the "
-                  "converter"));
+                  "converter, other programs at the port (fuser -v /dev/ttyUSB0)"));
   EXPECT_THAT(Say(), ElementsAre("has never answered, as no device of line 'bay-1' answers"));
   line_.exchanges = 10;
   line_.parity_errors = 4;

@@ -23,7 +23,8 @@ TEST_F(DiagnoseTest, PointsThatAreNotGood) {
               ElementsAre("1 of 2 points are older than their max_age: its polls fail or come too "
                           "seldom",
                           "1 of 2 points have no good value (" + record_.device->points[1].name +
-                              "): it sends no number for them (a decimal comma?); see trace"));
+                              "): it sends no number for them (NaN: look at what it measures; or a "
+                              "decimal comma: see trace)"));
   const struct {
     std::string stands;
     std::string says;

@@ -77,6 +77,27 @@ TEST_F(HypothesesTest, NeighboursThatAreDamagedInManyWays) {
   EXPECT_THAT(Say()[0], ::testing::HasSubstr(own)) << "something else is wrong with it";
 }
 
+TEST_F(HypothesesTest, ANeighbourThatNeverAnswersMayHaveItsAddress) {
+  Looked(device(), damaged, 12);
+  neighbour_.status.last_ok.reset();
+  neighbour_.status.state = DeviceState::never_seen;
+  Looked(neighbour_.status, silence, 32);
+  EXPECT_THAT(Say()[0], ::testing::HasSubstr("its replies come damaged: feeder-1, which never "
+                                             "answers, may have its address (2) as well"));
+}
+
+/// Each exchange hears a part of it.
+TEST_F(HypothesesTest, SomethingSendsAllTheTime) {
+  device().state = DeviceState::offline;
+  device().last_ok = kNow.instant - 30s;
+  Looked(device(), noise, 20);
+  line_.babble = 3000;  // at 9600 bit/s
+  line_.babble_since = kNow.instant - 30s;
+  EXPECT_THAT(Say()[0], ::testing::HasSubstr("bytes come without an end"));
+  line_.babble_since = kNow.instant - 10min;
+  EXPECT_THAT(Say()[0], ::testing::HasSubstr("its replies come damaged"));
+}
+
 /// It asks for the same as the gateway now and then.
 TEST_F(HypothesesTest, AnotherMasterThatWasHeardBesideANeighbour) {
   Looked(device(), late_echo, 5);

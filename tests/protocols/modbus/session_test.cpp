@@ -160,6 +160,22 @@ TEST_F(ModbusSession, NumberedRepliesThatComeLateCostTheirRequestAlone) {
   EXPECT_TRUE(Becomes(0, 2min));
 }
 
+/// The repeat is answered at once, and the first try behind other requests.
+TEST_F(ModbusSession, ANumberTellsThatAReplyBehindItsRepeatIsLate) {
+  Make({}, Framing::tcp);
+  ASSERT_TRUE(Becomes(0, 5s));
+  int count = 0;
+  line_->twin(0).manner.distort = [&](Bytes reply) {
+    line_->twin(0).manner.think = ++count % 6 == 0 ? 1300ms : 5ms;
+    return reply;
+  };
+  line_->RunFor(1min);
+  const Findings findings = line_->StatusOf(0).findings;
+  EXPECT_GT(findings.Count(Symptom::late), 1U);
+  EXPECT_EQ(findings.Count(Symptom::silence), 0U);
+  EXPECT_EQ(findings.Count(Symptom::noise_behind), 0U);
+}
+
 TEST_F(ModbusSession, AServerThatLosesItsPlaceIsReadAgainBehindTheNextSilence) {
   Make({}, Framing::tcp);
   ASSERT_TRUE(Becomes(0, 5s));
