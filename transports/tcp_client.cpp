@@ -147,8 +147,9 @@ void TcpClient::Begin(const AttemptPtr& attempt) {
       return attempt->owner->Fail("no name server tells the address of " + port +
                                   "; is the name server reachable?");
     }
-    attempt->owner->Fail(port + " does not answer; is the server on and reachable?",
-                         NoConnection::unreachable);
+    attempt->owner->Fail(
+        port + " does not answer; is the server on, its cable in, and its IP address right?",
+        NoConnection::unreachable);
   });
   std::error_code not_numeric;
   const auto ip = asio::ip::make_address(address->host, not_numeric);

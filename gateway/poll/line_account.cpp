@@ -21,7 +21,7 @@ void LineAccount::OnOpened() {
   OnAnswer();
 }
 
-/// Whatever was wrong before, it is over, or begins anew.
+/// The line works, or is looked at anew.
 void LineAccount::OnAnswer() {
   silent_from_.reset();
   counters_.babble = 0;

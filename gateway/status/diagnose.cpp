@@ -153,9 +153,13 @@ Sentences Exchanges(const DeviceRecord& device, const Evidence& evidence,
     const auto other = std::ranges::find_if(all, [&](const DeviceRecord& one) {
       return one.device != device.device && IsForeign(one);
     });
-    found.push_back(
-        "no value is good: " + device.status.trouble +
-        (other == all.end() ? "" : "; or are it and " + other->device->name + " swapped?"));
+    // Where both answer, they damage each other.
+    const bool two = evidence.Share({Symptom::two_replies, Symptom::damaged, Symptom::bad_check,
+                                     Symptom::bytes_added}) > 0.5;
+    found.push_back("no value is good: " + device.status.trouble +
+                    (other != all.end() ? "; or are it and " + other->device->name + " swapped?"
+                     : two              ? "; or both answer: " + TwoDevices(*device.device)
+                                        : ""));
   } else if (!FailsByEchoes(evidence)) {
     found = Failures(device, evidence);
   }

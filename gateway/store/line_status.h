@@ -27,7 +27,7 @@ struct LineCounters {
   std::uint64_t bytes_in = 0;                           ///< without the echo that was taken out
   std::uint64_t bytes_out = 0;
   std::uint64_t stray_bytes = 0;  ///< that belong to no exchange
-  /// The same since a device has answered, with what belongs to broken replies; and since when.
+  /// Stray bytes since the last answer, the rests of broken replies among them; and since when.
   std::uint64_t babble = 0;
   Instant babble_since{};
   /// Late replies: bytes after an exchange without a reply, or with the reply to a repetition; and

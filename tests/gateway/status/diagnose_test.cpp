@@ -129,6 +129,18 @@ TEST_F(DiagnoseTest, AnOutageIsNotHeldAgainstADeviceForEver) {
   EXPECT_THAT(Say(), IsEmpty());
 }
 
+TEST_F(DiagnoseTest, AnotherDeviceAnswersInItsPlace) {
+  device().trouble = "meter 2 answers in place of 1";
+  record_.override_quality = Quality{Quality::bad, Reason::swapped};
+  EXPECT_THAT(Say(), ElementsAre("no value is good: meter 2 answers in place of 1"));
+  Looked(device(), Symptom::damaged, 3);
+  EXPECT_THAT(Say(), ElementsAre("no value is good: meter 2 answers in place of 1; or both answer: "
+                                 "two devices have its address (2; unplug one)"));
+  neighbour_.override_quality = record_.override_quality;
+  EXPECT_THAT(Say(), ElementsAre("no value is good: meter 2 answers in place of 1; or are it and " +
+                                 neighbour_.device->name + " swapped?"));
+}
+
 TEST_F(DiagnoseTest, OutagesOfTheLastHourAreCounted) {
   Minute().outages = 1;
   Minute().up = 59min;
