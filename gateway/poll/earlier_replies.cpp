@@ -197,7 +197,7 @@ std::optional<Finding> EarlierReplies::LateByNumber(const HeardExchange& exchang
 
 /// Behind the reply of the exchange stands one to the first try of an earlier request, whose repeat
 /// was answered meanwhile.
-bool EarlierReplies::IsNumberedBeside(const HeardExchange& exchange) {
+bool EarlierReplies::FindNumberedBeside(const HeardExchange& exchange) {
   const View behind = exchange.BesideReply().second;
   if (behind.empty()) return false;
   if (std::ranges::equal(behind, beside_)) return true;  // it is looked at once more
@@ -211,7 +211,7 @@ bool EarlierReplies::IsNumberedBeside(const HeardExchange& exchange) {
 }
 
 Finding EarlierReplies::Attribute(const HeardExchange& exchange, Finding finding) {
-  if (IsAnswered(finding.symptom) && IsNumberedBeside(exchange)) return {};
+  if (IsAnswered(finding.symptom) && FindNumberedBeside(exchange)) return {};
   Open* const whose = FindEarlier(exchange);
   if (exchange.arrivals().empty()) return finding;
   if (finding.symptom == Symptom::other_reply && (whose == nullptr || whose->answered)) {

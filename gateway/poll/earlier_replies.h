@@ -98,7 +98,7 @@ class EarlierReplies {
   static Came CameOf(const HeardExchange& exchange, const Open& whose);
   Finding Late(const Open& open, const Came& came);
   std::optional<Finding> LateByNumber(const HeardExchange& exchange);
-  bool IsNumberedBeside(const HeardExchange& exchange);
+  bool FindNumberedBeside(const HeardExchange& exchange);
   Finding AttributeToItself(const HeardExchange& exchange, const Open& whose, const Came& came,
                             Finding finding);
   Finding AttributeToAnother(const HeardExchange& exchange, Open& whose, const Came& came,

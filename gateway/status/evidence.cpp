@@ -97,6 +97,7 @@ const Finding* OtherMasterOf(std::span<const DeviceRecord> all) {
   return count > 1 ? found : nullptr;
 }
 
+/// For Evidence::eaten.
 std::uint8_t EatenBytes(std::span<const DeviceRecord> all) {
   unsigned answered = 0;
   for (const DeviceRecord& one : all) answered |= one.status.findings.specials().AnsweredRequests();
@@ -123,7 +124,7 @@ const FailureRuns& RunsOf(const DeviceRecord& record, bool silent) {
 
 /// Which neighbours fail when the device does. Neighbours are polled in step, and so are requests
 /// that fail always: those say nothing.
-void AddCompany(Evidence& evidence, std::span<const DeviceRecord> all) {
+void AddFailingTogether(Evidence& evidence, std::span<const DeviceRecord> all) {
   const DeviceRecord& device = *evidence.device;
   const bool silent = evidence.Count(Symptom::silence) == evidence.failed;
   std::vector<std::string> away;
@@ -253,7 +254,7 @@ Evidence Gather(const LineStatus& status, const DeviceRecord& device,
   }
   if (!evidence.healthy.empty()) evidence.alike.clear();
   evidence.fell = Listed(fell);
-  AddCompany(evidence, all);
+  AddFailingTogether(evidence, all);
   return evidence;
 }
 

@@ -232,7 +232,7 @@ double InItsPlace(const Evidence& evidence) {
 /// second replies leave no doubt of it.
 double TwoReplies(const Evidence& evidence) {
   const DeviceRecord& record = evidence.first();
-  const bool common = record.device->address == evidence.traits().common_address &&
+  const bool common = HasCommonAddress(*record.device) &&
                       (record.status.doubled > 0 || evidence.Count(others_beside) > 0);
   if (evidence.Count(two_replies) == 0 && !common) return 0;
   const double share = evidence.Share({two_replies, damaged, noise, bad_check, bytes_added});

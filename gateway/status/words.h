@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 
 #include "config/model/device.h"
 #include "gateway/base/time.h"
@@ -23,9 +24,15 @@ inline const char* AnotherAsksIt(bool network) {
                  : "another master asks it (take it away)";
 }
 
+/// Every device of its protocol answers to its address.
+inline bool HasCommonAddress(const config::Device& device) {
+  const std::string_view common = device.traits->common_address;
+  return !common.empty() && device.address == common;
+}
+
 /// Why more than one device answers to its address.
 inline std::string TwoDevices(const config::Device& device) {
-  return device.address == device.traits->common_address
+  return HasCommonAddress(device)
              ? "every device answers to address " + device.address + ": give each its own"
              : "two devices have its address (" + device.address + "; unplug one)";
 }
