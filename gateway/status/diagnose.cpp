@@ -120,8 +120,7 @@ bool FailsAlways(const DeviceStatus& status) {
          (IsAbsent(status) && run >= kManyFailures);
 }
 
-/// A reason that stands for all others: it is not asked, or not judged at present. Nothing: it is
-/// judged.
+/// Why the device is not judged at present, as when it was not asked yet. Empty: it is judged.
 std::optional<Sentences> NotJudged(const LineStatus& line, const DeviceRecord& device,
                                    const Evidence& evidence, Now now) {
   const DeviceStatus& status = device.status;
@@ -145,7 +144,7 @@ std::optional<Sentences> NotJudged(const LineStatus& line, const DeviceRecord& d
   return std::nullopt;
 }
 
-/// What fails, and what stands beside its replies: the one that explains the other comes first.
+/// Sentences about failed exchanges and about bytes beside replies; the cause comes first.
 Sentences Exchanges(const DeviceRecord& device, const Evidence& evidence,
                     std::span<const DeviceRecord> all) {
   Sentences found;
@@ -165,7 +164,7 @@ Sentences Exchanges(const DeviceRecord& device, const Evidence& evidence,
   }
   const bool late = ComesLateElsewhere(device, all);
   const Sentences beside = late ? Sentences() : Beside(device, IsCleanElsewhere(device, all));
-  // What stands beside many replies explains the few that fail.
+  // If such bytes are frequent and failures are few, the bytes are the cause.
   const bool explains = !beside.empty() && evidence.looked > 3 * evidence.failed &&
                         evidence.Count(Symptom::silence) < evidence.failed;
   const bool first = AreTwo(device.status.findings) || explains;

@@ -132,7 +132,7 @@ bool IsExplained(const LineStatus& line, std::span<const DeviceRecord> devices) 
   });
 }
 
-/// Else the echo is what each device's own sentence is about.
+/// If no device answers, their own sentences tell of the echo.
 bool AnyAnswers(std::span<const DeviceRecord> devices, Now now) {
   return std::ranges::any_of(devices, [&](const DeviceRecord& one) {
     return Answers(one.status.state) || HasAnsweredLately(one.status, now.instant);

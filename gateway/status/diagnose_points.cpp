@@ -68,7 +68,7 @@ struct Doubts {
   std::size_t stale = 0;     ///< too old
   std::size_t doubted = 0;   ///< the gateway is not sure of them
   std::size_t reported = 0;  ///< the device itself says so
-  // Of those that are reported without a reason:
+  // Reported without a reason:
   std::size_t unreadable = 0;
   std::size_t unsure = 0;
   std::size_t empty = 0;
@@ -94,9 +94,9 @@ Doubts DoubtsOf(const LineStatus& line, const DeviceRecord& record, Now now) {
   for (std::size_t i = 0; i < record.points.size(); ++i) {
     const Quality quality = QualityAt(record, i, now.instant);
     if (IsGood(quality) || quality == Quality::bad_waiting) continue;
-    // What the reading itself said is the device's word; the rest is doubt or age.
+    // The device itself reported this quality; every other one comes of doubt or age.
     if (quality == record.points[i].reported) {
-      // What a reader has not read yet is not missing.
+      // A reader that has read nothing yet lacks nothing.
       if (record.status.unasked && quality.reason == Reason::not_ready) continue;
       doubts.AddReported(quality, record.device->points[i].name);
     } else if (quality == Quality::uncertain && quality == record.points[i].at_best) {
@@ -156,7 +156,7 @@ std::string WhyUnreadable(const DeviceRecord& record, const Doubts& doubts) {
   return {};
 }
 
-/// What to do where one reason holds for all of them. Empty: it does not.
+/// The remedy, if all of these points have the same reason. Empty: they have several.
 std::string RemedyForAll(const DeviceRecord& record, const Doubts& doubts) {
   if (doubts.reasons.size() != 1 || doubts.reasons.begin()->second != doubts.reported) return {};
   const Reason reason = doubts.reasons.begin()->first;

@@ -23,12 +23,12 @@ using Sentences = std::vector<std::string>;
 constexpr std::size_t kDrops = 3;
 constexpr Duration kRecently = 5min;
 constexpr int kLastMinutes = 4;
-/// What a server loses in so short a time is one restart.
+/// Losses within this time count as one restart of the server.
 constexpr Duration kRestart = 10s;
 /// A connection is opened again so soon.
 constexpr Duration kMoment = 15s;
 
-/// What answers there in place of a device; null: nothing that is known.
+/// The service that answers in place of a device; null: none is recognised.
 const Finding* OtherService(std::span<const DeviceRecord> devices) {
   for (const DeviceRecord& one : devices) {
     for (const Symptom symptom : {Symptom::other_protocol, Symptom::text}) {
@@ -121,7 +121,7 @@ std::string SayClosed(const config::Line& line, const LineStatus& status,
   }
   if (std::string other = SayOtherService(line, devices); !other.empty()) return other;
   if (std::string inside = SayEndsInside(line, devices); !inside.empty()) return inside;
-  // Made anew as nobody answers: that is what is wrong.
+  // The gateway opens it again because no device answers, so that is the trouble to name.
   const auto absent = [](const DeviceRecord& one) { return IsAbsent(one.status); };
   if (status.silent && std::ranges::any_of(devices, absent)) {
     const Evidence evidence = GatherAbsent(status, devices, now);

@@ -1,5 +1,5 @@
-// What is said of the port of a line, or of its connection: closed, lost, or ended by the server.
-// Pure; used by gateway/status/diagnose.h.
+// Sentences about the port of a line or its connection: closed, lost, or ended by the server. Pure;
+// used by gateway/status/diagnose.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

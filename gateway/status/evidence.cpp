@@ -83,7 +83,7 @@ bool ComesDamaged(const DeviceStatus& status) {
   return damage > 1 && 2 * damage > FailedOf(status);
 }
 
-/// What another master was heard to say, twice or more on the whole line.
+/// The latest finding about another master, if the line has two or more.
 const Finding* OtherMasterOf(std::span<const DeviceRecord> all) {
   const Finding* found = nullptr;
   std::size_t count = 0;
