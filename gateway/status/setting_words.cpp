@@ -77,8 +77,9 @@ std::string SaySettings(const Evidence& evidence) {
 
 std::string SayNoTcp(const Evidence& evidence) {
   const std::string other(evidence.traits().counterpart);
-  return "what comes is not " + Service(evidence) + ": check the port (" + evidence.line->port +
-         ")" + (other.empty() ? "" : "; a plain serial server needs protocol: " + other);
+  return "what comes is not " + std::string(evidence.traits().service) + ": check the port (" +
+         evidence.line->port + ")" +
+         (other.empty() ? "" : "; a plain serial server needs protocol: " + other);
 }
 
 std::string SayZeros(const Evidence& evidence) {

@@ -12,8 +12,10 @@
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
+#include <iterator>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <thread>
 #include <vector>
 
@@ -33,6 +35,39 @@ namespace {
 constexpr std::uint16_t kPortsToTry = 10;
 constexpr std::uint16_t kWebPort = 8502;
 constexpr Duration kRefresh = 500ms;
+
+/// The Modbus units of the shipped profiles, so that `-a 1` in a document is the SPAJ 140 C for as
+/// long as the document says so. A profile that is not listed gets a unit from kFirstFreeUnit on.
+struct FixedUnit {
+  std::string_view profile;
+  std::uint8_t unit;
+};
+constexpr FixedUnit kUnits[] = {
+    {"spaj140c", 1},
+    {"spau130c", 2},
+    {"adam-4017plus", 11},
+    {"adam-4018plus", 12},
+    {"icpdas-i-7017", 13},
+    {"icpdas-i-7024", 14},
+    {"icpdas-i-7060", 15},
+    {"icpdas-i-7080", 16},
+    {"owen-mv110-2a", 17},
+    {"owen-mv110-8a", 18},
+    {"set-4tm.02", 21},
+    {"set-4tm.03m", 22},
+    {"generic-meter", 31},
+    {"mitsubishi-fr-d700", 32},
+    {"bar-code", 41},
+    {"olimex-mod-rfid125", 42},
+    {"weighing", 43},
+    {"olimex-mod-rfid125-asked", 44},
+    {"mt-sics", 51},
+    {"scpi-instrument", 52},
+    {"lauda-thermostat", 53},
+    {"nmea-0183-weather", 54},
+    {"owen-mv110-8a-telegrams", 55},
+};
+constexpr std::uint8_t kFirstFreeUnit = 101;
 
 /// Names of devices take letters, digits, '_' and '-' only; profiles may have points.
 std::string DeviceName(std::string profile) {
@@ -87,12 +122,16 @@ Result<config::Config> DemoConfig(const config::Catalog& catalog,
   config.web.listen.port = web_port;
   config.web.acknowledge = true;
   config.dds.domain = options.domain;
-  std::uint8_t unit = 1;
+  std::uint8_t free_unit = kFirstFreeUnit;
   for (const Protocol* protocol : ProtocolsOf(catalog)) {
     for (const WantedLine& wanted : DemoLines(*protocol, directory, catalog)) {
       auto line = MakeLine(wanted, catalog);
       if (!line) return Error{line.error()};
-      for (config::Device& device : line->devices) device.unit = unit++;
+      for (std::size_t i = 0; i < line->devices.size(); ++i) {
+        const auto fixed =
+            std::ranges::find(kUnits, wanted.devices[i].profile, &FixedUnit::profile);
+        line->devices[i].unit = fixed != std::end(kUnits) ? fixed->unit : free_unit++;
+      }
       config.lines.push_back(std::move(*line));
     }
   }
