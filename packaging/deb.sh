@@ -1,10 +1,11 @@
 #!/usr/bin/env bash
 # Builds the Debian packages baudgate, baudgate-dds and baudgate-dev into build/deb, on a fresh Debian 12: installs what the
-# build needs, and says what lintian says.
+# build needs, and prints what lintian says. The programs are those of build/release, on which the tests run.
 # usage: packaging/deb.sh            builds: the first time takes some minutes
-#        packaging/deb.sh --twice    builds twice, elsewhere and in another time zone: the same bytes have to come out
+#        packaging/deb.sh --twice    builds again elsewhere, from nothing and in another time zone: the bytes must be the same
 #        packaging/deb.sh --arm64    as root: builds for arm64, in a bare root of its own, into build/deb-arm64
 #        packaging/deb.sh --test [arm64]    as root: the packages are installed in a bare root, used, upgraded, removed, purged
+#        packaging/deb.sh --test quick      the same for the gateway alone; .ci/run does this
 # Version: that of CMakeLists.txt at its tag (v0.1.0); elsewhere 0.1.0~git, the number of the commit and its name.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -39,14 +40,17 @@ baudgate ($(version)) bookworm; urgency=medium
 END
 }
 
-# build_packages FOLDER: the packages appear beside it.
+commit_date() { TZ=UTC git log -1 --format=%cd --date=format-local:%Y-%m-%d; }
+
+# build_packages FOLDER [BUILD]: the packages appear beside FOLDER. BUILD has the preset `release`, built; without it the
+# preset is built below FOLDER.
 build_packages() {
   source_tree "$1"
   if ! dpkg-checkbuilddeps "$1/debian/control" 2>/dev/null; then
     as_root env DEBIAN_FRONTEND=noninteractive apt-get -qq update
     as_root env DEBIAN_FRONTEND=noninteractive apt-get -qq build-dep -y --no-install-recommends "$(realpath "$1")" >/dev/null
   fi
-  if ! (cd "$1" && dpkg-buildpackage -b --no-sign) >"$1.log" 2>&1; then
+  if ! (cd "$1" && env ${2:+BAUDGATE_BUILT="$2"} dpkg-buildpackage -b --no-sign) >"$1.log" 2>&1; then
     tail -n 30 "$1.log" >&2
     echo "deb.sh: all of it is in $1.log" >&2
     return 1
@@ -80,7 +84,15 @@ as_root_only() { [ "$(id -u)" = 0 ] || { echo "deb.sh: debootstrap and chroot ne
 case ${1:-} in
   '' | --twice) ;;
   --arm64) as_root_only; out=build/deb-arm64 ;;
-  --test) as_root_only; exec packaging/deb_test.sh "${2:-$(dpkg --print-architecture)}" "$out${2:+-$2}" ;;
+  --test)
+    as_root_only
+    native=$(dpkg --print-architecture)
+    case ${2:-$native} in
+      quick) exec packaging/deb_test.sh "$native" "$out" quick ;;
+      "$native") exec packaging/deb_test.sh "$native" "$out" ;;
+      *) exec packaging/deb_test.sh "$2" "$out-$2" ;;
+    esac
+    ;;
   *) sed -n '2,/^set /{/^#/s/^# //p}' "$0" >&2; exit 2 ;;
 esac
 
@@ -89,12 +101,15 @@ rm -rf "$out"
 if [ "${1:-}" = --arm64 ]; then
   build_for arm64
 else
-  say "building the packages: this takes some minutes"
-  build_packages "$out/src"
+  configure_product
+  configure release -DBAUDGATE_DATE="$(commit_date)"
+  build release baudgate_packaged
+  say "packing"
+  build_packages "$out/src" "$PWD/build/release"
 fi
 if [ "${1:-}" = --twice ]; then
-  say "building them again"
-  TZ=Pacific/Kiritimati LC_ALL=C build_packages "$out/again/elsewhere"
+  say "building them again: this takes some minutes"
+  CCACHE_DISABLE=1 TZ=Pacific/Kiritimati LC_ALL=C build_packages "$out/again/elsewhere"
   for made in "$out"/*.deb; do
     cmp "$made" "$out/again/${made##*/}"
   done

@@ -1,13 +1,14 @@
 #!/usr/bin/env bash
-# Called by `packaging/deb.sh --test [ARCH]`, as root: the packages in a bare Debian 12 (debootstrap). Installs them,
-# runs the tests of packaging/debian/tests and the service's own command, upgrades with and without an edited configuration,
-# removes and purges, and compares what is left with what was there before. There is no systemd in it: units are not started.
+# Called by `packaging/deb.sh --test [ARCH | quick]`, as root: tries the packages in a bare Debian 12 (debootstrap). Installs
+# them, runs the service's own command and the commands of README.md. Then, unless `quick`: upgrades with and without an edited
+# configuration, removes and purges, compares what is left with what was there before, and runs the tests of
+# packaging/debian/tests. There is no systemd in the bare Debian: units are not started.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . packaging/prepare.sh
 . packaging/later.sh
 
-readonly arch=$1 out=$2
+readonly arch=$1 out=$2 extent=${3:-all}
 readonly base=build/deb-root-$arch.base root=build/deb-root-$arch
 . packaging/bare_root.sh
 readonly config=/etc/baudgate/baudgate.yaml
@@ -27,6 +28,17 @@ check() {
     echo "FAIL $sentence: $(tail -n 3 "$root.log")"
     failed=$((failed + 1))
   fi
+}
+# check_each COMMAND…: the command prints a line for each of its own checks.
+check_each() { "$@" || failed=$((failed + 1)); }
+end() {
+  printf '\n== %s failed\n' "$failed"
+  [ $failed = 0 ]
+}
+finish_if_quick() {
+  [ "$extent" = quick ] || return 0
+  end
+  exit
 }
 says() { [ "$("${@:2}")" = "$1" ]; }
 absent() { local path; for path in "$@"; do [ ! -e "$root$path" ] || { echo "$path is there"; return 1; }; done; }
@@ -72,9 +84,15 @@ check "that of the discovery server is not" absent /etc/systemd/system/multi-use
 check "nor is its socket, which is there" sh -c "test -e $root/lib/systemd/system/baudgate.socket && ! test -e $root/etc/systemd/system/sockets.target.wants/baudgate.socket"
 apt_install mbpoll
 check "the service's command listens on loopback" service_runs
-cp packaging/debian/tests/* "$root/tmp/"
+
+say "README.md"
+apt_install ".$dds"
+check_each packaging/readme_test.py installed "$root"
+finish_if_quick
 
 say "upgrades"
+apt_purge baudgate-dds baudgate
+apt_install ".$gateway"
 check "upgrade with the configuration as it came" apt_install ./packages/later.deb
 check "brings the new one" inside grep -q 'of the later version' $config
 check "for the service only" says "640 root:baudgate" inside stat -c '%a %U:%G' $config
@@ -93,6 +111,7 @@ check "takes the edited configuration up" inside grep -q edited $config
 apt_purge baudgate
 
 say "all three"
+cp packaging/debian/tests/* "$root/tmp/"
 quiet inside apt-get satisfy -y -qq --no-install-recommends \
   "$(for each in "$gateway" "$dds" "$dev"; do dpkg-deb -f "$root$each" Depends; done | sed 's/baudgate (=[^)]*), //' | paste -sd,)"
 apt_install cmake g++ make cyclonedds-dev cyclonedds-tools fastddsgen libfastrtps-dev
@@ -114,11 +133,9 @@ if [ "$arch" = "$(dpkg --print-architecture)" ]; then
   install_packages autopkgtest
   leave_root
   bare_root
-  check "a twin is read over Modbus; a protocol builds against what is installed" \
-    autopkgtest --no-built-binaries "$out"/baudgate_*.deb "$out"/baudgate-dev_*.deb "$out/src" -- chroot "$root"
+  check "a twin is read over Modbus and DDS; a protocol builds against what is installed" \
+    autopkgtest --no-built-binaries "$out"/baudgate_*.deb "$out"/baudgate-dds_*.deb "$out"/baudgate-dev_*.deb "$out/src" -- chroot "$root"
 else
   echo "LEFT OUT: the emulator lacks what a twin asks of ptys"
 fi
-echo
-echo "== $failed failed"
-[ $failed = 0 ]
+end

@@ -1,9 +1,11 @@
 #!/usr/bin/env bash
-# Checks how the sources are written: clang-format over all of them, clang-tidy (.clang-tidy) over those of the product, and
-# with it the thread-safety marks of gateway/base/guarded.h, DDS included.
+# Checks how the sources are written: clang-format over all of them, clang-tidy (.clang-tidy) over those of the product; that
+# each compiles alone, although CMake compiles several together; and the thread-safety marks of gateway/base/guarded.h.
 #   packaging/lint.sh [BUILD_FOLDER]            all; another BUILD_FOLDER than build/release was configured by cmake
 #   packaging/lint.sh [BUILD_FOLDER] --changed [COMMIT]   only what differs from COMMIT (main)
-#   packaging/lint.sh [BUILD_FOLDER] --quick    format of all, and the marks where members are marked: half a minute
+#   packaging/lint.sh [BUILD_FOLDER] --quick    format and English only: a quarter of a minute
+#   packaging/lint.sh [BUILD_FOLDER] --alone    that each source of the product compiles alone, and that what a mutex guards is
+#                                               touched under it: minutes; packaging/test.sh runs it beside the tests
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . packaging/prepare.sh
@@ -13,7 +15,8 @@ case "${1:-}" in
   '' | --*) ;;
   *) build=$1; shift ;;
 esac
-[ "$build" != build/release ] || configure_product
+# --alone runs while tests of this build run: the build stays as it is.
+[ "$build" != build/release ] || [ "${1:-}" = --alone ] || configure_product
 if [ ! -f "$build/compile_commands.json" ]; then
   echo "lint: $build/compile_commands.json is missing: cmake --preset ${build##*/}" >&2
   exit 2
@@ -31,16 +34,10 @@ fi
 tidy() {
   xargs -r -n 2 -P "$(nproc)" clang-tidy-14 -p "$build/lint" --quiet "$@" 2> >(grep -v 'warnings generated' >&2)
 }
-# The sources of the headers that mark members; of a header without a source of its own those beside which it is included.
-marked() {
-  git grep -l 'include "gateway/base/guarded.h"' -- gateway transports | while read -r file; do
-    if [ -f "${file%.*}.cpp" ]; then
-      echo "${file%.*}.cpp"
-    else
-      git grep -l "include \"$file\"" -- gateway transports | sed 's/\.h$/.cpp/'
-    fi
-  done | sort -u
-}
+if [ "${1:-}" = --alone ]; then
+  files 'config/*.cpp' 'gateway/*.cpp' 'protocols/*.cpp' 'transports/*.cpp' | xargs packaging/compile_alone.py "$build/lint"
+  exit
+fi
 
 # Slips of English, in documents and in the sentences that the program prints.
 slips='can not|be had|lest|a SPA|informations'
@@ -53,11 +50,7 @@ echo "lint: no slip of English that is known here"
 files '*.h' '*.cpp' | xargs -r clang-format-14 --dry-run -Werror
 echo "lint: format is as .clang-format says"
 
-if [ "${1:-}" = --quick ]; then
-  # Marked members are private: nobody else touches them. (clang-tidy wants a check besides warnings.)
-  marked | tidy --checks='-*,clang-diagnostic-thread-safety*,bugprone-use-after-move'
-  echo "lint: what a mutex guards is touched under it"
-  exit
-fi
+[ "${1:-}" != --quick ] || exit 0
+files 'config/*.cpp' 'gateway/*.cpp' 'protocols/*.cpp' 'transports/*.cpp' 'tests/*.cpp' | xargs -r packaging/compile_alone.py "$build/lint"
 files 'config/*.cpp' 'gateway/*.cpp' 'protocols/*.cpp' 'transports/*.cpp' | tidy
 echo "lint: clang-tidy has no complaint"

@@ -19,7 +19,7 @@ test_packages=(
 # Only for fuzzing: install_packages "${fuzz_packages[@]}".
 fuzz_packages=(clang libclang-rt-14-dev)
 # Only for packaging/lint.sh.
-lint_packages=(clang-format-14 clang-tidy-14)
+lint_packages=(clang clang-format-14 clang-tidy-14)
 
 say() { printf '\n== %s\n' "$*"; }
 

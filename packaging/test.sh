@@ -1,12 +1,18 @@
 #!/usr/bin/env bash
 # Runs all tests on a fresh Debian 12: installs what is missing, builds, runs ctest.
-# usage: packaging/test.sh [PRESET]    release (default), asan or tsan: see CMakePresets.json
+# usage: packaging/test.sh [PRESET] [COMMAND]    PRESET: release (default), asan or tsan, see CMakePresets.json. COMMAND runs beside
+#        the tests, when the processors have nothing else to do; if it fails, this fails.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . packaging/prepare.sh
 
 preset=${1:-release}
 build_tests "$preset"
+beside=''
+if [ -n "${2:-}" ]; then
+  nice -n 19 bash -c "$2" >"build/$preset/beside.log" 2>&1 &
+  beside=$!
+fi
 say "running the tests ($preset)"
 # Most programs wait for lines more than they compute: three at a time, long ones first (COST in tests/).
 ctest --test-dir "build/$preset" --output-on-failure -j 3
@@ -16,4 +22,11 @@ skipped=$(sed -n 's/^\[  SKIPPED \] \(.*\) (.* ms)$/\1/p' "build/$preset/Testing
 if [ -n "$skipped" ]; then
   say "NOT RUN, because this user may not make namespaces (run as root):"
   echo "$skipped"
+fi
+if [ -n "$beside" ]; then
+  say "beside the tests: $2"
+  done=0
+  wait "$beside" || done=$?
+  tail -n 50 "build/$preset/beside.log"
+  [ $done = 0 ]
 fi

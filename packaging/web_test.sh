@@ -7,7 +7,8 @@
 #   metrics    promtool check metrics, test rules
 #   hostile    a minute of floods, foreign hosts, path tricks, slow readers and half-open connections
 #   pictures   into build/web_pictures, or the folder
-# Without a part all of them. --axe: the accessibility checker axe-core; without it npm fetches it into a folder that goes.
+#   quick      the most important tests of `gateway`, and no other part; .ci/run does this
+# Without a part all of them but `quick`. --axe: the accessibility checker axe-core; without it npm fetches it into a folder that goes.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . packaging/prepare.sh
@@ -15,12 +16,12 @@ cd "$(dirname "$0")/.."
 pictures=build/web_pictures axe='' url='' options=() parts=()
 while [ $# -gt 0 ]; do
   case $1 in
-    mock | gateway | metrics | hostile | pictures) parts+=("$1"); shift; continue ;;
+    mock | gateway | metrics | hostile | pictures | quick) parts+=("$1"); shift; continue ;;
     --pictures) pictures=$2 ;;
     --axe) axe=$2 ;;
     --url) url=$2; options+=(--url "$2") ;;
     --device | --only) options+=("$1" "$2") ;;
-    *) sed -n '2,10s/^# \?//p' "$0" >&2; exit 2 ;;
+    *) sed -n '2,11s/^# \?//p' "$0" >&2; exit 2 ;;
   esac
   shift 2
 done
@@ -36,10 +37,10 @@ end() {
   rm -rf "$work"
 }
 trap end EXIT
-if [ -z "$axe" ] && command -v npm >/dev/null; then
+if [ -z "$axe" ] && [ "${parts[*]}" != quick ] && command -v npm >/dev/null; then
   npm install --silent --no-audit --no-fund --prefix "$work" axe-core@4 >/dev/null && axe=$work/node_modules/axe-core/axe.min.js
 fi
-[ -n "$axe" ] || say "without npm and --axe accessibility is not checked"
+[ -n "$axe" ] || [ "${parts[*]}" = quick ] || say "without npm and --axe accessibility is not checked"
 
 # The interpreter of the system: selenium is a package of it.
 page() { /usr/bin/python3 packaging/web_test/test_page.py "$@" "${options[@]}" ${axe:+--axe "$axe"}; }
@@ -51,12 +52,16 @@ if wanted mock; then
   say "testing the page before samples"
   page
 fi
-if wanted gateway || wanted metrics || wanted hostile; then
+if wanted gateway || wanted metrics || wanted hostile || wanted quick; then
   build_product baudgate
 fi
 if wanted gateway; then
   say "testing the page of a gateway with twins"
   page --gateway build/release/baudgate
+fi
+if wanted quick; then
+  say "testing the page of a gateway with twins: what every visitor sees"
+  page --gateway build/release/baudgate --quick
 fi
 if wanted metrics; then
   say "testing the metrics"

@@ -40,7 +40,7 @@ TEST_F(Installed, EverythingIsAtItsPlace) {
   EXPECT_TRUE(fs::is_regular_file(data / "idl/baudgate.idl"));
   EXPECT_TRUE(fs::is_regular_file(At(INSTALLED_BINARIES "/baudgate-dds")));
   const std::string dds_unit =
-      ReadWholeFile(At(INSTALL_PREFIX "/lib/systemd/system/baudgate-dds.service"));
+      ReadWholeFile(At(SYSTEMD_DIRECTORY "/system/baudgate-dds.service"));
   EXPECT_THAT(dds_unit, HasSubstr("\nExecStart=" INSTALLED_BINARIES
                                   "/baudgate-dds --socket /run/baudgate/dds.sock\n"));
   EXPECT_THAT(dds_unit, HasSubstr("\nUser=baudgate-dds\n"));
@@ -48,14 +48,14 @@ TEST_F(Installed, EverythingIsAtItsPlace) {
   EXPECT_THAT(dds_unit, HasSubstr("\nBefore=baudgate.service\n"))
       << "or it stops before the gateway's last words";
   const std::string discovery_unit =
-      ReadWholeFile(At(INSTALL_PREFIX "/lib/systemd/system/baudgate-discovery.service"));
+      ReadWholeFile(At(SYSTEMD_DIRECTORY "/system/baudgate-discovery.service"));
   EXPECT_THAT(discovery_unit,
               HasSubstr("\nExecStart=" INSTALLED_BINARIES "/baudgate discovery-server --listen "
                         "${BAUDGATE_DISCOVERY_LISTEN}\n"));
   EXPECT_THAT(discovery_unit, HasSubstr("\nDynamicUser=yes\n"));
 #endif
 
-  const std::string unit = ReadWholeFile(At(INSTALL_PREFIX "/lib/systemd/system/baudgate.service"));
+  const std::string unit = ReadWholeFile(At(SYSTEMD_DIRECTORY "/system/baudgate.service"));
   EXPECT_THAT(unit, HasSubstr("\nType=notify\n"));
   EXPECT_THAT(unit, HasSubstr("\nExecStart=" INSTALLED_BINARIES "/baudgate run\n"));
   EXPECT_THAT(unit, HasSubstr("\nExecReload=" INSTALLED_BINARIES "/baudgate reload\n"));
@@ -71,7 +71,7 @@ TEST_F(Installed, EverythingIsAtItsPlace) {
   EXPECT_THAT(unit, HasSubstr("\nDeviceAllow=char-188 rw\n")) << "ttyUSB, loaded or not";
   EXPECT_THAT(ReadWholeFile(At(INSTALL_PREFIX "/lib/modules-load.d/baudgate.conf")),
               AllOf(HasSubstr("\nusbserial\n"), HasSubstr("\ncdc-acm\n")));
-  EXPECT_THAT(ReadWholeFile(At(INSTALL_PREFIX "/lib/udev/rules.d/70-baudgate.rules")),
+  EXPECT_THAT(ReadWholeFile(At(UDEV_DIRECTORY "/rules.d/70-baudgate.rules")),
               AllOf(HasSubstr("DRIVER==\"ftdi_sio\", ATTR{latency_timer}=\"1\""),
                     HasSubstr("SYMLINK+=\"baudgate/sn-"), HasSubstr("SYMLINK+=\"baudgate/at-")));
   EXPECT_THAT(ReadWholeFile(At(INSTALL_PREFIX "/lib/sysusers.d/baudgate.conf")),
