@@ -70,6 +70,10 @@ struct Task {
 
 struct Request {
   Bytes bytes{};  ///< the whole frame, checksum included
+  /// What the same task has sent before, if that decides what the reply says: "select channel 3"
+  /// before "read". Requests with equal bytes and other contexts are other questions, and a request
+  /// with a context is not repeated without it.
+  Bytes context{};
   Expectation expect{};
   /// Probes only: the device answers with the same bytes every time, and answers nothing else with
   /// them: its name or serial number, not a measurement. Other bytes come from another device. The
@@ -94,6 +98,9 @@ struct Request {
   /// The silence that the device needs before this request, if that is longer than usual.
   Duration quiet{};
 
+  bool AsksTheSameAs(const Request& other) const {
+    return bytes == other.bytes && context == other.context;
+  }
   /// No reply to a poll could pass for the reply to this.
   bool is_proof() const { return steady || unlike_polls || any_order; }
 };

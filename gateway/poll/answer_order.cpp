@@ -71,7 +71,7 @@ bool AnswerOrder::OnAnswer(bool fits, const MayAnswer& may_answer) {
 
 bool AnswerOrder::IsBehindProof() const {
   std::size_t before = 1;
-  while (before < kMostOwed && SentBefore(before).bytes == SentBefore(0).bytes) ++before;
+  while (before < kMostOwed && IsSame(before)) ++before;
   const SentRequest& sent = SentBefore(before);
   return sent.proof && Owed() <= before;
 }
@@ -97,14 +97,16 @@ bool AnswerOrder::IsSafe() const {
 
 bool AnswerOrder::IsAnswerTo(const Bytes& request) const {
   for (std::size_t lag = 0; lag <= Owed(); ++lag) {
-    if ((answered_ & Bit(lag)) != 0 && SentBefore(lag).bytes != request) return false;
+    if ((answered_ & Bit(lag)) == 0) continue;
+    const bool same = SentBefore(lag).context == SentBefore(0).context;
+    if (!same || SentBefore(lag).bytes != request) return false;
   }
   return true;
 }
 
 bool AnswerOrder::IsOfLatest() const {
   for (std::size_t lag = 1; lag <= Owed(); ++lag) {
-    if (SentBefore(lag).bytes != SentBefore(0).bytes) return false;
+    if (!IsSame(lag)) return false;
   }
   return true;
 }

@@ -26,6 +26,7 @@ struct SentRequest {
   Bytes bytes;
   Instant at{};
   bool proof = false;  ///< its reply differs from those to all polls of the device
+  Bytes context{};     ///< see Request
 
   static constexpr std::size_t kNobody = ~std::size_t{0};  ///< none was sent
   static constexpr std::size_t kStranger = kNobody - 1;    ///< another master's, of unknown content
@@ -72,7 +73,8 @@ class AnswerOrder {
   /// Whether an owed reply would be recognised, whatever is sent next: all that are owed answer
   /// proofs.
   bool IsSafe() const;
-  /// Whether the latest reply answers this request, or an earlier one of the same bytes.
+  /// Whether the latest reply answers this request, the latest one, or an earlier one of the same
+  /// bytes and context.
   bool IsAnswerTo(const Bytes& request) const;
   /// Whether the latest reply can only belong to the latest request and to those of the same bytes
   /// directly before it.
@@ -87,6 +89,11 @@ class AnswerOrder {
   std::uint64_t Fitting(std::size_t nearest, std::size_t end, const MayAnswer& may_answer) const;
   const SentRequest& SentBefore(std::size_t requests) const {
     return sent_[(count_ - requests) % sent_.size()];
+  }
+  /// It asks the same as the latest one.
+  bool IsSame(std::size_t lag) const {
+    const SentRequest& latest = SentBefore(0);
+    return SentBefore(lag).bytes == latest.bytes && SentBefore(lag).context == latest.context;
   }
 
   std::array<SentRequest, kMostOwed + 1> sent_{};

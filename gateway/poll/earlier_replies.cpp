@@ -46,7 +46,7 @@ void EarlierReplies::OnBegin(const HeardExchange& exchange, Bytes unanswered) {
     broken_.OnBegin(member);
     habits_.OnBegin(member);
   }
-  const bool again = asked.last.member != nullptr && asked.last.request.bytes == request.bytes;
+  const bool again = asked.last.member != nullptr && asked.last.request.AsksTheSameAs(request);
   Open next{.member = &member,
             .request = request,
             .sent = sent,
@@ -145,7 +145,7 @@ bool EarlierReplies::TakeIfAnswered(Open& open, const HeardExchange& exchange) {
   if (open.member == nullptr) return false;
   const Expectation& expect = open.request.expect;
   const bool own = open.member->IsSame(*exchange.member());
-  if (own ? open.request.bytes == exchange.request().bytes : expect.address.empty()) return false;
+  if (own ? open.request.AsksTheSameAs(exchange.request()) : expect.address.empty()) return false;
   Assembler assembler;
   assembler.Begin(open.member->protocol->reply_rule, expect);
   assembler.Feed(exchange.heard());

@@ -149,7 +149,9 @@ NextStep JobAnswer::OnFailed(Job& job, const ExchangeEnd& end, Instant now) {
   if (!chooser_.MayRepeat(job, std::min(before, kMostTriesMore), now)) return GiveUp(job, end, now);
   Request& request = job.step.request;
   const auto instead = member.device->conversation->Instead(request, end.outcome, now);
-  if (!instead && !request.expect.repeatable) return GiveUp(job, end, now);
+  if (!instead && (!request.expect.repeatable || !request.context.empty())) {
+    return GiveUp(job, end, now);
+  }
   if (instead) request = *instead;
   effects_.OnRetry(member);
   return Repeat(job);

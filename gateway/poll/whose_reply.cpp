@@ -70,7 +70,9 @@ bool WhoseReply::IsOwedAlone(const Asked& asked) const {
 
 void WhoseReply::OnSent(const Asked& asked, Instant now) {
   if (asked.request->expect.reply == Expectation::Reply::none) return;  // nothing is owed to it
-  const SentRequest sent{asked.member->place, asked.request->bytes, now, asked.request->is_proof()};
+  const Request& request = *asked.request;
+  const SentRequest sent{asked.member->place, request.bytes, now, request.is_proof(),
+                         request.context};
   orders_.OnSent(*asked.member, sent);
 }
 

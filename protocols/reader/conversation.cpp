@@ -101,8 +101,8 @@ std::pair<std::string, std::string> WhyNoNumber(std::string_view text, std::stri
     return {"sentences of NMEA 0183 come (" + quoted + ")",
             "another device, such as a GPS receiver, is at this port: check the port and the plug"};
   }
-  const auto its = UnitBehind(text);
-  if (its && IsMass(unit) && *its != unit) {
+  const auto its = UnitBehind(text, unit);
+  if (its && !IsSameUnit(*its, unit)) {
     return {"the unit in " + quoted + " is not " + std::string(unit),
             "set the indicator to " + std::string(unit) + ", or correct the unit of the point"};
   }

@@ -23,6 +23,30 @@ bool IsSameWord(std::string_view one, std::string_view other) {
   return std::ranges::equal(one, other, {}, Lower, Lower);
 }
 
+/// Units of one quantity each; mass first.
+constexpr std::string_view kQuantities[] = {"mg g kg t ct oz lb lbs",
+                                            "um mm cm dm m km in inch ft",
+                                            "C F K",
+                                            "Pa hPa kPa MPa mbar bar psi",
+                                            "mN N kN kgf lbf",
+                                            "mV V kV",
+                                            "uA mA A",
+                                            "mW W kW MW",
+                                            "Hz kHz MHz",
+                                            "ml cl l"};
+
+bool Has(std::string_view units, std::string_view unit) {
+  const auto words = Split(units, ' ');
+  return std::ranges::any_of(words, [&](std::string_view one) { return IsSameWord(one, unit); });
+}
+
+/// "C" of "°C": what comes is ASCII.
+std::string_view WithoutDegree(std::string_view unit) {
+  constexpr std::string_view kDegree = "\u00B0";
+  if (unit.starts_with(kDegree)) unit.remove_prefix(kDegree.size());
+  return unit;
+}
+
 bool IsPartOfNumber(char c) { return (c >= '0' && c <= '9') || c == '.'; }
 bool IsSign(char c) { return c == '-' || c == '+'; }
 
@@ -79,19 +103,27 @@ Decoded ValueOf(const Item& item, const Tag& tag) {
   }
 }
 
-std::optional<std::string_view> UnitBehind(std::string_view text) {
+std::optional<std::string_view> UnitBehind(std::string_view text, std::string_view unit) {
   const std::size_t digit = text.find_first_of(kDigits);
   if (digit == std::string_view::npos) return std::nullopt;
   text.remove_prefix(std::min(text.find_first_not_of("0123456789.", digit), text.size()));
   text = Trim(text);
   const auto end = std::ranges::find_if_not(text, IsLetter);
   const std::string_view word = text.substr(0, static_cast<std::size_t>(end - text.begin()));
-  return IsMass(word) ? std::optional(word) : std::nullopt;
+  const bool alike = std::ranges::any_of(kQuantities, [&](std::string_view units) {
+    return Has(units, word) && Has(units, WithoutDegree(unit));
+  });
+  return alike ? std::optional(word) : std::nullopt;
 }
 
-bool IsMass(std::string_view unit) {
-  constexpr std::string_view kMass[] = {"mg", "g", "kg", "t", "ct", "oz", "lb", "lbs"};
-  return std::ranges::any_of(kMass, [&](std::string_view one) { return IsSameWord(one, unit); });
+bool IsMass(std::string_view unit) { return Has(kQuantities[0], unit); }
+
+bool IsSameUnit(std::string_view said, std::string_view unit) {
+  unit = WithoutDegree(unit);
+  if (said == unit) return true;
+  const auto is_small = [](char c) { return c >= 'a' && c <= 'z'; };
+  const bool capitals = std::ranges::all_of(unit, is_small) && std::ranges::none_of(said, is_small);
+  return IsSameWord(said, unit) && (IsMass(unit) || capitals);
 }
 
 Decoded NumberIn(const Item& item, std::string_view text, std::string_view unit) {
@@ -117,12 +149,10 @@ Decoded NumberIn(const Item& item, std::string_view text, std::string_view unit)
   const auto number = ParseDecimal((dots == 1 ? "0" : "") +
                                    std::string(text.substr(before.size(), end - before.size())));
   if (!number) return none;
-  if (IsMass(unit)) {
-    // "Err 03" and "TICKET 0042" are no weights.
-    const bool words = item.first == 0 && std::ranges::any_of(text, IsLetter);
-    const auto its = UnitBehind(all.substr(item.first > 0 ? item.first - 1 : 0));
-    if (its ? !IsSameWord(*its, unit) : words) return none;
-  }
+  const auto its = UnitBehind(all.substr(item.first > 0 ? item.first - 1 : 0), unit);
+  // "Err 03" and "TICKET 0042" are no weights.
+  const bool words = IsMass(unit) && item.first == 0 && std::ranges::any_of(text, IsLetter);
+  if (its ? !IsSameUnit(*its, unit) : words) return none;
   const bool at_begin = before.empty();
   const char sign = TakeSign(before);
   if (!IsUnderstood(before) || !IsUnderstood(behind)) return none;

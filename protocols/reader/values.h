@@ -18,13 +18,15 @@ struct Tag {
 
 /// `item` is of_tag.
 Decoded ValueOf(const Item& item, const Tag& tag);
-/// "ST,GS,+  12.35kg" is 12.35. Bad where there is none, or a second one that could be meant. If
-/// `unit`, that of the point, is one of mass: bad as well where another one stands behind the
-/// number, or where words stand beside it and no unit does ("Err 03"). Words beside chosen
-/// characters do not matter.
+/// "ST,GS,+  12.35kg" is 12.35. Bad where there is none, or a second one that could be meant; where
+/// another unit of what `unit`, that of the point, measures stands behind the number ("12.35 lb",
+/// "1.2 psi" for bar); and, if `unit` is one of mass, where words stand beside the number and no
+/// unit does ("Err 03"). Words beside chosen characters do not matter.
 Decoded NumberIn(const Item& item, std::string_view text, std::string_view unit);
 bool IsMass(std::string_view unit);
-/// The unit of mass behind the first number; empty: there is none.
-std::optional<std::string_view> UnitBehind(std::string_view text);
+/// The unit behind the first number, if it measures the same as `unit`; empty: there is none.
+std::optional<std::string_view> UnitBehind(std::string_view text, std::string_view unit);
+/// "KG" is kg, and "MM" is mm; "MV" is not mV.
+bool IsSameUnit(std::string_view said, std::string_view unit);
 
 }  // namespace baudgate::protocols::reader

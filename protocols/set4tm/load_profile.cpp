@@ -73,12 +73,17 @@ std::optional<LoadPointer> ParseLoadPointer(View data) {
                      (data[0] & 0x80U) != 0, *ByteReader(data).U16Be(5)};
 }
 
-std::optional<std::size_t> LoadRing::HourOf(const LoadPointer& pointer) const {
+std::optional<LoadRing::Hour> LoadRing::HourOf(const LoadPointer& pointer) const {
   const std::size_t behind = kLoadRecord * (1 + pointer.minute / minutes);
   if (pointer.address % kLoadRecord != 0 || pointer.address < behind ||
       pointer.address - behind + block() > bytes)
     return std::nullopt;
-  return pointer.address - behind;
+  return Hour{pointer.address - behind, pointer.minute / minutes};
+}
+
+std::optional<LoadRing::Hour> LoadRing::HourBehind(const LoadPointer& pointer) const {
+  if (pointer.address % kLoadRecord != 0 || pointer.address > bytes) return std::nullopt;
+  return Hour{pointer.address + block() > bytes ? 0 : pointer.address, 0};
 }
 
 std::string NameOfLoad(unsigned profile) { return "load_" + std::to_string(profile); }

@@ -65,8 +65,16 @@ struct LoadRing {
   std::size_t Next(std::size_t address) const {
     return address + 2 * block() > bytes ? 0 : address + block();
   }
-  /// The address of the hour that is being written; empty: it cannot stand there.
-  std::optional<std::size_t> HourOf(const LoadPointer& pointer) const;
+  /// An hour that is being written: the address of its header, and how many of its slices are over.
+  struct Hour {
+    std::size_t address = 0;
+    std::size_t finished = 0;
+  };
+  /// By the place of its slice; empty: it cannot stand there.
+  std::optional<Hour> HourOf(const LoadPointer& pointer) const;
+  /// The same if the pointer names the place behind the last record, because the header of the hour
+  /// is not written yet.
+  std::optional<Hour> HourBehind(const LoadPointer& pointer) const;
 };
 
 /// "load_1", "load_2".

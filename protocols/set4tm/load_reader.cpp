@@ -74,7 +74,11 @@ LoadReader::Step LoadReader::step() const {
 }
 
 bool LoadReader::OnInterval(unsigned minutes) {
-  if (minutes == 0 || minutes > 60 || 60 % minutes != 0) return false;
+  trouble_.clear();
+  if (minutes == 0 || minutes > 60 || 60 % minutes != 0) {
+    trouble_ = fmt::format("its interval of {} minutes (08 06) does not fill an hour", minutes);
+    return false;
+  }
   ring_.minutes = minutes;
   knows_interval_ = true;
   return true;
@@ -83,21 +87,37 @@ bool LoadReader::OnInterval(unsigned minutes) {
 bool LoadReader::OnPointer(View data, const Manner& manner) {
   pointer_ = ParseLoadPointer(data);
   waits_ = false;
-  return GoOn(manner);
+  trouble_.clear();
+  const bool goes_on = GoOn(manner);
+  if (!current_) trouble_ = "its pointer (08 04: " + ToHex(data) + ") names no place of its memory";
+  return goes_on;
 }
 
 bool LoadReader::GoOn(const Manner& manner) {
   read_.reset();
-  const auto current = pointer_ && knows_interval_ ? ring_.HourOf(*pointer_) : std::nullopt;
-  if (current && place_ && !Reaches(place_->address, *current)) {
-    Lose();
-    return true;
+  current_.reset();
+  if (pointer_ && knows_interval_) {
+    current_ = ring_.HourOf(*pointer_);
+    const auto reached = place_ ? HourAfter(place_->address) : ring_.HourBehind(*pointer_);
+    if (current_ && place_ && !reached) {
+      Lose();
+      return true;
+    }
+    if (place_ || !current_) current_ = reached;
   }
-  const std::size_t finished = current ? pointer_->minute / ring_.minutes : 0;
-  const bool plans = current && (place_ ? PlanHours(*current, finished, manner)
-                                        : PlanScan(*current, finished, manner));
+  const bool plans = current_ && (place_ ? PlanHours(manner) : PlanScan(manner));
   if (!plans) pointer_.reset();
   return plans;
+}
+
+/// The hour that is being written, which follows an hour that stands at `address`. The pointer
+/// names its slice, or the place behind the last record of all: only one of the two is a whole
+/// number of hours away.
+std::optional<LoadRing::Hour> LoadReader::HourAfter(std::size_t address) const {
+  for (const auto& hour : {ring_.HourOf(*pointer_), ring_.HourBehind(*pointer_)}) {
+    if (hour && Reaches(address, hour->address)) return hour;
+  }
+  return std::nullopt;
 }
 
 bool LoadReader::Reaches(std::size_t from, std::size_t current) const {
@@ -112,17 +132,23 @@ bool LoadReader::Reaches(std::size_t from, std::size_t current) const {
 /// Whether `header` belongs to the hour that the pointer names. Until its header is written, an
 /// hour of an earlier round stands there, or no header at all.
 bool LoadReader::IsWritten(std::size_t address, const std::optional<LoadHeader>& header) const {
-  return ring_.HourOf(*pointer_) != address || (header && header->begin == pointer_->hour);
+  return current_->address != address || (header && header->begin == pointer_->hour);
 }
 
 /// A header may stand at each record. Where memory has wrapped the oldest hour is the next one to
 /// be overwritten.
-bool LoadReader::PlanScan(std::size_t current, std::size_t finished, const Manner& manner) {
-  const std::size_t end = current + (finished > 0 ? kLoadRecord : 0);
+bool LoadReader::PlanScan(const Manner& manner) {
+  const std::size_t current = current_->address;
+  const std::size_t end = current + (current_->finished > 0 ? kLoadRecord : 0);
   if (!scan_) scan_ = pointer_->wrapped ? ring_.Next(current) : 0;
   if (*scan_ + kLoadRecord > ring_.bytes) scan_ = 0;
   if (*scan_ == end) {
     scan_ = current;  // its header may be written by the next look
+    if (scanned_ && !waits_) {
+      scan_.reset();
+      trouble_ = fmt::format("no hour stands in its memory before its pointer (08 04: {:04X})",
+                             pointer_->address);
+    }
     return false;
   }
   const std::size_t room = (*scan_ < end ? end : ring_.bytes) - *scan_;
@@ -132,9 +158,10 @@ bool LoadReader::PlanScan(std::size_t current, std::size_t finished, const Manne
   return true;
 }
 
-bool LoadReader::PlanHours(std::size_t current, std::size_t finished, const Manner& manner) {
+bool LoadReader::PlanHours(const Manner& manner) {
+  const std::size_t current = current_->address;
   const auto slices = [&](std::size_t address) {
-    return address == current ? finished : ring_.block() / kLoadRecord - 1;
+    return address == current ? current_->finished : ring_.block() / kLoadRecord - 1;
   };
   const auto size = [](std::size_t count) { return kLoadRecord * (1 + count); };
   const std::size_t place = place_->address;
@@ -195,13 +222,15 @@ void LoadReader::TakeScan(View bytes) {
     const std::size_t address = *scan_ + at;
     if (!IsWritten(address, header)) waits_ = true;
     if (!header || header->minutes != ring_.minutes || header->begin > pointer_->hour ||
-        !IsWritten(address, header) || !Reaches(address, *ring_.HourOf(*pointer_)))
+        !IsWritten(address, header) || !HourAfter(address))
       continue;
     place_ = LoadPlace{address, Bytes(record.begin(), record.end()), 0};
     scan_.reset();
+    scanned_ = false;
     return;
   }
   *scan_ += bytes.size();
+  scanned_ = true;
 }
 
 /// False: nothing has come of it.

@@ -74,6 +74,8 @@ class LoadReader {
   std::optional<CivilZone::Utc> end() const;
   /// The pointer named an hour whose header is not written yet: what is there was taken.
   bool waits() const { return waits_; }
+  /// Why nothing can be read, for the status; empty: it can.
+  const std::string& trouble() const { return trouble_; }
 
  private:
   struct Block {
@@ -82,8 +84,9 @@ class LoadReader {
     std::size_t offset = 0;  // in what is read
   };
 
-  bool PlanScan(std::size_t current, std::size_t finished, const Manner& manner);
-  bool PlanHours(std::size_t current, std::size_t finished, const Manner& manner);
+  bool PlanScan(const Manner& manner);
+  bool PlanHours(const Manner& manner);
+  std::optional<LoadRing::Hour> HourAfter(std::size_t address) const;
   bool Reaches(std::size_t from, std::size_t current) const;
   bool IsWritten(std::size_t address, const std::optional<LoadHeader>& header) const;
   void TakeScan(View bytes);
@@ -97,9 +100,12 @@ class LoadReader {
   LoadRing ring_;
   bool knows_interval_ = false;
   bool waits_ = false;
+  std::string trouble_;
   std::optional<LoadPointer> pointer_;
+  std::optional<LoadRing::Hour> current_;  // the hour that the pointer names
   std::optional<LoadPlace> place_;
   std::optional<std::size_t> scan_;  // a header is looked for from there on
+  bool scanned_ = false;             // there was none so far
   std::optional<CivilZone::Utc>
       floor_;  // what was before it is told; behind it something is missing
   std::vector<Block> blocks_;

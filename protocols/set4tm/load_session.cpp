@@ -176,6 +176,7 @@ std::string LoadSession::Shown() const {
       shown.push_back("no " + name + ": it refuses it");
       continue;
     }
+    if (!state.reader.trouble().empty()) shown.push_back(name + ": " + state.reader.trouble());
     if (end) shown.push_back(name + " read to " + FormatWallTime(WallTime(*end)));
     if (state.reader.waits()) {
       shown.push_back(name + ": the meter has not written the header of its current hour yet");

@@ -30,13 +30,20 @@ void TwinLoad::Write(std::size_t address, View record) {
 }
 
 void TwinLoad::BeginHour() {
+  finished_ = 0;
+  headed_ = false;
+  if (!late_) WriteHeader();
+}
+
+void TwinLoad::WriteHeader() {
   const auto civil = zone_.ToCivil(floor<hours>(slice_));
   Write(hour_, BytesOf(LoadHeader{civil, zone_.IsDaylight(slice_), ring_.minutes}));
-  finished_ = 0;
+  headed_ = true;
 }
 
 /// The slice under way is over.
 void TwinLoad::Finish(bool powered) {
+  if (!headed_) WriteHeader();
   Bytes record;
   for (const std::uint16_t pulses : PulsesOf(slice_)) {
     const bool incomplete = incomplete_ || !powered;
@@ -74,7 +81,7 @@ void TwinLoad::PowerOff(Utc from, Utc to) {
 
 Bytes TwinLoad::Pointer() const {
   const Bytes civil = BytesOf(zone_.ToCivil(slice_));
-  const std::size_t address = hour_ + kLoadRecord * (1 + finished_);
+  const std::size_t address = hour_ + (headed_ ? kLoadRecord * (1 + finished_) : 0);
   return {static_cast<std::uint8_t>(civil[1] | (wrapped_ ? 0x80U : 0U)),
           civil[2],
           civil[4],

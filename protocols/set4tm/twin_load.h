@@ -20,6 +20,9 @@ class TwinLoad {
   /// Its memory is empty, and the meter on since `begin`.
   TwinLoad(const CivilZone& zone, unsigned minutes, std::size_t bytes, Utc begin);
 
+  /// From the next hour on its header is written with the first slice: until then the pointer names
+  /// the place behind the last record.
+  void WriteHeadersLate() { late_ = true; }
   /// Writes what is over by now.
   void Advance(Utc now);
   /// The meter is without power, and its clock runs on: hours that it misses whole are not in its
@@ -35,6 +38,7 @@ class TwinLoad {
 
  private:
   void BeginHour();
+  void WriteHeader();
   void Write(std::size_t address, View record);
   void Finish(bool powered);
   std::chrono::minutes span() const { return std::chrono::minutes(ring_.minutes); }
@@ -47,6 +51,8 @@ class TwinLoad {
   std::size_t finished_ = 0;  // slices of the hour
   bool incomplete_ = false;   // the slice under way
   bool wrapped_ = false;
+  bool late_ = false;    // see WriteHeadersLate
+  bool headed_ = false;  // the hour has its header
 };
 
 }  // namespace baudgate::protocols::set4tm

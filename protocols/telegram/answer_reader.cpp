@@ -24,13 +24,25 @@ AnswerReader::Places PlacesOf(const Description& description, const config::Devi
   return places;
 }
 
+std::vector<std::optional<Call>> CallsOf(const AnswerReader::Places& places) {
+  std::vector<std::optional<Call>> calls;
+  for (const auto& place : places) {
+    calls.push_back(place ? std::optional(place->call) : std::nullopt);
+  }
+  return calls;
+}
+
 }  // namespace
 
-AnswerReader::AnswerReader(const Description& description, const config::Device& device)
-    : description_(description), places_(PlacesOf(description, device)) {}
+AnswerReader::AnswerReader(const Description& description, const Bound& bound,
+                           const config::Device& device)
+    : description_(description),
+      places_(PlacesOf(description, device)),
+      questions_(description, bound, CallsOf(places_)) {}
 
-Answer AnswerReader::Read(std::size_t telegram, const Bound& sent, View frame) const {
-  const Reply reply = DecodeReply(description_.telegrams[telegram], frame, sent);
+Answer AnswerReader::Read(std::size_t telegram, const Bound& known, const Bound& sent,
+                          View frame) const {
+  const Reply reply = DecodeReply(description_.telegrams[telegram], frame, known);
   Answer answer{reply.outcome, reply.reason};
   AddReadings(telegram, sent, reply, answer);
   return answer;
@@ -43,8 +55,7 @@ void AnswerReader::AddReadings(std::size_t telegram, const Bound& sent, const Re
   const bool refused = reply.outcome == Outcome::unsupported;
   if (reply.outcome != Outcome::ok && !refused) return;
   for (std::size_t i = 0; i < places_.size(); ++i) {
-    if (!places_[i] || !IsCallOf(places_[i]->call, description_.telegrams[telegram], sent))
-      continue;
+    if (!questions_.IsAsked(i, telegram, sent)) continue;
     if (refused) {
       answer.readings.push_back({i, {}, {Quality::bad_configuration, Reason::not_fitted}, {}});
       continue;
@@ -71,10 +82,10 @@ Answer AnswerReader::Interpret(View request, View frame) const {
   AddReadings(sent->telegram, sent->values, reply, answer);
   if (reply.outcome != Outcome::ok) return answer;
   for (const auto& [name, field] : reply.fields) {
-    const bool shown = std::ranges::any_of(places_, [&, &name = name](const auto& read) {
-      return read && read->field == name &&
-             IsCallOf(read->call, description_.telegrams[sent->telegram], sent->values);
-    });
+    bool shown = false;
+    for (std::size_t i = 0; i < places_.size() && !shown; ++i) {
+      shown = questions_.IsAsked(i, sent->telegram, sent->values) && places_[i]->field == name;
+    }
     if (shown) continue;
     answer.readings.push_back({kNoPoint, field.decoded.value, field.decoded.quality,
                                description_.telegrams[sent->telegram].name + "." + name});
@@ -86,7 +97,7 @@ Answer AnswerReader::ReadUnasked(View message, const Bound& bound) const {
   Answer why{Outcome::corrupt, "'" + Printable(message) + "' is no telegram of the description"};
   for (std::size_t i = 0; i < description_.telegrams.size(); ++i) {
     if (!description_.telegrams[i].listen) continue;
-    Answer answer = Read(i, bound, message);
+    Answer answer = Read(i, bound, bound, message);
     if (answer.outcome != Outcome::unexpected) return answer;
   }
   return why;

@@ -17,14 +17,15 @@ class AnswerReader {
   /// Where each point stands in answers; empty: it is not read.
   using Places = std::vector<std::optional<ReadPlace>>;
 
-  /// `description` outlives it.
-  AnswerReader(const Description& description, const config::Device& device);
+  /// `bound`: what every telegram of the device is filled with. `description` outlives it.
+  AnswerReader(const Description& description, const Bound& bound, const config::Device& device);
 
   const Places& places() const { return places_; }
 
-  /// `sent`: the values with which the telegram was sent.
-  Answer Read(std::size_t telegram, const Bound& sent, View frame) const;
-  /// See Conversation. Interpret also gives what no point reads.
+  /// `known`: what the answer has to repeat. `sent`: see Questions.
+  Answer Read(std::size_t telegram, const Bound& known, const Bound& sent, View frame) const;
+  /// See Conversation. Interpret also gives what no point reads. Of a request alone, without what
+  /// was sent before it, a point is read only if nothing before it tells its question from others.
   Outcome Check(View request, View frame) const;
   Answer Interpret(View request, View frame) const;
   /// `bound`: what every telegram of the device is filled with.
@@ -36,6 +37,7 @@ class AnswerReader {
 
   const Description& description_;
   const Places places_;
+  const Questions questions_;  // by point
 };
 
 }  // namespace baudgate::protocols::telegram

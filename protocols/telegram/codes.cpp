@@ -2,7 +2,10 @@
 #include "protocols/telegram/codes.h"
 
 #include <array>
+#include <cmath>
+#include <limits>
 
+#include "gateway/base/decimal.h"
 #include "gateway/base/text.h"
 #include "protocols/telegram/field.h"
 
@@ -21,22 +24,97 @@ constexpr std::array<Meaning, 10> kMeanings = {
      {"fault", {Quality::bad_device_failure, Reason::device_fault}},
      {"bad", Quality::bad}}};
 
+constexpr std::string_view kDots = "..";
+
+/// 9.9E37 may be written in several ways, and bytes are no text.
+bool IsByNumber(const Format& format) {
+  return format.is_binary() || format.kind == Format::Kind::scientific;
+}
+
+/// "-32768", "0x7FFF", "9.9E+37".
+std::optional<Decimal> ParseNumber(std::string_view text) {
+  if (const auto number = Decimal::Parse(text)) return number;
+  Format scientific;
+  scientific.kind = Format::Kind::scientific;
+  return Decimal::Of(DecodeField(scientific, ToBytes(text)));
+}
+
+struct Range {
+  std::optional<Decimal> low;
+  std::optional<Decimal> high;
+};
+
+/// Nothing: it is no range. Dots without a number beside them are a text.
+std::optional<Range> ParseRange(std::string_view code) {
+  const std::size_t dots = code.find(kDots);
+  if (dots == std::string_view::npos) return std::nullopt;
+  const std::string_view low = Trim(code.substr(0, dots));
+  const std::string_view high = Trim(code.substr(dots + kDots.size()));
+  const Range range{ParseNumber(low), ParseNumber(high)};
+  const bool whole = (range.low || low.empty()) && (range.high || high.empty());
+  return whole && (range.low || range.high) ? std::optional(range) : std::nullopt;
+}
+
+/// As the field holds it: a float32 has no 999.9, only its nearest neighbour.
+Decimal Held(const Format& format, const Decimal& number) {
+  const bool single = format.kind == Format::Kind::real && format.width == 4;
+  const double nearest = number.ToDouble();
+  const bool fits = std::abs(nearest) <= std::numeric_limits<float>::max();
+  return single && fits ? Decimal(double{static_cast<float>(nearest)}) : number;
+}
+
+const Meaning* FindNumber(const Codes& codes, const Format& format, const Decimal& number) {
+  for (const auto& [code, meaning] : codes) {
+    const auto own = ParseNumber(code);
+    if (own && Held(format, *own) == number) return meaning;
+  }
+  return nullptr;
+}
+
+const Meaning* FindRange(const Codes& codes, const Format& format, const Decimal& number) {
+  for (const auto& [code, meaning] : codes) {
+    const auto range = ParseRange(code);
+    if (!range || (range->low && number < Held(format, *range->low))) continue;
+    if (!range->high || number <= Held(format, *range->high)) return meaning;
+  }
+  return nullptr;
+}
+
 }  // namespace
 
 std::span<const Meaning> Meanings() { return kMeanings; }
 
+Status CheckCode(const Format& format, std::string_view code) {
+  if (!format.is_number()) return {};
+  if (const auto range = ParseRange(code)) {
+    if (!range->low || !range->high || *range->low <= *range->high) return {};
+    return Error{"its first number is larger than its second"};
+  }
+  const std::size_t dots = code.find(kDots);
+  if (dots != std::string_view::npos &&
+      (ParseNumber(Trim(code.substr(0, dots))) || ParseNumber(Trim(code.substr(dots + 2))))) {
+    return Error{"is no range: write '9.9E37..', '..-9.9E37' or '900..999'"};
+  }
+  if (!format.is_binary()) return {};
+  const auto number = ParseNumber(code);
+  if (!number) return Error{"is no number, and the field has nothing else"};
+  if (format.kind == Format::Kind::real) return {};
+  const auto held = EncodeField(format, number->ToValue());
+  return held ? Status() : Error{"never stands there: " + held.error()};
+}
+
+Value NumberOf(const Format& format, std::string_view code) {
+  const auto range = format.is_number() ? ParseRange(code) : std::nullopt;
+  if (range) return (range->low ? range->low : range->high)->ToValue();
+  const auto number = IsByNumber(format) ? ParseNumber(code) : std::nullopt;
+  return number ? number->ToValue() : Value{};
+}
+
 const Meaning* FindCode(const Codes& codes, const Format& format, View bytes, const Value& value) {
   if (codes.empty()) return nullptr;
-  if (format.is_binary() || format.kind == Format::Kind::scientific) {
-    Format any;
-    any.kind = Format::Kind::scientific;
-    for (const auto& [code, meaning] : codes) {
-      const Value number = DecodeField(any, ToBytes(code));
-      if (HasValue(value) && SameValue(HasValue(number) ? number : Value(code), value)) {
-        return meaning;
-      }
-    }
-    if (format.is_binary()) return nullptr;
+  const auto number = format.is_number() ? Decimal::Of(value) : std::nullopt;
+  if (number && IsByNumber(format)) {
+    if (const Meaning* meaning = FindNumber(codes, format, *number)) return meaning;
   }
   if (format.kind == Format::Kind::byte) {
     const auto found = codes.find(ByteText(bytes));
@@ -44,7 +122,8 @@ const Meaning* FindCode(const Codes& codes, const Format& format, View bytes, co
   }
   const std::string_view text = AsText(bytes);
   const auto found = codes.find(format.kind == Format::Kind::character ? text : Trim(text));
-  return found == codes.end() ? nullptr : found->second;
+  if (found != codes.end() && !format.is_binary()) return found->second;
+  return number ? FindRange(codes, format, *number) : nullptr;
 }
 
 }  // namespace baudgate::protocols::telegram

@@ -77,7 +77,14 @@ std::optional<std::string> ByteCode(std::string_view key) {
 /// The codes as the field `name` writes them.
 Codes CodesOf(const Telegram& telegram, const std::string& name, const Codes& codes,
               const config::Mark& mark, Problems& problems) {
-  if (telegram.FindField(name)->format.kind != Format::Kind::byte) return codes;
+  const Format& format = telegram.FindField(name)->format;
+  for (const auto& [key, meaning] : codes) {
+    const Status status = CheckCode(format, key);
+    if (!status) {
+      problems.Error(mark, "codes: " + Quoted(key) + " of '" + name + "' " + status.error());
+    }
+  }
+  if (format.kind != Format::Kind::byte) return codes;
   Codes of_bytes;
   for (const auto& [key, meaning] : codes) {
     if (const auto code = ByteCode(key)) {

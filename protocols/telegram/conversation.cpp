@@ -46,7 +46,7 @@ TelegramConversation::TelegramConversation(const config::Device& device, const S
     : device_(device),
       settings_(WithDescription(settings)),
       bound_(BoundOf(settings_, device.address)),
-      reader_(*settings_.description, device),
+      reader_(*settings_.description, bound_, device),
       listening_(*settings_.description, bound_, reader_.places()),
       plan_({.may_join = {}, .refused = WhenRefused::ask_rarely, .refusals = kRefusals}),
       standing_(StandingOf(settings_)),
@@ -68,6 +68,7 @@ TelegramConversation::TelegramConversation(const config::Device& device, const S
 
 Status TelegramConversation::Begin(const Task& task) {
   filled_ = bound_;
+  repeated_ = false;
   Call call;
   if (task.kind == Task::Kind::write) {
     auto written = ParseWrite(device_.points[task.point]);
@@ -109,7 +110,7 @@ Result<Request> TelegramConversation::Ask(const Task& task, Instant) {
 
 Result<Request> TelegramConversation::AskProbe() {
   filled_ = bound_;
-  identifies_ = false;
+  identifies_ = repeated_ = false;
   const std::size_t count = plan_.queries().size();
   std::size_t best = 0;
   while (best + 1 < count && !plan_.IsProven(best)) ++best;
@@ -150,6 +151,12 @@ Result<Request> TelegramConversation::AskStep() {
   }
   request.bytes = std::move(*bytes);
   request.expect = Expect(request.bytes, settings_);
+  if (exchanges_.is_first()) {
+    context_.clear();
+    told_.clear();
+    said_ = Quality::good;
+  }
+  if (step.part != Part::behind) request.context = context_;
   if (step.part == Part::meant) {
     request.steady = own_ && identifies_;
     request.unlike_polls = own_ && !identifies_;
@@ -166,21 +173,46 @@ Result<Request> TelegramConversation::AskStep() {
 Answer TelegramConversation::OnFrame(const Task& task, const Request& request, View frame,
                                      Instant) {
   if (!exchanges_.under_way()) return Interpret(request.bytes, frame);
-  const std::size_t number = exchanges_.step().telegram;
-  Match match = MatchAll(*TelegramOf(number).send, request.bytes, {});
-  const Bound sent = ValuesOf(*TelegramOf(number).send, match);
-  const bool meant = exchanges_.step().part == Exchanges::Step::Part::meant;
-  if (meant && identifies_) {
-    const Reply reply = DecodeReply(TelegramOf(number), frame, sent);
-    identification_.OnReply(reply);
-    return AfterStep(task, {reply.outcome, reply.reason});
-  }
-  Answer answer = reader_.Read(number, sent, frame);
-  if (!meant) answer.readings.clear();
+  const Exchanges::Step step = exchanges_.step();
+  Answer answer = ReadStep(step.telegram, request, frame);
+  // Its answer is another exchange's: the same step is asked again.
+  if (answer.outcome == Outcome::unexpected) return answer;
+  NoteTold(step, request);
   return AfterStep(task, std::move(answer));
 }
 
-Then TelegramConversation::OnSent(const Task& task, const Request&, Instant) {
+/// What the answer to the present step means.
+Answer TelegramConversation::ReadStep(std::size_t number, const Request& request, View frame) {
+  const Telegram& telegram = TelegramOf(number);
+  const Match match = MatchAll(*telegram.send, request.bytes, {});
+  Bound known = ValuesOf(*telegram.send, match);
+  known.insert(told_.begin(), told_.end());
+  const auto part = exchanges_.step().part;
+  if (part != Exchanges::Step::Part::meant || identifies_) {
+    const Reply reply = DecodeReply(telegram, frame, known);
+    if (part == Exchanges::Step::Part::meant) identification_.OnReply(reply);
+    if (part == Exchanges::Step::Part::before) said_ = std::min(said_, reply.quality);
+    return {reply.outcome, reply.reason, identifies_ ? std::string() : reply.remedy};
+  }
+  Answer answer = reader_.Read(number, known, filled_, frame);
+  for (Reading& reading : answer.readings) {
+    if (!(said_ < reading.quality)) continue;
+    reading.quality = said_;
+    if (IsBad(said_)) reading.value = {};
+  }
+  return answer;
+}
+
+/// The step is over: what it has told the device belongs to the question of those that follow.
+void TelegramConversation::NoteTold(const Exchanges::Step& step, const Request& request) {
+  const Telegram& telegram = TelegramOf(step.telegram);
+  if (step.part != Exchanges::Step::Part::before) return;
+  told_.merge(ValuesOf(*telegram.send, MatchAll(*telegram.send, request.bytes, {})));
+  if (!telegram.once) Append(context_, request.bytes);
+}
+
+Then TelegramConversation::OnSent(const Task& task, const Request& request, Instant) {
+  if (exchanges_.under_way()) NoteTold(exchanges_.step(), request);
   return AfterStep(task, {}).then == Then::ask_again ? Then::ask_again : Then::done;
 }
 
@@ -264,6 +296,20 @@ Then TelegramConversation::OnFailure(const Task& task, const Request&, Outcome o
   }
   if (task.kind != Task::Kind::poll || !silent) return Then::done;
   return plan_.OnSilent(task.query) == PlanChange::nothing ? Then::done : Then::replan;
+}
+
+/// A read that others go before is repeated with them: a device that has started again, or takes
+/// the selection of a channel for the next telegram only, would answer it for another channel.
+std::optional<Request> TelegramConversation::Instead(const Request& request, Outcome outcome,
+                                                     Instant) {
+  const bool hangs = !request.context.empty() && exchanges_.under_way();
+  if (!hangs || !request.expect.repeatable) return std::nullopt;
+  if (outcome == Outcome::unexpected) return request;  // its own answer is still to come
+  if (repeated_ || 2 * exchanges_.size() >= std::size_t{kMostSteps}) return std::nullopt;
+  repeated_ = true;
+  exchanges_.BeginAgain();
+  auto first = AskStep();
+  return first ? std::optional(std::move(*first)) : std::nullopt;
 }
 
 void TelegramConversation::OnReconnect() {

@@ -26,6 +26,7 @@ class TelegramConversation final : public Conversation {
   Answer OnFrame(const Task& task, const Request& request, View frame, Instant now) override;
   Then OnSent(const Task& task, const Request& request, Instant now) override;
   Then OnFailure(const Task& task, const Request& request, Outcome outcome, Instant now) override;
+  std::optional<Request> Instead(const Request& request, Outcome outcome, Instant now) override;
   Outcome Check(View request, View frame) const override { return reader_.Check(request, frame); }
   Answer Interpret(View request, View frame) override { return reader_.Interpret(request, frame); }
 
@@ -49,6 +50,8 @@ class TelegramConversation final : public Conversation {
   Result<Request> AskStep();
   Result<Bytes> BytesOf(std::size_t telegram) const;
   Status Begin(const Task& task);
+  Answer ReadStep(std::size_t telegram, const Request& request, View frame);
+  void NoteTold(const Exchanges::Step& step, const Request& request);
   Answer AfterStep(const Task& task, Answer answer);
   Answer GoOnKnown(const Task& task, Answer answer);
   void AfterPoll(std::size_t query, Answer& answer);
@@ -66,10 +69,14 @@ class TelegramConversation final : public Conversation {
 
   // The exchange under way.
   Exchanges exchanges_;
-  Bound filled_;             // for its telegrams
-  bool goes_on_ = false;     // it has said ask_again
-  bool identifies_ = false;  // it asks who the device is, before what was meant
-  bool own_ = false;         // a probe that is no poll
+  Bound filled_;                  // for its telegrams
+  Bytes context_;                 // see Request
+  Bound told_;                    // the fields of the telegrams that went before
+  Quality said_ = Quality::good;  // what their answers say of the device
+  bool repeated_ = false;         // as a whole
+  bool goes_on_ = false;          // it has said ask_again
+  bool identifies_ = false;       // it asks who the device is, before what was meant
+  bool own_ = false;              // a probe that is no poll
 };
 
 }  // namespace baudgate::protocols::telegram

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "gateway/base/decimal.h"
+#include "gateway/base/text.h"
 #include "protocols/telegram/field.h"
 #include "protocols/telegram/points.h"
 
@@ -53,10 +54,29 @@ bool Holds(const Point& point, std::uint64_t raw) {
   return whole && config::RangeOf(point).Contains(*whole);
 }
 
+/// The field next to elements[index], in front of it or behind it; null: a number, or more than a
+/// separator stands between.
+const Element* Beside(const Pattern& pattern, std::size_t index, bool behind) {
+  const auto at = [&](std::size_t steps) -> const Element* {
+    const std::size_t place =
+        behind ? index + steps : index - steps;  // wraps in front of the first
+    return place < pattern.elements.size() ? &pattern.elements[place] : nullptr;
+  };
+  const Element* next = at(1);
+  const bool separates = next != nullptr && !next->is_field() &&
+                         AsText(next->literal).find_first_not_of(" ,;\t") == std::string_view::npos;
+  if (separates) next = at(2);
+  if (next == nullptr || !next->is_field()) return nullptr;
+  const bool speaks = next->format.is_text() && !next->format.is_text_number();
+  return speaks || next->format.kind == Format::Kind::byte ? next : nullptr;
+}
+
 class DoubtFinder {
  public:
   DoubtFinder(const config::Device& device, const Description& description)
-      : device_(device), description_(description) {}
+      : device_(device),
+        description_(description),
+        bound_(BoundOf(ReadSettings(device.options), device.address)) {}
 
   std::vector<Doubt> Run() {
     for (point_ = 0; point_ < device_.points.size(); ++point_) {
@@ -67,6 +87,7 @@ class DoubtFinder {
       const Telegram& telegram = description_.telegrams[*found];
       CheckFront(telegram, *place);
       if (const Element* field = telegram.FindField(place->field)) {
+        CheckBeside(telegram, *field);
         CheckRange(point, *place, *field);
         CheckSimulated(point, *place, *field);
       }
@@ -96,6 +117,45 @@ class DoubtFinder {
     }
   }
 
+  /// A unit or a state that comes with the number, and that nothing judges.
+  void CheckBeside(const Telegram& telegram, const Element& field) {
+    if (!field.format.is_number()) return;
+    for (const Form& form : telegram.receive) {
+      const Element* number = form.pattern.Find(field.name);
+      if (number == nullptr) continue;
+      const auto index = static_cast<std::size_t>(number - form.pattern.elements.data());
+      for (const bool behind : {true, false}) {
+        const Element* text = Beside(form.pattern, index, behind);
+        if (text != nullptr && IsUnjudged(telegram, *text))
+          return TellBeside(form, telegram, *text);
+      }
+    }
+  }
+
+  bool IsUnjudged(const Telegram& telegram, const Element& text) const {
+    const bool sent = telegram.send && telegram.send->pattern.Has(text.name);
+    return text.name.empty() || !(sent || telegram.codes.contains(text.name) ||
+                                  bound_.contains(text.name) || text.name == kChecksum);
+  }
+
+  void TellBeside(const Form& form, const Telegram& telegram, const Element& text) {
+    std::string says = "g";
+    for (const Example& example : telegram.examples) {
+      const Match match = MatchAll(form, example.receive, {});
+      if (match.kind != Match::Kind::whole) continue;
+      const auto index = static_cast<std::size_t>(&text - form.pattern.elements.data());
+      says = ToText(DecodeField(text.format, match.parts[index]));
+      break;
+    }
+    if (text.name.empty() && says.empty()) return;  // blanks
+    const std::string name = text.name.empty() ? "unit" : text.name;
+    Tell("comes with '" + says +
+         "' beside its number, and nothing judges that: if the device says " +
+         "another unit or state there, the value is good all the same; " +
+         (text.name.empty() ? "name this field {" + name + ":…} and write" : "write") +
+         " codes: { " + name + ": { '" + says + "': good } }, with all that it may say");
+  }
+
   void CheckRange(const Point& point, const ReadPlace& place, const Element& field) {
     if (point.type == Type::float32 || point.type == Type::float64 || point.type == Type::string) {
       return;
@@ -122,6 +182,7 @@ class DoubtFinder {
 
   const config::Device& device_;
   const Description& description_;
+  const Bound bound_;
   std::size_t point_ = 0;
   std::vector<Doubt> doubts_;
 };

@@ -29,7 +29,7 @@ Error DoesNotFit(const Value& value, const std::string& why) {
   return {"the value " + ToText(value) + " " + why};
 }
 
-/// Blanks in front of numbers, behind texts.
+/// Blanks in front of numbers, behind texts; zeros in front of hex digits.
 Result<Bytes> Padded(const Format& format, std::string text, const Value& value) {
   if (format.width == 0) return ToBytes(text);
   const std::size_t width = format.width;
@@ -40,7 +40,7 @@ Result<Bytes> Padded(const Format& format, std::string text, const Value& value)
   const std::size_t missing = width - text.size();
   if (!format.is_text_number()) {
     text.append(missing, ' ');
-  } else if (format.zeros || format.sign) {
+  } else if (format.zeros || format.sign || format.kind == Kind::hex) {
     const bool has_sign = text.starts_with('+') || text.starts_with('-');
     text.insert(has_sign ? 1 : 0, missing, '0');
   } else {

@@ -178,12 +178,11 @@ class ExampleCheck {
         field.is_status ? field.decoded.quality : std::min(field.decoded.quality, reply.quality);
     const auto meaning = std::ranges::find(Meanings(), *wanted, &Meaning::word);
     const bool by_word = meaning != Meanings().end() && meaning->quality == quality;
-    const bool by_value =
-        IsGood(field.decoded.quality) && SameValue(Value(*wanted), field.decoded.value);
+    const bool by_value = IsGood(field.decoded.quality) && !IsBad(quality) &&
+                          SameValue(Value(*wanted), field.decoded.value);
     if (by_word || by_value) return true;
     Error(name, "the answer says " +
-                    (IsGood(field.decoded.quality) ? ToText(field.decoded.value)
-                                                   : baudgate::Name(field.decoded.quality)) +
+                    (IsGood(quality) ? ToText(field.decoded.value) : baudgate::Name(quality)) +
                     ", not " + *wanted);
     return false;
   }
@@ -193,6 +192,36 @@ class ExampleCheck {
   MapReader map_;
   Bound known_;
 };
+
+bool IsUnit(std::string_view name) {
+  return name == "unit" || name.ends_with("_unit") || name.starts_with("unit_");
+}
+
+/// A number is in the unit that the first example says. If another one may come, `codes` say so.
+void TakeUnits(const Example& example, Telegram& telegram) {
+  const auto good = std::ranges::find(Meanings(), "good", &Meaning::word);
+  for (const auto& [name, value] : example.values) {
+    const bool known = telegram.codes.contains(name) || example.sent.contains(name);
+    const auto* text = std::get_if<std::string>(&value);
+    if (IsUnit(name) && !known && text != nullptr) telegram.codes[name] = {{*text, &*good}};
+  }
+}
+
+/// Blanks behind a number may have taken the place of its digits ("123 " of "1234"), unless the
+/// device writes numbers at the left of their fields: then an example shows it.
+void TakeSides(Telegram& telegram) {
+  for (Form& form : telegram.receive) {
+    for (std::size_t i = 0; i < form.pattern.elements.size(); ++i) {
+      Element& element = form.pattern.elements[i];
+      if (!element.is_field() || !element.format.is_text_number()) continue;
+      element.format.left = std::ranges::any_of(telegram.examples, [&](const Example& example) {
+        const Match match = MatchAll(form, example.receive, {});
+        if (match.kind != Match::Kind::whole || match.parts[i].empty()) return false;
+        return match.parts[i].front() != ' ' && match.parts[i].back() == ' ';
+      });
+    }
+  }
+}
 
 }  // namespace
 
@@ -206,6 +235,7 @@ void CheckExamples(const std::vector<YamlNode>& examples, Description& descripti
     }
     auto example = ExampleCheck(node, telegram, description.most, problems).Run();
     if (!example) continue;
+    TakeUnits(*example, telegram);
     telegram.examples.push_back(std::move(*example));
     const Bytes& sent = telegram.examples.back().send;
     const auto meant = sent.empty() ? std::nullopt : description.Recognise(sent);
@@ -215,6 +245,7 @@ void CheckExamples(const std::vector<YamlNode>& examples, Description& descripti
                                       "': nobody could tell which of them was sent");
     }
   }
+  TakeSides(telegram);
 }
 
 }  // namespace baudgate::protocols::telegram

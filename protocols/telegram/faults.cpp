@@ -33,7 +33,7 @@ class FaultFinder {
     CheckParameters();
     point_ = kNoPoint;
     for (const Telegram& telegram : description_.telegrams) {
-      if (!telegram.identity.empty()) CheckFilled(telegram, {});
+      if (!telegram.identity.empty()) CheckCalled(telegram, {});
     }
     return std::move(faults_);
   }
@@ -145,7 +145,20 @@ class FaultFinder {
     }
     CheckFilled(telegram, own);
     for (const auto* list : {&telegram.before, &telegram.behind}) {
-      for (const std::size_t other : *list) CheckFilled(description_.telegrams[other], own);
+      for (const std::size_t number : *list) {
+        const Telegram& other = description_.telegrams[number];
+        CheckFilled(other, own);
+        if (other.once) CheckOnce(telegram, other, call);
+      }
+    }
+  }
+
+  /// What is sent once for all points cannot say which of them is meant.
+  void CheckOnce(const Telegram& telegram, const Telegram& once, const Call& call) {
+    for (const auto& [name, text] : call.parameters) {
+      if (!once.send || !once.send->pattern.Has(name)) continue;
+      Tell("gives '" + name + "' to '" + once.name + "', which goes before '" + telegram.name +
+           "' only once: take 'once' out of '" + once.name + "'");
     }
   }
 

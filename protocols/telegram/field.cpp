@@ -37,10 +37,16 @@ bool IsPlain(std::string_view text, const Format& format) {
 }
 
 /// Without the blanks that may stand beside a number: in front of it; in a field of a fixed width
-/// behind it instead, where it stands at the left. "5  kg" may be "50 kg" that was damaged.
+/// behind it instead, where it stands at the left. "5  kg" may be "50 kg" that was damaged. Hex
+/// digits of a fixed width, and what is filled with zeros, have none; behind an exponent and a
+/// point a blank has taken the place of a digit: "1.25E+0 ", "12. ".
 std::string_view WithoutBlanks(const Format& format, std::string_view text) {
+  if (format.width > 0 && (format.zeros || format.kind == Kind::hex)) return text;
   if (text.starts_with(' ')) return text.substr(std::min(text.find_first_not_of(' '), text.size()));
-  return format.width > 0 ? Trim(text) : text;
+  const bool may_end = format.kind == Kind::decimal || format.kind == Kind::integer;
+  if (format.width == 0 || !format.left || !may_end) return text;
+  const std::string_view number = Trim(text);
+  return number.size() < text.size() && number.ends_with('.') ? text : number;
 }
 
 /// Sign and digits. Blanks between them fill a field of a fixed width whose sign stands at the
@@ -53,7 +59,7 @@ struct SignedText {
 };
 SignedText TakeSign(const Format& format, std::string_view text) {
   SignedText taken;
-  const bool filled = format.width > 0 && !text.starts_with(' ');
+  const bool filled = format.width > 0 && !format.zeros && !text.starts_with(' ');
   text = WithoutBlanks(format, text);
   if (!text.empty() && (text.front() == '+' || text.front() == '-')) {
     taken.has_sign = true;
@@ -88,11 +94,15 @@ Value DecodeTextNumber(const Format& format, std::string_view text) {
   std::string_view mantissa = parts.digits;
   std::string_view exponent;
   if (format.kind == Kind::scientific) {
-    if (const auto e = mantissa.find_first_of("eE"); e != std::string_view::npos) {
-      exponent = mantissa.substr(e + 1);
-      mantissa = mantissa.substr(0, e);
-      const bool signed_exponent = exponent.starts_with('+') || exponent.starts_with('-');
-      if (!AllDigits(exponent.substr(signed_exponent ? 1 : 0)) || exponent.size() > 4) return {};
+    // What it has lost would change its size by powers of ten.
+    const auto e = mantissa.find_first_of("eE");
+    if (e == std::string_view::npos) return {};
+    exponent = mantissa.substr(e + 1);
+    mantissa = mantissa.substr(0, e);
+    const bool has_sign = exponent.starts_with('+') || exponent.starts_with('-');
+    if (!AllDigits(exponent.substr(has_sign ? 1 : 0)) || exponent.size() > 4) return {};
+    if ((format.sign && !has_sign) || mantissa.starts_with('.') || mantissa.ends_with('.')) {
+      return {};
     }
   }
   if (!IsPlain(mantissa, format)) return {};

@@ -33,6 +33,7 @@ struct Format {
   bool sign = false;      ///< it always has one
   bool point = false;     ///< it always has a point; what has none is a code
   bool zeros = false;     ///< filled up with zeros, not with blanks
+  bool left = true;       ///< it may stand at the left of its width, blanks behind it
   bool lower = false;     ///< of hex
   bool little = false;    ///< binary, low byte first
 

@@ -6,6 +6,7 @@ namespace baudgate::protocols::telegram {
 void Exchanges::Begin(std::size_t telegram) {
   const Telegram& meant = description_.telegrams[telegram];
   steps_.clear();
+  meant_ = telegram;
   at_ = 0;
   outcome_ = Outcome::none;
   reason_.clear();
@@ -15,6 +16,11 @@ void Exchanges::Begin(std::size_t telegram) {
   }
   steps_.push_back({Step::Part::meant, telegram});
   for (const std::size_t one : meant.behind) steps_.push_back({Step::Part::behind, one});
+}
+
+void Exchanges::BeginAgain() {
+  Forget();
+  Begin(meant_);
 }
 
 bool Exchanges::Advance() {

@@ -24,8 +24,12 @@ class Exchanges {
   };
 
   void Begin(std::size_t telegram);
+  /// Once more from its first telegram on, those that are sent only once as well.
+  void BeginAgain();
   bool under_way() const { return at_ < steps_.size(); }
   const Step& step() const { return steps_[at_]; }
+  bool is_first() const { return at_ == 0; }
+  std::size_t size() const { return steps_.size(); }
 
   /// The step has succeeded. True: another one follows.
   bool Advance();
@@ -50,6 +54,7 @@ class Exchanges {
   const Description& description_;
   std::vector<Step> steps_;
   std::size_t at_ = 0;
+  std::size_t meant_ = 0;
   std::set<std::size_t> done_once_;
   Outcome outcome_ = Outcome::none;
   std::string reason_;

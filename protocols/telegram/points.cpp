@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <array>
+#include <functional>
+#include <set>
 
 #include "gateway/base/spelling.h"
 #include "gateway/base/text.h"
@@ -97,11 +99,39 @@ bool SelectsBool(const ReadPlace& place) {
 
 }  // namespace
 
-bool IsCallOf(const Call& call, const Telegram& telegram, const Bound& sent) {
-  if (call.telegram != telegram.name) return false;
-  return std::ranges::all_of(call.parameters, [&](const auto& parameter) {
-    const auto value = sent.find(parameter.first);
-    return value == sent.end() || SameValue(parameter.second, value->second);
+Questions::Questions(const Description& description, const Bound& bound,
+                     const std::vector<std::optional<Call>>& calls) {
+  std::set<std::string, std::less<>> differ;
+  for (const auto& call : calls) {
+    if (!call) continue;
+    for (const auto& [name, text] : call->parameters) differ.insert(name);
+  }
+  for (const auto& call : calls) {
+    auto& question = questions_.emplace_back();
+    const auto telegram = call ? description.Find(call->telegram) : std::nullopt;
+    if (!telegram) continue;
+    question.emplace(Question{*telegram, {}});
+    Bound filled = bound;
+    for (const auto& [name, text] : call->parameters) filled.insert_or_assign(name, text);
+    const Telegram& meant = description.telegrams[*telegram];
+    for (const std::string& name : differ) {
+      const auto sends = [&](std::size_t number) {
+        const auto& form = description.telegrams[number].send;
+        return form && form->pattern.Has(name);
+      };
+      if (sends(*telegram) || std::ranges::any_of(meant.before, sends)) {
+        question->fields.emplace(name, filled[name]);
+      }
+    }
+  }
+}
+
+bool Questions::IsAsked(std::size_t call, std::size_t telegram, const Bound& sent) const {
+  const auto& question = questions_[call];
+  if (!question || question->telegram != telegram) return false;
+  return std::ranges::all_of(question->fields, [&](const auto& field) {
+    const auto value = sent.find(field.first);
+    return value != sent.end() && SameValue(field.second, value->second);
   });
 }
 

@@ -22,8 +22,28 @@ struct Call {
   bool operator==(const Call&) const = default;
 };
 
-/// Whether `telegram`, sent with these values, is what the call means.
-bool IsCallOf(const Call& call, const Telegram& telegram, const Bound& sent);
+/// Tells the calls of a device apart by everything that is sent for them: "CH2" and then "READ" is
+/// the question of val(n=2), if telegram `sel`, which goes before `val`, is 'CH{n}'. "READ" alone
+/// is the question of neither val(n=1) nor val(n=2).
+class Questions {
+ public:
+  Questions() = default;
+  /// `calls`: an empty one is never asked. `bound`: what every telegram of the device is filled
+  /// with.
+  Questions(const Description& description, const Bound& bound,
+            const std::vector<std::optional<Call>>& calls);
+
+  /// Whether `telegram` was sent for calls[call]. `sent`: the fields of this telegram and of those
+  /// that were sent before it.
+  bool IsAsked(std::size_t call, std::size_t telegram, const Bound& sent) const;
+
+ private:
+  struct Question {
+    std::size_t telegram = 0;
+    Bound fields{};  ///< of those by which calls of the device differ
+  };
+  std::vector<std::optional<Question>> questions_;  // by call
+};
 
 struct ReadPlace {
   Call call;

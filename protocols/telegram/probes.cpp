@@ -57,7 +57,11 @@ std::optional<std::size_t> OwnProbe(const Description& description,
     const Telegram& telegram = description.telegrams[i];
     const bool asks = telegram.reads && telegram.send && !telegram.receive.empty();
     if (!asks || IsPolled(telegram, reads) || IsPartOfOthers(description, i)) continue;
-    if (!IsFilled(*telegram.send, bound)) continue;
+    const auto is_filled = [&](std::size_t one) {
+      return IsFilled(*description.telegrams[one].send, bound);
+    };
+    if (!is_filled(i) || !std::ranges::all_of(telegram.before, is_filled)) continue;
+    if (!std::ranges::all_of(telegram.behind, is_filled)) continue;
     const bool own = std::ranges::all_of(description.telegrams, [&](const Telegram& other) {
       return !IsPolled(other, reads) || Differ(telegram, other);
     });

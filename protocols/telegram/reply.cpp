@@ -96,6 +96,10 @@ std::pair<std::string, std::string> WhyNoNumber(const Element& element, View par
                 std::to_string(format.precision) + " are described" + quoted,
             correct};
   }
+  if (AsText(part).ends_with(' ') && !format.left) {
+    return {"blanks stand behind the number of '" + element.name + "'" + quoted,
+            "if the device writes it so, show it in an example of its profile"};
+  }
   if (!HasWrongWidth(format, part)) return {};
   return {"it sends " + std::to_string(part.size()) + " characters, and " +
               std::to_string(format.width) + " are described" + quoted,
@@ -156,8 +160,8 @@ class Interpreter {
   Decoded TakeNumber(const Element& element, std::size_t index, const Meaning* meaning,
                      const Value& value) {
     const View part = match_.parts[index];
-    if (meaning != nullptr) {
-      if (meaning->quality == Quality::good) return {value, Quality::good};
+    const bool counts = meaning != nullptr && meaning->quality == Quality::good && HasValue(value);
+    if (meaning != nullptr && !counts) {
       return {IsUncertain(meaning->quality) ? value : Value{}, meaning->quality};
     }
     const bool wrong_width = HasWrongWidth(element.format, part);

@@ -10,13 +10,16 @@
 namespace baudgate::protocols::telegram {
 namespace {
 
-/// The first text that means this; empty: none does.
-std::optional<std::string> CodeFor(const Telegram& telegram, const std::string& field,
-                                   Reason reason) {
-  const auto codes = telegram.codes.find(field);
+/// The first code that means this, as the field writes it; empty: none does.
+std::optional<Bytes> CodeFor(const Telegram& telegram, const Element& field, Reason reason) {
+  const auto codes = telegram.codes.find(field.name);
   if (codes == telegram.codes.end()) return std::nullopt;
   for (const auto& [code, meaning] : codes->second) {
-    if (meaning->quality.reason == reason) return code;
+    if (meaning->quality.reason != reason) continue;
+    const Value number = NumberOf(field.format, code);
+    const auto written =
+        HasValue(number) ? EncodeField(field.format, number) : Result<Bytes>(Error{});
+    return written ? *written : ToBytes(code);
   }
   return std::nullopt;
 }
@@ -60,6 +63,13 @@ TelegramTwin::TelegramTwin(const config::Device& device, TwinValues& values)
     reads_.push_back(read ? std::optional(std::move(*read)) : std::nullopt);
     writes_.push_back(write ? std::optional(std::move(*write)) : std::nullopt);
   }
+  if (!description_) return;
+  std::vector<std::optional<Call>> calls;
+  for (const auto& read : reads_) {
+    calls.push_back(read ? std::optional(read->call) : std::nullopt);
+  }
+  read_ = Questions(*description_, bound_, calls);
+  written_ = Questions(*description_, bound_, writes_);
 }
 
 void TelegramTwin::ReplyAs(std::string_view address) { reply_as_ = AddressValue(address); }
@@ -75,9 +85,20 @@ bool TelegramTwin::IsForMe(const Bound& sent) const {
   return true;
 }
 
-void TelegramTwin::Write(const Telegram& telegram, const Bound& sent) {
+/// The fields of this telegram, and of those that go before it as they came last: a channel stays
+/// selected.
+Bound TelegramTwin::Told(std::size_t telegram, const Bound& sent) {
+  told_.insert_or_assign(telegram, sent);
+  Bound told = sent;
+  for (const std::size_t before : description_->telegrams[telegram].before) {
+    told.insert(told_[before].begin(), told_[before].end());
+  }
+  return told;
+}
+
+void TelegramTwin::Write(std::size_t telegram, const Bound& sent) {
   for (std::size_t i = 0; i < writes_.size(); ++i) {
-    if (!writes_[i] || !IsCallOf(*writes_[i], telegram, sent)) continue;
+    if (!written_.IsAsked(i, telegram, sent)) continue;
     const auto value = sent.find(kValue);
     const Value written = value == sent.end() ? Value(true) : value->second;
     values_.Set(i, written);
@@ -93,9 +114,10 @@ void TelegramTwin::Write(const Telegram& telegram, const Bound& sent) {
 Bytes TelegramTwin::Answer(View request, Instant now) {
   const auto sent = description_ ? description_->Recognise(request) : std::nullopt;
   if (!sent || !IsForMe(sent->values)) return {};
-  const Telegram& telegram = description_->telegrams[sent->telegram];
-  Write(telegram, sent->values);
-  return telegram.receive.empty() ? Bytes() : Compose(telegram, sent->values, now);
+  const Bound told = Told(sent->telegram, sent->values);
+  Write(sent->telegram, told);
+  const bool answers = !description_->telegrams[sent->telegram].receive.empty();
+  return answers ? Compose(sent->telegram, told, now) : Bytes();
 }
 
 void TelegramTwin::PutValue(const Telegram& telegram, const Example& usual, const Element& element,
@@ -127,13 +149,14 @@ void TelegramTwin::PutValue(const Telegram& telegram, const Example& usual, cons
   if (EncodeField(element.format, shown)) values.insert_or_assign(element.name, shown);
 }
 
-Bytes TelegramTwin::Compose(const Telegram& telegram, const Bound& sent, Instant now) const {
+Bytes TelegramTwin::Compose(std::size_t number, const Bound& sent, Instant now) const {
+  const Telegram& telegram = description_->telegrams[number];
   const Example& example = telegram.ExampleFor(sent);
   for (const Form& form : telegram.receive) {
     const Match usual = MatchAll(form, example.receive, {});
     if (usual.kind != Match::Kind::whole) continue;
     Bound values;
-    std::vector<std::pair<std::size_t, std::string>> codes;  // of values that are none
+    std::vector<std::pair<std::size_t, Bytes>> codes;  // of values that are none
     for (std::size_t i = 0; i < form.pattern.elements.size(); ++i) {
       const Element& element = form.pattern.elements[i];
       if (!element.is_field() || element.name.empty()) continue;
@@ -145,13 +168,13 @@ Bytes TelegramTwin::Compose(const Telegram& telegram, const Bound& sent, Instant
       if (element.name == kAddress && reply_as_) values.insert_or_assign(element.name, *reply_as_);
       for (std::size_t point = 0; point < reads_.size(); ++point) {
         const auto& read = reads_[point];
-        if (!read || read->field != element.name || !IsCallOf(read->call, telegram, sent)) continue;
+        if (!read_.IsAsked(point, number, sent) || read->field != element.name) continue;
         const Value value = values_.Get(point, now);
         const double number = ToDouble(value);
         const bool is_code =
             HasValue(value) && element.format.is_number() && !std::isfinite(number);
         const auto code =
-            CodeFor(telegram, element.name, number < 0 ? Reason::under_range : Reason::over_range);
+            CodeFor(telegram, element, number < 0 ? Reason::under_range : Reason::over_range);
         if (is_code && code) {
           codes.emplace_back(i, *code);
         } else {
@@ -160,9 +183,7 @@ Bytes TelegramTwin::Compose(const Telegram& telegram, const Bound& sent, Instant
       }
     }
     Match rest = usual;
-    for (const auto& [index, code] : codes) {
-      rest.parts[index] = {reinterpret_cast<const std::uint8_t*>(code.data()), code.size()};
-    }
+    for (const auto& [index, code] : codes) rest.parts[index] = code;
     const auto bytes = Build(form, values, &rest);
     return bytes ? *bytes : Bytes();
   }
@@ -172,9 +193,9 @@ Bytes TelegramTwin::Compose(const Telegram& telegram, const Bound& sent, Instant
 bool TelegramTwin::Raise(const DeviceEvent&, Now now) {
   if (!description_ || !description_->listens()) return false;
   constexpr std::size_t kMostSaid = 100;
-  for (const Telegram& telegram : description_->telegrams) {
-    if (telegram.listen && said_.size() < kMostSaid)
-      said_.push_back(Compose(telegram, {}, now.instant));
+  for (std::size_t i = 0; i < description_->telegrams.size(); ++i) {
+    if (description_->telegrams[i].listen && said_.size() < kMostSaid)
+      said_.push_back(Compose(i, {}, now.instant));
   }
   return true;
 }

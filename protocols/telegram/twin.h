@@ -3,6 +3,7 @@
 #pragma once
 
 #include <deque>
+#include <map>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -23,8 +24,9 @@ class TelegramTwin final : public Twin {
 
  private:
   bool IsForMe(const Bound& sent) const;
-  void Write(const Telegram& telegram, const Bound& sent);
-  Bytes Compose(const Telegram& telegram, const Bound& sent, Instant now) const;
+  Bound Told(std::size_t telegram, const Bound& sent);
+  void Write(std::size_t telegram, const Bound& sent);
+  Bytes Compose(std::size_t telegram, const Bound& sent, Instant now) const;
   void PutValue(const Telegram& telegram, const Example& usual, const Element& element,
                 std::size_t point, Instant now, Bound& values) const;
 
@@ -34,6 +36,9 @@ class TelegramTwin final : public Twin {
   std::optional<Value> reply_as_;
   std::vector<std::optional<ReadPlace>> reads_;  // by point
   std::vector<std::optional<Call>> writes_;
+  Questions read_;  // by point
+  Questions written_;
+  std::map<std::size_t, Bound> told_;  // by telegram: what it said the last time
   std::deque<Bytes> said_;
 };
 

@@ -57,6 +57,26 @@ TEST(AnswerOrderTest, AfterSilenceNothingIsUntilAProofWasAnswered) {
   EXPECT_TRUE(order.order.IsInStep()) << "a lag would have answered the proof otherwise";
 }
 
+/// "READ" behind "channel 1", then behind "channel 2".
+TEST(AnswerOrderTest, EqualRequestsOfOtherContextsAreOtherQuestions) {
+  AnswerOrder order;
+  const Bytes read = {'R'};
+  const auto send = [&](std::uint8_t channel) {
+    order.OnSent({0, read, kStart, false, {channel}});
+  };
+  const auto answer = [&] {
+    order.OnAnswer(true, [](const SentRequest& sent) { return sent.place == 0; });
+  };
+  send(1);
+  send(2);
+  answer();
+  EXPECT_FALSE(order.IsAnswerTo(read)) << "perhaps that of channel 1, which came late";
+  EXPECT_FALSE(order.IsOfLatest());
+  send(2);
+  answer();
+  EXPECT_TRUE(order.IsAnswerTo(read));
+}
+
 TEST(AnswerOrderTest, AReplyToTheSameRequestIsAsOldAsTheOldestThatItMayBelongTo) {
   Order order;
   order.Answered('b');

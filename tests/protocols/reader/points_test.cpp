@@ -160,6 +160,20 @@ TEST(ReaderNumbers, AWeightHasItsUnit) {
   EXPECT_EQ(weight("ST,GS,+  27.22lb", "number 7-14"), "bad") << "its unit stands behind";
 }
 
+TEST(ReaderNumbers, AnotherUnitOfTheSameQuantityIsNoValue) {
+  const std::tuple<const char*, const char*, bool> kRows[] = {
+      {"12.35mm", "mm", true},     {"12.35 MM", "mm", true}, {"0.486in", "mm", false},
+      {"12.35", "mm", true},       {"12.35 OK", "mm", true}, {"12.35 cm", "mm", false},
+      {"14.5 psi", "bar", false},  {"1.0 BAR", "bar", true}, {"23.5 C", "\u00B0C", true},
+      {"74.3F", "\u00B0C", false}, {"5.0 MV", "mV", false},  {"5.0 mV", "mV", true},
+      {"5.0 V", "mV", false},      {"12.35 l/h", "", true},  {"12.35 G", "g", true},
+      {"1.2 kN", "N", false},      {"12.35 pcs", "%", true}};
+  for (const auto& [text, unit, good] : kRows) {
+    const auto item = reader::ParseItem(ReaderPoint("number", Type::float32));
+    EXPECT_EQ(IsGood(reader::NumberIn(*item, text, unit).quality), good) << text << " " << unit;
+  }
+}
+
 TEST(ReaderNumbers, AreNotCutInTheMiddle) {
   const auto shown = [](const std::string& text, const std::string& read) {
     const auto item = reader::ParseItem(ReaderPoint(read, Type::float32));

@@ -47,8 +47,13 @@ TEST(LoadProfile, PointerOfTheDescription) {
   EXPECT_EQ(pointer->minute, 35U);
   EXPECT_FALSE(pointer->wrapped);
   EXPECT_EQ(pointer->address, 0x0658U);
-  EXPECT_EQ((LoadRing{65536, 5}.HourOf(*pointer)), 0x0658U - 64) << "the eighth slice of 5 min";
-  EXPECT_EQ((LoadRing{65536, 30}.HourOf(*pointer)), 0x0658U - 16) << "within the second of 30 min";
+  EXPECT_EQ((LoadRing{65536, 5}.HourOf(*pointer)->address), 0x0658U - 64)
+      << "the eighth slice of 5 min";
+  EXPECT_EQ((LoadRing{65536, 30}.HourOf(*pointer)->address), 0x0658U - 16)
+      << "within the second of 30 min";
+  EXPECT_EQ((LoadRing{65536, 30}.HourOf(*pointer)->finished), 1U);
+  EXPECT_EQ((LoadRing{65536, 30}.HourBehind(*pointer)->address), 0x0658U);
+  EXPECT_EQ((LoadRing{0x0660, 30}.HourBehind(*pointer)->address), 0U) << "it does not fit in";
   EXPECT_TRUE(ParseLoadPointer(Hex("B5 11 08 09 99 06 58"))->wrapped);
   EXPECT_FALSE(ParseLoadPointer(Hex("65 11 08 09 99 06 58")));
   EXPECT_FALSE((LoadRing{65536, 30}.HourOf({.minute = 35, .address = 8})));

@@ -129,11 +129,12 @@ class LoadDesk {
   bool deaf = false;               // to 0C
   bool odd = false;                // two bytes behind the id
   std::optional<Bytes> unwritten;  // stands where the header of the hour under way belongs
+  std::optional<Bytes> pointer;    // said in place of the twin's
 
  private:
   Bytes Reply(const Bytes& pdu) {
     if (pdu[0] == kRead) {
-      if (pdu[1] == 0x04) return twin.Pointer();
+      if (pdu[1] == 0x04) return pointer.value_or(twin.Pointer());
       return {0, static_cast<std::uint8_t>(ways.minutes)};
     }
     const bool tagged = pdu[0] == kMemoryTagged;
@@ -155,10 +156,10 @@ class LoadDesk {
   /// The meter has moved its pointer on, and not written the header yet.
   void HideHeader(std::size_t address, Bytes& memory) const {
     const auto pointer = ParseLoadPointer(twin.Pointer());
-    const auto hour = LoadRing{ways.bytes, ways.minutes}.HourOf(*pointer);
+    const std::size_t hour = LoadRing{ways.bytes, ways.minutes}.HourOf(*pointer)->address;
     for (std::size_t i = 0; i < kLoadRecord; ++i) {
-      const std::size_t at = *hour + i - address;
-      if (*hour + i >= address && at < memory.size()) memory[at] = (*unwritten)[i];
+      const std::size_t at = hour + i - address;
+      if (hour + i >= address && at < memory.size()) memory[at] = (*unwritten)[i];
     }
   }
 
@@ -362,6 +363,45 @@ INSTANTIATE_TEST_SUITE_P(, LoadHeaderMissing,
                                          "14 14 08 02 00 1E 50 00",    // an earlier round
                                          "14 14 08 35 00 1E 83 00",    // a later clock
                                          "00 64 00 00 80 0A 00 00"));  // a slice
+
+/// The pointer names the place behind the last record, as long as an hour has no header.
+TEST(LoadSession, APointerBehindTheLastRecordIsUnderstood) {
+  for (const unsigned minutes : {30U, 15U, 60U}) {
+    for (const std::size_t bytes : {65536U, 4096U, 120U * 24}) {
+      for (const Duration age : {Duration(2h), Duration(60h + 10min), Duration(10 * 24h + 5min)}) {
+        LoadDesk service({.minutes = minutes, .bytes = bytes});
+        service.twin.WriteHeadersLate();
+        service.Pass(age);
+        service.Run(48h);
+        EXPECT_TRUE(service.gaps.empty()) << minutes << " " << bytes << " " << age / 1h;
+        service.ExpectAll(service.told.empty() ? kBegin : LoadDesk::Begin(service.told.front()));
+        EXPECT_GE(service.told.size(), 46U * 60 / minutes);
+      }
+    }
+  }
+  LoadDesk first;
+  first.twin.WriteHeadersLate();
+  first.Pass(60h + 10min);
+  first.Run(1min);
+  EXPECT_EQ(first.told.size(), 120U) << "within a minute, in an hour without a header";
+}
+
+TEST(LoadSession, AMemoryThatIsNotUnderstoodIsSaid) {
+  LoadDesk service;
+  service.pointer = *ParseHex("10 15 03 09 26 05 A4");  // no place of a record
+  service.Pass(60h);
+  service.Run(1min);
+  EXPECT_NE(service.session().Shown().find("05 A4"), std::string::npos)
+      << service.session().Shown();
+  service.pointer = *ParseHex("10 15 03 09 26 05 98");  // neither of the two
+  service.Run(6min);
+  EXPECT_NE(service.session().Shown().find("0598"), std::string::npos) << service.session().Shown();
+  EXPECT_TRUE(service.told.empty());
+  service.pointer.reset();
+  service.Run(6min);
+  EXPECT_EQ(service.told.size(), 120U);
+  EXPECT_EQ(service.session().Shown().find("08 04"), std::string::npos);
+}
 
 TEST(LoadSession, WordsThatNobodyUnderstandsCountAsNothing) {
   for (const char* said : {"", "x", "9020001", "9020001 ", "9020001 1:zz", "-1 1:-",

@@ -1,6 +1,11 @@
 // What passes for an answer, and what a twin says: telegrams with little that is fixed, bytes that
 // are a status, telegrams that look alike.
 // SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <tuple>
+
 #include "gateway/line/examine.h"
 #include "tests/protocols/telegram/support.h"
 
@@ -247,6 +252,213 @@ points:
     EXPECT_EQ(answer.outcome, Outcome::ok) << row.came;
     EXPECT_EQ(answer.reason, row.reason) << row.came;
     EXPECT_EQ(answer.remedy.empty(), row.reason.empty()) << row.came;
+  }
+}
+
+// ---------------------------------------------------------------- codes and units
+
+std::string Read(const config::Device& device, const std::string& request,
+                 const std::string& answer) {
+  return Said(device, AnswerTo(TelegramProtocol(), device, ToBytes(request), ToBytes(answer)));
+}
+
+TEST(TelegramCodes, AnOverloadIsOneHoweverFarBeyondItLies) {
+  const config::Device device = ShippedDevice(TelegramProtocol(), "scpi-instrument");
+  const std::pair<const char*, const char*> kRows[] = {
+      {"+9.90000000E+37", "bad: sensor failure, over range"},
+      {"+9.99999999E+37", "bad: sensor failure, over range"},
+      {"+1.00000000E+38", "bad: sensor failure, over range"},
+      {"+9.91000001E+37", "bad: sensor failure, over range"},
+      {"-9.90000000E+37", "bad: sensor failure, under range"},
+      {"-9.91000000E+37", "bad: sensor failure, under range"},
+      {"-1.0E+38", "bad: sensor failure, under range"},
+      {"+9.91000000E+37", "bad"},           // not a number
+      {"+9.91E37", "bad: sensor failure"},  // its exponent lacks the sign
+      {"+9.89999999E+37", "98999999000000000000000000000000000000 good"},
+      {"+1.25000000", "bad: sensor failure"},  // its exponent is lost
+  };
+  for (const auto& [answer, said] : kRows) {
+    const std::string value = Read(device, "READ?\n", answer + std::string("\r\n"));
+    if (std::string(said).ends_with("good")) {
+      EXPECT_TRUE(value.ends_with(" good")) << value;
+    } else {
+      EXPECT_EQ(value, std::string("reading ") + said) << answer;
+    }
+  }
+}
+
+config::LoadedProfile WithCodes(const std::string& format, const std::string& codes) {
+  const bool text = format.find('_') == std::string::npos;
+  return LoadText(std::string("device: d\ntelegrams:\n  a:\n    send: 'A'\n    receive: '") +
+                  (text ? "=" : "hex 3D ") + "{v:" + format + "}" + (text ? ";" : " 3B") +
+                  "'\n    reads: yes\n    codes: { v: { " + codes +
+                  " } }\n    example: { send: 'A', " + "receive: " +
+                  (format == "float32_be" ? "'hex 3D 3F 80 00 00 3B'"
+                   : format == "int16_be" ? "'hex 3D 00 01 3B'"
+                                          : "'=1;'") +
+                  ", v: 1 }\npoints: [ { name: v, read: a.v, type: float64 } ]\n");
+}
+
+/// "123 " may be "1234", unless the device writes at the left.
+TEST(TelegramAnswers, BlanksBehindANumberNeedAnExample) {
+  const std::tuple<const char*, const char*, const char*> kRows[] = {
+      {"1234", "123 ", "v bad: sensor failure"}, {"1234", " 123", "v 123 good"},
+      {" 123", "123 ", "v bad: sensor failure"}, {"123 ", "12  ", "v 12 good"},
+      {"123 ", "1234", "v 1234 good"},           {"123 ", "12. ", "v bad: sensor failure"}};
+  for (const auto& [example, came, said] : kRows) {
+    const config::Device device = Described(
+        std::string(
+            "device: d\ntelegrams:\n  a: { send: 'A', receive: '={v:4decimal};', reads: yes, "
+            "example: { send: 'A', receive: '=") +
+        example + ";' } }\npoints: [ { name: v, read: a.v, type: float32 } ]\n");
+    EXPECT_EQ(Read(device, "A", "=" + std::string(came) + ";"), said) << example;
+  }
+}
+
+TEST(TelegramCodes, ARangeIsPartOfANumbersCodes) {
+  const struct {
+    const char* format;
+    const char* codes;
+    Bytes said;
+    const char* means;
+  } rows[] = {
+      {"decimal", "'900..': over", ToBytes("900"), "v bad: sensor failure, over range"},
+      {"decimal", "'900..': over", ToBytes("899.9"), "v 899.9 good"},
+      {"decimal", "'900..': over, '999.9': open", ToBytes("999.9"),
+       "v bad: sensor failure, open sensor"},
+      {"decimal", "'900..999': over", ToBytes("999"), "v bad: sensor failure, over range"},
+      {"decimal", "'900..999': over", ToBytes("999.1"), "v 999.1 good"},
+      {"decimal", "'..-0.5': under", ToBytes("-0.5"), "v bad: sensor failure, under range"},
+      {"decimal", "'.....': over", ToBytes("....."), "v bad: sensor failure, over range"},
+      {"decimal", "'0..10': good", ToBytes("5x"), "v bad: sensor failure"},
+      {"int16_be", "'0x7FF0..0x7FFF': over", *ParseHex("7F F3"),
+       "v bad: sensor failure, over range"},
+      {"int16_be", "'..-32760': under", *ParseHex("80 00"), "v bad: sensor failure, under range"},
+      {"float32_be", "'999.9': over", *ParseHex("44 79 F9 9A"),
+       "v bad: sensor failure, over range"},
+      {"float32_be", "'-99.9': under", *ParseHex("C2 C7 CC CD"),
+       "v bad: sensor failure, under range"},
+      {"float32_be", "'1e30': over", *ParseHex("71 49 F2 CA"), "v bad: sensor failure, over range"},
+      {"float32_be", "'999.9..': over", *ParseHex("44 79 F9 9A"),
+       "v bad: sensor failure, over range"},
+      {"float32_be", "'..0.1': under", *ParseHex("3D CC CC CD"),
+       "v bad: sensor failure, under range"},
+  };
+  for (const auto& row : rows) {
+    const config::LoadedProfile loaded = WithCodes(row.format, row.codes);
+    for (const auto& problem : loaded.problems) ADD_FAILURE() << row.codes << ToString(problem);
+    if (!loaded.ok()) continue;
+    const config::Device device =
+        config::DeviceFromProfile(loaded.profile, TelegramProtocol(), "device", "1");
+    Bytes answer = {'='};
+    Append(answer, row.said);
+    answer.push_back(std::string(row.format).find('_') == std::string::npos ? ';' : 0x3B);
+    EXPECT_EQ(Said(device, AnswerTo(TelegramProtocol(), device, ToBytes("A"), answer)), row.means)
+        << row.format << " " << row.codes;
+  }
+}
+
+TEST(TelegramCodes, ACodeThatCannotComeIsAnError) {
+  const std::tuple<const char*, const char*, const char*> kRows[] = {
+      {"decimal", "'999..900': over", "larger"},
+      {"decimal", "'900..x': over", "is no range"},
+      {"int16_be", "'0x8000': over", "never stands there"},
+      {"int16_be", "'OVL': over", "is no number"},
+      {"int16_be", "'1..x': over", "is no range"},
+  };
+  for (const auto& [format, codes, says] : kRows) {
+    std::string said;
+    for (const auto& problem : WithCodes(format, codes).problems) said += ToString(problem);
+    EXPECT_NE(said.find(says), std::string::npos) << codes << ": " << said;
+  }
+}
+
+TEST(TelegramTwin, SaysTheCodeOfAValueThatIsNone) {
+  const config::Device device = ShippedDevice(TelegramProtocol(), "scpi-instrument");
+  FixedValues values;
+  const auto twin = TelegramProtocol().make_twin(device, values);
+  for (const double beyond : {HUGE_VAL, -HUGE_VAL}) {
+    values.values[0] = beyond;
+    const Bytes said = twin->Answer(ToBytes("READ?\n"), {});
+    EXPECT_EQ(Read(device, "READ?\n", std::string(AsText(said))),
+              beyond > 0 ? "reading bad: sensor failure, over range"
+                         : "reading bad: sensor failure, under range");
+  }
+}
+
+/// The first profile of the README, word for word.
+std::string ProfileOfTheReadme() {
+  std::ifstream file("protocols/telegram/README.md");
+  const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  const std::size_t begin = text.find("```yaml\n") + 8;
+  return text.substr(begin, text.find("```", begin) - begin);
+}
+
+TEST(TelegramUnits, TheBalanceOfTheReadmeIsGoodInItsOwnUnitOnly) {
+  const config::Device device = Described(ProfileOfTheReadme());
+  EXPECT_EQ(Read(device, "SI\r\n", "S S     100.00 g\r\n"), "weight 100 good; stable true good");
+  for (const char* answer : {"S S    0.10000 kg\r\n", "S S     100.00 G\r\n",
+                             "S S     3.5274 oz\r\n", "S S     100.00 mg\r\n"}) {
+    EXPECT_EQ(Read(device, "SI\r\n", answer), "weight bad; stable true good") << answer;
+  }
+}
+
+config::LoadedProfile WithReceive(const std::string& receive, const std::string& examples,
+                                  const std::string& more = "") {
+  return LoadText("device: d\ntelegrams:\n  w:\n    send: 'W\\r'\n    receive: '" + receive +
+                  "\\r'\n    reads: yes\n" + more + "    example: [ " + examples +
+                  " ]\npoints: [ { name: w, read: w.w, type: float32, unit: g } ]\n");
+}
+
+/// Without codes the unit is that of the first example; another one needs a word.
+TEST(TelegramUnits, AUnitWithoutCodesIsThatOfTheFirstExample) {
+  const std::string first = "{ send: 'W\\r', receive: '12.5 g\\r', w: 12.5 }";
+  const auto loaded = WithReceive("{w:decimal} {unit:word}", first);
+  ASSERT_TRUE(loaded.ok());
+  const config::Device device =
+      config::DeviceFromProfile(loaded.profile, TelegramProtocol(), "device", "1");
+  EXPECT_EQ(Read(device, "W\r", "12.5 g\r"), "w 12.5 good");
+  EXPECT_EQ(Read(device, "W\r", "12.5 kg\r"), "w bad");
+  const std::string second = first + ", { send: 'W\\r', receive: '12.5 kg\\r', w: 12.5 }";
+  EXPECT_FALSE(WithReceive("{w:decimal} {unit:word}", second).ok()) << "in two units at once";
+  EXPECT_TRUE(WithReceive("{w:decimal} {unit:word}", second,
+                          "    codes: { unit: { 'g': good, 'kg': good } }\n")
+                  .ok());
+}
+
+TEST(TelegramUnits, ATextBesideANumberThatNothingJudgesIsDoubted) {
+  const std::tuple<const char*, const char*, const char*, bool> kRows[] = {
+      {"{w:decimal} {u:word}", "12.5 g", "", true},
+      {"{w:6decimal}{u:3text}", "  12.5 g ", "", true},
+      {"{w:decimal},{u:word},{state:char}", "12.5,g,S", "", true},
+      {"{w:decimal} {:word}", "12.5 g", "", true},
+      {"{w:decimal}{:3text}", "12.5 g ", "", true},
+      {"{w:decimal}{:3text}", "12.5   ", "", false},
+      {"{state:char} {w:decimal} g", "S 12.5 g", "", true},
+      {"{u:word} {w:decimal}", "g 12.5", "", true},
+      {"{state:char} {w:decimal} g", "S 12.5 g", "    codes: { state: { 'S': good } }\n", false},
+      {"{w:decimal} {unit:word}", "12.5 g", "", false},
+      {"{w:decimal} g", "12.5 g", "", false},
+      {"{head:2text}MWV,{w:decimal},R", "WIMWV,12.5,R", "", false},
+      {"{w:decimal},{other:integer}", "12.5,3", "", false},
+  };
+  for (const auto& [receive, came, more, doubted] : kRows) {
+    const auto loaded = WithReceive(
+        receive, std::string("{ send: 'W\\r', receive: '") + came + "\\r', w: 12.5 }", more);
+    for (const auto& problem : loaded.problems) ADD_FAILURE() << receive << ToString(problem);
+    const config::Device device =
+        config::DeviceFromProfile(loaded.profile, TelegramProtocol(), "device", "1");
+    const auto doubts = TelegramProtocol().doubts(device);
+    const bool said = std::ranges::any_of(doubts, [](const Doubt& doubt) {
+      return doubt.text.find("nothing judges") != std::string::npos;
+    });
+    EXPECT_EQ(said, doubted) << receive << " " << came;
+  }
+  for (const char* name : {"mt-sics", "nmea-0183-weather", "scpi-instrument",
+                           "owen-mv110-8a-telegrams", "lauda-thermostat"}) {
+    EXPECT_TRUE(TelegramProtocol().doubts(ShippedDevice(TelegramProtocol(), name)).empty() ||
+                std::string(name) == "lauda-thermostat")
+        << name;
   }
 }
 

@@ -4,6 +4,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "gateway/base/text.h"
 #include "protocols/telegram/checksum.h"
 
@@ -33,8 +36,19 @@ constexpr TextRow kTexts[] = {
     {"4decimal", "5   ", "5"},
     {"4decimal", " 5  ", ""},
     {"4integer", "-5  ", "-5"},
-    {"4hex", "0C  ", "12"},
+    {"4decimal", "12. ", ""},  // a blank in place of a digit
+    {"05integer", "  123", ""},
+    {"05integer", "123  ", ""},
+    {"05integer", "00123", "123"},
+    {"+07.3f", "+  1.250", ""},
+    {"4hex", "  0C", ""},
+    {"4hex", "0C  ", ""},
+    {"4hex", "1A2 ", ""},
     {"4hex", " 0C ", ""},
+    {"4hex", "1 A2", ""},
+    {"4hex", "+1A2", ""},
+    {"04X", " 1A2", ""},
+    {"04X", "01A2", "418"},
     {"decimal", "5.", "5"},
     {"decimal", ".5", "0.5"},
     {"decimal", "", ""},
@@ -72,7 +86,17 @@ constexpr TextRow kTexts[] = {
     {"hex", "FFFFFFFFFFFFFFFFF", ""},
     {"scientific", "+1.25E+01", "12.5"},
     {"scientific", "-1e-3", "-0.001"},
-    {"scientific", "12.5", "12.5"},
+    {"scientific", "1E5", "100000"},
+    {"scientific", "12.5", ""},  // it has lost its exponent
+    {"scientific", "1.25E+", ""},
+    {"scientific", ".25E+01", ""},
+    {"scientific", "1.E+01", ""},
+    {"9scientific", "1.25E+0  ", ""},
+    {"9scientific", "  1.25E+0", "1.25"},
+    {"+.scientific", "+1.25", ""},
+    {"+.scientific", "+1.25E03", ""},  // and the sign of its exponent
+    {"+.scientific", "+1E+03", ""},
+    {"+.scientific", "+1.25E-3", "0.00125"},
     {"scientific", "1E", ""},
     {"scientific", "E5", ""},
     {"scientific", "1E+999", ""},
@@ -138,6 +162,7 @@ TEST(TelegramField, AValueIsWrittenAsTheFormatSays) {
   const WrittenRow kRows[] = {
       {"02X", std::int64_t{10}, "0A"},
       {"02x", std::int64_t{10}, "0a"},
+      {"4hex", std::int64_t{418}, "01A2"},
       {"02X", std::int64_t{256}, ""},
       {"02X", std::int64_t{-1}, ""},
       {"03d", std::int64_t{7}, "007"},

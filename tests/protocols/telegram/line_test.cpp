@@ -1,6 +1,8 @@
 // Described devices on their lines, under virtual time: what they cost, writes, values that grow
 // old.
 // SPDX-License-Identifier: Apache-2.0
+#include <deque>
+
 #include "gateway/poll/poller.h"
 #include "protocols/dcon/protocol.h"
 #include "tests/protocols/telegram/support.h"
@@ -151,6 +153,56 @@ points: [ { name: value, read: value.value, type: float32 } ]
   }
   EXPECT_GE(asked, 2U);
   EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
+}
+
+/// One value for each channel, told apart only by the telegram before: answers that are lost, late
+/// or one behind for ever exchange no points.
+TEST(TelegramLine, AnAnswerForAnotherChannelIsNeverGood) {
+  for (const char* answer : {"", ", receive: 'OK\\r'"}) {
+    const std::string receives(answer);
+    const config::Device device =
+        Described("device: d\npoll: 500ms\ntelegrams:\n  sel: { send: 'CH{n:d}\\r', reads: yes" +
+                  receives + ", example: { send: 'CH1\\r'" + receives +
+                  " } }\n  val: { send: 'READ\\r', receive: '={v:+decimal}\\r', reads: yes, "
+                  "before: sel, example: "
+                  "{ send: 'READ\\r', receive: '=+5\\r', v: 5 } }\npoints:\n"
+                  "  - { name: one, read: val(n=1).v, type: float32 }\n"
+                  "  - { name: two, read: val(n=2).v, type: float32 }\n");
+    for (const char* fault : {"lost", "late", "behind"}) {
+      VirtualLine line(LineWith(TelegramProtocol(), device, 9600), {&TelegramProtocol()});
+      line.twin(0).values.values[0] = 10.0;
+      line.twin(0).values.values[1] = 20.0;
+      int reads = 0;
+      std::deque<Bytes> held;
+      line.server = [&](View request, Bytes reply, Instant) -> std::vector<TimedPiece> {
+        if (reply.empty()) return {};
+        reads += AsText(request) == "READ\r" ? 1 : 0;
+        const std::string_view kind = fault;
+        const bool read = AsText(request) == "READ\r";
+        if (kind == "lost" && read && reads % 5 == 0) return {};
+        if (kind == "late" && read && reads % 7 == 0) return {{450ms, std::move(reply)}};
+        if (kind == "behind" && reads >= 9) {
+          held.push_back(std::move(reply));
+          if (held.size() == 1) return {};
+          reply = std::move(held.front());
+          held.pop_front();
+        }
+        return {{5ms, std::move(reply)}};
+      };
+      int good = 0;
+      line.Open();
+      for (int sample = 0; sample < 1800; ++sample) {
+        line.RunFor(100ms);
+        for (const std::uint32_t point : {0U, 1U}) {
+          if (!IsGood(line.QualityOf(0, point))) continue;
+          ++good;
+          EXPECT_EQ(ToDouble(line.ValueOf(0, point)), point == 0 ? 10.0 : 20.0)
+              << fault << answer << " after " << FormatDuration(line.elapsed());
+        }
+      }
+      EXPECT_GT(good, 40) << fault << answer;
+    }
+  }
 }
 
 }  // namespace
