@@ -26,6 +26,7 @@ struct ListedPoint {
   std::uint16_t address = 0;
   std::string form;  ///< what the registers hold: "uint16"; of bits "bool"
   std::string type;  ///< of the value
+  std::string order;  ///< of the bytes in the device: "CDAB"; empty: as the profile says
   Decimal scale = 1;
   std::string unit;
   std::string access = "r";
