@@ -13,7 +13,8 @@ namespace baudgate {
 /// "-5.25", "1e-05": digits with a point and an exponent.
 inline bool LooksLikeNumber(std::string_view text) {
   if (text.starts_with('+') || text.starts_with('-')) text.remove_prefix(1);
-  if (text.empty() || std::string_view("0123456789.").find(text.front()) == std::string_view::npos) {
+  if (text.empty() ||
+      std::string_view("0123456789.").find(text.front()) == std::string_view::npos) {
     return false;
   }
   double number = 0;

@@ -1,7 +1,7 @@
 // The one log: lines on standard error, one per change of state, each naming its line and device.
 // Logging never waits for the reader: a line that finds no room is dropped and counted.
 // Repeats are folded: a text that comes again within a minute is counted, and reported when the
-// minute is over, with the times of the first and the last repeat.
+// minute is over.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -98,7 +98,8 @@ class Session {
   std::optional<ComPort> com_;
   std::deque<Waiting> waiting_;
   Instant break_asked_{};
-  std::optional<Instant> break_at_;  // the break begins or ends, or the port is looked at; empty: none
+  std::optional<Instant>
+      break_at_;  // the break begins or ends, or the port is looked at; empty: none
   bool breaks_ = false;
   bool asks_ = false;
   bool port_paused_ = false;

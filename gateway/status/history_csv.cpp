@@ -10,8 +10,8 @@
 namespace baudgate::control {
 namespace {
 
-const std::vector<std::string> kSpanHead = {
-    "time_utc", "point", "mean", "min", "max", "first", "last", "count", "seconds_good"};
+const std::vector<std::string> kSpanHead = {"time_utc", "point", "mean",  "min",         "max",
+                                            "first",    "last",  "count", "seconds_good"};
 const std::vector<std::string> kHead = {"time_utc", "point", "value", "quality", "quality_text"};
 
 /// Empty where it is null or not there.
@@ -24,9 +24,7 @@ std::string FieldOf(const nlohmann::ordered_json& record, const char* key) {
 
 }  // namespace
 
-std::string HistoryCsvHead(bool spans) {
-  return CsvLine(spans ? kSpanHead : kHead);
-}
+std::string HistoryCsvHead(bool spans) { return CsvLine(spans ? kSpanHead : kHead); }
 
 std::string GapText(const nlohmann::ordered_json& record) {
   const std::string why = FieldOf(record, "gap");

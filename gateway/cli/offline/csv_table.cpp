@@ -11,8 +11,8 @@ namespace {
 
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 
-/// What the line "sep=;" names, which Excel reads and other programs write for Excel; '\0': there is
-/// no such line. Takes the line off the text, but not its end, so that lines count on.
+/// What the line "sep=;" names, which Excel reads and other programs write for Excel; '\0': there
+/// is no such line. Takes the line off the text, but not its end, so that lines count on.
 char TakeNamedSeparator(std::string_view& text) {
   const std::size_t end = std::min(text.find_first_of("\r\n"), text.size());
   std::string_view line = text.substr(0, end);

@@ -61,7 +61,8 @@ constexpr Meaning kAccesses[] = {
 };
 
 constexpr Meaning kOrders[] = {
-    {"ABCD", "abcd 1234 big bigendian be highwordfirst highword high msw mswfirst hilo none normal"},
+    {"ABCD",
+     "abcd 1234 big bigendian be highwordfirst highword high msw mswfirst hilo none normal"},
     {"CDAB",
      "cdab 3412 lowwordfirst lowword low lsw lswfirst lohi wordswap wordswapped wordsswapped "
      "swappedwords swapwords swapped bigendianwordswap littleendianbyteswap"},

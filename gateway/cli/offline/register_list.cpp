@@ -32,9 +32,9 @@ std::optional<std::uint32_t> Number(std::string_view text) {
 
 /// The many dashes of manuals and spreadsheets, "…", "~" and "to" between two numbers become '-'.
 std::string WithPlainDashes(std::string text) {
-  static constexpr std::string_view kDashes[] = {
-      "\u2010", "\u2011", "\u2012", "\u2013", "\u2014", "\u2015", "\u2212", "\u2026",
-      "\u00AD", "\uFF0D", "\uFE58", "~",      "\uFF5E", " to "};
+  static constexpr std::string_view kDashes[] = {"\u2010", "\u2011", "\u2012", "\u2013", "\u2014",
+                                                 "\u2015", "\u2212", "\u2026", "\u00AD", "\uFF0D",
+                                                 "\uFE58", "~",      "\uFF5E", " to "};
   for (const std::string_view dash : kDashes) {
     for (auto at = text.find(dash); at != std::string::npos; at = text.find(dash, at)) {
       text.replace(at, dash.size(), "-");
@@ -160,9 +160,10 @@ class ListReader {
                                        {ListColumn::address, "register"},
                                        {ListColumn::type, "type"}}) {
       if (columns_.contains(column)) continue;
-      Error(row.line, "no column '" + std::string(word) +
-                          "'; the first row names the columns: name, register, type, and where "
-                          "there is one unit, scale, access, table, order, group, description, example");
+      Error(row.line,
+            "no column '" + std::string(word) +
+                "'; the first row names the columns: name, register, type, and where "
+                "there is one unit, scale, access, table, order, group, description, example");
     }
   }
 

@@ -92,10 +92,9 @@ TEST(Lines, StartedInVainSayWhatTheyCannotOpen) {
   lines.Start();
   const std::string in_vain = ": no client can come in at " + taken.Place() + ": address already";
   using ::testing::StartsWith;
-  EXPECT_THAT(lines.NotOpen(numbers),
-              ::testing::ElementsAre(StartsWith("line lent" + in_vain),
-                                     StartsWith("line served" + in_vain),
-                                     StartsWith("line unplugged: ")));
+  EXPECT_THAT(lines.NotOpen(numbers), ::testing::ElementsAre(StartsWith("line lent" + in_vain),
+                                                             StartsWith("line served" + in_vain),
+                                                             StartsWith("line unplugged: ")));
 }
 
 }  // namespace

@@ -21,7 +21,8 @@ TEST(Assets, NoFileOfThePageNamesAPathFromTheRoot) {
     const auto response = AssetResponse(request);
     ASSERT_TRUE(response) << path;
     std::smatch found;
-    EXPECT_FALSE(std::regex_search(response->body, found, from_root)) << path << ": " << found.str();
+    EXPECT_FALSE(std::regex_search(response->body, found, from_root))
+        << path << ": " << found.str();
     ++read;
   }
   EXPECT_GT(read, 30);

@@ -201,8 +201,9 @@ TEST(Map, SixDigitNotationBeyondFive) {
 
 TEST(Map, CsvHasOneRowAPoint) {
   const Ran ran = Map(kGood, MapFormat::csv);
-  EXPECT_THAT(ran.out, HasSubstr("bay,d,7,current,\"input, holding\",\"4,3\",,0,30001/40001,2,"
-                                 "float32,CDAB,A,r,fast,20000,40000,gate/d/current,A1,current\r\n"));
+  EXPECT_THAT(ran.out,
+              HasSubstr("bay,d,7,current,\"input, holding\",\"4,3\",,0,30001/40001,2,"
+                        "float32,CDAB,A,r,fast,20000,40000,gate/d/current,A1,current\r\n"));
   EXPECT_THAT(ran.out, HasSubstr("bay,e,,p,,,,,,,string(5),,,r,fast,,,gate/e/p,A1,\r\n"));
 }
 

@@ -80,9 +80,10 @@ TEST(RegisterList, TheFirstRegisterDecides) {
 }
 
 TEST(RegisterList, RangesHaveManyDashes) {
-  for (const char* range : {"40003-40004", "40003\u201340004", "40003 \u2013 40004", "40003\u201440004",
-                            "40003\u221240004", "40003\u202640004", "40003..40004", "40003~40004",
-                            "40003 to 40004", "40003-4", "40003\u201304"}) {
+  for (const char* range :
+       {"40003-40004", "40003\u201340004", "40003 \u2013 40004", "40003\u201440004",
+        "40003\u221240004", "40003\u202640004", "40003..40004", "40003~40004", "40003 to 40004",
+        "40003-4", "40003\u201304"}) {
     EXPECT_EQ(Row(std::string("a,") + range + ",DINT", FirstRegister::modicon),
               "holding 2 int32 int32")
         << range;
@@ -107,8 +108,8 @@ TEST(RegisterList, ATextIsAsLongAsItsRegisters) {
 TEST(RegisterList, AColumnNamesTheOrderOfTheWords) {
   const auto order = [](const std::string& type, const std::string& word,
                         const std::string& header = "Word order") {
-    const RegisterList list =
-        Read("name;register;type;" + header + "\na;1;" + type + ";" + word + "\n", FirstRegister::one);
+    const RegisterList list = Read(
+        "name;register;type;" + header + "\na;1;" + type + ";" + word + "\n", FirstRegister::one);
     return list.errors.empty() ? list.points.at(0).order : list.errors.front();
   };
   for (const auto& [word, meant] : {std::pair{"CDAB", "CDAB"},
