@@ -374,17 +374,17 @@ class Completion {
 YAML::Node Listed(const YAML::Node& piece) { return piece.IsMap() ? List(piece) : piece; }
 
 /// Where a piece may stand, and the file that it makes there.
-using Level = YAML::Node (*)(YAML::Node piece);
+using Level = YAML::Node (*)(YAML::Node& piece);
 constexpr Level kLevels[] = {
-    [](YAML::Node piece) { return piece; },
-    [](YAML::Node piece) { return Map("lines", Listed(piece)); },
-    [](YAML::Node piece) { return Map("devices", Listed(piece)); },
-    [](YAML::Node piece) { return Map("points", Listed(piece)); },
-    [](YAML::Node piece) {
+    [](YAML::Node& piece) { return piece; },
+    [](YAML::Node& piece) { return Map("lines", Listed(piece)); },
+    [](YAML::Node& piece) { return Map("devices", Listed(piece)); },
+    [](YAML::Node& piece) { return Map("points", Listed(piece)); },
+    [](YAML::Node& piece) {
       if (piece.IsMap() && !piece["on"]) piece["on"] = "change";
       return Map("points", List(Map("events", Listed(piece))));
     },
-    [](YAML::Node piece) {
+    [](YAML::Node& piece) {
       if (!piece.IsMap()) return piece;
       piece["point"] = "l.d.p";
       if (!piece["is"]) piece["is"] = "1";
@@ -395,33 +395,33 @@ constexpr Level kLevels[] = {
       line["name"] = "l";
       return Map("lines", List(line));
     },
-    [](YAML::Node piece) { return Map("gateway", piece); },
-    [](YAML::Node piece) { return Map("modbus", piece); },
-    [](YAML::Node piece) {
+    [](YAML::Node& piece) { return Map("gateway", piece); },
+    [](YAML::Node& piece) { return Map("modbus", piece); },
+    [](YAML::Node& piece) {
       if (piece.IsMap() && !piece["at"])
         piece["at"] = piece["framing"] ? "/dev/m" : "127.0.0.1:1502";
       return Map("listen", Listed(piece));
     },
-    [](YAML::Node piece) {
+    [](YAML::Node& piece) {
       if (!piece.IsMap()) return piece;
       piece["units"] = "5";
       piece["server"] = "10.0.0.9";
       return Map("routes", List(piece));
     },
-    [](YAML::Node piece) { return Map("dds", piece); },
-    [](YAML::Node piece) { return Map("web", piece); },
-    [](YAML::Node piece) { return Map("history", piece); },
-    [](YAML::Node piece) { return Map("lines", List(Map("serial", piece))); },
-    [](YAML::Node piece) {
+    [](YAML::Node& piece) { return Map("dds", piece); },
+    [](YAML::Node& piece) { return Map("web", piece); },
+    [](YAML::Node& piece) { return Map("history", piece); },
+    [](YAML::Node& piece) { return Map("lines", List(Map("serial", piece))); },
+    [](YAML::Node& piece) {
       if (piece.IsMap() && !piece["at"]) piece["at"] = "127.0.0.1:4001";
       return Map("lines", List(Map("serial_server", piece)));
     },
-    [](YAML::Node piece) { return Map("devices", List(Map("timing", piece))); },
+    [](YAML::Node& piece) { return Map("devices", List(Map("timing", piece))); },
 };
 /// The same in a profile.
 constexpr Level kProfileLevels[] = {
-    [](YAML::Node piece) { return piece; },
-    [](YAML::Node piece) {
+    [](YAML::Node& piece) { return piece; },
+    [](YAML::Node& piece) {
       if (piece.IsMap() && !piece["code"]) piece["code"] = "1";
       if (piece.IsMap() && !piece["text"]) piece["text"] = "x";
       return Map("events", Listed(piece));
@@ -463,13 +463,15 @@ void Try(const std::string& text, const std::string& file, Attempts& attempts) {
   for (const Base& base : kBases) {
     const Completion completion(base);
     for (const Level level : kLevels) {
-      const YAML::Node whole = level(YAML::Load(text));
+      YAML::Node piece = YAML::Load(text);
+      const YAML::Node whole = level(piece);
       if (!whole.IsMap()) continue;
       attempts.Take(config::LoadText(Printed(completion.File(whole)), file, catalog).problems);
       if (attempts.done()) return;
     }
     for (const Level level : kProfileLevels) {
-      const YAML::Node whole = level(YAML::Load(text));
+      YAML::Node piece = YAML::Load(text);
+      const YAML::Node whole = level(piece);
       if (!whole.IsMap()) continue;
       const Protocol& protocol = *catalog.FindProtocol(base.protocol);
       attempts.Take(

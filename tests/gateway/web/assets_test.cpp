@@ -20,9 +20,9 @@ TEST(Assets, NoFileOfThePageNamesAPathFromTheRoot) {
     request.path = path;
     const auto response = AssetResponse(request);
     ASSERT_TRUE(response) << path;
+    const std::string body(response->body);
     std::smatch found;
-    EXPECT_FALSE(std::regex_search(response->body, found, from_root))
-        << path << ": " << found.str();
+    EXPECT_FALSE(std::regex_search(body, found, from_root)) << path << ": " << found.str();
     ++read;
   }
   EXPECT_GT(read, 30);
