@@ -95,12 +95,34 @@ Modbus ReadModbus(const YamlNode& node, const std::vector<Line>& lines, LoadCont
   return modbus;
 }
 
+namespace {
+
+/// Linux gives ports of this range to programs that name none (its default; the run-time check of
+/// gateway/dds/fast/own_sockets.cpp asks the system).
+void CheckPorts(const Dds& dds, MapReader& map) {
+  constexpr int kFirst = 32768;
+  constexpr int kLast = 60999;
+  const int port = 7400 + 250 * dds.domain;
+  const auto domain = map.Get("domain");
+  if (!domain || !dds.enabled || port < kFirst || port > kLast) return;
+  map.problems().Warning(
+      domain->mark(),
+      "domain: its UDP port " + std::to_string(port) +
+          " is one of those that Linux gives to any program (32768 to 60999); while another one "
+          "has it, no new subscriber is heard; choose a domain up to 101, or reserve the port: "
+          "sysctl -w net.ipv4.ip_local_reserved_ports=" +
+          std::to_string(port));
+}
+
+}  // namespace
+
 Dds ReadDds(const YamlNode& node, LoadContext& context) {
   Dds dds;
   Problems& problems = context.problems;
   MapReader map(node, "dds", problems);
   Assign(dds.enabled, map.Flag("enabled"));
   Assign(dds.domain, map.Integer("domain", 0, kLastDomain));
+  CheckPorts(dds, map);
   Assign(dds.write, map.OneOf("write", kDdsWrite));
   Assign(dds.heartbeat, map.Time("heartbeat", 100ms, 1h));
   Assign(dds.lease, map.Time("lease", kShortestLease, kLongestLease));

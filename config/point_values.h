@@ -24,8 +24,8 @@ Result<TypeText> ParseType(std::string_view text);
 /// "ms" of a time, "s" of a date; else nothing.
 std::string_view UnitOf(TimeType type);
 
-/// { 999: sensor_failure, 0x8000: bad }: a quality by its name without "bad" or "uncertain", or its
-/// code in hex. `type`: of the point; in hex its bits.
+/// { 999: sensor_failure, 0x8000: not_connected }: a quality by its name without "bad" or
+/// "uncertain", or its code in hex. `type`: of the point; in hex its bits.
 std::vector<Sentinel> ReadSentinels(const YamlNode& node, Type type, Problems& problems);
 
 /// nan, hold or a number.

@@ -74,19 +74,19 @@ void Print(Level level, const About& about, const std::string& text) {
 
 using Repeats = std::vector<Folder::Repeat>;
 
+void PrintRepeats(const Repeats& repeats) {
+  for (const Folder::Repeat& repeat : repeats) {
+    Print(repeat.level, repeat.about, RepeatText(repeat));
+  }
+}
+
 void PrintRepeats(Repeats (Folder::*take)(Instant)) {
   Repeats repeats;
   {
     const MutexLock lock(g_mutex);
-    repeats = (TheFolder().*take)(std::chrono::steady_clock::now());
+    repeats = (TheFolder().*take)(ReadClocks().instant);
   }
-  for (const Folder::Repeat& repeat : repeats) {
-    const std::time_t last = std::chrono::system_clock::to_time_t(
-        std::chrono::time_point_cast<std::chrono::system_clock::duration>(repeat.last.wall));
-    Print(repeat.level, repeat.about,
-          fmt::format("{} ({} more, the last at {:%H:%M:%S})", repeat.text, repeat.times,
-                      fmt::localtime(last)));
-  }
+  PrintRepeats(repeats);
 }
 
 /// Tells of repeats when their minute is over, although nobody writes to the log any more.
@@ -112,13 +112,36 @@ std::string Whole(const About& about, const std::string& text) {
          (about.device.empty() ? "" : "device " + about.device + ": ") + text;
 }
 
-void PrintOrHold(bool passed, Level level, const About& about, const std::string& text) {
+/// Prints or holds back a text: repeats that are due go before it.
+void PrintOrHold(const std::string* key, Level level, const About& about, const std::string& text) {
+  Repeats due;
+  bool passed = false;
+  {
+    const MutexLock lock(g_mutex);
+    const Now now = ReadClocks();
+    due = TheFolder().Due(now.instant);
+    passed = key == nullptr ? TheFolder().Pass(text, level, now, about)
+                            : TheFolder().Pass(*key, text, level, now);
+  }
+  PrintRepeats(due);
   if (passed) return Print(level, about, text);
   // Made with the first repeat, long after the log it prints to, and therefore gone before it.
   static Teller teller;
 }
 
 }  // namespace
+
+/// The times stand first: a line that began with the text would read as if it had come now.
+std::string RepeatText(const Folder::Repeat& repeat) {
+  const auto shown = [](const Now& at) {
+    const std::time_t time = std::chrono::system_clock::to_time_t(
+        std::chrono::time_point_cast<std::chrono::system_clock::duration>(at.wall));
+    return fmt::format("{:%H:%M:%S}", fmt::localtime(time));
+  };
+  if (repeat.times == 1) return fmt::format("once more at {}: {}", shown(repeat.last), repeat.text);
+  return fmt::format("{} times more between {} and {}: {}", repeat.times, shown(repeat.first),
+                     shown(repeat.last), repeat.text);
+}
 
 void Begin(Level least, const std::string& socket) {
   if (IsJournal(STDERR_FILENO)) g_journal = std::make_unique<Journal>(socket);
@@ -154,22 +177,11 @@ void ForgetRepeats() {
 void Write(Level level, const std::string& text) { Write(level, About{}, text); }
 
 void Write(Level level, const About& about, const std::string& text) {
-  const std::string whole = Whole(about, text);
-  bool passed = false;
-  {
-    const MutexLock lock(g_mutex);
-    passed = TheFolder().Pass(whole, level, ReadClocks(), about);
-  }
-  PrintOrHold(passed, level, about, whole);
+  PrintOrHold(nullptr, level, about, Whole(about, text));
 }
 
 void Write(Level level, const std::string& key, const std::string& text) {
-  bool passed = false;
-  {
-    const MutexLock lock(g_mutex);
-    passed = TheFolder().Pass(key, text, level, ReadClocks());
-  }
-  PrintOrHold(passed, level, {}, text);
+  PrintOrHold(&key, level, {}, text);
 }
 
 void WriteAct(Level level, const std::string& text) { Print(level, {}, text); }

@@ -16,15 +16,18 @@ namespace baudgate::log {
 /// Not thread-safe.
 class Folder {
  public:
+  /// A text that was held back `times` times.
   struct Repeat {
     std::string text;
     Level level = Level::info;
     int times = 0;
+    Now first;
     Now last;
     About about{};
   };
 
   /// True: write it. False: the same text was written less than a minute ago; it is held back.
+  /// The caller writes what is Due first, so that no older repeat follows.
   bool Pass(const std::string& text, Level level, const Now& now, const About& about = {}) {
     // Written at least; such texts name what is configured, so there is an end of them.
     if (!HasRoom(text, kRemembered, now.instant)) return true;
@@ -74,14 +77,14 @@ class Folder {
   bool Note(const std::string& key, const std::string& text, Level level, const Now& now,
             const About& about) {
     const auto [entry, is_new] =
-        seen_.try_emplace(key, Seen{now.instant, {text, level, 0, now, about}});
+        seen_.try_emplace(key, Seen{now.instant, {text, level, 0, now, now, about}});
     Seen& seen = entry->second;
     if (is_new) return true;
     if (now.instant - seen.written < kMinute) {
-      seen.held = {text, level, seen.held.times + 1, now, about};
+      const Now first = seen.held.times == 0 ? now : seen.held.first;
+      seen.held = {text, level, seen.held.times + 1, first, now, about};
       return false;
     }
-    // Repeats that nobody has fetched yet are told by Due; this one is written now.
     seen.written = now.instant;
     return true;
   }
@@ -97,6 +100,9 @@ class Folder {
 
   std::map<std::string, Seen> seen_;  // by key
 };
+
+/// "3 times more between 12:01:05 and 12:01:58: line bay: device relay: offline", in local time.
+std::string RepeatText(const Folder::Repeat& repeat);
 
 /// As if this process had written nothing yet: for tests that count lines, whatever ran before.
 void ForgetRepeats();

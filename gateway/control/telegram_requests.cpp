@@ -94,6 +94,8 @@ Status AskManually(const config::Config& config, LineControl& control, CommandSi
                      {"head", TraceHead(*to->line)}};
   command.done = [answered, telegram, head](const WriteResult& result) {
     Json json = head;
+    // On a line that is lent, for example.
+    if (result.end == WriteEnd::not_sent || result.end == WriteEnd::denied) json["sent"] = "";
     json["received"] = ToHex(telegram->reply);
     json["outcome"] = telegram->outcome.empty() ? std::string(Name(result.end)) : telegram->outcome;
     json["reason"] = result.reason;

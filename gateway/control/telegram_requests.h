@@ -4,6 +4,8 @@
 //   {"command":"ask","target":"bay","telegram":"3E 31 52 46 3A"}
 //   {"sent":"3E 31 52 46 3A 32 31 0D","received":"0A 3C …","outcome":"ok","reason":""}
 //
+// "sent" is empty, and "reason" says why, if nothing was sent.
+//
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

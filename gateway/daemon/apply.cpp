@@ -139,10 +139,12 @@ std::vector<std::string> Daemon::Impl::Apply(config::Config next,
   records.OnReload(running, begun);
   clocks->OnReload(*running);
   std::uint32_t device = first_device;
+  std::vector<std::uint32_t> started;
   for (const auto& line : begun) {
     const auto own = threads.find(line->name);
     AddLine(line, own == threads.end() ? nullptr : own->second);
     const auto number = static_cast<std::uint32_t>(lines.size() - 1);
+    started.push_back(number);
     Restore(manual[line->name], dispatcher, *line, number, device, ReadClocks().wall);
     device += static_cast<std::uint32_t>(line->devices.size());
   }
@@ -160,6 +162,7 @@ std::vector<std::string> Daemon::Impl::Apply(config::Config next,
   if (EventPath* const events = records.events()) {
     events->Begun(first_device, store.device_count() - first_device);
   }
+  for (std::string& trouble : lines.NotOpen(started)) missing.push_back(std::move(trouble));
   return missing;
 }
 

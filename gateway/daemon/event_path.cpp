@@ -29,21 +29,30 @@ events::SourceNames SourcesOf(const config::Config& config) {
   return sources;
 }
 
-/// Each change of an alarm is one message, with fields that other programs select by.
-void TellJournal(const events::Alarm& alarm, bool raised) {
-  const std::string state(Name(alarm.state));
-  const bool high = alarm.priority == config::AlarmPriority::high;
-  const log::Level weight = high ? log::Level::error : log::Level::warning;
+void TellState(const events::Alarm& alarm, events::AlarmState state, log::Level level) {
   const log::About about{.line = alarm.line,
                          .device = alarm.device,
                          .fields = {{"ALARM", alarm.name},
                                     {"PRIORITY_OF_ALARM", std::string(Name(alarm.priority))},
-                                    {"STATE", state},
+                                    {"STATE", std::string(Name(state))},
                                     {"POINT", alarm.point},
                                     {"SEQ", std::to_string(alarm.seq)}}};
-  log::WriteAct(raised ? weight : log::Level::info, about,
-                fmt::format("alarm {}, priority {}: {}{}", state, Name(alarm.priority), alarm.text,
-                            alarm.by.empty() ? "" : " (" + alarm.by + ")"));
+  log::WriteAct(level, about,
+                fmt::format("alarm {}, priority {}: {}{}", Name(state), Name(alarm.priority),
+                            alarm.text, alarm.by.empty() ? "" : " (" + alarm.by + ")"));
+}
+
+/// Each change of an alarm is one message, with fields that other programs select by. An alarm that
+/// is raised and over at once has two changes. Only the message "active" is a warning or an error.
+void TellJournal(const events::Alarm& alarm, bool raised) {
+  using events::AlarmState;
+  const bool high = alarm.priority == config::AlarmPriority::high;
+  if (raised) {
+    TellState(alarm, AlarmState::active, high ? log::Level::error : log::Level::warning);
+  }
+  if (!raised || alarm.state != AlarmState::active) {
+    TellState(alarm, alarm.state, log::Level::info);
+  }
 }
 
 events::EventLog::Options OptionsOf(const config::Config& config, const EventsPlace& place,

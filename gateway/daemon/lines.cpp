@@ -4,10 +4,13 @@
 #include <fmt/format.h>
 
 #include <asio/post.hpp>
+#include <future>
+#include <memory>
 #include <system_error>
 #include <utility>
 
 #include "gateway/base/log.h"
+#include "gateway/daemon/not_opened_yet.h"
 #include "gateway/daemon/placement.h"
 
 namespace baudgate {
@@ -76,6 +79,33 @@ void Lines::Start() {
     place.slot.With([](LineRunner& runner) { runner.Start(); });
     if (right) place.slot.Post([right](LineParts& line, Now) { line.poller.OnHostClock(*right); });
   }
+}
+
+std::vector<std::string> Lines::NotOpen(std::span<const std::uint32_t> lines) const {
+  std::vector<std::future<void>> tried;
+  for (const std::uint32_t line : lines) {
+    auto done = std::make_shared<std::promise<void>>();
+    tried.push_back(done->get_future());
+    at(line).Post([done](LineParts&, Now) { done->set_value(); });
+  }
+  const Instant deadline = ReadClocks().instant + kWaitForPorts;
+  for (const auto& one : tried) one.wait_until(deadline);
+  std::vector<std::string> troubles;
+  for (const std::uint32_t line : lines) {
+    const std::string name = "line " + config(line).name + ": ";
+    const LineStatus status = store_.ReadLine(line);
+    const bool tried_in_vain = status.port == LineStatus::Port::closed &&
+                               !status.port_text.empty() && status.port_text != kNotOpenedYet;
+    if (tried_in_vain) {
+      troubles.push_back(name + status.port_text);
+    }
+    for (const PortService& service : status.services) {
+      if (service.trouble.empty()) continue;
+      troubles.push_back(name + "no client can come in at " + service.place + ": " +
+                         service.trouble);
+    }
+  }
+  return troubles;
 }
 
 void Lines::Remove(std::span<const std::uint32_t> lines) {

@@ -24,6 +24,8 @@ namespace baudgate {
 
 class Lines {
  public:
+  /// For the first attempt of new lines to open what they need.
+  static constexpr Duration kWaitForPorts = 1s;
   /// For lines to end: a second for a write under way (line_port.cpp), and some room.
   static constexpr Duration kWaitForLines = 1300ms;
 
@@ -44,6 +46,10 @@ class Lines {
   void Add(std::shared_ptr<const config::Line> line, std::shared_ptr<LoopThread> own = {});
   /// Those that do not run yet.
   void Start();
+  /// What these lines, which were just started, could not open: "line bay: no client can come in at
+  /// 127.0.0.1:4001: address already in use". Waits for their first attempts; a connection over the
+  /// network that is still being made is no trouble.
+  std::vector<std::string> NotOpen(std::span<const std::uint32_t> lines) const;
   /// Ends these lines and closes their ports, within about a second. A line whose driver does not
   /// return from a call is abandoned.
   void Remove(std::span<const std::uint32_t> lines);

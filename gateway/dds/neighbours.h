@@ -16,7 +16,7 @@ struct Neighbours {
   /// IPv4 addresses and ports of subscribers. The next process announces itself there at once:
   /// without multicast a subscriber would find it seconds later.
   std::vector<config::HostPort> reached;
-  /// One sentence each: a subscriber that can get nothing, and why.
+  /// One sentence each: a subscriber that can get nothing, or what keeps all of them from it.
   std::vector<std::string> remarks;
 
   bool operator==(const Neighbours&) const = default;

@@ -177,6 +177,8 @@ std::uint8_t ComPort::Switch(PortSwitch which, bool& state, std::uint8_t ask, st
   return static_cast<std::uint8_t>(ask + (state ? 1 : 2));
 }
 
+bool ComPort::Break(bool on) { return port_.Set(PortSwitch::break_signal, on || break_).ok(); }
+
 Bytes ComPort::SetControl(std::uint8_t value) {
   std::uint8_t answer = 0;
   if (value < kAskBreak) {

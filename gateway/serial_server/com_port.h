@@ -25,6 +25,9 @@ class ComPort {
   /// One command, without the number of the option. The answer, in its telnet form; empty: none is
   /// due. What the driver refuses stays as it was, and the answer says so.
   Bytes On(View command);
+  /// Begins a break, or ends it where no SET-CONTROL command has asked for one. False: the driver
+  /// makes none.
+  bool Break(bool on);
   /// What has changed at the port since the last call, as far as the client wants to hear it.
   Bytes Poll();
   /// The client has asked for silence: nothing from the port is sent to it.

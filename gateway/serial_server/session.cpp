@@ -21,32 +21,57 @@ Session::Session(Visit visit, Duration idle, std::string signature, Connection& 
 void Session::OnClient(View bytes, Now now) {
   heard_ = now.instant;
   if (is_telnet()) {
-    Decode(bytes);
+    Decode(bytes, now);
   } else {
-    Take(false, bytes);
+    Take(Kind::data, bytes, now);
   }
   Regulate();
 }
 
-void Session::Decode(View bytes) {
+void Session::Decode(View bytes, Now now) {
   for (;;) {
     Bytes answers;
     const auto part = telnet_.Next(bytes, answers);
     if (!answers.empty()) connection_.Send(answers);
     if (!part) return;
-    Take(part->is_command, part->bytes);
+    Take(part->kind, part->bytes, now);
   }
 }
 
-void Session::Take(bool is_command, View bytes) {
-  if (port_ == nullptr) {
+void Session::Take(Kind kind, View bytes, Now now) {
+  if (port_ == nullptr || break_at_) {
     asks_ = true;
-    waiting_.push_back({is_command, Bytes(bytes.begin(), bytes.end())});
-  } else if (is_command) {
+    waiting_.push_back({kind, Bytes(bytes.begin(), bytes.end())});
+  } else if (kind == Kind::break_key) {
+    break_asked_ = now.instant;
+    LookAtBreak(now);
+  } else if (kind == Kind::command) {
     if (const Bytes answer = com_->On(bytes); !answer.empty()) connection_.Send(answer);
   } else {
     visit_.to_port += bytes.size();
     port_->Send(bytes);
+  }
+}
+
+/// Up to the next break.
+void Session::TakeWaiting(Now now) {
+  while (!waiting_.empty() && !break_at_) {
+    const Waiting one = std::move(waiting_.front());
+    waiting_.pop_front();
+    Take(one.kind, one.bytes, now);
+  }
+}
+
+/// A port that makes no break, such as a pty, is not held up by one.
+void Session::LookAtBreak(Now now) {
+  if (std::exchange(breaks_, false)) {
+    (void)com_->Break(false);
+    break_at_.reset();
+  } else if (!port_->IsDrained() && now.instant - break_asked_ < kMostBeforeBreak) {
+    break_at_ = now.instant + kLookBeforeBreak;
+  } else {
+    breaks_ = com_->Break(true);
+    break_at_ = breaks_ ? std::optional(now.instant + kBreakLasts) : std::nullopt;
   }
 }
 
@@ -66,7 +91,7 @@ void Session::Begin(Transport& port, const config::SerialSettings& serial, Now n
     com_.emplace(port, serial, signature_);
     look_at_ = now.instant + kLookEvery;
   }
-  for (const Waiting& one : std::exchange(waiting_, {})) Take(one.is_command, one.bytes);
+  TakeWaiting(now);
   Regulate();
 }
 
@@ -88,13 +113,15 @@ void Session::End() {
   port_ = nullptr;
   com_.reset();
   look_at_.reset();
+  break_at_.reset();
+  breaks_ = false;
 }
 
 /// Each side is read as long as the other takes what comes of it.
 void Session::Regulate() {
   const bool answers_wait = connection_.unsent() > kMostForClient;
   const bool pause_client =
-      answers_wait || (port_ == nullptr ? asks_ : port_->Unsent() > kMostForPort);
+      answers_wait || (port_ == nullptr ? asks_ : break_at_ || port_->Unsent() > kMostForPort);
   if (client_paused_ != pause_client) connection_.Pause(client_paused_ = pause_client);
   if (port_ == nullptr) return;
   const bool pause_port = answers_wait || (com_ && com_->suspended());
@@ -104,8 +131,13 @@ void Session::Regulate() {
 // ---------------------------------------------------------------- time
 
 void Session::OnTimer(Now now) {
+  if (HasCome(break_at_, now.instant)) {
+    LookAtBreak(now);
+    TakeWaiting(now);
+    Regulate();
+  }
   if (HasCome(drain_.Deadline(), now.instant)) {
-    const bool drained = port_ == nullptr ? waiting_.empty() : port_->IsDrained();
+    const bool drained = waiting_.empty() && !break_at_ && (port_ == nullptr || port_->IsDrained());
     if (const auto why = drain_.Look(drained, now.instant)) over_ = why;
   }
   if (HasCome(look_at_, now.instant)) {
@@ -118,7 +150,7 @@ void Session::OnTimer(Now now) {
 }
 
 std::optional<Instant> Session::Deadline() const {
-  return Soonest({heard_ + idle_, look_at_, drain_.Deadline()});
+  return Soonest({heard_ + idle_, look_at_, break_at_, drain_.Deadline()});
 }
 
 }  // namespace baudgate::serial_server

@@ -8,9 +8,9 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "config/model/serial.h"
 #include "gateway/base/bytes.h"
@@ -41,6 +41,11 @@ class Session {
   static constexpr std::size_t kMostForPort = 16 * 1024;
   static constexpr std::size_t kMostForClient = 32 * 1024;
   static constexpr Duration kLookEvery = 100ms;  ///< at the control lines
+  /// A break that a client asks for by IAC BRK: as long as other programs make it. It begins when
+  /// what was sent before has left the port, but soon where the device holds that back.
+  static constexpr Duration kBreakLasts = 300ms;
+  static constexpr Duration kMostBeforeBreak = 1s;
+  static constexpr Duration kLookBeforeBreak = 10ms;
 
   /// `visit`: began with the connection, and begins once more with Begin. The connection outlives
   /// the session.
@@ -72,12 +77,15 @@ class Session {
 
  private:
   /// What waits for the port.
+  using Kind = TelnetStream::Part::Kind;
   struct Waiting {
-    bool is_command = false;
+    Kind kind = Kind::data;
     Bytes bytes;
   };
-  void Decode(View bytes);
-  void Take(bool is_command, View bytes);
+  void Decode(View bytes, Now now);
+  void Take(Kind kind, View bytes, Now now);
+  void TakeWaiting(Now now);
+  void LookAtBreak(Now now);
   void Regulate();
   bool is_telnet() const { return visit_.mode == config::PortServer::Mode::rfc2217; }
 
@@ -88,7 +96,11 @@ class Session {
   Transport* port_ = nullptr;
   TelnetStream telnet_;
   std::optional<ComPort> com_;
-  std::vector<Waiting> waiting_;
+  std::deque<Waiting> waiting_;
+  Instant break_asked_{};
+  std::optional<Instant>
+      break_at_;  // the break begins or ends, or the port is looked at; empty: none
+  bool breaks_ = false;
   bool asks_ = false;
   bool port_paused_ = false;
   bool client_paused_ = false;

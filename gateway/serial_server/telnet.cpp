@@ -77,6 +77,7 @@ std::optional<TelnetItem> TelnetDecoder::OnCommand(std::uint8_t byte) {
     after_cr_ = false;
     return TelnetItem{.bytes = kDataIac};
   }
+  if (byte == kBrk) return TelnetItem{.what = TelnetItem::What::break_key};
   if (byte == kSb) state_ = State::option;
   if (byte >= kWill && byte <= kDont) {
     verb_ = byte;

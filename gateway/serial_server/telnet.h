@@ -19,6 +19,7 @@ namespace baudgate::serial_server {
 
 namespace telnet {
 inline constexpr std::uint8_t kSe = 240;
+inline constexpr std::uint8_t kBrk = 243;
 inline constexpr std::uint8_t kSb = 250;
 inline constexpr std::uint8_t kWill = 251;
 inline constexpr std::uint8_t kWont = 252;
@@ -33,7 +34,7 @@ inline constexpr std::uint8_t kComPort = 44;  // RFC 2217
 }  // namespace telnet
 
 struct TelnetItem {
-  enum class What : std::uint8_t { data, negotiation, subnegotiation };
+  enum class What : std::uint8_t { data, negotiation, subnegotiation, break_key };
   What what = What::data;
   std::uint8_t verb = 0;    ///< of a negotiation: kWill … kDont
   std::uint8_t option = 0;  ///< of a negotiation or subnegotiation

@@ -16,8 +16,10 @@ std::optional<TelnetStream::Part> TelnetStream::Next(View& input, Bytes& answers
         }
         break;
       case TelnetItem::What::subnegotiation:
-        if (item->option == telnet::kComPort) return Part{true, item->bytes};
+        if (item->option == telnet::kComPort) return Part{Part::Kind::command, item->bytes};
         break;
+      case TelnetItem::What::break_key:
+        return Part{.kind = Part::Kind::break_key};
     }
   }
   return std::nullopt;

@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <optional>
 
 #include "gateway/base/bytes.h"
@@ -14,8 +15,13 @@ class TelnetStream {
  public:
   /// For the port.
   struct Part {
-    bool is_command = false;  ///< of RFC 2217
-    View bytes{};             ///< valid until the next call
+    enum class Kind : std::uint8_t {
+      data,
+      command,    ///< of RFC 2217
+      break_key,  ///< IAC BRK
+    };
+    Kind kind = Kind::data;
+    View bytes{};  ///< valid until the next call
   };
 
   /// What the server offers and asks for at the start.

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/status/history_csv.h"
 
-#include <array>
+#include <string>
+#include <vector>
 
 #include "gateway/base/csv.h"
 #include "gateway/base/shown.h"
@@ -9,8 +10,9 @@
 namespace baudgate::control {
 namespace {
 
-constexpr std::array<const char*, 7> kSpanFields = {"mean", "min",   "max",         "first",
-                                                    "last", "count", "seconds_good"};
+const std::vector<std::string> kSpanHead = {"time_utc", "point", "mean",  "min",         "max",
+                                            "first",    "last",  "count", "seconds_good"};
+const std::vector<std::string> kHead = {"time_utc", "point", "value", "quality", "quality_text"};
 
 /// Empty where it is null or not there.
 std::string FieldOf(const nlohmann::ordered_json& record, const char* key) {
@@ -22,10 +24,7 @@ std::string FieldOf(const nlohmann::ordered_json& record, const char* key) {
 
 }  // namespace
 
-std::string HistoryCsvHead(bool spans) {
-  return spans ? "time_utc,point,mean,min,max,first,last,count,seconds_good\r\n"
-               : "time_utc,point,value,quality,quality_text\r\n";
-}
+std::string HistoryCsvHead(bool spans) { return CsvLine(spans ? kSpanHead : kHead); }
 
 std::string GapText(const nlohmann::ordered_json& record) {
   const std::string why = FieldOf(record, "gap");
@@ -38,22 +37,16 @@ std::string GapText(const nlohmann::ordered_json& record) {
 }
 
 std::string HistoryCsvRow(const nlohmann::ordered_json& record, bool spans) {
-  std::string row = FieldOf(record, "time");
-  if (row.size() == 24) {
-    row[10] = ' ';
-    row.pop_back();
+  std::string time = FieldOf(record, "time");
+  if (time.size() == 24) {
+    time[10] = ' ';
+    time.pop_back();
   }
-  row += "," + CsvCell(FieldOf(record, "point"));
-  if (spans) {
-    for (const char* key : kSpanFields) row += "," + FieldOf(record, key);
-  } else {
-    const auto value = record.find("value");
-    const bool text = value != record.end() && value->is_string();
-    const std::string shown = FieldOf(record, "value");
-    row += "," + (text ? CsvCell(shown) : shown) + "," + FieldOf(record, "quality") + "," +
-           CsvCell(record.contains("gap") ? GapText(record) : FieldOf(record, "quality_text"));
-  }
-  return row + "\r\n";
+  std::vector<std::string> row = {time};
+  const std::vector<std::string>& head = spans ? kSpanHead : kHead;
+  for (std::size_t i = 1; i < head.size(); ++i) row.push_back(FieldOf(record, head[i].c_str()));
+  if (!spans && record.contains("gap")) row.back() = GapText(record);
+  return CsvLine(row);
 }
 
 }  // namespace baudgate::control

@@ -63,8 +63,8 @@ void TextTable::PrintMarkdown(std::ostream& out) const {
 }
 
 void TextTable::PrintCsv(std::ostream& out) const {
-  PrintJoined(out, header_, "", ",", "", PlainCsvCell);
-  for (const auto& row : rows_) PrintJoined(out, row, "", ",", "", PlainCsvCell);
+  out << CsvLine(header_);
+  for (const auto& row : rows_) out << CsvLine(row);
 }
 
 }  // namespace baudgate::config

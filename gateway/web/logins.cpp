@@ -119,14 +119,14 @@ Logins::Opened Logins::Open(const Request& request, std::string_view token, bool
   }
   const std::string session = NewSession();
   sessions_[session] = now + kSession;
-  return {Verdict::yes, cookie_ + "=" + session + "; Path=/; HttpOnly; SameSite=Strict; Max-Age=" +
+  return {Verdict::yes, cookie_ + "=" + session + "; HttpOnly; SameSite=Strict; Max-Age=" +
                             std::to_string(kSession / 1s) + (secure ? "; Secure" : "")};
 }
 
 std::string Logins::Close(const Request& request) {
   const MutexLock lock(mutex_);
   if (const auto session = SessionOf(request)) sessions_.erase(*session);
-  return cookie_ + "=; Path=/; HttpOnly; SameSite=Strict; Max-Age=0";
+  return cookie_ + "=; HttpOnly; SameSite=Strict; Max-Age=0";
 }
 
 }  // namespace baudgate::web

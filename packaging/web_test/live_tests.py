@@ -56,6 +56,25 @@ def test_killed_device_turns_grey_with_the_sentence_of_the_status(context):
         stage.end()
 
 
+def test_device_is_not_online_over_bad_points_after_a_stop(context):
+    """The gateway was stopped, and its device died meanwhile: the page asks on as before."""
+    stage = context.new_stage()
+    browser = Browser(stage.url)
+    try:
+        browser.open(f"device/{stage.victim}")
+        browser.wait_text(f"{stage.victim}: online")
+        live(browser)
+        stage.hang()
+        stage.kill()
+        browser.wait_text("Connection to the gateway lost", "#lost", 10)
+        live(browser)
+        browser.wait("bad points", lambda: not browser.all(".point-rows .point-row.good"), 20)
+        browser.wait_text(f"{stage.victim}: offline", seconds=15)
+    finally:
+        browser.quit()
+        stage.end()
+
+
 def test_devices_behind_a_closed_port_show_why(context):
     browser = context.browser
     open_view(context, "overview", "spare.ai-9")

@@ -131,9 +131,9 @@ class Handler(BaseHTTPRequestHandler):
             given = json.loads(body).get("token") if body.startswith(b"{") else None
             if given != self.options.token:
                 return self.problem(401, "Unauthorized", "This is not the token of the gateway.")
-            return self.no_content({"Set-Cookie": "session=mock; HttpOnly; SameSite=Strict; Path=/"})
+            return self.no_content({"Set-Cookie": "session=mock; HttpOnly; SameSite=Strict"})
         if url.path == "/logout":
-            return self.no_content({"Set-Cookie": "session=; Max-Age=0; Path=/"})
+            return self.no_content({"Set-Cookie": "session=; Max-Age=0"})
         if not self.logged_in():
             return self.problem(401, "Unauthorized", "Log in first.")
         if url.path == "/api/v1/alarms/ack":

@@ -7,8 +7,8 @@ from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
 
 from browser import Browser
-from common import busy, live, note, open_view
-from stage import TOKEN
+from common import busy, live, note, open_view, trends, views
+from stage import TOKEN, Proxy
 
 LONG_TASK_MS = 50
 
@@ -123,6 +123,33 @@ def test_login(context):
             assert not found, found
     finally:
         browser.quit()
+        stage.end()
+
+
+def test_below_a_path_of_a_proxy(context):
+    stage = context.new_stage(token=TOKEN)
+    proxy = Proxy(stage.url)
+    browser = Browser(proxy.url)
+    try:
+        browser.open(f"device/{context.device}")
+        browser.wait_text("Log in")
+        browser.find("#token").send_keys(TOKEN, Keys.ENTER)
+        browser.wait_text(f"{context.device}: online")
+        live(browser)
+        cookies = {one["path"] for one in browser.driver.get_cookies()}
+        assert cookies == {Proxy.PATH}, cookies
+        for view, words in views(context).items():
+            browser.go(view)
+            browser.wait_text(words)
+        browser.go(trends(context, "1h"))
+        browser.wait("a chart", lambda: browser.all("canvas"))
+        failed = [e["message"] for e in browser.driver.get_log("browser") if " 404 " in e["message"]]
+        assert not failed, failed
+        browser.find("#logout").click()
+        browser.wait_text("Log in")
+    finally:
+        browser.quit()
+        proxy.end()
         stage.end()
 
 

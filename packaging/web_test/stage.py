@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the page is tested against: the mock server, a gateway of the test's own with twins, or one that runs somewhere."""
 
+import http.client
 import json
 import os
 import pathlib
@@ -10,9 +11,11 @@ import socket
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 import urllib.parse
 import urllib.request
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
 HERE = pathlib.Path(__file__).resolve().parent
 TOKEN = "a-token-of-the-test-0123456789"
@@ -31,6 +34,50 @@ def free_port():
 def end(process):
     process.kill()
     process.wait()
+
+
+class Proxy(ThreadingHTTPServer):
+    """Shows the page at `url` below a path, as `location /plant/gate/ { proxy_pass URL/; }` of nginx does."""
+
+    PATH = "/plant/gate"
+
+    class Handler(BaseHTTPRequestHandler):
+        def answer(self):
+            path = self.path.removeprefix(self.server.PATH)
+            if path == self.path or not path.startswith("/"):
+                return self.send_error(404)
+            behind = http.client.HTTPConnection(self.server.target, timeout=60)
+            length = int(self.headers.get("Content-Length", 0))
+            behind.request(self.command, path, self.rfile.read(length), dict(self.headers))
+            reply = behind.getresponse()
+            self.send_response(reply.status)
+            for name, value in reply.getheaders():
+                if name.lower() not in ("connection", "transfer-encoding", "date", "server"):
+                    self.send_header(name, value)
+            self.end_headers()
+            try:
+                while data := reply.read1(65536):
+                    self.wfile.write(data)
+            except OSError:
+                pass  # the browser has left
+            behind.close()
+            return None
+
+        do_GET = do_POST = answer
+
+        def log_message(self, *_):
+            pass
+
+    def __init__(self, url):
+        super().__init__(("127.0.0.1", 0), self.Handler)
+        self.daemon_threads = True
+        self.target = urllib.parse.urlsplit(url).netloc
+        self.url = f"http://127.0.0.1:{self.server_port}{self.PATH}"
+        threading.Thread(target=self.serve_forever, daemon=True).start()
+
+    def end(self):
+        self.shutdown()
+        self.server_close()
 
 
 class Remote:

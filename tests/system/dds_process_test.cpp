@@ -99,6 +99,26 @@ class DdsProcess : public ThreeDevices {
   std::size_t points_ = 0;
 };
 
+/// Another program has the port of the domain's multicast group: a subscriber that comes is not
+/// heard. It is said, and is over when that program has ended.
+TEST_F(DdsProcess, ThatCannotHearNewSubscribersSaysSo) {
+  const int port = 7400 + 250 * domain();
+  const int other = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  sockaddr_in at{};
+  at.sin_family = AF_INET;
+  at.sin_port = htons(static_cast<std::uint16_t>(port));
+  ASSERT_EQ(::bind(other, reinterpret_cast<const sockaddr*>(&at), sizeof at), 0);
+  const std::string taken = "another program has UDP port " + std::to_string(port);
+  Begin();
+  const auto advice = [&] { return DdsStatus().value("advice", Json::array()).dump(); };
+  EXPECT_TRUE(Eventually([&] { return advice().find(taken) != std::string::npos; })) << advice();
+  EXPECT_TRUE(EventuallyLogged(*daemon, taken));
+  ::close(other);
+  EXPECT_TRUE(EventuallyLogged(*daemon, std::to_string(port) + " is free now: DDS begins anew"));
+  EXPECT_TRUE(Eventually([&] { return advice() == "[]"; })) << advice();
+  EXPECT_TRUE(Eventually([&] { return SeqOf("io-1", "input_1").has_value(); }));
+}
+
 TEST_F(DdsProcess, KilledItComesBackWithEverything) {
   Begin();
   std::optional<std::uint64_t> before;

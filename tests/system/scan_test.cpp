@@ -183,6 +183,8 @@ TEST_F(ScanGateway, AHangUpKeepsWhatWasFoundAndGivesTheLineBack) {
   ASSERT_TRUE(Eventually([&] { return !scan->Output().empty(); })) << scan->Errors();
   const Finished lent = Ask(">1RF:XX");
   EXPECT_EQ(lent.code, kCannotOpen) << "nobody was asked: " << lent.output << lent.errors;
+  EXPECT_EQ(Json::parse(lent.output)["sent"], "");
+  EXPECT_THAT(lent.errors, HasSubstr("nothing was sent: the port of the line is not open"));
   scan->Signal(SIGHUP);
   EXPECT_EQ(scan->WaitForEnd(), 0);
   EXPECT_THAT(ReadWholeFile(File()), HasSubstr("- name: \"bay\""));

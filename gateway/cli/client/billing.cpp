@@ -142,13 +142,22 @@ void PrintTable(const BillingRows& rows, const HistoryOptions& options, std::ost
 
 /// Dates and numbers as spreadsheets know them.
 void PrintCsv(const BillingRows& rows, const HistoryOptions& options, std::ostream& out) {
-  out << "meter,reading,date,tariff,active_import_kwh,active_export_kwh,reactive_import_kvarh,"
-         "reactive_export_kvarh,quality_text\r\n";
+  const std::vector<std::string> head = {"meter",
+                                         "reading",
+                                         "date",
+                                         "tariff",
+                                         "active_import_kwh",
+                                         "active_export_kwh",
+                                         "reactive_import_kvarh",
+                                         "reactive_export_kvarh",
+                                         "quality_text"};
+  out << CsvLine(head);
   for (const auto& [key, row] : rows) {
-    out << CsvCell(options.points[key.device]) << ',' << kPeriods[key.period] << ','
-        << DateText(key.date) << ',' << TariffText(key.tariff);
-    for (const Json& value : row.values) out << ',' << CellText(value);
-    out << ',' << CsvCell(row.quality.empty() ? "good" : row.quality) << "\r\n";
+    std::vector<std::string> cells = {options.points[key.device], std::string(kPeriods[key.period]),
+                                      DateText(key.date), TariffText(key.tariff)};
+    for (const Json& value : row.values) cells.push_back(CellText(value));
+    cells.push_back(row.quality.empty() ? "good" : row.quality);
+    out << CsvLine(cells);
   }
 }
 

@@ -101,7 +101,7 @@ std::string KeptRows(const Kept& kept, std::size_t width) {
 std::string KeptCell(const Kept& kept) {
   std::string cell = kept.title;
   for (const std::string& value : kept.values) cell += "; " + value;
-  return CsvCell(std::move(cell));
+  return cell;
 }
 
 class EventPrinter {
@@ -111,15 +111,18 @@ class EventPrinter {
 
   void Print(const Json& records) {
     if (options_.csv && !std::exchange(headed_, true)) {
-      for (const char* field : kFields) out_ << field << ",";
-      out_ << "record\r\n";
+      std::vector<std::string> head(std::begin(kFields), std::end(kFields));
+      head.emplace_back("record");
+      out_ << CsvLine(head);
     }
     for (const Json& record : records) {
       if (options_.json) {
         out_ << record.dump(-1, ' ', false, Json::error_handler_t::replace) << '\n';
       } else if (options_.csv) {
-        for (const char* field : kFields) out_ << CsvCell(FieldText(record, field)) << ",";
-        out_ << KeptCell(KeptOf(record)) << "\r\n";
+        std::vector<std::string> row;
+        for (const char* field : kFields) row.push_back(FieldText(record, field));
+        row.push_back(KeptCell(KeptOf(record)));
+        out_ << CsvLine(row);
       } else {
         PrintRow(EventRow(record), KeptOf(record));
       }

@@ -3,12 +3,26 @@
 
 #include <algorithm>
 
+#include "gateway/base/spelling.h"
 #include "gateway/base/text.h"
 
 namespace baudgate {
 namespace {
 
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+
+/// What the line "sep=;" names, which Excel reads and other programs write for Excel; '\0': there
+/// is no such line. Takes the line off the text, but not its end, so that lines count on.
+char TakeNamedSeparator(std::string_view& text) {
+  const std::size_t end = std::min(text.find_first_of("\r\n"), text.size());
+  std::string_view line = text.substr(0, end);
+  if (line.size() > 2 && line.starts_with('"') && line.ends_with('"')) {
+    line = line.substr(1, line.size() - 2);
+  }
+  if (line.size() != 5 || config::Lower(line.substr(0, 4)) != "sep=") return '\0';
+  text.remove_prefix(end);
+  return line[4];
+}
 
 /// The separator of the first row that is not empty.
 char SeparatorOf(std::string_view text) {
@@ -79,7 +93,8 @@ class Reader {
 CsvTable ReadCsv(std::string_view text) {
   if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
   CsvTable table;
-  table.separator = SeparatorOf(text);
+  const char named = TakeNamedSeparator(text);
+  table.separator = named != '\0' ? named : SeparatorOf(text);
   Reader(table).Read(text);
   return table;
 }

@@ -19,7 +19,8 @@ struct CsvTable {
   std::vector<CsvRow> rows;  ///< without empty ones; the first is the header
 };
 
-/// The separator is the one that the first row has most of. Blanks around cells are dropped.
+/// The separator is the one that the first row has most of; Excel's first line "sep=;" names it.
+/// Blanks around cells are dropped.
 CsvTable ReadCsv(std::string_view text);
 
 }  // namespace baudgate

@@ -60,6 +60,20 @@ constexpr Meaning kAccesses[] = {
     {"rw", "rw wr readwrite readandwrite"},
 };
 
+constexpr Meaning kOrders[] = {
+    {"ABCD",
+     "abcd 1234 big bigendian be highwordfirst highword high msw mswfirst hilo none normal"},
+    {"CDAB",
+     "cdab 3412 lowwordfirst lowword low lsw lswfirst lohi wordswap wordswapped wordsswapped "
+     "swappedwords swapwords swapped bigendianwordswap littleendianbyteswap"},
+    {"BADC",
+     "badc 2143 byteswap byteswapped bytesswapped swappedbytes swapbytes bigendianbyteswap"},
+    {"DCBA", "dcba 4321"},
+    {"CDABGHEF", "cdabghef"},
+};
+
+constexpr std::string_view kTextWords = "string str ascii asciistring char chars text";
+
 std::optional<std::string> Named(std::span<const Meaning> meanings, std::string_view text) {
   const std::string bare = Bare(text);
   for (const Meaning& meaning : meanings) {
@@ -72,7 +86,7 @@ std::optional<std::string> Named(std::span<const Meaning> meanings, std::string_
 }  // namespace
 
 std::optional<ListColumn> ColumnNamed(std::string_view header) {
-  static constexpr std::array<std::pair<ListColumn, std::string_view>, 10> kColumns = {{
+  static constexpr std::array<std::pair<ListColumn, std::string_view>, 11> kColumns = {{
       {ListColumn::name, "name tag parameter variable signal point"},
       {ListColumn::address, "register address reg addr registeraddress modbusaddress"},
       {ListColumn::type, "type datatype format"},
@@ -83,6 +97,7 @@ std::optional<ListColumn> ColumnNamed(std::string_view header) {
       {ListColumn::group, "group"},
       {ListColumn::description, "description comment remark meaning"},
       {ListColumn::example, "example simulate"},
+      {ListColumn::order, "order wordorder byteorder endian endianness endianess wordswap swap"},
   }};
   const std::string bare = Bare(header);
   for (const auto& [column, names] : kColumns) {
@@ -93,17 +108,19 @@ std::optional<ListColumn> ColumnNamed(std::string_view header) {
 }
 
 std::optional<std::string> FormNamed(std::string_view text) {
-  const std::string lower = config::Lower(Trim(text));
-  const auto open = lower.find_first_of("([");
-  if (lower.starts_with("string") && open != std::string::npos && lower.size() > open + 2) {
-    const auto length = ParseInteger<int>(lower.substr(open + 1, lower.size() - open - 2));
-    if (length && *length > 0) return "string(" + std::to_string(*length) + ")";
-    return std::nullopt;
-  }
-  return Named(kForms, text);
+  const std::string bare = Bare(text);
+  const std::size_t digits = std::min(bare.find_first_of("0123456789"), bare.size());
+  const auto words = Split(kTextWords, ' ');
+  if (std::ranges::find(words, bare.substr(0, digits)) == words.end()) return Named(kForms, text);
+  if (digits == bare.size()) return "string";
+  const auto length = ParseInteger<int>(bare.substr(digits));
+  if (!length || *length <= 0) return std::nullopt;
+  return "string(" + std::to_string(*length) + ")";
 }
 
 std::optional<std::string> TableNamed(std::string_view text) { return Named(kTables, text); }
+
+std::optional<std::string> OrderNamed(std::string_view text) { return Named(kOrders, text); }
 
 std::optional<std::string> AccessNamed(std::string_view text) { return Named(kAccesses, text); }
 

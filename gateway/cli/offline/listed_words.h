@@ -18,13 +18,15 @@ enum class ListColumn {
   table,
   group,
   description,
-  example
+  example,
+  order
 };
 
 /// "Data Type" → type. Case, blanks and marks do not count.
 std::optional<ListColumn> ColumnNamed(std::string_view header);
 
-/// "U16", "WORD", "unsigned int 16" → "uint16"; "STRING(16)" → "string(16)"; "Date" → "DATE".
+/// "U16", "WORD", "unsigned int 16" → "uint16"; "STRING(16)", "char[16]" → "string(16)", and
+/// "string" if no length stands there; "Date" → "DATE".
 std::optional<std::string> FormNamed(std::string_view text);
 
 /// "Holding Register", "FC3", "4x" → "holding".
@@ -32,6 +34,10 @@ std::optional<std::string> TableNamed(std::string_view text);
 
 /// "R/W", "read-write" → "rw".
 std::optional<std::string> AccessNamed(std::string_view text);
+
+/// "low word first", "word swap" → "CDAB". Empty: "little endian" too, which means CDAB to some
+/// manuals and DCBA to others.
+std::optional<std::string> OrderNamed(std::string_view text);
 
 /// How many registers a form takes; 1 of bits.
 std::size_t RegistersOf(const std::string& form);

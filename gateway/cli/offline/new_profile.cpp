@@ -17,7 +17,14 @@ namespace {
 /// Whose profiles modbus_tcp and modbus_ascii use, too.
 constexpr const char* kProtocol = "modbus_rtu";
 
-/// Spreadsheets write UTF-8, or the code page of Western Europe, of which Latin-1 is most.
+/// Windows-1252 from 0x80 to 0x9F: dashes, quotes and the euro.
+constexpr std::string_view kOfWindows[] = {
+    "\u20AC", "?",      "\u201A", "\u0192", "\u201E", "\u2026", "\u2020", "\u2021",
+    "\u02C6", "\u2030", "\u0160", "\u2039", "\u0152", "?",      "\u017D", "?",
+    "?",      "\u2018", "\u2019", "\u201C", "\u201D", "\u2022", "\u2013", "\u2014",
+    "\u02DC", "\u2122", "\u0161", "\u203A", "\u0153", "?",      "\u017E", "\u0178"};
+
+/// Spreadsheets write UTF-8, or the code page of Western Europe.
 std::string AsUtf8(const std::string& text) {
   if (FirstNotUtf8(text) == std::string::npos) return text;
   std::string utf8;
@@ -25,6 +32,10 @@ std::string AsUtf8(const std::string& text) {
     const auto byte = static_cast<unsigned char>(c);
     if (byte < 0x80) {
       utf8 += c;
+      continue;
+    }
+    if (byte < 0xA0) {
+      utf8 += kOfWindows[byte - 0x80];
       continue;
     }
     utf8 += static_cast<char>(0xC0U | (byte >> 6U));
@@ -51,6 +62,7 @@ class Places {
 std::string PointLine(const ListedPoint& point, std::size_t modbus) {
   std::string read = point.table + " " + std::to_string(point.address);
   if (point.form != "bool" && point.form != point.type) read += " " + point.form;
+  if (!point.order.empty()) read += " " + point.order;
   std::string line = "  - { name: " + point.name + ", read: " + InQuotes(read);
   line += ", type: " + point.type;
   if (point.scale != 1) line += ", scale: " + point.scale.ToText();
@@ -120,11 +132,12 @@ int RunNewProfile(const NewProfileOptions& options, const config::Catalog& catal
   if (!loaded.ok()) return kExitBadConfiguration;
   out << profile;
   const bool wide = std::ranges::any_of(list.points, [](const ListedPoint& point) {
-    return RegistersOf(point.form) > 1 && !point.form.starts_with("string");
+    return RegistersOf(point.form) > 1 && !point.form.starts_with("string") && point.order.empty();
   });
   if (wide) {
     err << "note: values of several registers are read high word first; where the manual says "
-           "CDAB, \"low word first\" or \"swapped\", add the line 'order: CDAB' to the profile\n";
+           "CDAB, \"low word first\" or \"swapped\", add the line 'order: CDAB' to the profile, "
+           "or a column 'order' to the list\n";
   }
   return kExitDone;
 }

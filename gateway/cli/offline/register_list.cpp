@@ -30,6 +30,41 @@ std::optional<std::uint32_t> Number(std::string_view text) {
   return hex ? ParseInteger<std::uint32_t>(text.substr(2), 16) : ParseInteger<std::uint32_t>(text);
 }
 
+/// The many dashes of manuals and spreadsheets, "…", "~" and "to" between two numbers become '-'.
+std::string WithPlainDashes(std::string text) {
+  static constexpr std::string_view kDashes[] = {"\u2010", "\u2011", "\u2012", "\u2013", "\u2014",
+                                                 "\u2015", "\u2212", "\u2026", "\u00AD", "\uFF0D",
+                                                 "\uFE58", "~",      "\uFF5E", " to "};
+  for (const std::string_view dash : kDashes) {
+    for (auto at = text.find(dash); at != std::string::npos; at = text.find(dash, at)) {
+      text.replace(at, dash.size(), "-");
+    }
+  }
+  return text;
+}
+
+struct Range {
+  std::uint32_t first = 0;
+  std::optional<std::size_t> count;  // where a last number stands
+};
+
+/// "40003", "40003-40004", "40003..40004", "40003-4".
+std::optional<Range> RangeOf(std::string_view text) {
+  text = Trim(text);
+  const auto dash = text.find_first_of("-.", 1);
+  const std::string_view begin = Trim(text.substr(0, dash));
+  const auto first = Number(begin);
+  if (!first) return std::nullopt;
+  if (dash == std::string_view::npos) return Range{*first, {}};
+  const std::string_view end = Trim(text.substr(text.find_last_of("-.") + 1));
+  auto last = Number(end);
+  if (last && *last < *first && end.size() < begin.size()) {
+    last = Number(std::string(begin.substr(0, begin.size() - end.size())) + std::string(end));
+  }
+  if (!last || *last < *first) return std::nullopt;
+  return Range{*first, *last - *first + 1};
+}
+
 /// "0.1", "0,1", "1E-05", "/10", "1/10".
 std::optional<Decimal> ScaleOf(const std::string& text) {
   const auto slash = text.find('/');
@@ -125,9 +160,10 @@ class ListReader {
                                        {ListColumn::address, "register"},
                                        {ListColumn::type, "type"}}) {
       if (columns_.contains(column)) continue;
-      Error(row.line, "no column '" + std::string(word) +
-                          "'; the first row names the columns: name, register, type, and where "
-                          "there is one unit, scale, access, table, group, description, example");
+      Error(row.line,
+            "no column '" + std::string(word) +
+                "'; the first row names the columns: name, register, type, and where "
+                "there is one unit, scale, access, table, order, group, description, example");
     }
   }
 
@@ -178,6 +214,7 @@ class ListReader {
     ReadName(row, point);
     ReadForm(row, point);
     ReadRegister(row, point);
+    ReadOrder(row, point);
     ReadScale(row, point);
     ReadRest(row, point);
     if (list_.errors.size() == before) list_.points.push_back(std::move(point));
@@ -232,29 +269,23 @@ class ListReader {
   }
 
   /// "holding 12", "40013", "40013-40014".
-  std::optional<Register> ParseRegister(const std::string& text) {
+  std::optional<Register> ParseRegister(const std::string& given) {
+    const std::string text = WithPlainDashes(given);
     const auto blank = text.find(' ');
     if (blank != std::string::npos) {
       const auto table = TableNamed(text.substr(0, blank));
-      const auto number = Number(text.substr(blank));
       const bool word = table && config::Lower(text).starts_with(*table);
-      if (word && number && *number <= 65'535) {
-        return Register{*table, static_cast<std::uint16_t>(*number), {}};
+      const auto range = word ? RangeOf(text.substr(blank)) : std::nullopt;
+      if (range && range->first <= 65'535) {
+        return Register{*table, static_cast<std::uint16_t>(range->first), range->count};
       }
     }
-    const auto dash = text.find_first_of("-.", 1);
-    const auto first = Number(text.substr(0, dash));
-    if (!first) return std::nullopt;
-    std::optional<std::size_t> count;
-    if (dash != std::string::npos) {
-      const auto last = Number(text.substr(text.find_last_of("-.") + 1));
-      if (!last || *last < *first) return std::nullopt;
-      count = *last - *first + 1;
-    }
-    lowest_ = std::min(lowest_.value_or(*first), *first);
-    highest_ = std::max(highest_, *first);
-    auto place = Place(*first);
-    if (place) place->count = count;
+    const auto range = RangeOf(text);
+    if (!range) return std::nullopt;
+    lowest_ = std::min(lowest_.value_or(range->first), range->first);
+    highest_ = std::max(highest_, range->first);
+    auto place = Place(range->first);
+    if (place) place->count = range->count;
     return place;
   }
 
@@ -298,10 +329,38 @@ class ListReader {
       return Error(row.line, "type " + point.form + " does not fit table " + point.table +
                                  (bits ? "; write bool" : "; write a number's type"));
     }
+    if (point.form == "string") {
+      if (!place->count) {
+        return Error(row.line,
+                     "type string has no length; write for example string(16), or all of its "
+                     "registers: 40001-40008");
+      }
+      point.form = "string(" + std::to_string(2 * *place->count) + ")";
+    }
     if (place->count && !point.form.empty() && *place->count != RegistersOf(point.form)) {
       Error(row.line, "type " + point.form + " takes " +
                           Plural(RegistersOf(point.form), "register") + ", and " + Quoted(given) +
                           " are " + std::to_string(*place->count));
+    }
+  }
+
+  /// Lists often name an order in every row; words of a single register have none.
+  void ReadOrder(const CsvRow& row, ListedPoint& point) {
+    const std::string given = WithPlainDashes(Cell(row, ListColumn::order));
+    if (given.empty() || given == "-" || point.form.empty() || point.form == "bool") return;
+    const auto order = OrderNamed(given);
+    if (!order) {
+      return Error(row.line, "order " + Quoted(given) +
+                                 " is unknown or means several; write ABCD (high word first), CDAB "
+                                 "(low word first), BADC or DCBA (the same with the bytes of each "
+                                 "register swapped)");
+    }
+    const bool words = RegistersOf(point.form) > 1 && !point.form.starts_with("string");
+    if (words || *order == "BADC") point.order = *order;
+    if (!words && *order == "DCBA") {
+      Error(row.line, "order DCBA: type " + point.form +
+                          " has no words to swap; write BADC if the bytes of each register are "
+                          "swapped, else nothing");
     }
   }
 
@@ -339,7 +398,7 @@ class ListReader {
 
   void ReadRest(const CsvRow& row, ListedPoint& point) {
     point.unit = Cell(row, ListColumn::unit);
-    if (point.unit == "-" || point.unit == "—") point.unit.clear();
+    if (WithPlainDashes(point.unit) == "-") point.unit.clear();
     point.group = config::Lower(Cell(row, ListColumn::group));
     if (const std::string given = Cell(row, ListColumn::access); !given.empty()) {
       const auto access = AccessNamed(given);

@@ -24,8 +24,9 @@ struct ListedPoint {
   std::string name;
   std::string table;  ///< coil, discrete, holding or input
   std::uint16_t address = 0;
-  std::string form;  ///< what the registers hold: "uint16"; of bits "bool"
-  std::string type;  ///< of the value
+  std::string form;   ///< what the registers hold: "uint16"; of bits "bool"
+  std::string type;   ///< of the value
+  std::string order;  ///< of the bytes in the device: "CDAB"; empty: as the profile says
   Decimal scale = 1;
   std::string unit;
   std::string access = "r";

@@ -26,7 +26,7 @@ constexpr int kSilent = 1;
 
 /// One exchange, wherever it took place.
 struct Exchanged {
-  std::string sent{};      ///< in hex; secrets are masked
+  std::string sent{};      ///< in hex; secrets are masked; empty: nothing was
   std::string received{};  ///< in hex
   std::string reason{};
   TracedDevice device{};
@@ -181,10 +181,13 @@ int AskGateway(const AskOptions& options, const config::Catalog& catalog, std::o
     const auto device = line.is_string() ? ReadTracedDevice(line.get<std::string>()) : std::nullopt;
     if (device && device->name == answer.value("device", "")) exchange.device = *device;
   }
-  const int code = Show(options, exchange, catalog, out);
-  const std::string outcome = answer.value("outcome", "");
-  const bool sent = outcome != Name(Outcome::line_down) && outcome != Name(Outcome::busy);
-  return sent || code == kExitDone ? code : kExitCanNot;
+  if (!exchange.sent.empty()) return Show(options, exchange, catalog, out);
+  if (options.json) {
+    out << Json{{"sent", ""}, {"received", ""}, {"reason", exchange.reason}}.dump(
+               -1, ' ', false, Json::error_handler_t::replace)
+        << '\n';
+  }
+  return Fail(err, kExitCanNot, "nothing was sent: " + exchange.reason);
 }
 
 }  // namespace

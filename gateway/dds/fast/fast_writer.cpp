@@ -17,6 +17,8 @@
 
 #include "gateway/dds/fast/dds_time.h"
 #include "gateway/dds/fast/discovery_listener.h"
+#include "gateway/dds/fast/own_addresses.h"
+#include "gateway/dds/fast/own_sockets.h"
 #include "gateway/dds/fast/participant.h"
 #include "gateway/dds/fast/types.h"
 #include "gateway/dds/fast/write_topics.h"
@@ -224,10 +226,12 @@ class FastWriter : public SampleWriter {
     const auto unmet = listener_->unmet.Sentences();
     auto& remarks = neighbours.remarks;
     remarks.insert(remarks.begin(), unmet.begin(), unmet.end());
+    const auto deaf = RemarksOn(FindSocketFacts(options_, FindOwnAddresses()), options_);
+    remarks.insert(remarks.begin(), deaf.begin(), deaf.end());
     if (remarks.size() > Neighbours::kMostRemarks) {
       const std::size_t more = remarks.size() - Neighbours::kMostRemarks + 1;
       remarks.resize(Neighbours::kMostRemarks);
-      remarks.back() = std::to_string(more) + " more subscribers get nothing";
+      remarks.back() = std::to_string(more) + " more remarks like these";
     }
     return neighbours;
   }

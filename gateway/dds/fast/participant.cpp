@@ -20,6 +20,7 @@
 #include "gateway/dds/fast/checked_transport.h"
 #include "gateway/dds/fast/dds_time.h"
 #include "gateway/dds/fast/own_addresses.h"
+#include "gateway/dds/fast/own_sockets.h"
 #include "gateway/dds/fast/participant_security.h"
 #include "gateway/dds/fast/peers.h"
 #include "gateway/dds/fast/unanswered.h"
@@ -31,7 +32,6 @@ namespace fast = eprosima::fastdds::dds;
 namespace rtps = eprosima::fastdds::rtps;
 
 constexpr int kLastDomain = 232;  // ports of higher domains lie beyond 65535
-constexpr std::uint32_t kSocketBuffer = 4U << 20;
 constexpr Duration kAnnouncements = 1300ms;
 // Readers, and writers, that are remembered, whatever their topic: 32 for each participant that may
 // be there, all together.
@@ -119,7 +119,6 @@ Status Settle(const ParticipantOptions& options, fast::DomainParticipantQos& qos
   transport.user_transports.clear();
   transport.use_builtin_transports = false;
   auto udp = std::make_shared<rtps::UDPv4TransportDescriptor>();
-  // Smaller buffers lose the image of some thousand points to a joining subscriber.
   udp->sendBufferSize = udp->receiveBufferSize = kSocketBuffer;
   if (!MeansAll(options.interfaces)) {
     const auto present = Present(options.interfaces);
@@ -166,7 +165,8 @@ Result<fast::DomainParticipant*> CreateParticipant(const ParticipantOptions& opt
                    " name this domain, and have the permissions begun, by local time?"};
     }
     return Error{"dds: no participant could be made in domain " + std::to_string(options.domain) +
-                 "; are UDP ports from " + std::to_string(7400 + 250 * options.domain) + " free?"};
+                 "; are UDP ports from " + std::to_string(MulticastPort(options.domain)) +
+                 " free?"};
   } catch (const std::exception& failure) {
     return Error{std::string("dds: ") + failure.what()};
   }

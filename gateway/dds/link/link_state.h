@@ -36,7 +36,7 @@ struct LinkState {
   std::optional<std::uint64_t> events{};
   std::uint64_t events_skipped = 0;
   DatagramCounters datagrams;        ///< the same; its participants now
-  std::vector<std::string> remarks;  ///< subscribers that can get nothing now, a sentence each
+  std::vector<std::string> remarks;  ///< why subscribers can get nothing now, a sentence each
 };
 
 }  // namespace baudgate::dds

@@ -22,6 +22,7 @@
 #include "gateway/dds/fast/fast_writer.h"
 #include "gateway/dds/fast/interface_watch.h"
 #include "gateway/dds/fast/own_addresses.h"
+#include "gateway/dds/fast/own_sockets.h"
 #include "gateway/dds/link/link_keeper.h"
 #include "gateway/dds/process/confine.h"
 #include "gateway/dds/process/serve.h"
@@ -72,17 +73,23 @@ class SlowWhile {
 Result<ServeEnd> ServeOne(const Descriptor& link, const StopSignals& stop) {
   const WakeUp wake;
   std::optional<InterfaceWatch> interfaces;
+  ParticipantOptions options;
+  PortWatch port;
   LinkServer server(
-      [&interfaces](const LinkOpen& open) {
+      [&](const LinkOpen& open) {
         const SlowWhile opening;
+        options = open.participant;
         interfaces.emplace(open.participant.interfaces, FindOwnAddresses());
         return CreateFastWriter(open.participant, open.points, open.devices,
                                 open.requests ? open.gateway : std::string(), open.events);
       },
       [&wake] { wake.Ring(); });
-  const auto alive = [&interfaces]() -> Status {
+  const auto alive = [&]() -> Status {
     sd_notify(0, "WATCHDOG=1");
-    const auto changed = interfaces ? interfaces->Look(FindOwnAddresses()) : std::nullopt;
+    if (!interfaces) return {};
+    const OwnAddresses own = FindOwnAddresses();
+    auto changed = interfaces->Look(own);
+    if (!changed) changed = port.Look(options, own);
     if (changed) return Error{*changed + ": DDS begins anew"};
     return {};
   };

@@ -188,16 +188,19 @@ TEST(Values, AsNumberAndText) {
 
 TEST(Csv, GuardsFormulasAndChangesNothingElse) {
   const std::pair<const char*, const char*> rows[] = {
-      {"=1+1", "'=1+1"},      {"@SUM(A1)", "'@SUM(A1)"},
-      {"+A1", "'+A1"},        {"-cmd|' /C x'!A0", "'-cmd|' /C x'!A0"},
-      {"-5+A1", "'-5+A1"},    {"\t=1", "'\t=1"},
-      {"-5.2 kW", "-5.2 kW"}, {"-", "-"},
-      {"- 7", "- 7"},         {"a\tb", "a\tb"},
-      {"a\nb", "\"a\nb\""},   {"a\"b", "\"a\"\"b\""},
-      {"1,5", "\"1,5\""},     {"", ""},
+      {"=1+1", "'=1+1"},        {"@SUM(A1)", "'@SUM(A1)"},
+      {"+A1", "'+A1"},          {"-cmd|' /C x'!A0", "'-cmd|' /C x'!A0"},
+      {"-5+A1", "'-5+A1"},      {"\t=1", "'\t=1"},
+      {"-5.2 kW", "-5.2 kW"},   {"-", "-"},
+      {"- 7", "- 7"},           {"a\tb", "a\tb"},
+      {"-1.5e-05", "-1.5e-05"}, {"+2E+3", "+2E+3"},
+      {"-1e400", "-1e400"},     {"-inf", "'-inf"},
+      {"a\nb", "\"a\nb\""},     {"a\"b", "\"a\"\"b\""},
+      {"1,5", "\"1,5\""},       {"", ""},
   };
   for (const auto& [text, cell] : rows) EXPECT_EQ(CsvCell(text), cell);
-  EXPECT_EQ(PlainCsvCell("=1+1"), "=1+1") << "for programs";
+  const std::string cells[] = {"", "=1+1", "-5", "a,b", ""};
+  EXPECT_EQ(CsvLine(cells), ",'=1+1,-5,\"a,b\",\r\n");
 }
 
 }  // namespace

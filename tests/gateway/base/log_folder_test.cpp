@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/base/log_folder.h"
 
+#include <fmt/chrono.h>
 #include <gtest/gtest.h>
 
 namespace baudgate::log {
@@ -30,6 +31,28 @@ TEST(LogFolder, WhatWasHeldBackIsToldThoughNothingComesAnyMore) {
   EXPECT_EQ(due[0].times, 2);
   EXPECT_EQ(due[0].last.instant, At(20s).instant);
   EXPECT_TRUE(folder.Due(At(200s).instant).empty()) << "told once";
+}
+
+/// A line that is written late must not read as news.
+TEST(LogFolder, ARepeatSaysWhenItCame) {
+  const auto local = [](Duration since) {
+    const std::time_t time = std::chrono::system_clock::to_time_t(
+        std::chrono::time_point_cast<std::chrono::system_clock::duration>(At(since).wall));
+    return fmt::format("{:%H:%M:%S}", fmt::localtime(time));
+  };
+  Folder folder;
+  for (const Duration at : {0s, 5s, 30s, 58s}) folder.Pass("offline", Level::warning, At(at));
+  folder.Pass("online", Level::info, At(6s));
+  folder.Pass("online", Level::info, At(31s));
+  const auto due = folder.Due(At(60s).instant);
+  ASSERT_EQ(due.size(), 2U);
+  EXPECT_EQ(RepeatText(due[0]), "once more at " + local(31s) + ": online");
+  EXPECT_EQ(RepeatText(due[1]),
+            "3 times more between " + local(5s) + " and " + local(58s) + ": offline");
+  for (const Duration at : {70s, 80s}) folder.Pass("offline", Level::warning, At(at));
+  const auto next = folder.Due(At(120s).instant);
+  ASSERT_EQ(next.size(), 1U);
+  EXPECT_EQ(next[0].first.instant, At(70s).instant) << "each count has its own times";
 }
 
 TEST(LogFolder, AtTheEndEverythingIsTold) {

@@ -65,6 +65,18 @@ TEST_F(TelegramRequestsTest, AReadGoesToTheFirstDeviceOfTheLine) {
   EXPECT_THAT(lines_.calls(), ElementsAre("user:anna reads of device 0"));
 }
 
+/// Nobody takes a request for sent that has never left the gateway.
+TEST_F(TelegramRequestsTest, WhatWasNotSentIsNotShownAsSent) {
+  for (const WriteEnd end : {WriteEnd::not_sent, WriteEnd::denied}) {
+    lines_.result = {.end = end, .reason = "the port is in use by 10.0.0.7:40112"};
+    const std::string answer = Ask("bay-1", "3F 31");
+    EXPECT_THAT(answer, HasSubstr(R"("sent":"")"));
+    EXPECT_THAT(answer, HasSubstr("in use by 10.0.0.7:40112"));
+  }
+  lines_.result = {.end = WriteEnd::unknown, .reason = "no reply"};
+  EXPECT_THAT(Ask("bay-1", "3F 31"), HasSubstr(R"("sent":"3F ** 0D")")) << "it was, in vain";
+}
+
 TEST_F(TelegramRequestsTest, OrToTheDeviceThatIsNamed) {
   EXPECT_THAT(Ask("bay-1.feeder-2", "3F 31"), HasSubstr(R"("device":"feeder-2")"));
   EXPECT_THAT(lines_.calls(), ElementsAre("user:anna reads of device 1"));

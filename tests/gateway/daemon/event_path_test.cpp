@@ -150,7 +150,15 @@ TEST_F(EventPathTest, AlarmsGoToTheJournalWithTheirFields) {
   Tell({News::What::no_answer, true, 0U});
   EXPECT_THAT(next(), HasSubstr("\nALARM=no answer\nPRIORITY_OF_ALARM=medium\nSTATE=normal\n"));
   Tell({News::What::replaced, false, 0U, "it is another"});
-  EXPECT_THAT(next(), HasSubstr("it is another\nPRIORITY=4\n")) << "over at once, but news";
+  const std::string raised = next();
+  EXPECT_THAT(raised, HasSubstr("alarm active, priority medium: another device: it is another\n"
+                                "PRIORITY=4\n"));
+  EXPECT_THAT(raised, HasSubstr("\nSTATE=active\n"));
+  const std::string over = next();
+  EXPECT_THAT(over, HasSubstr("alarm returned, priority medium: another device: it is another\n"
+                              "PRIORITY=6\n"))
+      << "what is over is no warning";
+  EXPECT_THAT(over, HasSubstr("\nSTATE=returned\n"));
   log::SetLeast(log::Level::error);
 }
 

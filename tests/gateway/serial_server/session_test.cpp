@@ -181,6 +181,68 @@ TEST_F(Rfc2217, DoublesWhatWouldBeACommand) {
   EXPECT_EQ(ToHex(port_.sent), "61 FF 62");
 }
 
+/// What was sent before the break has left, and what comes behind waits: a UART loses characters
+/// during a break.
+TEST_F(Rfc2217, IacBrkMakesABreakBetweenTheDataAroundIt) {
+  Begin();
+  port_.takes = false;
+  FromClient(*ParseHex("61 FF F3 62"));
+  EXPECT_EQ(ToHex(port_.sent), "61");
+  EXPECT_TRUE(client_.paused);
+  Pass(100ms);
+  EXPECT_TRUE(port_.calls.empty()) << "the port still sends";
+  port_.takes = true;
+  port_.unsent = 0;
+  Pass(Session::kLookBeforeBreak);
+  EXPECT_THAT(port_.calls, ElementsAre("break on"));
+  Pass(250ms);
+  FromClient(*ParseHex("63"));
+  EXPECT_EQ(ToHex(port_.sent), "61");
+  Pass(50ms);
+  EXPECT_THAT(port_.calls, ElementsAre("break on", "break off"));
+  EXPECT_EQ(ToHex(port_.sent), "61 62 63");
+  EXPECT_FALSE(client_.paused);
+}
+
+TEST_F(Rfc2217, IacBrkComesThroughADeviceThatTakesNothing) {
+  Begin();
+  port_.takes = false;
+  FromClient(*ParseHex("61 FF F3"));
+  Pass(Session::kMostBeforeBreak);
+  EXPECT_THAT(port_.calls, ElementsAre("break on"));
+}
+
+TEST_F(Rfc2217, IacBrkAsksForThePort) {
+  FromClient(*ParseHex("FF F3 FF F3"));
+  EXPECT_TRUE(session_.asks());
+  Begin();
+  Pass(1s);
+  EXPECT_THAT(port_.calls, ElementsAre("break on", "break off", "break on", "break off"));
+}
+
+TEST_F(Rfc2217, IacBrkDoesNotEndTheBreakOfACommand) {
+  Begin();
+  FromClient(*ParseHex("FF FA 2C 05 05 FF F0 FF F3"));
+  Pass(1s);
+  EXPECT_THAT(port_.calls, ElementsAre("break on", "break on", "break on"));
+  FromClient(*ParseHex("FF FA 2C 05 06 FF F0"));
+  EXPECT_EQ(port_.calls.back(), "break off");
+}
+
+TEST_F(Rfc2217, IacBrkOfAPortThatMakesNoneHoldsNothingUp) {
+  port_.no_switches = true;
+  Begin();
+  FromClient(*ParseHex("61 FF F3 62"));
+  EXPECT_EQ(ToHex(port_.sent), "61 62");
+}
+
+TEST_F(SessionTest, InRawModeNoByteIsABreak) {
+  Begin();
+  FromClient(*ParseHex("FF F3"));
+  EXPECT_EQ(ToHex(port_.sent), "FF F3");
+  EXPECT_TRUE(port_.calls.empty());
+}
+
 TEST_F(Rfc2217, SuspendsAndResumes) {
   Begin();
   FromClient(*ParseHex("FF FA 2C 08 FF F0"));

@@ -28,6 +28,8 @@ std::vector<std::string> Items(TelnetDecoder& decoder, const std::vector<Bytes>&
         items.push_back("data " + ToHex(item->bytes));
       } else if (item->what == TelnetItem::What::negotiation) {
         items.push_back(ToHex(Bytes{item->verb, item->option}));
+      } else if (item->what == TelnetItem::What::break_key) {
+        items.emplace_back("break");
       } else {
         items.push_back("sub " + ToHex(Bytes{item->option}) +
                         (item->bytes.empty() ? "" : " " + ToHex(item->bytes)));
@@ -56,6 +58,7 @@ const Stream kStreams[] = {
      "FF FA 2C 01 FF FF 03 FF F0 61",
      {"sub 2C 01 FF 03", "data 61"}},
     {"an empty subnegotiation", "FF FA 2C FF F0", {"sub 2C"}},
+    {"the break key between data", "61 FF F3 62 FF FF F3", {"data 61", "break", "data 62 FF F3"}},
     {"commands for terminals say nothing", "61 FF F1 FF F9 62", {"data 61 62"}},
     {"a command breaks a subnegotiation off", "FF FA 2C 01 FF FD 00 61", {"FD 00", "data 61"}},
     {"another subnegotiation breaks it off", "FF FA 2C 01 FF FA 2C 02 FF F0", {"sub 2C 02"}},

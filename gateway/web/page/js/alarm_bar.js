@@ -12,7 +12,7 @@ export const priorityMark = {high: 'bad', medium: 'warn', low: 'info'};
 
 export async function acknowledge(target) {
   try {
-    const answer = await post('/api/v1/alarms/ack', {target});
+    const answer = await post('api/v1/alarms/ack', {target});
     if (answer.trouble) emit('notice', answer.trouble);
     emit('acknowledged');
   } catch (error) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Requests to the gateway. An error carries the gateway's own sentence.
+// Requests to the gateway. An error carries the gateway's own sentence. Paths are relative to the page: a proxy may show it
+// below a path of its own.
 import {emit} from './bus.js';
 
 export class ApiError extends Error {
@@ -17,21 +18,22 @@ async function request(path, options) {
     throw new ApiError(0, 'The gateway does not answer.');
   }
   if (response.status === 204) return null;
-  const body = await response.json().catch(() => ({}));
-  if (response.ok) return body;
-  if (response.status === 401 && path !== '/login') emit('login');
-  throw new ApiError(response.status, body.detail || body.title || `The gateway answered ${response.status}.`);
+  const body = await response.json().catch(() => null);
+  if (response.ok && body) return body;
+  if (response.ok) throw new ApiError(0, 'The gateway does not answer.');
+  if (response.status === 401 && path !== 'login') emit('login');
+  throw new ApiError(response.status, body?.detail || body?.title || `The gateway answered ${response.status}.`);
 }
 
-/** get('status', {target: 'bay-1'}): parameters without a value are left out. */
-export function get(name, parameters = {}) {
-  return request(address(name, parameters));
+/** get('status', {target: 'bay-1'}): parameters without a value are left out. `patience`: milliseconds until it is given up. */
+export function get(name, parameters = {}, patience = 0) {
+  return request(address(name, parameters), patience ? {signal: AbortSignal.timeout?.(patience)} : {});
 }
 
 export function address(name, parameters = {}) {
   const given = Object.entries(parameters).filter(([, value]) => value !== undefined && value !== '');
   const query = new URLSearchParams(given).toString();
-  return `/api/v1/${name}${query ? `?${query}` : ''}`;
+  return `api/v1/${name}${query ? `?${query}` : ''}`;
 }
 
 export function post(path, body = {}) {

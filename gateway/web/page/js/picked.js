@@ -3,9 +3,11 @@
 import {emit} from './bus.js';
 
 export const most = 8;
+// A proxy may show several gateways, each below a path of its own.
+const key = `trends ${location.pathname}`;
 let names = [];
 try {
-  names = JSON.parse(localStorage.getItem('trends') || '[]').filter((n) => typeof n === 'string').slice(0, most);
+  names = JSON.parse(localStorage.getItem(key) || '[]').filter((n) => typeof n === 'string').slice(0, most);
 } catch {
   names = [];
 }
@@ -18,7 +20,7 @@ export function set(given) {
   if (next.join() === names.join()) return;
   names = next;
   try {
-    localStorage.setItem('trends', JSON.stringify(names));
+    localStorage.setItem(key, JSON.stringify(names));
   } catch {
     // A browser that stores nothing forgets them with the page.
   }

@@ -11,8 +11,8 @@ let loading = null;
 /** The library is fetched when the first chart is wanted. */
 export function loadCharts() {
   loading ||= new Promise((resolve, reject) => {
-    document.head.append(h('link', {rel: 'stylesheet', href: '/chart.css'}));
-    document.head.append(h('script', {src: '/chart.js', onload: () => {
+    document.head.append(h('link', {rel: 'stylesheet', href: 'chart.css'}));
+    document.head.append(h('script', {src: 'chart.js', onload: () => {
       // The legend of the library writes HTML with styles, which the page does not allow.
       Dygraph.PLUGINS = Dygraph.PLUGINS.filter((plugin) => plugin !== Dygraph.Plugins.Legend);
       resolve();

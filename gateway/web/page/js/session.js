@@ -10,7 +10,7 @@ export async function askSession() {
   return session;
 }
 
-export const logOut = () => post('/logout');
+export const logOut = () => post('logout');
 
 /** Shows the form; done() once the gateway has taken the token. */
 export function showLogin(main, done) {
@@ -21,7 +21,7 @@ export function showLogin(main, done) {
   form.addEventListener('submit', async (event) => {
     event.preventDefault();
     try {
-      await post('/login', {token: token.value});
+      await post('login', {token: token.value});
       done();
     } catch (error) {
       problem.hidden = false;

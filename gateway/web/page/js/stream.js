@@ -40,7 +40,7 @@ function close() {
 function open() {
   close();
   openedAt = Date.now();
-  const mine = new EventSource('/api/v1/points/stream');
+  const mine = new EventSource('api/v1/points/stream');
   source = mine;
   const listen = (event, use) => mine.addEventListener(event, (message) => {
     if (mine !== source) return;

@@ -19,6 +19,7 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Not;
 
 class ProfileFiles : public ::testing::Test {
  protected:
@@ -71,6 +72,29 @@ TEST_F(ProfileFiles, AListBecomesAProfileThatIsAccepted) {
   EXPECT_THAT(err_.str(), HasSubstr("order: CDAB"));
   EXPECT_EQ(Check("modbus_rtu/list.yaml", profile), kExitDone) << err_.str();
   EXPECT_THAT(out_.str(), AllOf(HasSubstr("modbus_rtu/list, 3 points"), HasSubstr("energy_in")));
+}
+
+/// As Excel on Windows saves it: a named separator, dashes of the code page.
+TEST_F(ProfileFiles, AListWithOrdersDashesAndATextIsAccepted) {
+  ASSERT_EQ(New("sep=;\r\n"
+                "name;register;type;word order\r\n"
+                "Power;40003\x96"
+                "40004;FLOAT;CDAB\r\n"
+                "Energy;40005\x96"
+                "40008;UINT64;low word first\r\n"
+                "Serial number;40011\x96"
+                "40018;STRING;CDAB\r\n"
+                "State;40021;UINT16;CDAB\r\n",
+                FirstRegister::modicon),
+            kExitDone)
+      << err_.str();
+  const std::string profile = out_.str();
+  EXPECT_THAT(profile, HasSubstr("name: power, read: \"holding 2 CDAB\", type: float32"));
+  EXPECT_THAT(profile, HasSubstr("name: energy, read: \"holding 4 CDAB\", type: uint64"));
+  EXPECT_THAT(profile, HasSubstr("name: serial_number, read: \"holding 10\", type: string(16)"));
+  EXPECT_THAT(profile, HasSubstr("name: state, read: \"holding 20\", type: uint16"));
+  EXPECT_THAT(err_.str(), Not(HasSubstr("order: CDAB"))) << "every order is known";
+  EXPECT_EQ(Check("modbus_rtu/list.yaml", profile), kExitDone) << err_.str();
 }
 
 TEST_F(ProfileFiles, WhatTheFirstRegisterIsCalledIsAskedFor) {

@@ -47,6 +47,13 @@ TEST(CsvTable, CommasSemicolonsTabsQuotesAndLinesOfAnySystem) {
   EXPECT_THAT(quoted.rows[1].cells, ElementsAre("x;\"y\"", "0,1"));
   EXPECT_EQ(quoted.rows[2].line, 3);
   EXPECT_THAT(ReadCsv("").rows, IsEmpty());
+  for (const char* head : {"sep=;\r\n", "SEP=;\n", "\"sep=;\"\n"}) {
+    const CsvTable named = ReadCsv(std::string(head) + "a,b;c\n1;2\n");
+    ASSERT_THAT(named.rows, SizeIs(2)) << head;
+    EXPECT_THAT(named.rows[0].cells, ElementsAre("a,b", "c")) << head;
+    EXPECT_EQ(named.rows[1].line, 3) << "as the editor counts";
+  }
+  EXPECT_THAT(ReadCsv("sep=\t\na,b\tc\n").rows.at(0).cells, ElementsAre("a,b", "c"));
 }
 
 TEST(RegisterList, TheFirstRegisterDecides) {
@@ -70,6 +77,59 @@ TEST(RegisterList, TheFirstRegisterDecides) {
   }
   EXPECT_THAT(Row("a,0,WORD", FirstRegister::one), HasSubstr("is none"));
   EXPECT_THAT(Row("a,65536,WORD", FirstRegister::zero), HasSubstr("is none"));
+}
+
+TEST(RegisterList, RangesHaveManyDashes) {
+  for (const char* range :
+       {"40003-40004", "40003\u201340004", "40003 \u2013 40004", "40003\u201440004",
+        "40003\u221240004", "40003\u202640004", "40003..40004", "40003~40004", "40003 to 40004",
+        "40003-4", "40003\u201304"}) {
+    EXPECT_EQ(Row(std::string("a,") + range + ",DINT", FirstRegister::modicon),
+              "holding 2 int32 int32")
+        << range;
+  }
+  EXPECT_EQ(Row("a,0x10\u20130x11,REAL", FirstRegister::zero), "holding 16 float32 float32");
+  EXPECT_EQ(Row("a,input 12\u201313,REAL", FirstRegister::zero), "input 12 float32 float32");
+  EXPECT_THAT(Row("a,40004\u201340003,DINT", FirstRegister::modicon), HasSubstr("is none"));
+  EXPECT_THAT(Row("a,40003\u201340005,DINT", FirstRegister::modicon), HasSubstr("are 3"));
+}
+
+TEST(RegisterList, ATextIsAsLongAsItsRegisters) {
+  for (const char* type : {"STRING", "ascii", "Char", "text", "STRING(16)", "char 16"}) {
+    EXPECT_EQ(Row(std::string("a,40001\u201340008,") + type, FirstRegister::modicon),
+              "holding 0 string(16) string(16)")
+        << type;
+  }
+  EXPECT_THAT(Row("a,40001,STRING", FirstRegister::modicon),
+              AllOf(HasSubstr("has no length"), HasSubstr("40001-40008")));
+  EXPECT_THAT(Row("a,40001-40004,STRING(16)", FirstRegister::modicon), HasSubstr("are 4"));
+}
+
+TEST(RegisterList, AColumnNamesTheOrderOfTheWords) {
+  const auto order = [](const std::string& type, const std::string& word,
+                        const std::string& header = "Word order") {
+    const RegisterList list = Read(
+        "name;register;type;" + header + "\na;1;" + type + ";" + word + "\n", FirstRegister::one);
+    return list.errors.empty() ? list.points.at(0).order : list.errors.front();
+  };
+  for (const auto& [word, meant] : {std::pair{"CDAB", "CDAB"},
+                                    {"low word first", "CDAB"},
+                                    {"LSW first", "CDAB"},
+                                    {"Word-swap", "CDAB"},
+                                    {"big-endian", "ABCD"},
+                                    {"ABCD", "ABCD"},
+                                    {"byte swap", "BADC"},
+                                    {"DCBA", "DCBA"},
+                                    {"", ""},
+                                    {"\u2013", ""}}) {
+    EXPECT_EQ(order("REAL", word), meant) << word;
+  }
+  EXPECT_EQ(order("UDINT", "CDAB", "Endianness"), "CDAB");
+  EXPECT_EQ(order("UINT", "CDAB"), "") << "one register has no words";
+  EXPECT_EQ(order("STRING(8)", "CDAB"), "");
+  EXPECT_EQ(order("UINT", "BADC"), "BADC");
+  EXPECT_THAT(order("UINT", "DCBA"), HasSubstr("write BADC"));
+  EXPECT_THAT(order("REAL", "little endian"), HasSubstr("means several")) << "nobody guesses";
 }
 
 TEST(RegisterList, IsAskedForWhereNumbersStand) {
@@ -228,7 +288,8 @@ TEST(ListedWords, TypesOfManyManuals) {
     EXPECT_EQ(FormNamed(word), form) << word;
   }
   EXPECT_FALSE(FormNamed("int17"));
-  EXPECT_FALSE(FormNamed("string"));
+  EXPECT_EQ(FormNamed("string"), "string") << "its registers say how long";
+  EXPECT_FALSE(FormNamed("string(0)"));
   EXPECT_FALSE(FormNamed(""));
 }
 
