@@ -94,7 +94,8 @@ std::vector<std::string> Lines::NotOpen(std::span<const std::uint32_t> lines) co
   for (const std::uint32_t line : lines) {
     const std::string name = "line " + config(line).name + ": ";
     const LineStatus status = store_.ReadLine(line);
-    const bool tried_in_vain = status.port == LineStatus::Port::closed &&
+    const bool tried_in_vain = !config(line).is_network() &&
+                               status.port == LineStatus::Port::closed &&
                                !status.port_text.empty() && status.port_text != kNotOpenedYet;
     if (tried_in_vain) {
       troubles.push_back(name + status.port_text);

@@ -47,8 +47,8 @@ class Lines {
   /// Those that do not run yet.
   void Start();
   /// What these lines, which were just started, could not open: "line bay: no client can come in at
-  /// 127.0.0.1:4001: address already in use". Waits for their first attempts; a connection over the
-  /// network that is still being made is no trouble.
+  /// 127.0.0.1:4001: address already in use". Waits for their first attempts. Connections that they
+  /// make over the network take longer and are not told.
   std::vector<std::string> NotOpen(std::span<const std::uint32_t> lines) const;
   /// Ends these lines and closes their ports, within about a second. A line whose driver does not
   /// return from a call is abandoned.
