@@ -16,6 +16,7 @@
 #include <fstream>
 #include <vector>
 
+#include "gateway/base/port_holders.h"
 #include "gateway/base/text.h"
 #include "transports/serial_settings.h"
 
@@ -84,7 +85,9 @@ std::optional<pid_t> LockHolder(int fd) {
 }
 
 std::string Conflict(const std::string& port, std::optional<pid_t> holder) {
-  if (!holder) return port + " is in use by another program; close it there first";
+  if (!holder) {
+    return port + " is in use by another program (" + NameHolders(port) + "); close it there first";
+  }
   if (*holder == getpid()) return port + " is in use by another line of this gateway";
   std::ifstream file("/proc/" + std::to_string(*holder) + "/comm");
   std::string name;

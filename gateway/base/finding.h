@@ -49,11 +49,11 @@ enum class Symptom : std::uint8_t {
   other_protocol,  ///< messages of another protocol
   other_device,    ///< a whole reply of another device
   other_master,    ///< a request that this gateway has not sent
-  one_behind,   ///< the reply to the request before, in time; `cause`: lags, where it never comes
-                ///< without the next request
-  same_again,   ///< what came to other requests before, byte for byte; `cause`: a text
-  late_echo,    ///< a request of this gateway, long after it was sent; `cause`: its end at once
-  late_other,   ///< the late reply of another device of the line
+  one_behind,  ///< the reply to the request before, in time; `cause`: lags, where it never comes
+               ///< without the next request
+  same_again,  ///< what came to other requests before, byte for byte; `cause`: a text
+  late_echo,   ///< a request of this gateway, long after it was sent; `cause`: a part of it at once
+  late_other,  ///< the late reply of another device of the line
   other_reply,  ///< a whole reply to another request
   two_replies,  ///< two different whole replies to one request
   odd,          ///< a whole reply whose content does not fit its request
@@ -65,6 +65,9 @@ enum class Symptom : std::uint8_t {
   noise,        ///< bytes in which nothing can be recognised
 };
 inline constexpr std::size_t kSymptoms = static_cast<std::size_t>(Symptom::noise) + 1;
+
+/// Cause of noise_before and late_echo: a part of the request came back.
+inline constexpr std::string_view kOwnRequest = "our own request";
 
 /// Before the first request after the opening of a port.
 inline constexpr Duration kLongIdle = Duration::max();

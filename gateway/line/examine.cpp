@@ -26,8 +26,9 @@ namespace {
 
 /// So many bytes without a pause are no message of any reader.
 constexpr std::size_t kEndless = 240;
-/// So many bytes of a request are no chance.
+/// So many bytes of a request are no chance, in place of a reply and beside one.
 constexpr std::size_t kWholeEcho = 4;
+constexpr std::size_t kPartOfEcho = 2;
 /// So many bytes are a few.
 constexpr std::size_t kAFew = 2;
 
@@ -136,10 +137,32 @@ bool IsIdle(View bytes) {
   return std::ranges::all_of(bytes, [](auto byte) { return byte % 0xFF == 0; });
 }
 
+/// It begins with a part of the request: its beginning, its end where the receiver was switched on
+/// while it was sent, or the whole with a changed byte. `beside`: a good reply came as well.
+bool IsEcho(const Hearing& hearing, View heard, bool beside) {
+  const View request = hearing.request;
+  if (hearing.expect->mirrors || hearing.protocol->tcp) return false;
+  const std::size_t least = std::min(beside ? kPartOfEcho : kWholeEcho, request.size() - 1);
+  for (std::size_t lost = 0; lost <= request.size() / 2; ++lost) {
+    const View rest = request.subspan(lost);
+    const View part = heard.first(std::min(heard.size(), rest.size()));
+    std::size_t same = 0;
+    for (std::size_t i = 0; i < part.size(); ++i) same += part[i] == rest[i] ? 1 : 0;
+    const bool whole = part.size() == rest.size() && 4 * same >= 3 * part.size();
+    // A damaged reply begins as its request does.
+    const bool piece = same == part.size() && (beside || 2 * same > request.size());
+    if ((whole || piece) && same >= least && !IsIdle(part)) return true;
+  }
+  return false;
+}
+
 /// What came beside the reply of an exchange whose reply was taken.
 Finding Beside(const Hearing& hearing, View heard, const Found& found) {
   const View before = heard.first(found.begin);
   const View behind = heard.subspan(found.end);
+  if (IsEcho(hearing, before, true)) {
+    return {.symptom = Symptom::noise_before, .cause = std::string(kOwnRequest)};
+  }
   for (const View part : {before, behind}) {
     if (auto stranger = Stranger(hearing, part)) return *stranger;
   }
@@ -159,20 +182,6 @@ Finding Untaken(const Hearing& hearing, std::size_t echo, const Found& found) {
   if (auto comma = DecimalComma(hearing, heard)) return *comma;
   if (auto recognised = Recognise(hearing, heard)) return *recognised;
   return {.symptom = found.others ? Symptom::two_replies : Symptom::odd};
-}
-
-/// It begins with the end of the request: the receiver was switched on while it was sent.
-bool IsCutEcho(const Hearing& hearing, View heard) {
-  const View request = hearing.request;
-  if (hearing.expect->mirrors || hearing.protocol->tcp) return false;
-  for (std::size_t lost = 1; lost <= request.size() / 2; ++lost) {
-    const View rest = request.subspan(lost);
-    if (rest.size() >= kWholeEcho && heard.size() >= rest.size() &&
-        std::ranges::equal(heard.first(rest.size()), rest)) {
-      return true;
-    }
-  }
-  return false;
 }
 
 /// It begins as a reply does.
@@ -305,8 +314,8 @@ Finding Examine(const Hearing& hearing) {
   }
   const auto found = FindReply(hearing, heard);
   Finding finding;
-  if (!answered && IsCutEcho(hearing, heard)) {
-    finding = {.symptom = Symptom::late_echo, .cause = "cut"};
+  if (!answered && IsEcho(hearing, heard, false)) {
+    finding = {.symptom = Symptom::late_echo, .cause = std::string(kOwnRequest)};
   } else if (answered) {
     if (found) finding = Beside(hearing, heard, *found);
   } else {

@@ -45,7 +45,8 @@ void DeviceAccounts::OnExchange(const Member& member, const ExchangeEnd& end,
     status.learned = member.device->conversation->WhatIsLearned();
     status.lacks_time = member.device->conversation->LacksTime();
     // The part that has ended the connection may have reported why.
-    if (!about.broadcast && (!cut_off || finding.bytes > 0)) status.findings.Add(finding);
+    if (!about.broadcast && (!cut_off || finding.bytes > 0))
+      status.findings.Add(finding, now_.instant);
     if (!about.broadcast && !cut_off) Count(member, answered, status);
     if (!answered) return;
     status.last_ok = now_.instant;
@@ -218,7 +219,7 @@ void DeviceAccounts::OnUnasked(const Member& member, Outcome outcome, const std:
     ++status.outcomes[static_cast<std::size_t>(outcome)];
     status.last_outcome = outcome;
     status.recent.Add(outcome);
-    status.findings.Add(finding);
+    status.findings.Add(finding, now_.instant);
     status.learned = member.device->conversation->WhatIsLearned();
     status.missing = member.device->conversation->WhatIsMissing();
     if (outcome != Outcome::ok) {

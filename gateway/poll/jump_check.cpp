@@ -49,8 +49,10 @@ JumpCheck::Result JumpCheck::Check(std::vector<Sample>& samples) {
     History& history = histories_[sample.point];
     const bool steady = !std::exchange(history.changes, changes) && !changes;
     const bool jumped = steady && HasValue(history.candidate) && HasValue(history.last);
-    result.unconfirmed =
-        result.unconfirmed || (jumped && !Agree(point, history, history.candidate, sample.value));
+    // A value that has moved on really changes.
+    const bool returned = jumped && Agree(point, history, history.last, sample.value) &&
+                          !Agree(point, history, history.candidate, sample.value);
+    result.unconfirmed = result.unconfirmed || returned;
     switch (Judge(point, history, sample.value)) {
       case Finding::counts:
         return false;

@@ -34,7 +34,7 @@ class JumpCheck {
   struct Result {
     std::vector<std::size_t> doubtful;    ///< their last values are uncertain until they are read
     bool ask_again = false;               ///< now
-    bool unconfirmed = false;             ///< what jumped before has not come again
+    bool unconfirmed = false;             ///< what jumped before was back at its last value
     std::optional<config::Group> spoils;  ///< a seldom group of which a point stays uncertain
   };
   /// Removes from the samples of one reply those that do not count yet. Samples that are not good

@@ -28,7 +28,7 @@ Outcome ReplyJudge::Judge(Job& job, View frame, bool may_be_echo, Instant now) {
   if (may_be_echo) {
     answer.reason =
         "a good reply equals its request, and this bus echoes requests: perhaps nobody has "
-        "answered; set 'echo: strip' at the line";
+        "answered; set 'echo: strip' in the configuration";
     return answer.outcome = Outcome::unexpected;
   }
   Device* const device = job.member->device;

@@ -7,8 +7,6 @@
 #include <string_view>
 
 #include "gateway/status/hypotheses.h"
-#include "gateway/status/hypothesis_words.h"
-#include "gateway/status/reason.h"
 #include "gateway/status/words.h"
 
 namespace baudgate::control {
@@ -24,7 +22,7 @@ constexpr const char* kSetRaw =
     "set the converter or serial server to raw (no XON/XOFF, no Telnet)";
 
 bool IsNearlyAll(std::size_t count, const Evidence& evidence) {
-  return 10 * count >= 9 * evidence.failed;
+  return 10 * count >= 9 * evidence.seen;
 }
 
 /// "11 and 13".
@@ -42,7 +40,7 @@ std::string NamesOf(unsigned specials) {
 bool IsComputedOtherwise(const Evidence& evidence) {
   const Finding* const check = evidence.first().status.findings.Check();
   const bool fits = check != nullptr && check->cause != kText;
-  return fits && 2 * evidence.Count(bad_check) > evidence.failed;
+  return fits && 2 * evidence.Count(bad_check) > evidence.seen;
 }
 
 /// FF is what a character with wrong parity becomes; on a connection it is Telnet's.
@@ -54,15 +52,15 @@ unsigned Suspects(const Evidence& evidence) {
 
 std::string SayHeadLost(const Evidence& evidence) {
   const std::string& how = evidence.Last(head_lost).cause;
-  const bool several = !how.empty() && how != kGarbled;
-  if (several && evidence.answered && !evidence.alike.empty() && !evidence.line->is_network()) {
-    return "the first bytes of its replies are missing, as those of its neighbours: another "
-           "program reads the port (baudgate ports), or a converter switches too late";
-  }
+  const bool one = how.empty() && evidence.Count({noise, damaged}) == 0;
+  const bool steals = !one && how != kGarbled && evidence.answered && !evidence.alike.empty() &&
+                      !evidence.line->is_network();
   return std::string(how == kGarbled ? "the first byte of its replies comes garbled"
-                     : how.empty()   ? "the first byte of its replies is missing"
+                     : one           ? "the first byte of its replies is missing"
                                      : "the first bytes of its replies are missing") +
-         ": use a converter with automatic direction, or raise the answer delay of the device";
+         ": a converter switches too late: use automatic direction, or raise the device's answer "
+         "delay" +
+         (steals ? "; or " + OtherReader(evidence) : "");
 }
 
 std::string SayEndLost(const Evidence& evidence) {

@@ -8,13 +8,8 @@
 #include <utility>
 
 #include "gateway/base/shown.h"
-#include "gateway/status/diagnose_beside.h"
-#include "gateway/status/diagnose_failures.h"
-#include "gateway/status/diagnose_points.h"
-#include "gateway/status/diagnose_unasked.h"
+#include "gateway/status/diagnose_parts.h"
 #include "gateway/status/evidence.h"
-#include "gateway/status/line_time.h"
-#include "gateway/status/reason.h"
 #include "gateway/status/words.h"
 
 namespace baudgate::control {
@@ -67,7 +62,7 @@ Sentences Absence(const LineStatus& line, const DeviceRecord& record,
     return {since + ", as no device of line '" + record.line->name + "' answers"};
   }
   const std::string often = status.last_ok ? Outages(record, 2, now, started) : std::string();
-  const bool silent = evidence.Count(Symptom::silence) == evidence.failed;
+  const bool silent = evidence.Count(Symptom::silence) == evidence.seen;
   if (!often.empty() && silent) since += " (" + often + ")";
   Sentences said = Said(since + ": ", evidence);
   if (!often.empty()) {
@@ -87,7 +82,7 @@ Sentences Patience(const DeviceStatus& status) {
   return {
       fmt::format("late: its replies come up to {} ms after the request, and timing.reply is {} "
                   "ms: set timing: "
-                  "{{ reply: {}ms }} at the device",
+                  "{{ reply: {}ms }} in the configuration",
                   Milliseconds(seen), Milliseconds(reply), 50 * (Milliseconds(seen) / 50 + 2))};
 }
 
@@ -166,15 +161,15 @@ Sentences Exchanges(const DeviceRecord& device, const Evidence& evidence,
   const Sentences beside = late ? Sentences() : Beside(device, IsCleanElsewhere(device, all));
   // If such bytes are frequent and failures are few, the bytes are the cause.
   const bool explains = !beside.empty() && evidence.looked > 3 * evidence.failed &&
-                        evidence.Count(Symptom::silence) < evidence.failed;
+                        evidence.Count(Symptom::silence) < evidence.seen;
   const bool first = AreTwo(device.status.findings) || explains;
   found.insert(first ? found.begin() : found.end(), beside.begin(), beside.end());
   return found;
 }
 
-/// A second read did not confirm a jump. Empty: that is rare.
+/// A second read did not confirm a jump. Empty: that is rare, or most jumps are real.
 Sentences Unconfirmed(const DeviceStatus& status) {
-  if (status.unconfirmed < kUnconfirmed) return {};
+  if (status.unconfirmed < kUnconfirmed || 3 * status.unconfirmed < status.rechecks) return {};
   if (kUnconfirmedShare * status.unconfirmed < status.exchanges) return {};
   return {fmt::format(
       "{} of its readings changed when they were read again: replies come damaged, and no check "
@@ -262,6 +257,7 @@ Sentences DiagnoseDevice(const LineStatus& line, const DeviceRecord& device,
     found.push_back("degraded: several of its last 32 exchanges failed" +
                     (status.last_reason.empty() ? "" : "; last: " + status.last_reason));
   }
+  if (!echoes) add(NoteAbsent(line, device, now));
   return found;
 }
 

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/status/diagnose_beside.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 
+#include "gateway/status/diagnose_parts.h"
 #include "gateway/status/evidence.h"
 #include "gateway/status/words.h"
 
@@ -46,6 +45,7 @@ std::string Wrapped(const DeviceRecord& record) {
   if (!IsWrapped(record)) return {};
   const Findings& findings = record.status.findings;
   const std::string& around = findings.Around();
+  if (around == kOwnRequest) return kHearsItself;
   const bool idle = around.find_first_not_of("0FEC8 .") == std::string::npos;
   const bool network = record.line->is_network();
   const bool same = findings.SameAround() >= kConstant;
@@ -72,7 +72,8 @@ bool IsWrapped(const DeviceRecord& record) {
   const std::size_t beside =
       findings.Count(Symptom::few_beside) + findings.Count(Symptom::noise_before) +
       findings.Count(Symptom::noise_behind) + findings.Count(Symptom::text_beside);
-  if (beside < kNotableNoise || !IsNearlyAlways(beside, findings)) return false;
+  const bool echo = findings.Around() == kOwnRequest && findings.SameAround() >= kConstant;
+  if (echo || beside < kNotableNoise || !IsNearlyAlways(beside, findings)) return echo;
   // Words may differ from one reply to the next, as a length or a field strength.
   if (findings.Count(Symptom::text_beside) == beside) return true;
   if (findings.SameAround() < kConstant) return false;

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/status/diagnose_failures.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,10 +6,8 @@
 
 #include "gateway/base/shown.h"
 #include "gateway/status/absences.h"
-#include "gateway/status/diagnose_points.h"
+#include "gateway/status/diagnose_parts.h"
 #include "gateway/status/hypotheses.h"
-#include "gateway/status/hypothesis_words.h"
-#include "gateway/status/reason.h"
 #include "gateway/status/words.h"
 
 namespace baudgate::control {
@@ -22,7 +18,6 @@ using Sentences = std::vector<std::string>;
 /// Failures between answers, of the last minutes, and their share of all exchanges.
 constexpr double kManyRuns = 5;
 constexpr double kNotableLosses = 0.03;
-constexpr int kRecentMinutes = 4;
 /// Refused so often in a row, without one answer between, it is no moment of work.
 constexpr std::size_t kAlways = 8;
 
@@ -97,7 +92,7 @@ std::string NotAnswered(const Evidence& evidence) {
 /// others.
 Sentences SilentPoints(const DeviceRecord& record, const Evidence& evidence) {
   if (record.status.unasked) return {};
-  const bool silent = evidence.Count(Symptom::silence) == evidence.failed;
+  const bool silent = evidence.Count(Symptom::silence) == evidence.seen;
   // What is answered in another way is no silence.
   const auto was = [&](Symptom symptom) {
     return record.status.findings.Last(symptom).symptom == symptom;
@@ -177,43 +172,17 @@ Sentences DeadQueries(const DeviceRecord& record, const Evidence& evidence) {
           "): does the profile fit the device?"};
 }
 
-/// Whether all its failures, since the start, were of these kinds.
-template <typename IsMeant>
-bool FailedOnlyBy(const Findings& findings, IsMeant is_meant) {
-  for (std::size_t i = 0; i < kSymptoms; ++i) {
-    const auto symptom = static_cast<Symptom>(i);
-    const bool seen = !IsAnswered(symptom) && findings.Last(symptom).symptom == symptom;
-    if (seen && !is_meant(symptom)) return false;
+/// How often it fails; empty: not often enough for a word. Failures may be too seldom to be among
+/// the latest exchanges at each look.
+std::string HowOften(const DeviceRecord& record, const Evidence& evidence) {
+  if (evidence.failed >= kNotableFailures) {
+    return fmt::format("{} of {} exchanges failed: ", evidence.failed, evidence.looked);
   }
-  return true;
-}
-
-/// Damage that is too seldom to be among the latest exchanges at each look.
-Sentences SeldomDamage(const DeviceRecord& record, const Evidence& evidence) {
-  const MinuteCounts tally = record.status.hour.Sum(evidence.now, kRecentMinutes);
+  const FailureTally tally = TallyOf(record.status.spoilt);
   const double all = tally.failed + tally.answered;
-  if (tally.failed < kManyRuns || Share(tally.failed, all) < kNotableLosses) return {};
-  return {fmt::format("{} of {:.0f} exchanges failed: {}", tally.failed, all, SayNoise(evidence))};
-}
-
-/// Single losses that are too seldom to be among the latest exchanges at each look.
-Sentences SeldomLosses(const DeviceRecord& record, const Evidence& evidence) {
-  const Findings& findings = record.status.findings;
-  if (record.status.unasked || IsAbsent(record.status)) return {};
-  if (!FailedOnlyBy(findings, [](Symptom symptom) { return symptom == Symptom::silence; })) {
-    return FailedOnlyBy(findings, IsDamage) ? SeldomDamage(record, evidence) : Sentences();
-  }
-  const FailureTally tally = TallyOf(record.status.failures);
-  const double all = tally.failed + tally.answered;
-  if (tally.runs < kManyRuns || Share(tally.failed, all) < kNotableLosses) return {};
-  return {
-      fmt::format("{:.0f} of {:.0f} exchanges failed: {}", tally.failed, all, SaySilent(evidence))};
-}
-
-/// How often it fails at present; empty: not often enough for a word.
-std::string HowOften(const Evidence& evidence) {
-  if (evidence.failed < kNotableFailures) return {};
-  return fmt::format("{} of {} exchanges failed: ", evidence.failed, evidence.looked);
+  const bool often = tally.runs >= kManyRuns && Share(tally.failed, all) >= kNotableLosses;
+  if (!often || evidence.seen == 0 || record.status.unasked) return {};
+  return fmt::format("{:.0f} of {:.0f} exchanges failed: ", tally.failed, all);
 }
 
 /// Its polls were answered for a while.
@@ -226,7 +195,7 @@ bool HasWorked(const DeviceRecord& record) {
 /// What it says in place of values: one reason for all that it refuses.
 std::string Refusals(const DeviceRecord& record, const Evidence& evidence) {
   const std::size_t count = evidence.Count(Symptom::refusal);
-  if (count < kNotableFailures) return {};
+  if (count < kNotableFailures || LacksOptions(record)) return {};
   const Finding& last = evidence.Last(Symptom::refusal);
   const std::string reason =
       last.cause.empty() ? std::string(Name(record.status.last_outcome)) : Brief(last);
@@ -289,11 +258,10 @@ Sentences Failures(const DeviceRecord& record, const Evidence& evidence) {
                         ? Said("", evidence)
                         : SilentPoints(record, evidence);
   if (found.empty()) found = DeadQueries(record, evidence);
-  const std::string often = HowOften(evidence);
+  const std::string often = HowOften(record, evidence);
   if (!often.empty() && found.empty()) {
     found = Said(often, evidence);
   }
-  if (found.empty()) found = SeldomLosses(record, evidence);
   const std::vector<QueryCount>& queries = record.status.queries;
   const bool none = !queries.empty() && std::ranges::all_of(queries, [](const QueryCount& query) {
     return query.points == 0 || query.in_vain > 0;

@@ -4,14 +4,12 @@
 #include <algorithm>
 #include <string_view>
 
+#include "gateway/base/port_holders.h"
 #include "gateway/base/shown.h"
 #include "gateway/status/diagnose.h"
-#include "gateway/status/diagnose_beside.h"
-#include "gateway/status/diagnose_port.h"
+#include "gateway/status/diagnose_parts.h"
 #include "gateway/status/evidence.h"
 #include "gateway/status/hypotheses.h"
-#include "gateway/status/line_time.h"
-#include "gateway/status/reason.h"
 #include "gateway/status/words.h"
 
 namespace baudgate::control {
@@ -40,9 +38,9 @@ Sentences DriverErrors(const config::Line& line, const LineStatus& status, bool 
   }
   if (status.restored >= kFacts) {
     found.push_back(fmt::format(
-        "another program has changed the settings of the port {} (they were set again): keep it "
-        "away from {}; 'baudgate ports' helps to find it",
-        Times(status.restored), line.port));
+        "another program ({}) has changed the settings of the port {} (they were set again): keep "
+        "it away from {}",
+        NameHolders(line.port), Times(status.restored), line.port));
   }
   if (status.overruns > 0) {
     found.push_back(fmt::format(
@@ -78,7 +76,8 @@ Sentences Strangers(const config::Line& line, std::span<const DeviceRecord> devi
     for (const DeviceRecord& one : devices) {
       for (const Symptom symptom : symptoms) {
         const std::size_t its = one.status.findings.Count(symptom);
-        if (symptom == Symptom::text_beside && IsWrapped(one)) continue;
+        const bool told = IsWrapped(one) || one.status.findings.Starts() > 0;
+        if (symptom == Symptom::text_beside && told) continue;
         count += its;
         if (its > 0) found = &one.status.findings.Last(symptom);
       }
@@ -153,14 +152,15 @@ Sentences AboutEchoes(const LineStatus& status, std::span<const DeviceRecord> de
     found.push_back(fmt::format(
         "none of its {} devices answers, and requests do not come back ({}, echo: verify): is the "
         "ring open (a loose fibre, a device without power)? If the bus has no echo, set 'echo: "
-        "off' at the line",
+        "off' in the configuration",
         InUse(devices), Times(status.collisions)));
   } else if (nobody) {
     found = NobodyAnswers(status, devices, now);
   }
   if (Echoes(status) && AnyAnswers(devices, now)) {
-    found.push_back(fmt::format("the request itself came back {}: set 'echo: strip' at the line",
-                                Times(status.echoes)));
+    found.push_back(
+        fmt::format("the request itself came back {}: set 'echo: strip' in the configuration",
+                    Times(status.echoes)));
   }
   if (status.collisions > 0 && !status.cut_since && !(nobody && echoless)) {
     found.push_back(fmt::format(

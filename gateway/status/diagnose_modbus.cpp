@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/status/diagnose_modbus.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 
 #include "gateway/base/shown.h"
+#include "gateway/status/diagnose.h"
 
 namespace baudgate::control {
 namespace {

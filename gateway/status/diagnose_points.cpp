@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/status/diagnose_points.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -11,9 +9,7 @@
 #include "gateway/base/decimal_comma.h"
 #include "gateway/base/shown.h"
 #include "gateway/base/text.h"
-#include "gateway/status/absurd_numbers.h"
-#include "gateway/status/diagnose_unasked.h"
-#include "gateway/status/reason.h"
+#include "gateway/status/diagnose_parts.h"
 #include "gateway/status/words.h"
 
 namespace baudgate::control {
@@ -58,6 +54,8 @@ std::string NoNumber(const Finding& finding) {
                 : "does the profile fit the device? type: string takes it");
 }
 
+/// Where values are read more seldom, their first period has ended for this.
+constexpr Duration kLongestStart = 1min;
 /// A point that is polled has a value by then.
 constexpr Duration kLongWait = 20s;
 /// By then a device that speaks by itself has said all that it has to say.
@@ -88,14 +86,27 @@ struct Doubts {
   }
 };
 
-Doubts DoubtsOf(const LineStatus& line, const DeviceRecord& record, Now now) {
+/// Nothing is wrong: there is nothing to measure at present, or the device lacks an option.
+bool IsUsual(const DeviceRecord& record, Reason reason) {
+  if (reason == Reason::not_fitted) return LacksOptions(record);
+  const auto lacks = [](const PointRecord& point) { return IsBad(point.reported); };
+  return (reason == Reason::sentinel || reason == Reason::channel_disabled) &&
+         !std::ranges::all_of(record.points, lacks);
+}
+
+/// `usual`: what is no trouble, and nothing else; or the reverse.
+Doubts DoubtsOf(const LineStatus& line, const DeviceRecord& record, Now now, bool usual) {
   const Duration open = now.wall - line.port_since;
   Doubts doubts;
   for (std::size_t i = 0; i < record.points.size(); ++i) {
     const Quality quality = QualityAt(record, i, now.instant);
     if (IsGood(quality) || quality == Quality::bad_waiting) continue;
+    const Duration period = PeriodOf(*record.device, record.device->points[i].group);
+    if (open < std::min(period, kLongestStart)) continue;
+    const bool reported = quality == record.points[i].reported;
+    if (usual != (reported && IsUsual(record, quality.reason))) continue;
     // The device itself reported this quality; every other one comes of doubt or age.
-    if (quality == record.points[i].reported) {
+    if (reported) {
       // A reader that has read nothing yet lacks nothing.
       if (record.status.unasked && quality.reason == Reason::not_ready) continue;
       doubts.AddReported(quality, record.device->points[i].name);
@@ -198,13 +209,21 @@ bool RefusesWhatItGave(const DeviceRecord& record) {
          std::ranges::none_of(record.points, never_given);
 }
 
+bool LacksOptions(const DeviceRecord& record) {
+  const auto is_refused = [](const PointRecord& point) {
+    return point.reported.reason == Reason::not_fitted && !HasValue(point.value);
+  };
+  const auto refused = std::ranges::count_if(record.points, is_refused);
+  return refused > 0 && 2 * refused <= std::ssize(record.points) && !RefusesWhatItGave(record);
+}
+
 bool IsForeign(const DeviceRecord& record) {
   return record.override_quality && ConcernsDevice(record.override_quality->reason);
 }
 
 Sentences DiagnosePoints(const LineStatus& line, const DeviceRecord& record, Now now) {
   if (IsForeign(record)) return {};  // that explains them all
-  const Doubts doubts = DoubtsOf(line, record, now);
+  const Doubts doubts = DoubtsOf(line, record, now, false);
   const std::size_t points = record.points.size();
   Sentences found;
   if (doubts.stale > 0) found.push_back(SayStale(record, doubts.stale, now));
@@ -218,8 +237,23 @@ Sentences DiagnosePoints(const LineStatus& line, const DeviceRecord& record, Now
     found.push_back(fmt::format("{} of {} points have no good value ({}){}", doubts.reported,
                                 points, WhichAre(doubts), WhyReported(record, doubts)));
   }
+  if (now.wall - line.port_since < record.device->poll) return found;
+  if (std::string off = OffByOne(record); !off.empty()) found.push_back(std::move(off));
   for (std::string& sentence : AbsurdNumbers(record, now)) found.push_back(std::move(sentence));
   return found;
+}
+
+Sentences NoteAbsent(const LineStatus& line, const DeviceRecord& record, Now now) {
+  const Doubts doubts = DoubtsOf(line, record, now, true);
+  if (IsForeign(record) || doubts.reported == 0 || !OffByOne(record).empty()) return {};
+  const std::string said = Brief(record.status.findings.Last(Symptom::refusal));
+  return {fmt::format(
+      "note: {} of {} points have no value ({}): usual {}", doubts.reported, record.points.size(),
+      WhichAre(doubts),
+      doubts.reasons.contains(Reason::not_fitted)
+          ? "for what is not fitted" + (said.empty() ? "" : " (it says '" + said + "')") +
+                ": take them out of the profile (access: none), or correct them"
+          : "where nothing is measured (a motor at rest, a direction that is not used)")};
 }
 
 Sentences DiagnoseWaiting(const DeviceRecord& record, Now now, Instant started) {

@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/status/diagnose_unasked.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <optional>
 
 #include "gateway/base/shown.h"
-#include "gateway/status/diagnose_failures.h"
+#include "gateway/status/diagnose_parts.h"
 
 namespace baudgate::control {
 namespace {
@@ -47,7 +45,7 @@ std::optional<Duration> ComesEvery(const DeviceRecord& record, Instant now) {
 Sentences AnswersNothing(const DeviceRecord& record, const Evidence& evidence) {
   const DeviceStatus& status = record.status;
   if (!status.unasked || !status.last_ok) return {};
-  if (2 * evidence.Count(Symptom::silence) < evidence.failed) return {};
+  if (2 * evidence.Count(Symptom::silence) < evidence.seen) return {};
   const MinuteCounts asked = status.hour.Sum(evidence.now);
   // What it sends by itself may come where an answer is awaited.
   if (asked.failed < kNotableFailures || 8 * asked.answered > asked.failed) return {};

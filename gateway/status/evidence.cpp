@@ -20,11 +20,13 @@ void Add(Evidence& evidence, const DeviceRecord& record) {
   evidence.records.push_back(&record);
   evidence.answered = evidence.answered || status.last_ok.has_value();
   evidence.looked += status.findings.size();
+  evidence.failed += FailedOf(status);
+  const Findings::Counts failures = status.findings.Failures();
   for (std::size_t i = 0; i < kSymptoms; ++i) {
     const auto symptom = static_cast<Symptom>(i);
-    const std::size_t count = status.findings.Count(symptom);
+    const std::size_t count = IsAnswered(symptom) ? status.findings.Count(symptom) : failures[i];
     evidence.counts[i] += count;
-    if (!IsAnswered(symptom)) evidence.failed += count;
+    evidence.seen += failures[i];
     if (count > 0 || evidence.last[i] == nullptr) {
       evidence.last[i] = &status.findings.Last(symptom);
     }
@@ -61,16 +63,10 @@ std::string Listed(const std::vector<std::string>& names) {
 
 /// What most of its failures looked like; nothing: too few.
 std::optional<Symptom> MostOften(const DeviceStatus& status) {
-  std::optional<Symptom> most;
-  std::size_t best = 1;
-  for (std::size_t i = 0; i < kSymptoms; ++i) {
-    const auto symptom = static_cast<Symptom>(i);
-    const std::size_t count = IsAnswered(symptom) ? 0 : status.findings.Count(symptom);
-    if (count <= best) continue;
-    best = count;
-    most = symptom;
-  }
-  return most;
+  const Findings::Counts failures = status.findings.Failures();
+  const auto most = std::ranges::max_element(failures);
+  if (*most < kFacts) return std::nullopt;
+  return static_cast<Symptom>(most - failures.begin());
 }
 
 /// Most of its failures are damage, of whichever kinds: noise makes many.
@@ -126,7 +122,7 @@ const FailureRuns& RunsOf(const DeviceRecord& record, bool silent) {
 /// that fail always: those say nothing.
 void AddFailingTogether(Evidence& evidence, std::span<const DeviceRecord> all) {
   const DeviceRecord& device = *evidence.device;
-  const bool silent = evidence.Count(Symptom::silence) == evidence.failed;
+  const bool silent = evidence.Count(Symptom::silence) == evidence.seen;
   std::vector<std::string> away;
   std::vector<std::string> losing;
   std::vector<std::string> names;
@@ -163,7 +159,13 @@ std::size_t Evidence::Count(std::initializer_list<Symptom> symptoms) const {
 }
 
 double Evidence::Share(std::initializer_list<Symptom> symptoms) const {
-  return failed == 0 ? 0 : static_cast<double>(Count(symptoms)) / static_cast<double>(failed);
+  return seen == 0 ? 0 : static_cast<double>(Count(symptoms)) / static_cast<double>(seen);
+}
+
+double Evidence::Share(std::initializer_list<Symptom> own, std::initializer_list<Symptom> others,
+                       std::size_t most) const {
+  const bool same = Count(others) <= most * Count(own);
+  return Share(own) + (same ? Share(others) : 0);
 }
 
 bool IsDamage(Symptom symptom) {

@@ -36,16 +36,26 @@ struct Evidence {
   /// XON and XOFF (bits of kSpecialBytes), where all requests of the line to which nothing comes,
   /// while others are answered, have one of them, two at least, and none that was answered.
   std::uint8_t eaten = 0;
-  std::size_t looked = 0;  ///< exchanges that are kept
+  std::size_t looked = 0;  ///< the latest exchanges
   std::size_t failed = 0;  ///< of those, without a good reply
-  std::array<std::size_t, kSymptoms> counts{};
+  std::size_t seen = 0;    ///< failures that `counts` stands for, older ones among them
+  Findings::Counts counts{};
   std::array<const Finding*, kSymptoms> last{};
 
   std::size_t Count(Symptom symptom) const { return counts[static_cast<std::size_t>(symptom)]; }
   std::size_t Count(std::initializer_list<Symptom> symptoms) const;
-  /// The part of the failed exchanges that had one of these symptoms.
+  /// The part of the failures that had one of these symptoms.
   double Share(std::initializer_list<Symptom> symptoms) const;
+  /// The part that had one of `own`; and those that had one of `others`, which may come of the same
+  /// cause, unless they are more than `most` times as many.
+  double Share(std::initializer_list<Symptom> own, std::initializer_list<Symptom> others,
+               std::size_t most = 4) const;
   const Finding& Last(Symptom symptom) const { return *last[static_cast<std::size_t>(symptom)]; }
+  /// The last words for people that came; empty: none.
+  const Finding& Words() const {
+    const Finding& alone = Last(Symptom::text);
+    return alone.cause.empty() ? Last(Symptom::text_beside) : alone;
+  }
   /// The times, address and serial settings are those of the device, or of the first one.
   const DeviceRecord& first() const { return *records.front(); }
   const config::Traits& traits() const { return *first().device->traits; }

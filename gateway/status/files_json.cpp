@@ -5,6 +5,7 @@
 
 #include <cerrno>
 
+#include "gateway/base/shown.h"
 #include "gateway/base/system_trouble.h"
 
 namespace baudgate::control {
@@ -30,6 +31,17 @@ Json FilesJson(const FilesState& state) {
   return {{"open", state.open},
           {"limit", state.limit == 0 ? Json(nullptr) : Json(state.limit)},
           {"advice", std::move(advice)}};
+}
+
+std::string PutAsideAdvice(const std::filesystem::path& folder,
+                           const std::vector<std::string>& files) {
+  if (files.empty()) return {};
+  const std::string first = (folder / files.front()).string();
+  const std::string more = files.size() == 1 ? "" : fmt::format(" (and {} more)", files.size() - 1);
+  return fmt::format(
+      "{}{} was damaged and put aside, and what it holds is missing here: save it with 'sqlite3 {} "
+      ".recover', then move it away",
+      first, more, first);
 }
 
 }  // namespace baudgate::control

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -17,5 +18,9 @@ struct FilesState {
 };
 
 nlohmann::ordered_json FilesJson(const FilesState& state);
+
+/// What to do with damaged databases, by name, in this folder; empty: there are none.
+std::string PutAsideAdvice(const std::filesystem::path& folder,
+                           const std::vector<std::string>& files);
 
 }  // namespace baudgate::control

@@ -2,8 +2,8 @@
 #include "gateway/status/history_json.h"
 
 #include "gateway/base/shown.h"
+#include "gateway/status/files_json.h"
 #include "gateway/status/json_time.h"
-#include "gateway/status/put_aside.h"
 #include "gateway/status/value_json.h"
 
 namespace baudgate::control {

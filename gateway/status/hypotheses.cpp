@@ -2,11 +2,9 @@
 #include "gateway/status/hypotheses.h"
 
 #include <algorithm>
+#include <cctype>
 #include <utility>
 
-#include "gateway/status/hypothesis_words.h"
-#include "gateway/status/reason.h"
-#include "gateway/status/reply_damage.h"
 #include "gateway/status/words.h"
 
 namespace baudgate::control {
@@ -62,7 +60,7 @@ double OtherDevice(const Evidence& evidence) {
       evidence.Count(other_device) + (neighbour ? evidence.Count(one_behind) : 0);
   if (count < kFacts) return 0;
   // A lost character makes another number of an address.
-  if (IsDamageAsMisfit(evidence) && 10 * count < 9 * evidence.failed) return 0;
+  if (IsDamageAsMisfit(evidence) && 10 * count < 9 * evidence.seen) return 0;
   return evidence.Share({other_device}) + (neighbour ? evidence.Share({one_behind}) : 0);
 }
 
@@ -86,9 +84,20 @@ double OtherSetting(const Evidence& evidence) {
   const std::size_t count = evidence.Count(other_setting);
   // One that was never answered is asked in another way now and then.
   if (!evidence.answered && count >= kFacts) return evidence.Share({other_setting, silence});
-  if (count < kSilences || 3 * count < evidence.failed) return evidence.Share({other_setting});
+  if (count < kSilences || 3 * count < evidence.seen) return evidence.Share({other_setting});
   return evidence.Share(
       {other_setting, damaged, noise, bad_check, bytes_lost, tail_lost, end_lost, head_lost});
+}
+
+/// It is silent, says words, and answers again.
+double Restarts(const Evidence& evidence) {
+  constexpr std::ptrdiff_t kWord = 4;  // fewer letters are the rest of a reply
+  const Finding& words = evidence.Words();
+  if (evidence.device == nullptr || evidence.absent || !words.remedy.empty()) return 0;
+  const auto letters = std::ranges::count_if(
+      words.cause, [](unsigned char character) { return std::isalpha(character) != 0; });
+  const bool starts = evidence.device->status.findings.Starts() > 0 && letters >= kWord;
+  return starts ? evidence.Share({text, silence}) : 0;
 }
 
 /// It may come when it likes, and the device is silent beside it. Where nothing was ever good, some
@@ -108,8 +117,8 @@ double InPieces(const Evidence& evidence) {
   // A burst of noise may make one of a reply.
   return evidence.Count(split) < (evidence.answered ? kFacts : 1)
              ? 0
-             : evidence.Share({split, tail_lost, head_lost, end_lost, bytes_lost, bad_check,
-                               damaged, odd, noise, other_form});
+             : evidence.Share({split}, {tail_lost, head_lost, end_lost, bytes_lost, bad_check,
+                                        damaged, odd, noise, other_form});
 }
 
 double Late(const Evidence& evidence) {
@@ -117,8 +126,8 @@ double Late(const Evidence& evidence) {
   // If another cause is known for most of the others, they are not late.
   const bool told = !evidence.Last(other_reply).cause.empty() &&
                     evidence.Count(other_reply) > 2 * evidence.Count(late);
-  return evidence.Share({late, silence, odd, head_lost}) +
-         (told ? 0 : evidence.Share({other_reply}));
+  return told ? evidence.Share({late}, {silence, odd, head_lost})
+              : evidence.Share({late}, {silence, odd, head_lost, other_reply});
 }
 
 constexpr std::initializer_list<Symptom> kUnreadable = {
@@ -265,6 +274,7 @@ const std::vector<Hypothesis>& Hypotheses() {
       {"another master speaks on the line", OtherMaster, SayOtherMaster, true},
       {"slave N answers where slave N was asked", OtherDevice, SayOtherDevice, true},
       {"its reply to TELEGRAM is not as described", OtherForm, AsFound<other_form>},
+      {"it restarts", Restarts, SayRestarts},
       {"text comes in place of replies", Text, SayText},
       {"only the request itself comes back", Seen<echo>, SayEcho, true},
       {"the gateway's own requests come back late", Seen<late_echo>, SayLateEcho},

@@ -11,7 +11,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "gateway/status/evidence.h"
@@ -38,9 +40,94 @@ std::vector<const Hypothesis*> Judge(const Evidence& evidence);
 std::vector<std::string> Besides(const Evidence& evidence,
                                  const std::vector<const Hypothesis*>& judged);
 
-/// What both ends must agree on: "address 2, 9600 7E1, checksum crc".
+/// What both ends must agree on, to be tried: "bit rate, parity, checksum and protocol (9600 8N1,
+/// checksum off here, dcon)".
 std::string Settings(const DeviceRecord& record);
-/// ", checksum crc"; empty: its protocol has one only.
+/// ", checksum off here"; empty: its protocol has one only.
 std::string CheckOf(const DeviceRecord& record);
+
+// ---------------- reply_damage.cpp: how well the form of damaged replies explains the failures
+
+/// No chance any more.
+inline constexpr std::size_t kMany = 8;
+
+/// Where single ones are lost in noise, others are damaged.
+template <Symptom kSymptom>
+double Always(const Evidence& evidence) {
+  const double share = evidence.Share({kSymptom});
+  return evidence.answered && share < 0.6 ? 0 : share;
+}
+
+/// Characters are lost anywhere in its lines of text, the first and the last among them, and
+/// nothing that noise does was seen.
+bool LosesAnywhere(const Evidence& evidence);
+
+double NotTransparent(const Evidence& evidence);
+double EighthBit(const Evidence& evidence);
+double BadCheck(const Evidence& evidence);
+double HeadLost(const Evidence& evidence);
+double BytesLost(const Evidence& evidence);
+double EndLost(const Evidence& evidence);
+double BreaksOff(const Evidence& evidence);
+double OtherParity(const Evidence& evidence);
+double SevenBits(const Evidence& evidence);
+double TooLong(const Evidence& evidence);
+double LongDamaged(const Evidence& evidence);
+
+// ---------------- the sentence of each cause: hypothesis_words.cpp, damage_words.cpp,
+// setting_words.cpp, silence_words.cpp, time_words.cpp
+
+/// The line has a bit rate and a parity.
+bool OnWire(const Evidence& evidence);
+/// The settings of the wire are those of a serial server.
+bool IsBehindServer(const Evidence& evidence);
+/// "another program reads the port (mbpoll, pid 4711)".
+std::string OtherReader(const Evidence& evidence);
+/// Cause of head_lost and end_lost: the byte is there, and is another one.
+inline constexpr std::string_view kGarbled = "garbled";
+/// Its replies carry no check value, and are right at other times, so that what does not fit is
+/// damaged.
+bool IsDamageAsMisfit(const Evidence& evidence);
+/// Most check values are wrong in the same way. By chance some messages are right in both.
+bool IsComputedOtherwise(const Evidence& evidence);
+/// The bytes of kSpecialBytes that a converter may change, one bit each.
+unsigned Suspects(const Evidence& evidence);
+
+std::string SayOtherDevice(const Evidence& evidence);
+std::string SayOtherMaster(const Evidence& evidence);
+std::string SayLate(const Evidence& evidence);
+std::string SaySplit(const Evidence& evidence);
+std::string SayHeadLost(const Evidence& evidence);
+std::string SayEndLost(const Evidence& evidence);
+std::string SayTailLost(const Evidence& evidence);
+std::string SayBytesLost(const Evidence& evidence);
+std::string SayBytesAdded(const Evidence& evidence);
+std::string SaySpecials(const Evidence& evidence);
+std::string SayEatenRequests(const Evidence& evidence);
+std::string SayBadCheck(const Evidence& evidence);
+std::string SayTooLong(const Evidence& evidence);
+std::string SayLongDamaged(const Evidence& evidence);
+std::string SayTooFast(const Evidence& evidence);
+std::string SayAsleep(const Evidence& evidence);
+std::string SaySameAgain(const Evidence& evidence);
+std::string SayEighthBit(const Evidence& evidence);
+std::string SaySevenBits(const Evidence& evidence);
+std::string SayOtherParity(const Evidence& evidence);
+std::string SayText(const Evidence& evidence);
+std::string SayRestarts(const Evidence& evidence);
+std::string SayEcho(const Evidence& evidence);
+std::string SayLateEcho(const Evidence& evidence);
+std::string SaySettings(const Evidence& evidence);
+std::string SayNoTcp(const Evidence& evidence);
+std::string SayNoise(const Evidence& evidence);
+std::string SayZeros(const Evidence& evidence);
+std::string SayEndless(const Evidence& evidence);
+std::string SaySilent(const Evidence& evidence);
+std::string SaySaid(const Evidence& evidence);
+std::string SayOdd(const Evidence& evidence);
+std::string SayOneBehind(const Evidence& evidence);
+std::string SayLateOther(const Evidence& evidence);
+std::string SayTwoReplies(const Evidence& evidence);
+std::string SayOtherReply(const Evidence& evidence);
 
 }  // namespace baudgate::control

@@ -1,14 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/status/hypothesis_words.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 
 #include "gateway/base/shown.h"
-#include "gateway/status/connection_words.h"
+#include "gateway/status/diagnose_parts.h"
 #include "gateway/status/hypotheses.h"
-#include "gateway/status/reason.h"
 #include "gateway/status/words.h"
 
 namespace baudgate::control {
@@ -92,20 +89,25 @@ std::string SayText(const Evidence& evidence) {
          (remedy.empty() ? "a modem, console or menu: disconnect it, or check the port" : remedy);
 }
 
+std::string SayRestarts(const Evidence& evidence) {
+  return "it restarts: text (" + evidence.Words().cause +
+         ") comes after silence: look at its power supply and its firmware (watchdog)";
+}
+
 std::string SayEcho(const Evidence& evidence) {
   if (!OnWire(evidence)) {
     return "only the request itself comes back: another service than " + Service(evidence) +
            " is there; check address and port";
   }
-  return "only the request itself comes back: set echo: strip at the line, then check power, wire "
+  return "only the request itself comes back: set echo: strip in the configuration, then check "
+         "power, wire "
          "and address (" +
          evidence.first().device->address + ") of the device";
 }
 
 std::string SayLateEcho(const Evidence& evidence) {
   if (!evidence.Last(late_echo).cause.empty()) {
-    return "the end of each request comes back in front of the reply: the adapter hears itself; "
-           "switch its echo off, or use one with automatic direction";
+    return kHearsItself;
   }
   return "the gateway's own requests come back late: a converter, modem or serial server in "
          "between echoes; switch its echo off";
@@ -183,7 +185,7 @@ std::string SayOdd(const Evidence& evidence) {
   }
   if (IsOtherLength(evidence, finding) && finding.bytes < finding.expected) {
     return fmt::format(
-        "it gives fewer registers than are asked for ({}): set block: {} at the device",
+        "it gives fewer registers than are asked for ({}): set block: {} in the configuration",
         Brief(finding), RegistersGiven(evidence));
   }
   const bool fitted = evidence.changed && finding.remedy.empty();

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/status/line_time.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 
-#include "gateway/status/diagnose_failures.h"
+#include "gateway/status/diagnose_parts.h"
 #include "gateway/status/evidence.h"
 #include "gateway/status/words.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/status/reason.h"
-
 #include <algorithm>
+
+#include "gateway/status/words.h"
 
 namespace baudgate::control {
 namespace {

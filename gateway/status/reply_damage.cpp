@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/status/reply_damage.h"
-
 #include <algorithm>
 
-#include "gateway/status/hypothesis_words.h"
+#include "gateway/status/hypotheses.h"
 
 namespace baudgate::control {
 namespace {
@@ -47,7 +45,7 @@ bool LosesAnywhere(const Evidence& evidence) {
   };
   const std::size_t lost = evidence.Count(bytes_lost) + plain(head_lost) + plain(end_lost);
   return evidence.answered && evidence.Count(bytes_lost) > 0 && lost >= kFewLosses &&
-         3 * lost >= evidence.failed;
+         3 * lost >= evidence.seen;
 }
 
 /// All that failed had a byte which converters change, and nothing good had.
@@ -55,11 +53,11 @@ double NotTransparent(const Evidence& evidence) {
   if (evidence.device == nullptr || !evidence.answered) return 0;
   // Good messages that come unasked are not looked at.
   if (evidence.device->status.unasked) return 0;
-  if (evidence.failed < kFacts || Suspects(evidence) == 0) return 0;
+  if (evidence.seen < kFacts || Suspects(evidence) == 0) return 0;
   // A reply that breaks off long before its end lacks more than one such byte.
   const Finding& cut = evidence.Last(tail_lost);
   const bool breaks_off =
-      cut.expected > cut.bytes + kMissing && 2 * evidence.Count(tail_lost) > evidence.failed;
+      cut.expected > cut.bytes + kMissing && 2 * evidence.Count(tail_lost) > evidence.seen;
   if (breaks_off) return 0;
   return evidence.Share({damaged, noise, bad_check, bytes_lost, bytes_added, tail_lost});
 }
@@ -74,11 +72,10 @@ double BadCheck(const Evidence& evidence) {
   return evidence.answered ? 0 : evidence.Share({bad_check});
 }
 
-/// A short reply that lacks its beginning looks like noise.
+/// A reply that lacks more of its beginning looks like noise.
 double HeadLost(const Evidence& evidence) {
-  const std::size_t lost = evidence.Count(head_lost);
-  const bool all = !evidence.answered && lost >= kMany && 2 * lost >= evidence.failed;
-  return all ? evidence.Share({head_lost, noise, zeros}) : evidence.Share({head_lost});
+  if (evidence.Count(head_lost) < kFewLosses) return evidence.Share({head_lost});
+  return evidence.Share({head_lost}, {noise, zeros, damaged}, 2);
 }
 
 /// Noise changes characters, and takes none away; two devices that answer at once do both.
@@ -86,7 +83,7 @@ double BytesLost(const Evidence& evidence) {
   if (LosesAnywhere(evidence)) {
     return evidence.Share({bytes_lost, bad_check, head_lost, tail_lost, end_lost, other_setting});
   }
-  const bool some = 3 * evidence.Count(bytes_lost) >= 2 * evidence.failed || LacksBytes(evidence);
+  const bool some = 3 * evidence.Count(bytes_lost) >= 2 * evidence.seen || LacksBytes(evidence);
   if (!some) return Always<bytes_lost>(evidence);
   return evidence.Share({bytes_lost, bad_check, damaged, tail_lost, end_lost});
 }
@@ -107,7 +104,7 @@ double BreaksOff(const Evidence& evidence) {
 
 /// Not a character of the other parity came.
 double OtherParity(const Evidence& evidence) {
-  if (evidence.failed < kMany || !OnWire(evidence)) return 0;
+  if (evidence.seen < kMany || !OnWire(evidence)) return 0;
   const bool network = evidence.line->is_network();
   if (network && evidence.answered) return 0;
   const bool all = std::ranges::all_of(evidence.records, [network](const DeviceRecord* record) {
@@ -120,7 +117,7 @@ double OtherParity(const Evidence& evidence) {
 
 /// Its replies, each without the eighth bits.
 double SevenBits(const Evidence& evidence) {
-  if (evidence.failed < kMany || !OnWire(evidence)) return 0;
+  if (evidence.seen < kMany || !OnWire(evidence)) return 0;
   const bool all = std::ranges::all_of(evidence.records, [](const DeviceRecord* record) {
     return record->status.findings.specials().IsSevenBit();
   });

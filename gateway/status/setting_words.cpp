@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include "gateway/status/hypotheses.h"
-#include "gateway/status/hypothesis_words.h"
 
 namespace baudgate::control {
 namespace {
@@ -61,18 +60,11 @@ std::string SaySettings(const Evidence& evidence) {
            " here): set both alike; or its messages are not those of the profile";
   }
   if (!evidence.healthy.empty()) {
-    return "its replies cannot be read: its bit rate or parity differs (" + serial +
-           "), or two devices have its address (" + record.device->address + ")";
+    return "its replies cannot be read: a setting differs: " + Settings(record) +
+           "; or two devices have its address (" + record.device->address + ")";
   }
-  if (IsBehindServer(evidence)) {
-    return "bytes come, and not one good frame: bit rate or parity at the serial server differ "
-           "from the device's (" +
-           serial + " here): set them alike; or the protocol differs (" + record.device->protocol +
-           ")";
-  }
-  return "bytes come, and not one good frame: its bit rate, parity or protocol differs (" + serial +
-         ", " + record.device->protocol +
-         " here): 'baudgate scan' finds them; or A and B are swapped";
+  return "bytes come, and not one good frame: a setting differs: " + Settings(record) +
+         (IsBehindServer(evidence) ? "" : ": 'baudgate scan' finds it; or A and B are swapped");
 }
 
 std::string SayNoTcp(const Evidence& evidence) {
@@ -103,17 +95,18 @@ std::string CheckOf(const DeviceRecord& record) {
   const auto checksum = record.device->options.all().find("checksum");
   if (checksum == record.device->options.all().end()) return {};
   if (const bool* flag = std::get_if<bool>(&checksum->second)) {
-    return std::string(", checksum ") + (*flag ? "on" : "off");
+    return std::string(", checksum ") + (*flag ? "on here" : "off here");
   }
   const auto* word = std::get_if<std::string>(&checksum->second);
-  return word == nullptr ? std::string() : ", checksum " + *word;
+  return word == nullptr ? std::string() : ", checksum " + *word + " here";
 }
 
 std::string Settings(const DeviceRecord& record) {
-  std::string text = "address " + record.device->address;
-  const config::SerialSettings serial = SerialOf(record);
-  if (serial.on_wire()) text += ", " + serial.ToString();
-  return text + CheckOf(record);
+  const std::string check = CheckOf(record);
+  const bool server = record.line->is_network();
+  return std::string("bit rate, parity") + (check.empty() ? "" : ", checksum") + " and protocol" +
+         (server ? " at device and serial server" : "") + " (" + SerialOf(record).ToString() +
+         check + ", " + record.device->protocol + ")";
 }
 
 }  // namespace baudgate::control

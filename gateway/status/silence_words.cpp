@@ -5,10 +5,10 @@
 #include <optional>
 #include <vector>
 
+#include "gateway/base/port_holders.h"
 #include "gateway/base/shown.h"
 #include "gateway/status/absences.h"
 #include "gateway/status/hypotheses.h"
-#include "gateway/status/hypothesis_words.h"
 
 namespace baudgate::control {
 namespace {
@@ -28,19 +28,13 @@ std::string Shared(const Evidence& evidence) {
   if (evidence.answered) {
     return IsBehindServer(evidence)
                ? std::string("check what they share: port of the serial server, power, wiring")
-               : "check what they share: power, wiring, adapter; or another program reads the "
-                 "port (fuser -v " +
-                     evidence.line->port + ")";
+               : "check what they share: power, wiring, adapter; or " + OtherReader(evidence);
   }
   if (IsBehindServer(evidence)) {
-    return "check what they share: bit rate, parity and wiring at the serial server, power of the "
-           "bus, protocol (" +
-           evidence.first().device->protocol + ")";
+    return "check what they share: power and wiring of the bus, then " + Settings(evidence.first());
   }
-  return "check what they share: wiring (A and B), power, bit rate and parity (" +
-         SerialOf(evidence.first()).ToString() +
-         "), direction control of the converter, other programs at the port (fuser -v " +
-         evidence.line->port + ")";
+  return "check what they share: wiring (A and B), power, " + Settings(evidence.first()) +
+         ", direction control of the converter; or " + OtherReader(evidence);
 }
 
 /// What is not proven right by a neighbour or by its own past.
@@ -75,22 +69,18 @@ std::string Unproven(const Evidence& evidence) {
     return what;
   }
   if (evidence.healthy.empty() && IsBehindServer(evidence)) {
-    return "check its power, wire and address (" + address +
-           "), and bit rate and parity at the serial server" +
+    return "check its power, wire and address (" + address + "), then " + Settings(record) +
            (counterpart.empty() ? "" : "; or set protocol: " + counterpart);
   }
   if (evidence.healthy.empty()) {
-    return "check its power and wiring (A and B swapped?), then its settings (" + Settings(record) +
-           ", " + record.device->protocol + ")";
+    return "check its power and wiring (A and B swapped?), then address (" + address + "), " +
+           Settings(record);
   }
   if (std::ranges::find(kFlowControl, address) != std::end(kFlowControl)) {
     return "check its power and wire; or a converter takes its address (" + address +
            ") for XON/XOFF: switch that off";
   }
-  const std::string serial =
-      IsBehindServer(evidence) ? std::string() : SerialOf(record).ToString() + ", ";
-  return "check its power and wire, then its address (" + address +
-         "), bit rate, parity and protocol (" + serial + record.device->protocol + ")";
+  return "check its power and wire, then its address (" + address + "), " + Settings(record);
 }
 
 /// Single losses at random.
@@ -111,8 +101,7 @@ std::string SayLosses(const Evidence& evidence) {
     return cause + "noise or a bad wire behind the serial server, or the network loses them";
   }
   if (!evidence.healthy.empty()) return cause + "noise, a bad wire or plug at its end";
-  return cause + "noise, a bad wire or plug, or another program that reads the port (fuser -v " +
-         evidence.line->port + ")";
+  return cause + "noise, a bad wire or plug; or " + OtherReader(evidence);
 }
 
 /// "it is away for about 4 s every 9 s".
@@ -133,6 +122,10 @@ std::string SayAbsences(const Evidence& evidence, const Absences& absences) {
 }
 
 }  // namespace
+
+std::string OtherReader(const Evidence& evidence) {
+  return "another program reads the port (" + NameHolders(evidence.line->port) + ")";
+}
 
 std::string SaySilent(const Evidence& evidence) {
   const FailureRuns* const failures =

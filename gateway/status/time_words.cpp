@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "gateway/base/shown.h"
-#include "gateway/status/hypothesis_words.h"
+#include "gateway/status/hypotheses.h"
 #include "gateway/status/words.h"
 
 namespace baudgate::control {
@@ -37,7 +37,7 @@ std::string Suggest(Duration seen, double margin = kMargin) {
 
 /// "and timing.gap is 50 ms: set timing: { gap: 150ms } at the device".
 std::string AndSet(const char* time, std::optional<Duration> now, Duration seen) {
-  return fmt::format("and timing.{} is {} ms: set timing: {{ {}: {} }} at the device", time,
+  return fmt::format("and timing.{} is {} ms: set timing: {{ {}: {} }} in the configuration", time,
                      Milliseconds(now.value_or(Duration{})), time, Suggest(seen));
 }
 
@@ -64,7 +64,7 @@ std::string SaySplit(const Evidence& evidence) {
       fmt::format("come in pieces, with pauses of up to {} ms", Milliseconds(seen));
   if (evidence.first().status.unasked) {
     return "they " + pauses + ": set idle: " + Suggest(seen, kWideMargin) +
-           " at the device, or switch the packing of the serial server off";
+           " in the configuration, or switch the packing of the serial server off";
   }
   return "its replies " + pauses + ", " + AndSet("gap", evidence.first().status.timing.gap, seen);
 }
@@ -77,7 +77,7 @@ std::string SayTooFast(const Evidence& evidence) {
       "requests get no answer that come soon ({} ms) behind a telegram: ", Milliseconds(pause));
   const Duration probable = std::max<Duration>(kPause, 2 * pause);
   const auto set = [](Duration quiet, double margin) {
-    return "timing: { quiet: " + Suggest(quiet, margin) + " } at the device";
+    return "timing: { quiet: " + Suggest(quiet, margin) + " } in the configuration";
   };
   if (!known || *known > kLongestQuiet)
     return cause + "try " + set(probable, kMargin) + ", then more";

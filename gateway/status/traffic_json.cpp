@@ -3,7 +3,7 @@
 
 #include <utility>
 
-#include "gateway/status/diagnose_modbus.h"
+#include "gateway/status/diagnose.h"
 #include "gateway/status/json_time.h"
 
 namespace baudgate::control {

@@ -1,4 +1,5 @@
-// Numbers as the sentences of `baudgate status` say them.
+// Words and numbers of the sentences of `baudgate status`: what devices and protocols say of a
+// failure, cut to what a first sentence has room for. Pure.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -9,6 +10,7 @@
 #include <string_view>
 
 #include "config/model/device.h"
+#include "gateway/base/finding.h"
 #include "gateway/base/time.h"
 
 namespace baudgate::control {
@@ -16,6 +18,9 @@ namespace baudgate::control {
 /// A device refuses what it has answered before, so its profile still fits.
 inline constexpr const char* kHasWorked =
     "it has answered before: another device, other settings or a fault: look at it, restart it";
+inline constexpr const char* kHearsItself =
+    "a part of each request comes back in front of the reply: the adapter hears itself (echo): "
+    "switch its echo off, or use one with automatic direction";
 inline constexpr const char* kProfileFits = "does the profile fit";
 
 /// Why replies come that nobody asked for here. `network`: over a connection.
@@ -55,5 +60,14 @@ inline std::string Times(std::uint64_t count) {
 inline std::int64_t Milliseconds(Duration duration) {
   return std::chrono::ceil<std::chrono::milliseconds>(duration).count();
 }
+
+/// Up to its first semicolon; of a long one the first part, and of a long quotation the beginning.
+std::string Shortened(const std::string& reason);
+/// What a device has said in place of values, without its own advice.
+std::string Brief(const Finding& finding);
+/// What to do about it.
+std::string RemedyOf(const Finding& finding);
+/// "slave 7 answers …: check the address …".
+std::string WithRemedy(const Finding& finding);
 
 }  // namespace baudgate::control

@@ -1,5 +1,6 @@
 // What the latest exchanges of a device looked like on the wire. Bounded memory. Probes of an
-// absent device are among them.
+// absent device are among them. How it is now, the last 32 exchanges say; what its failures look
+// like, the last 32 failures of two minutes, so that the cause does not change with each look.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -20,35 +21,68 @@ namespace baudgate {
 class Findings {
  public:
   static constexpr std::size_t kKept = 32;
+  using Counts = std::array<std::size_t, kSymptoms>;
 
-  void Add(Finding finding) {
+  void Add(Finding finding, Instant at = {}) {
     idles_[count_ % kKept] = finding.idle;
     if (IsAnswered(finding.symptom)) {
       shortest_idle_ = std::min(shortest_idle_.value_or(kLongIdle), finding.idle);
     }
-    latest_[count_++ % kKept] = finding.symptom;
+    latest_[count_++ % kLong] = {finding.symptom, at};
     Keep(std::move(finding));
   }
   /// More has come for the last one that was added, or for one that was added `back` before it, and
   /// it looks otherwise now.
   void Amend(Finding finding, std::size_t back = 0) {
     if (back >= size()) return;
-    latest_[(count_ - 1 - back) % kKept] = finding.symptom;
+    latest_[(count_ - 1 - back) % kLong].symptom = finding.symptom;
     Keep(std::move(finding));
   }
 
   /// How many exchanges are kept, at most kKept.
   std::size_t size() const { return std::min(count_, kKept); }
   std::size_t Count(Symptom symptom) const {
-    const auto end = latest_.begin() + static_cast<std::ptrdiff_t>(size());
-    return static_cast<std::size_t>(std::count(latest_.begin(), end, symptom));
+    std::size_t count = 0;
+    for (std::size_t i = count_ - size(); i < count_; ++i) count += At(i) == symptom ? 1 : 0;
+    return count;
+  }
+  /// How often each symptom stands among the last kKept failures that are younger than kMemory.
+  Counts Failures() const {
+    Counts counts{};
+    std::size_t found = 0;
+    const Instant newest = count_ > 0 ? latest_[(count_ - 1) % kLong].at : Instant{};
+    for (std::size_t i = count_; i > count_ - std::min(count_, kLong) && found < kKept; --i) {
+      const Look& look = latest_[(i - 1) % kLong];
+      if (newest - look.at > kMemory) break;
+      if (IsAnswered(look.symptom)) continue;
+      ++counts[static_cast<std::size_t>(look.symptom)];
+      ++found;
+    }
+    return counts;
+  }
+  /// How often words came right behind silence, and an answer soon behind them: a start.
+  std::size_t Starts() const {
+    const auto is_text = [](Symptom symptom) {
+      return symptom == Symptom::text || symptom == Symptom::text_beside;
+    };
+    std::size_t starts = 0;
+    std::size_t texts = 0;
+    bool open = false;  // a text has come behind silence, and no answer yet
+    for (std::size_t i = count_ - std::min(count_, kLong); i < count_; ++i) {
+      const bool is_first = i > 0 && At(i - 1) == Symptom::silence && is_text(At(i));
+      texts += is_text(At(i)) ? 1 : 0;
+      open = open || is_first;
+      starts += open && IsAnswered(At(i)) ? 1 : 0;
+      open = open && !IsAnswered(At(i));
+    }
+    return 2 * starts >= texts ? starts : 0;
   }
   /// How often failures began.
   std::size_t Runs() const {
     std::size_t runs = 0;
     bool failing = false;
     for (std::size_t i = count_ - size(); i < count_; ++i) {
-      const bool fails = !IsAnswered(latest_[i % kKept]);
+      const bool fails = !IsAnswered(At(i));
       runs += fails && !failing ? 1 : 0;
       failing = fails;
     }
@@ -59,7 +93,7 @@ class Findings {
     std::size_t longest = 0;
     std::size_t run = 0;
     for (std::size_t i = count_ - size(); i < count_; ++i) {
-      run = IsAnswered(latest_[i % kKept]) ? 0 : run + 1;
+      run = IsAnswered(At(i)) ? 0 : run + 1;
       longest = std::max(longest, run);
     }
     return longest;
@@ -99,7 +133,7 @@ class Findings {
   Duration ShortPause() const {
     Duration longest{};
     for (std::size_t i = 0; i < size(); ++i) {
-      if (latest_[i] == Symptom::silence) longest = std::max(longest, idles_[i]);
+      if (Kept(i) == Symptom::silence) longest = std::max(longest, idles_[i]);
     }
     return shortest_idle_ && *shortest_idle_ > longest ? longest : Duration();
   }
@@ -116,8 +150,8 @@ class Findings {
     Duration shortest = kLongIdle;
     Duration longest{};
     for (std::size_t i = 0; i < size(); ++i) {
-      if (latest_[i] == Symptom::silence) shortest = std::min(shortest, idles_[i]);
-      const bool counts = IsAnswered(latest_[i]) && idles_[i] != kLongIdle;
+      if (Kept(i) == Symptom::silence) shortest = std::min(shortest, idles_[i]);
+      const bool counts = IsAnswered(Kept(i)) && idles_[i] != kLongIdle;
       if (counts) longest = std::max(longest, idles_[i]);
     }
     return shortest != kLongIdle && shortest > longest ? shortest : Duration();
@@ -127,6 +161,16 @@ class Findings {
   const Finding& LatestWords() const { return words_; }
 
  private:
+  static constexpr std::size_t kLong = 256;
+  static constexpr Duration kMemory = 2min;
+  struct Look {
+    Symptom symptom = Symptom::clean;
+    Instant at{};
+  };
+
+  Symptom At(std::size_t number) const { return latest_[number % kLong].symptom; }
+  /// The one whose silence before it stands at `place` of `idles_`.
+  Symptom Kept(std::size_t place) const { return At(count_ - 1 - (count_ - 1 - place) % kKept); }
   void KeepAround(const Finding& finding) {
     if (finding.symptom != Symptom::few_beside && finding.symptom != Symptom::noise_before &&
         finding.symptom != Symptom::noise_behind && finding.symptom != Symptom::text_beside) {
@@ -151,7 +195,7 @@ class Findings {
     last = std::move(finding);
   }
 
-  std::array<Symptom, kKept> latest_{};
+  std::array<Look, kLong> latest_{};
   std::array<Duration, kKept> idles_{};
   std::optional<Duration> shortest_idle_;  // before a request that was answered
   std::size_t count_ = 0;

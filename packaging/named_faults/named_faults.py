@@ -16,7 +16,7 @@ import sys
 import tempfile
 
 from faults import FAULTS
-from faults_blind import BLIND
+from faults_blind import BLIND, CLASSES
 from faults_invented import INVENTED
 from faults_sites import SITES
 from rig import Rig
@@ -95,7 +95,7 @@ def matches(pattern, text):
 
 def judge(fault, said):
     if fault.well:
-        return "wrong" if said else "named"
+        return "named" if all(": note: " in text for text in said) else "wrong"
     if not said:
         return "silent"
     if matches(fault.never, said[0]):
@@ -110,7 +110,7 @@ def judge(fault, said):
 
 def cases_of(only, well):
     found = []
-    for fault in FAULTS + SITES + INVENTED + BLIND:
+    for fault in FAULTS + SITES + INVENTED + BLIND + CLASSES:
         if well and not fault.well:
             continue
         for kind in fault.on.split():

@@ -159,7 +159,7 @@ class Gateway:
                 made["hour"].update(availability=0.97, outages=2)
             if wrong == "late":
                 made["advice"] = ["late: its replies come up to 380 ms after the request, and timing.reply is 300 "
-                                  "ms: set timing: { reply: 500ms } at the device"]
+                                  "ms: set timing: { reply: 500ms } in the configuration"]
             if wrong == "sensor":
                 made["advice"] = ["1 of 8 points have no good value (1 open sensor; input_3)"]
             line["devices"].append(made)

@@ -237,7 +237,7 @@ DecodedReply DecodeRead(const Command& request, std::optional<Form> wanted, std:
              "reply " + Shown(frame) + " is of another module than " + HexByte(request.address));
     const bool number = reply.body.starts_with('+') || reply.body.starts_with('-');
     if (settings.data_address && number) {
-      other.remedy = "its replies carry no address: set data_address: false at the device";
+      other.remedy = "its replies carry no address: set data_address: false in the configuration";
     }
     return other;
   }

@@ -47,7 +47,7 @@ DeviceTrouble OtherChecksum(bool on) {
   return {Reason::other_module,
           std::string("the module's checksum is ") + (on ? "on" : "off") +
               ", and the configuration says checksum: " + (on ? "false" : "true") +
-              ": set checksum: " + (on ? "true" : "false") + " at the device"};
+              ": set checksum: " + (on ? "true" : "false") + " in the configuration"};
 }
 
 std::string Alternatives(const std::vector<std::string>& words) {

@@ -27,7 +27,7 @@ Recognised OtherChecksum(bool carried) {
   return {Recognised::What::other_setting,
           carried ? "its replies carry a checksum" : "its replies carry no checksum",
           std::string("set checksum: ") + (carried ? "true" : "false") +
-              " at the device, or the other way round in the module"};
+              " in the configuration, or the other way round in the module"};
 }
 
 /// A whole reply without a checksum, and not one whose checksum is wrong: a bare acknowledgement,
@@ -69,7 +69,7 @@ std::optional<Recognised> OfLine(std::string_view line, std::string_view asked,
   if (!fits && checksum && IsBare(line, asked, settings.width)) return OtherChecksum(false);
   if (!settings.data_address && fits == checksum && CarriesAddress(line, asked)) {
     return Recognised{Recognised::What::other_setting, "its replies with '>' carry its address",
-                      "set data_address: true at the device"};
+                      "set data_address: true in the configuration"};
   }
   if (line[0] != '>' && line.substr(1, 2) != asked.substr(1, 2) && fits == checksum) {
     return Recognised{Recognised::What::other_device,

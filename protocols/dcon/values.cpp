@@ -115,7 +115,7 @@ Fields CutNumbers(std::string_view text, const Settings& settings) {
       result.fields.push_back(std::move(*code));
     } else if (wide && (point || token.size() < 5 || token.size() > kUsualWidth)) {
       return Malformed(Outcome::unexpected, WidthReason(token, settings),
-                       "set width: " + std::to_string(token.size()) + " at the device");
+                       "set width: " + std::to_string(token.size()) + " in the configuration");
     } else if (!point) {
       result.fields.push_back(PointlessCode(token));
     } else if ((settings.nines && IsFullScale(token)) ||

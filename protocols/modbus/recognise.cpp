@@ -100,7 +100,7 @@ std::optional<Recognised> OtherFraming(Framing framing, View heard) {
     if (other.framing == framing || !First(other.framing, heard)) continue;
     return Recognised{Recognised::What::other_protocol,
                       std::string("messages of ") + other.title + " come back",
-                      std::string("set protocol: ") + other.protocol + " at the line"};
+                      std::string("set protocol: ") + other.protocol + " in the configuration"};
   }
   return std::nullopt;
 }

@@ -75,7 +75,7 @@ std::optional<Recognised> OtherTag(View heard, const Expectation& expect) {
   });
   if (!text || shown < static_cast<std::ptrdiff_t>(kShortest)) return std::nullopt;
   return Other("it sends text (" + Quote(heard) + "), and tags are configured",
-               "set form: text at the device, or use another profile");
+               "set form: text in the configuration, or use another profile");
 }
 
 /// Hardly any label or display has such characters, or marks and not one digit or blank; another
@@ -133,7 +133,7 @@ std::optional<Recognised> OtherText(View heard, const Settings& settings) {
   if (size <= settings.most) return std::nullopt;
   return Other(
       "its messages have more than " + std::to_string(settings.most) + " characters" + said,
-      "raise most at the device, or set end to what it sends");
+      "raise most in the configuration, or set end to what it sends");
 }
 
 }  // namespace

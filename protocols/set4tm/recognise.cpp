@@ -30,7 +30,7 @@ std::string Meter(View address) { return "meter " + FormatAddress(address); }
 std::string RemedyFor(const Parts& reply) {
   if (reply.address[0] != kExtendedPrefix) return "check the address that is set in the meter";
   const std::string number = FormatAddress(reply.address).substr(std::string_view("sn:").size());
-  return "set serial_number: " + number + " at the device, if that is the right meter";
+  return "set serial_number: " + number + " in the configuration, if that is the right meter";
 }
 
 /// A whole request that is not ours. Shorter ones than a read look like replies.
@@ -89,7 +89,7 @@ std::optional<Recognised> Recognise(View request, View heard, const Settings& se
   return Recognised{Recognised::What::other_setting,
                     ks ? "its replies end in a sum of one byte, not in a CRC"
                        : "its replies end in a CRC, not in a sum of one byte",
-                    std::string("set checksum: ") + (ks ? "ks" : "crc") + " at the device"};
+                    std::string("set checksum: ") + (ks ? "ks" : "crc") + " in the configuration"};
 }
 
 }  // namespace baudgate::protocols::set4tm

@@ -11,7 +11,7 @@ namespace baudgate::protocols::spabus {
 namespace {
 
 constexpr const char* kOtherForm = "does the profile fit the device, item by item?";
-constexpr const char* kFewer = "set max_items: 1 at the device; does the profile fit it?";
+constexpr const char* kFewer = "set max_items: 1 in the configuration; does the profile fit it?";
 
 /// In place of a checksum, by `send_xx`.
 constexpr std::string_view kUnchecked = "XX\r";
@@ -143,7 +143,7 @@ Exchange Decode(View request, View frame, std::span<const ReadPoint> points) {
     exchange.answer = reply->nack ? DecodeNack(command, *reply->nack, points)
                                   : Unexpected("a NACK without a code");
     if (reply->nack == 0 && AsText(request).ends_with(kUnchecked)) {
-      exchange.answer.remedy = "it may want a checksum: set send_xx: false at the device";
+      exchange.answer.remedy = "it may want a checksum: set send_xx: false in the configuration";
     }
   } else if ((reply->type == 'A') != command.write) {
     exchange.answer = Unexpected(command.write ? "data came in answer to a write"

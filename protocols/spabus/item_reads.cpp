@@ -35,7 +35,8 @@ bool ItemReads::TakeRefusal(std::size_t query, int nack, Answer& answer) {
   if (!plan_.IsLastRefusal(query)) answer.readings.clear();
   const NackRule& rule = RuleOf(nack);
   const std::size_t items = plan_.block(query).size();
-  if (items > 1 && nack == kInputOverflow) answer.remedy = "set a lower max_items at the device";
+  if (items > 1 && nack == kInputOverflow)
+    answer.remedy = "set a lower max_items in the configuration";
   const bool unknown = nack == kTooComplicated || nack == kSyntax;
   if (unknown && IsChannelRange(query) && !channels_work_) return ForgoChannels();
   if (items > 1 && (nack == kTooComplicated || nack == kInputOverflow)) {

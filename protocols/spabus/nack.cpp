@@ -18,7 +18,7 @@ constexpr NackRule kRules[] = {
      "restart it, or set a lower bit rate", 200ms, false, false, false},
     {Outcome::unsupported,
      "the request is too complicated for the device; it will be asked for fewer items at a time",
-     "set max_items: 1 at the device",
+     "set max_items: 1 in the configuration",
      {},
      true,
      true},

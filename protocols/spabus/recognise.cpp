@@ -35,14 +35,14 @@ std::optional<Recognised> OtherOption(View message, const Settings& settings) {
   const auto reply = ParseReply(message);
   if (reply && reply->wildcard && !settings.accept_wildcard) {
     return other("its replies carry XX in place of a checksum",
-                 "set accept_xx: true at the device, or checksums in it");
+                 "set accept_xx: true in the configuration, or checksums in it");
   }
   const bool counts = settings.line_feed_in_checksum;
   if (reply && MatchingReadings(message, !counts) != 0 && MatchingReadings(message, counts) == 0) {
     return counts ? other("its checksums do not count the line feed in front",
-                          "set lf_in_checksum: false at the device")
+                          "set lf_in_checksum: false in the configuration")
                   : other("its checksums count the line feed in front",
-                          "set lf_in_checksum: true at the device");
+                          "set lf_in_checksum: true in the configuration");
   }
   if (message.size() > kShortest && message[message.size() - 2] == ':') {
     return other("its replies carry no checksum",

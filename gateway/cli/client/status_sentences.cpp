@@ -3,6 +3,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <functional>
+#include <utility>
+
 #include "gateway/base/shown.h"
 #include "gateway/cli/client/json_fields.h"
 #include "gateway/cli/client/status_tables.h"
@@ -19,6 +23,15 @@ const Json& PartOf(const Json& status, const char* name) {
   return found == status.end() ? none : *found;
 }
 const Json& DdsOf(const Json& status) { return PartOf(status, "dds"); }
+
+/// What fails stands above what only suffers from it: first devices that do not answer, then those
+/// with the most failures among their latest exchanges.
+std::pair<bool, std::uint64_t> FailsOf(const Json* device) {
+  const Json& recent = PartOf(*device, "recent");
+  const bool known = recent.is_object();
+  return {ToneOfDevice(*device) == Tone::alarm,
+          known ? Number(recent, "exchanges") - Number(recent, "ok") : 0};
+}
 
 }  // namespace
 
@@ -78,8 +91,11 @@ std::vector<std::string> AdviceOf(const Json& status) {
   };
   for (const Json& line : lines) {
     add(Text(line, "name"), line);
-    for (const Json& device : line.at("devices")) {
-      add(Text(line, "name") + "." + Text(device, "name"), device);
+    std::vector<const Json*> devices;
+    for (const Json& device : line.at("devices")) devices.push_back(&device);
+    std::ranges::stable_sort(devices, std::ranges::greater{}, FailsOf);
+    for (const Json* device : devices) {
+      add(Text(line, "name") + "." + Text(*device, "name"), *device);
     }
   }
   const Json& modbus = status.at("modbus");

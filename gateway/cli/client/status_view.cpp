@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <vector>
 
@@ -83,8 +84,11 @@ std::string Paragraph(const std::string& sentence, const TableView& view) {
 }
 
 std::string AdviceText(const Json& status, const TableView& view) {
-  const std::string text = Paragraph(AdviceOf(status), view);
-  return text.empty() ? "\nall is well\n" : text;
+  const auto is_note = [](const std::string& one) { return one.find(": note: ") != one.npos; };
+  std::vector<std::string> sentences = AdviceOf(status);
+  std::ranges::stable_partition(sentences, std::not_fn(is_note));
+  const bool well = std::ranges::all_of(sentences, is_note);
+  return (well ? "\nall is well\n" : "") + Paragraph(sentences, view);
 }
 
 std::string DdsText(const Json& status, const TableView& view) {

@@ -5,11 +5,11 @@
 
 #include <sstream>
 
+#include "gateway/base/port_holders.h"
 #include "gateway/base/shown.h"
 #include "gateway/cli/client/control_client.h"
 #include "gateway/cli/client/port_text.h"
 #include "gateway/cli/ports/found_ports.h"
-#include "gateway/cli/ports/port_holders.h"
 #include "gateway/terminal/text_table.h"
 
 namespace baudgate {

@@ -72,6 +72,19 @@ TEST_F(JumpCheckTest, WhatTheDeviceItselfSaysToChangeIsNoDamage) {
   EXPECT_TRUE(read(true, true));
 }
 
+TEST_F(JumpCheckTest, AReadingThatReallyChangesIsNoDamage) {
+  Use(PointOf(Recheck::jump));
+  const auto unconfirmed = [this](double value) {
+    std::vector<Sample> samples = {{0, value, Quality::good}};
+    return check_->Check(samples).unconfirmed;
+  };
+  unconfirmed(20.0), unconfirmed(20.0);
+  for (const double value : {30.0, 40.0, 50.0, 62.0, 75.0}) EXPECT_FALSE(unconfirmed(value));
+  unconfirmed(75.0);
+  EXPECT_FALSE(unconfirmed(12.0));
+  EXPECT_TRUE(unconfirmed(75.0)) << "it is back";
+}
+
 TEST_F(JumpCheckTest, ATenthOfTheRangeWhereThatIsGiven) {
   config::Point point = PointOf(Recheck::jump);
   point.writing.min = -100;

@@ -46,7 +46,7 @@ TEST_F(DiagnoseTest, ABusThatDoesNotEchoIsNoRingThatOpens) {
       SayOfLine(),
       ElementsAre("none of its 2 devices answers, and requests do not come back (90 times, "
                   "echo: verify): is the ring open (a loose fibre, a device without power)? If "
-                  "the bus has no echo, set 'echo: off' at the line"));
+                  "the bus has no echo, set 'echo: off' in the configuration"));
 }
 
 TEST_F(DiagnoseTest, TroubleOfALine) {
@@ -55,7 +55,7 @@ TEST_F(DiagnoseTest, TroubleOfALine) {
     std::string sentence;
   } rows[] = {
       {[](LineStatus& line) { line.echoes = 12, line.echoed = 0xFFF0FF; },
-       "the request itself came back 12 times: set 'echo: strip' at the line"},
+       "the request itself came back 12 times: set 'echo: strip' in the configuration"},
       {[](LineStatus& line) { line.collisions = 1; },
        "the echo was missing or different once: two talkers at once, or a ring or bus that opens "
        "now and then: a loose plug, or a device that restarts"},
@@ -66,8 +66,8 @@ TEST_F(DiagnoseTest, TroubleOfALine) {
        "the driver has counted 34 parity and 3 framing errors since the port was opened: noise, "
        "bad termination, or a device with settings of its own"},
       {[](LineStatus& line) { line.restored = 11; },
-       "another program has changed the settings of the port 11 times (they were set again): keep "
-       "it away from /dev/ttyUSB0; 'baudgate ports' helps to find it"},
+       "another program (fuser -v /dev/ttyUSB0) has changed the settings of the port 11 times "
+       "(they were set again): keep it away from /dev/ttyUSB0"},
       {[](LineStatus& line) { line.overruns = 5; },
        "the driver lost bytes 5 times: the machine is too busy, or the adapter needs flow control "
        "(rtscts)"},
@@ -240,8 +240,9 @@ TEST_F(DiagnoseTest, WhenNobodyAnswersTheLineIsSuspected) {
   EXPECT_THAT(
       SayOfLine(),
       ElementsAre("none of its 2 devices answers: not a byte came: check what they share: wiring "
-                  "(A and B), power, bit rate and parity (9600 7E1), direction control of the "
-                  "converter, other programs at the port (fuser -v /dev/ttyUSB0)"));
+                  "(A and B), power, bit rate, parity and protocol (9600 7E1, spabus), direction "
+                  "control of the converter; or another program reads the port (fuser -v "
+                  "/dev/ttyUSB0)"));
   EXPECT_THAT(Say(), ElementsAre("has never answered, as no device of line 'bay-1' answers"));
   line_.exchanges = 10;
   line_.parity_errors = 4;
@@ -249,7 +250,7 @@ TEST_F(DiagnoseTest, WhenNobodyAnswersTheLineIsSuspected) {
               ::testing::EndsWith("bit rate, parity or data bits differ (9600 7E1)"));
   neighbour_.status.state = DeviceState::disabled;
   EXPECT_THAT(Say()[0], ::testing::HasSubstr(
-                            "check its power and wiring (A and B swapped?), then its settings"))
+                            "check its power and wiring (A and B swapped?), then address (2)"))
       << "one device alone has a sentence of its own";
 }
 

@@ -1,8 +1,8 @@
 // What is said of serial masters and routes, and when nothing is.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/status/diagnose_modbus.h"
-
 #include <gmock/gmock.h>
+
+#include "gateway/status/diagnose.h"
 
 namespace baudgate::control {
 namespace {

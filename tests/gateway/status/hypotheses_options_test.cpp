@@ -96,11 +96,17 @@ TEST_F(HypothesesTest, CheckValuesThatAreWrongInAnyWayAreDamaged) {
 }
 
 TEST_F(HypothesesTest, SettingsNameTheCheckValue) {
-  EXPECT_EQ(Settings(record_), "address 2, 9600 7E1");
+  EXPECT_EQ(Settings(record_), "bit rate, parity and protocol (9600 7E1, spabus)");
   config_.lines[0].devices[1].options.Set("checksum", true);
-  EXPECT_EQ(Settings(record_), "address 2, 9600 7E1, checksum on");
+  const std::string settings =
+      "bit rate, parity, checksum and protocol (9600 7E1, checksum on here, spabus)";
+  EXPECT_EQ(Settings(record_), settings);
+  for (const unsigned state : {0U, 0U + kNeighbour}) {
+    EXPECT_THAT(SayOf({{{silence, 20}}, {}, state}), ::testing::HasSubstr(settings));
+    EXPECT_THAT(SayOf({{{noise, 20}}, {}, state}), ::testing::HasSubstr(settings));
+  }
   config_.lines[0].devices[1].options.Set("checksum", std::string("crc"));
-  EXPECT_EQ(Settings(record_), "address 2, 9600 7E1, checksum crc");
+  EXPECT_THAT(Settings(record_), ::testing::HasSubstr("checksum crc here"));
 }
 
 }  // namespace

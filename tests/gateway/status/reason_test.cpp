@@ -1,8 +1,8 @@
 // Reasons, cut to what a first sentence has room for.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/status/reason.h"
-
 #include <gtest/gtest.h>
+
+#include "gateway/status/words.h"
 
 namespace baudgate::control {
 namespace {

@@ -62,10 +62,10 @@ TEST(Recognise, AChecksumThatIsNotConfigured) {
   const auto found = setup.protocol->recognise(ToBytes("$01M\r"), ToBytes("!01MV110B7\r"),
                                                ParseOptions(*setup.protocol, device.options));
   ASSERT_TRUE(found);
-  EXPECT_EQ(
-      found->cause + ": " + found->remedy,
-      "its replies carry a checksum: set checksum: true at the device, or the other way round "
-      "in the module");
+  EXPECT_EQ(found->cause + ": " + found->remedy,
+            "its replies carry a checksum: set checksum: true in the configuration, or the other "
+            "way round "
+            "in the module");
 }
 
 }  // namespace

@@ -74,7 +74,7 @@ TEST(Set4tmKs, ASilentMeterIsAskedInTheOtherChecksumNowAndThen) {
                                ReadSettings(WithKs()));
   ASSERT_TRUE(found);
   EXPECT_EQ(found->what, Recognised::What::other_setting);
-  EXPECT_EQ(found->remedy, "set checksum: crc at the device");
+  EXPECT_EQ(found->remedy, "set checksum: crc in the configuration");
 
   talk.Run(Probe(), [](View) { return MakeFrame(Hex("05"), Hex("00"), Checksum::ks); });
   for (int probe = 0; probe < 8; ++probe) {

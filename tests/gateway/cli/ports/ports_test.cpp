@@ -8,8 +8,8 @@
 #include <fstream>
 #include <sstream>
 
+#include "gateway/base/port_holders.h"
 #include "gateway/cli/ports/found_ports.h"
-#include "gateway/cli/ports/port_holders.h"
 
 namespace baudgate {
 namespace {

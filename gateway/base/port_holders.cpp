@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/cli/ports/port_holders.h"
+#include "gateway/base/port_holders.h"
+
+#include <unistd.h>
 
 #include <algorithm>
 #include <fstream>
@@ -12,6 +14,8 @@ namespace baudgate {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr std::string_view kDevices = "/dev/";
 
 std::string NameOf(const fs::path& process) {
   std::ifstream file(process / "comm");
@@ -34,9 +38,8 @@ PortHolders FindHolders(const fs::path& root) {
     std::set<std::string> held;
     for (; !hidden && files != fs::directory_iterator(); files.increment(hidden)) {
       std::error_code gone;
-      const fs::path target = fs::read_symlink(files->path(), gone);
-      if (gone || target.parent_path() != "/dev") continue;
-      held.insert(target.filename().string());
+      const std::string target = fs::read_symlink(files->path(), gone).string();
+      if (target.starts_with(kDevices)) held.insert(target.substr(kDevices.size()));
     }
     for (const std::string& port : held) {
       holders.by_port[port].push_back({*pid, NameOf(process.path())});
@@ -46,6 +49,19 @@ PortHolders FindHolders(const fs::path& root) {
     std::ranges::sort(programs, {}, &PortHolders::Program::pid);
   }
   return holders;
+}
+
+std::string NameHolders(const std::string& port) {
+  std::error_code none;
+  const std::string path = fs::canonical(port, none).string();
+  std::string names;
+  if (path.starts_with(kDevices)) {
+    for (const auto& program : FindHolders("/").by_port[path.substr(kDevices.size())]) {
+      if (program.pid == getpid()) continue;
+      names += (names.empty() ? "" : ", ") + program.name + ", pid " + std::to_string(program.pid);
+    }
+  }
+  return names.empty() ? "fuser -v " + port : names;
 }
 
 }  // namespace baudgate

@@ -14,11 +14,15 @@ struct PortHolders {
     int pid = 0;
     std::string name;
   };
-  std::map<std::string, std::vector<Program>> by_port;  ///< by the port's name, "ttyUSB0"
+  std::map<std::string, std::vector<Program>> by_port;  ///< by the name below /dev, "ttyUSB0"
   bool all_seen = true;  ///< false: there are programs of others, whose files we may not see
 };
 
 /// `root`: "/", or a tree with proc.
 PortHolders FindHolders(const std::filesystem::path& root);
+
+/// "mbpoll, pid 4711": the other programs that have the port open. Where none is seen, as one of
+/// another user is not, the command that names it: "fuser -v /dev/ttyUSB0".
+std::string NameHolders(const std::string& port);
 
 }  // namespace baudgate
