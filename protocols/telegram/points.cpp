@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 
+#include "gateway/base/leading_zero.h"
 #include "gateway/base/spelling.h"
 #include "gateway/base/text.h"
 #include "protocols/telegram/field.h"
@@ -124,6 +125,9 @@ Result<Call> ParseWrite(const Point& point) {
 }
 
 Status CheckPoint(const Point& point) {
+  for (const std::string& text : {point.read, point.write}) {
+    if (const Status status = RefuseLeadingZeros(text, ""); !status) return status;
+  }
   if (point.access != Access::write) {
     const auto place = ParseRead(point);
     if (!place) return Error{place.error()};
