@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "gateway/base/leading_zero.h"
 #include "gateway/base/spelling.h"
 #include "gateway/base/text.h"
 
@@ -96,6 +97,10 @@ std::optional<EventAlarm> ReadEventAlarm(const Entry& entry, const Device& devic
   const auto error = [&](const std::string& text) {
     problems.Error(entry.value.mark(), "event_alarms: " + text);
   };
+  if (const Status status = RefuseLeadingZeros(entry.key, "^E"); !status) {
+    error(status.error());
+    return std::nullopt;
+  }
   auto event = ParseEventAlarm(entry.key);
   if (!event) {
     error(Quoted(entry.key) +

@@ -6,6 +6,7 @@
 #include "config/alarms.h"
 #include "config/catalog/option_values.h"
 #include "config/checks/pace_checks.h"
+#include "config/checks/sentinel_checks.h"
 #include "config/checks/serial_checks.h"
 #include "config/events.h"
 #include "config/identity.h"
@@ -17,6 +18,7 @@
 #include "config/records.h"
 #include "config/serial.h"
 #include "config/writing.h"
+#include "gateway/base/leading_zero.h"
 #include "gateway/base/spelling.h"
 
 namespace baudgate::config {
@@ -35,6 +37,9 @@ void ReadAddress(MapReader& map, LineAddresses& addresses, const Protocol* proto
   const auto address = node ? ReadText(*node, "address", map.problems()) : *none;
   if (!address) return;
   device.address = *address;
+  if (const std::string why = WhyLeadingZero(*address); !why.empty()) {
+    return map.problems().Error(node->mark(), "address: " + Quoted(*address) + " " + why);
+  }
   if (protocol) {
     addresses.Add(device, *protocol, node ? node->mark() : device.mark, map.problems());
   }
@@ -91,9 +96,19 @@ Pace ReadTimes(MapReader& map, const Profile& profile, const Pace& line, Device&
 void ReadModbusSide(MapReader& map, const Profile& profile, Device& device, LoadContext& context) {
   device.unit = map.Integer<std::uint8_t>("unit", 1, kLastSlave);
   if (device.unit) context.uniques.Unit(*device.unit, device.name, map.MarkOf("unit"));
-  Assign(device.on_bad, map.OneOf("on_bad", kOnBad));
+  const auto on_bad = map.OneOf("on_bad", kOnBad);
+  const auto word_order = ReadWordOrder(map);
+  Assign(device.on_bad, on_bad);
   Assign(device.word_order, profile.word_order);
-  Assign(device.word_order, ReadWordOrder(map));
+  Assign(device.word_order, word_order);
+  const auto check = [&](const std::string& key, bool given) {
+    if (device.unit || !given || map.Has("unit")) return;
+    map.problems().Error(map.MarkOf(key), key +
+                                              ": it is about what Modbus clients read from this "
+                                              "gateway, and the device has no 'unit'");
+  };
+  check("on_bad", on_bad.has_value());
+  check("word_order", word_order.has_value());
 }
 
 void ReadDeviceOptions(MapReader& map, const Protocol* protocol, const Options& line_options,
@@ -217,6 +232,7 @@ Device ReadDevice(const YamlNode& node, const LineContext& of, LoadContext& cont
   ReadDeviceOptions(map, protocol, of.options, profile, protocol == of.protocol, device);
   if (protocol) device.never_old = IsNeverOld(*protocol, device.options);
   ReadPoints(map, raw, protocol, device, context);
+  ResolveSentinels(device, protocol, context.problems);
   ReadDeviceEvents(map, context.events, device);
   device.alarms = ReadAlarmSetting(map, of.line.alarms);
   if (protocol && (raw || !map.Has("profile"))) {

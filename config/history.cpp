@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "config/outputs.h"
+#include "gateway/base/leading_zero.h"
 #include "gateway/base/spelling.h"
 #include "gateway/base/text.h"
 
@@ -50,7 +51,9 @@ void ReadLimit(MapReader& map, History& history) {
   const auto text = map.Text("limit");
   if (!text) return;
   const auto size = ParseSize(*text);
-  if (!size) {
+  if (const std::string why = WhyLeadingZero(*text); !why.empty()) {
+    map.problems().Error(map.MarkOf("limit"), "limit: " + Quoted(*text) + " " + why);
+  } else if (!size) {
     map.problems().Error(map.MarkOf("limit"), "limit: " + Quoted(*text) +
                                                   " is no size; write for example 500MB or 2.5GB");
   } else if (*size < kLeastLimit || *size > kMostLimit) {

@@ -12,6 +12,7 @@
 #include "config/options.h"
 #include "config/port_server.h"
 #include "config/serial.h"
+#include "gateway/base/leading_zero.h"
 #include "gateway/base/spelling.h"
 
 namespace baudgate::config {
@@ -32,6 +33,9 @@ void ReadPort(MapReader& map, bool shared, Line& line, LoadContext& context) {
   constexpr std::string_view kTcp = "tcp://";
   if (port->starts_with(kTcp)) {
     const auto at = ParseHostPort(port->substr(kTcp.size()));
+    if (const Status zero = RefuseLeadingZeros(*port, ":"); !zero) {
+      return context.problems.Error(node->mark(), "port: " + zero.error());
+    }
     if (!at) {
       context.problems.Error(node->mark(), "port: " + Quoted(*port) +
                                                " is not tcp://host:port; write for example "

@@ -8,6 +8,7 @@
 #include "config/checks/device_checks.h"
 #include "config/checks/line_checks.h"
 #include "config/checks/route_checks.h"
+#include "config/checks/sentinel_checks.h"
 #include "config/devices.h"
 #include "config/events.h"
 #include "config/history.h"
@@ -67,6 +68,7 @@ RawProfile Complete(RawProfile raw, const Protocol& protocol, Problems& problems
   ResolveRecords(raw.profile.records, device, problems);
   Device of_this_type = DeviceFromProfile(raw.profile, protocol, std::string(kOfThisType), "");
   of_this_type.mark = {raw.file, 1, 1};
+  ResolveSentinels(of_this_type, &protocol, problems);
   CheckFaults(of_this_type, protocol, problems);
   return raw;
 }
@@ -149,6 +151,7 @@ Device DeviceFromProfile(const Profile& profile, const Protocol& protocol, std::
   device.points = profile.points;
   Problems known;  // they were told when the profile was read
   AssignIntervals(device, known);
+  ResolveSentinels(device, &protocol, known);
   device.event_texts = profile.event_texts;
   device.never_old = IsNeverOld(protocol, device.options);
   return device;

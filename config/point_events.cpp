@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "gateway/base/leading_zero.h"
 #include "gateway/base/spelling.h"
 #include "gateway/base/text.h"
 
@@ -83,7 +84,11 @@ void CheckNormal(const PointEvent& event, const Point& point, const MapReader& m
   };
   if (event.on != PointEvent::On::change) return error("only on: change has one");
   if (point.type == Type::boolean) return error("a bool is on and off by itself");
-  if (point.type != Type::string && !ParseDecimal(event.normal)) {
+  if (point.type == Type::string) return;
+  if (const std::string why = WhyLeadingZero(event.normal); !why.empty()) {
+    return error(Quoted(event.normal) + " " + why);
+  }
+  if (!Decimal::Parse(event.normal)) {
     error("'" + point.name + "' is a number, and " + Quoted(event.normal) + " is none");
   }
 }

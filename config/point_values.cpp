@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "gateway/base/leading_zero.h"
 #include "gateway/base/spelling.h"
 #include "gateway/base/text.h"
 
@@ -76,16 +77,6 @@ constexpr std::pair<std::string_view, TypeText> kIecTypes[] = {
     {"DATE_AND_TIME", {Type::uint32, 0, TimeType::date_time}},
 };
 
-/// "0x8000" of an int16 are its bits: -32768.
-std::optional<Decimal> ParseSentinel(const std::string& text, Type type) {
-  const auto number = Decimal::Parse(text);
-  if (!number || !text.starts_with("0x")) return number;
-  const IntegerRange range = RangeOf(type);
-  const bool is_bits = range.lowest < 0 && *number > range.highest;
-  const Decimal as_signed = *number - Decimal(range.highest) - Decimal(range.highest) - 2;
-  return is_bits && as_signed.is_negative() ? as_signed : *number;
-}
-
 }  // namespace
 
 std::string_view UnitOf(TimeType type) {
@@ -104,6 +95,7 @@ Result<TypeText> ParseType(std::string_view text) {
   for (const auto& [name, type] : kIecTypes) {
     if (text == name) return type;
   }
+  if (const Status status = RefuseLeadingZeros(text, "(["); !status) return Error{status.error()};
   const bool iec = text.starts_with("STRING");
   const std::string_view length_text = text.substr(std::min<std::size_t>(6, text.size()));
   const bool round = length_text.starts_with("(") && length_text.ends_with(")");
@@ -126,11 +118,15 @@ Result<TypeText> ParseType(std::string_view text) {
                " allowed: " + Join(kShown) + ", or a type of IEC 61131-3 such as REAL"};
 }
 
-std::vector<Sentinel> ReadSentinels(const YamlNode& node, Type type, Problems& problems) {
+std::vector<Sentinel> ReadSentinels(const YamlNode& node, Problems& problems) {
   std::vector<Sentinel> sentinels;
   for (const Entry& entry : ReadEntries(node, "sentinels", problems)) {
     const Mark mark = entry.value.source()->MarkAt(entry.place);
-    const auto value = ParseSentinel(entry.key, type);
+    if (const std::string why = WhyLeadingZero(entry.key); !why.empty()) {
+      problems.Error(mark, "sentinels: " + Quoted(entry.key) + " " + why);
+      continue;
+    }
+    const auto value = Decimal::Parse(entry.key);
     if (!value) {
       problems.Error(
           mark,
@@ -140,12 +136,7 @@ std::vector<Sentinel> ReadSentinels(const YamlNode& node, Type type, Problems& p
     }
     const auto quality = ReadQuality(entry.value, "sentinels: " + entry.key, problems);
     if (!quality) continue;
-    const auto same = [&](const Sentinel& other) { return other.value == *value; };
-    if (std::any_of(sentinels.begin(), sentinels.end(), same)) {
-      problems.Error(mark, "sentinels: the value " + entry.key + " stands twice");
-      continue;
-    }
-    sentinels.push_back({*value, *quality});
+    sentinels.push_back({*value, *quality, entry.key, mark});
   }
   return sentinels;
 }
@@ -155,9 +146,12 @@ std::optional<OnFault> ReadOnFault(const YamlNode& node, Problems& problems) {
   if (!text) return std::nullopt;
   if (*text == "nan") return OnFault{OnFault::Kind::nan, {}};
   if (*text == "hold") return OnFault{OnFault::Kind::hold, {}};
-  if (const auto value = Decimal::Parse(*text)) return OnFault{OnFault::Kind::value, *value};
-  problems.Error(node.mark(),
-                 "on_fault: " + Quoted(*text) + " is unknown; allowed: nan, hold or a number");
+  const std::string zero = WhyLeadingZero(*text);
+  const auto value = Decimal::Parse(*text);
+  if (value && zero.empty()) return OnFault{OnFault::Kind::value, *value};
+  problems.Error(node.mark(), !zero.empty() ? "on_fault: " + Quoted(*text) + " " + zero
+                                            : "on_fault: " + Quoted(*text) +
+                                                  " is unknown; allowed: nan, hold or a number");
   return std::nullopt;
 }
 

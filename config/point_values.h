@@ -24,9 +24,9 @@ Result<TypeText> ParseType(std::string_view text);
 /// "ms" of a time, "s" of a date; else nothing.
 std::string_view UnitOf(TimeType type);
 
-/// { 999: sensor_failure, 0x8000: not_connected }: a quality by its name without "bad" or
-/// "uncertain", or its code in hex. `type`: of the point; in hex its bits.
-std::vector<Sentinel> ReadSentinels(const YamlNode& node, Type type, Problems& problems);
+/// { 999: sensor_failure, 0x8000: out_of_service }: a quality by its name without "bad" or
+/// "uncertain", or its code in hex. What they stand for in this device: ResolveSentinels.
+std::vector<Sentinel> ReadSentinels(const YamlNode& node, Problems& problems);
 
 /// nan, hold or a number.
 std::optional<OnFault> ReadOnFault(const YamlNode& node, Problems& problems);

@@ -85,10 +85,13 @@ void ReadMeaning(MapReader& map, Point& point) {
   Assign(point.offset, map.Number("offset"));
   Assign(point.deadband, map.Number("deadband"));
   point.jump = map.Number("jump");
-  Assign(point.recheck, ReadRecheck(map));
+  const auto recheck = ReadRecheck(map);
+  Assign(point.recheck, recheck);
+  // What counts as a jump matters only where jumps are read twice.
+  if (point.jump && !recheck && point.recheck == Recheck::off) point.recheck = Recheck::jump;
   Assign(point.description, map.Label("description"));
   if (const auto node = map.Get("sentinels")) {
-    point.sentinels = ReadSentinels(*node, point.type, map.problems());
+    point.sentinels = ReadSentinels(*node, map.problems());
   }
   if (const auto node = map.Get("on_fault")) {
     Assign(point.on_fault, ReadOnFault(*node, map.problems()));
@@ -213,6 +216,7 @@ std::vector<Point> BuildPoints(const std::vector<RawPoint>& raw, const Protocol*
     CheckPoint(points.back(), protocol, map.keys(), problems);
     registers.Add(points.back(), map.MarkOf("modbus"));
   }
+  CheckLimitPoints(points, problems);
   return points;
 }
 

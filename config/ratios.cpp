@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "gateway/base/leading_zero.h"
 #include "gateway/base/spelling.h"
 #include "gateway/base/text.h"
 
@@ -27,6 +28,10 @@ std::optional<Ratio> ReadRatio(const Entry& entry, Problems& problems) {
   const auto factor = Decimal::Parse(trimmed.substr(0, blank));
   const std::string_view unit =
       blank == std::string_view::npos ? std::string_view() : Trim(trimmed.substr(blank));
+  if (const std::string why = WhyLeadingZero(trimmed); !why.empty()) {
+    problems.Error(entry.value.mark(), "ratios: " + Quoted(*text) + " " + why);
+    return std::nullopt;
+  }
   const bool good = factor && *factor > 0 && !unit.empty() && unit.size() <= kLongestRatioUnit;
   if (good) return Ratio{*factor, std::string(unit)};
   problems.Error(entry.value.mark(), "ratios: " + Quoted(*text) +

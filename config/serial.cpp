@@ -5,6 +5,7 @@
 
 #include "config/checks/serial_checks.h"
 #include "config/point_values.h"
+#include "gateway/base/leading_zero.h"
 #include "gateway/base/spelling.h"
 #include "gateway/base/text.h"
 
@@ -73,6 +74,9 @@ Result<SerialSettings> ParseSerial(std::string_view text, SerialSettings base) {
   const std::string_view trimmed = Trim(text);
   const auto blank = trimmed.find(' ');
   if (blank == std::string_view::npos) return error;
+  if (const std::string why = WhyLeadingZero(trimmed.substr(0, blank)); !why.empty()) {
+    return Error{Quoted(text) + ": its speed " + why};
+  }
   const auto baud = ParseInteger<int>(trimmed.substr(0, blank));
   const std::string_view form = Trim(trimmed.substr(blank));
   if (!baud || form.size() != 3) return error;

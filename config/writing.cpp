@@ -6,6 +6,8 @@
 #include <string>
 #include <string_view>
 
+#include "config/checks/name_checks.h"
+#include "gateway/base/leading_zero.h"
 #include "gateway/base/spelling.h"
 #include "gateway/base/text.h"
 
@@ -69,6 +71,19 @@ void AllowListed(const YamlNode& list, Device& device, Problems& problems) {
     problems.Error(one.mark(), wrong + (IsPermit(*name) ? " for all of its points write 'write: " +
                                                               *name + "', without brackets"
                                                         : WhatCan(*name, names)));
+  }
+}
+
+/// `max: 50`, or `max: pr1_maximum_frequency`.
+void ReadLimit(MapReader& map, std::string_view key, std::optional<Decimal>& number,
+               Shared<std::string>& point) {
+  const auto node = map.Get(key);
+  if (!node) return;
+  const bool is_name = node->kind() == YamlNode::Kind::scalar && CheckPointName(node->text());
+  if (is_name) {
+    point = node->text();
+  } else {
+    number = map.Number(key);
   }
 }
 
@@ -152,7 +167,10 @@ class Resolver {
     if (found.access == Access::write) {
       return Complain(interlock, "cannot be read, so nobody knows its value");
     }
-    const auto value = ValueOf(found, std::get<std::string>(interlock.is));
+    const std::string& is = std::get<std::string>(interlock.is);
+    const std::string zero = found.type == Type::string ? std::string() : WhyLeadingZero(is);
+    if (!zero.empty()) return Complain(interlock, "is: " + Quoted(is) + " " + zero);
+    const auto value = ValueOf(found, is);
     if (!value) {
       return Complain(interlock, "is " + std::string(Name(found.type)) + ", and never " +
                                      Quoted(std::get<std::string>(interlock.is)));
@@ -162,6 +180,8 @@ class Resolver {
                       "guards itself: with any other value it could never be written again");
     }
     if (const auto* only = std::get_if<std::string>(&interlock.only)) {
+      const std::string why = guarded.type == Type::string ? std::string() : WhyLeadingZero(*only);
+      if (!why.empty()) return Complain(interlock, "for: " + Quoted(*only) + " " + why);
       const auto guards = ValueOf(guarded, *only);
       if (!guards) {
         return Complain(interlock, "for: '" + guarded.name + "' is " +
@@ -209,8 +229,8 @@ std::vector<AllowWhen> ReadAllowWhen(MapReader& map) {
 
 Writing ReadWriting(MapReader& map) {
   Writing writing;
-  writing.min = map.Number("min");
-  writing.max = map.Number("max");
+  ReadLimit(map, "min", writing.min, writing.min_point);
+  ReadLimit(map, "max", writing.max, writing.max_point);
   writing.step = map.Number("step");
   writing.decimals = map.Integer("decimals", 0, kMostDecimals);
   Assign(writing.select, map.Flag("select"));
@@ -229,10 +249,20 @@ void ApplyWritePermit(MapReader& map, Device& device) {
     }
   }
   const auto node = map.Get("write");
+  const bool none = std::ranges::none_of(device.points, CanBeWritten);
+  if (none && !interlocks.empty()) {
+    map.problems().Error(map.MarkOf("allow_when"),
+                         "allow_when: no point of '" + device.name + "' can be written");
+  }
   if (!node) return;
   if (node->kind() == YamlNode::Kind::list) return AllowListed(*node, device, map.problems());
   constexpr std::array<Word<bool>, 2> kWords = {{{"deny", false}, {"allow", true}}};
   if (!ReadWord(*node, "write", kWords, map.problems()).value_or(false)) return;
+  if (none) {
+    return map.problems().Error(node->mark(), "write: no point of '" + device.name +
+                                                  "' can be written; give points access: rw, or "
+                                                  "remove 'write'");
+  }
   for (Point& point : device.points) point.writing.allowed = CanBeWritten(point);
 }
 

@@ -177,6 +177,10 @@ struct Protocol {
   Result<std::string> (*canonical_address)(std::string_view address) = nullptr;
   /// Whether `read`, `write`, type, access and table of a point fit together. An error as above.
   Status (*check_point)(const config::Point& point) = nullptr;
+  /// What numbers a point of the device gives. The point has passed check_point, and is no text.
+  /// Null: any.
+  config::RawNumbers (*raw_numbers)(const config::Device& device,
+                                    const config::Point& point) = nullptr;
   /// Whether options and points of the device fit together: options that contradict each other, a
   /// password of the wrong length. Null: nothing is checked.
   Status (*check_device)(const config::Device& device) = nullptr;
@@ -202,6 +206,10 @@ struct Protocol {
   ParsedOptions (*parse)(const config::Options& options) = nullptr;
   /// What may answer `request`; for an empty request: what requests look like. Pure.
   Expectation (*expect)(View request, const ParsedOptions& options) = nullptr;
+  /// The points of the device that may show something else once `request`, a whole frame, is
+  /// carried out. Nothing: that is not known. Null: it is never known. Pure.
+  std::optional<std::vector<std::size_t>> (*changes)(View request,
+                                                     const config::Device& device) = nullptr;
   /// What `heard`, bytes that came for `request` and are no reply to it, may be. Empty: not known.
   /// Null: it is never known. Pure.
   std::optional<Recognised> (*recognise)(View request, View heard,

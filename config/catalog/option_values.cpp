@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/catalog/option_values.h"
 
+#include "gateway/base/leading_zero.h"
 #include "gateway/base/spelling.h"
 #include "gateway/base/text.h"
 
@@ -47,8 +48,16 @@ Result<OptionValue> ParseReal(const OptionSpec& spec, std::string_view text) {
   return OptionValue(*value);
 }
 
+/// A password may begin with zeros.
+Result<OptionValue> ParseNumber(const OptionSpec& spec, std::string_view text) {
+  const std::string zero = spec.secret ? std::string() : WhyLeadingZero(text);
+  if (!zero.empty()) return Wrong(spec, text, zero);
+  return spec.kind == Kind::integer ? ParseWhole(spec, text) : ParseReal(spec, text);
+}
+
 Result<OptionValue> ParseTime(const OptionSpec& spec, std::string_view text) {
-  const auto value = ParseDuration(text);
+  const std::string zero = WhyLeadingZero(text);
+  const auto value = zero.empty() ? ParseDuration(text) : Error{Quoted(text) + " " + zero};
   if (value) return OptionValue(static_cast<std::int64_t>(value->count()));
   if (spec.secret) return Wrong(spec, text, "is not a duration");
   return Error{value.error()};
@@ -119,9 +128,8 @@ Result<OptionValue> ParseOption(const OptionSpec& spec, std::string_view text) {
     case Kind::flag:
       return ParseFlag(spec, text);
     case Kind::integer:
-      return ParseWhole(spec, text);
     case Kind::real:
-      return ParseReal(spec, text);
+      return ParseNumber(spec, text);
     case Kind::duration:
       return ParseTime(spec, text);
     case Kind::choice:

@@ -1,14 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/checks/point_checks.h"
 
+#include <algorithm>
 #include <limits>
+#include <string_view>
 
 #include "config/checks/range_text.h"
 #include "config/model/modbus_addresses.h"
+#include "gateway/base/spelling.h"
 #include "gateway/base/text.h"
 
 namespace baudgate::config {
 namespace {
+
+bool IsNumber(const Point& point) {
+  return point.type != Type::string && point.type != Type::boolean;
+}
 
 bool IsFloat(Type type) { return type == Type::float32 || type == Type::float64; }
 
@@ -20,21 +27,27 @@ bool Fits(const Point& point, const Decimal& number) {
   return number.is_whole() && RangeOf(point).Contains(number);
 }
 
-void CheckOnFault(const Point& point, const Mark& mark, Problems& problems) {
+void CheckOnFault(const Point& point, const Keys& keys, Problems& problems) {
+  using Kind = OnFault::Kind;
+  const OnFault& fault = point.on_fault;
   const std::string type(Name(point.type));
-  if (point.on_fault.kind == OnFault::Kind::nan && !IsFloat(point.type)) {
-    problems.Error(mark, "on_fault: nan needs a float type, and '" + point.name + "' is " + type +
-                             "; write hold or a number");
-  }
-  if (point.on_fault.kind != OnFault::Kind::value) return;
-  const Decimal& value = point.on_fault.value;
-  if (point.type == Type::string || !Fits(point, value)) {
-    problems.Error(mark, "on_fault: " + value.ToText() + " does not fit type " + type);
+  const auto error = [&](const std::string& text) {
+    problems.Error(keys.MarkOf("on_fault"), "on_fault: " + text);
+  };
+  if (fault.kind == Kind::nan && !IsFloat(point.type)) {
+    error("nan needs a float type, and '" + point.name + "' is " + type +
+          "; write hold or a number");
+  } else if (fault.kind == Kind::value &&
+             (point.type == Type::string || !Fits(point, fault.value))) {
+    error(fault.value.ToText() + " does not fit type " + type);
+  } else if (fault.kind != Kind::automatic && !point.modbus && keys.Has("on_fault")) {
+    error("it is what the registers of a point show, and '" + point.name +
+          "' has none; give it 'modbus', or remove 'on_fault'");
   }
 }
 
 void CheckArithmetic(const Point& point, const Keys& keys, Problems& problems) {
-  const bool is_number = point.type != Type::string && point.type != Type::boolean;
+  const bool is_number = IsNumber(point);
   if (point.scale == 0) {
     problems.Error(keys.MarkOf("scale"), "scale: 0 would make every value the same");
   }
@@ -62,6 +75,13 @@ void CheckArithmetic(const Point& point, const Keys& keys, Problems& problems) {
                                                         "' is " + std::string(Name(point.type)) +
                                                         ", of which each change counts");
   }
+  if (keys.Has("deadband") && !is_number) {
+    problems.Error(keys.MarkOf("deadband"), "deadband: only numbers have one, and '" + point.name +
+                                                "' is " + std::string(Name(point.type)));
+  }
+  if (point.jump && point.recheck == Recheck::off && keys.Has("recheck")) {
+    problems.Error(keys.MarkOf("jump"), "jump: with recheck: off each reading counts at once");
+  }
   if (point.deadband < 0) {
     problems.Error(keys.MarkOf("deadband"), "deadband: must not be negative");
   }
@@ -70,9 +90,36 @@ void CheckArithmetic(const Point& point, const Keys& keys, Problems& problems) {
   }
 }
 
+/// Keys of what the point cannot do. A configuration may take the writing from a point of a profile
+/// with `access: r`: then the profile's keys for writing stay.
+void CheckAccess(const Point& point, const Keys& keys, Problems& problems) {
+  const auto stays = [&](std::string_view key) {
+    return keys.Has("access") && *keys.MarkOf("access").file != *keys.MarkOf(key).file;
+  };
+  if (point.access == Access::read) {
+    for (const std::string_view key :
+         {"write", "step", "decimals", "select", "select_time", "allow_when"}) {
+      if (!keys.Has(key) || stays(key)) continue;
+      problems.Error(keys.MarkOf(key),
+                     std::string(key) + ": '" + point.name +
+                         "' can only be read, and this key is for points that are written; add "
+                         "access: rw or remove '" +
+                         std::string(key) + "'");
+    }
+  }
+  if (point.access != Access::write) return;
+  for (const std::string_view key : {"poll", "deadband", "jump", "recheck", "events", "on_fault"}) {
+    if (!keys.Has(key)) continue;
+    problems.Error(keys.MarkOf(key), std::string(key) + ": '" + point.name +
+                                         "' can only be written, and this key is for points that "
+                                         "are read; remove '" +
+                                         std::string(key) + "'");
+  }
+}
+
 void CheckWriting(const Point& point, const Keys& keys, Problems& problems) {
   const Writing& writing = point.writing;
-  const bool is_number = point.type != Type::string && point.type != Type::boolean;
+  const bool is_number = IsNumber(point);
   const auto error = [&](std::string_view key, const std::string& text) {
     problems.Error(keys.MarkOf(key), std::string(key) + ": " + text);
   };
@@ -85,16 +132,22 @@ void CheckWriting(const Point& point, const Keys& keys, Problems& problems) {
   if (writing.min && writing.max && *writing.min > *writing.max) {
     error("min", writing.min->ToText() + " is above max (" + writing.max->ToText() + ")");
   }
+  if (is_number && !IsFloat(point.type)) {
+    if (writing.min && *writing.min > RangeOf(point).highest) {
+      error("min", writing.min->ToText() + " is above all that " + std::string(Name(point.type)) +
+                       " can hold");
+    }
+    if (writing.max && *writing.max < RangeOf(point).lowest) {
+      error("max", writing.max->ToText() + " is below all that " + std::string(Name(point.type)) +
+                       " can hold");
+    }
+  }
   if (writing.step && *writing.step <= 0) error("step", "must be above 0");
   if (writing.decimals && *writing.decimals > 0 && is_number && !IsFloat(point.type)) {
     error("decimals",
           "a whole number has none, and '" + point.name + "' is " + std::string(Name(point.type)));
   }
-  for (const std::string_view key : {"select", "select_time", "allow_when"}) {
-    if (keys.Has(key) && point.access == Access::read) {
-      error(key, "'" + point.name + "' can only be read; this key is for points that are written");
-    }
-  }
+  CheckAccess(point, keys, problems);
   if (keys.Has("select_time") && !writing.select) {
     error("select_time", "needs 'select: yes'");
   }
@@ -113,10 +166,10 @@ void CheckPoint(const Point& point, const Protocol* protocol, const Keys& keys,
     problems.Error(keys.MarkOf("table"), "table: only bool points fit a bit table, and '" +
                                              point.name + "' is " + std::string(Name(point.type)) +
                                              "; write table: input");
-  }
-  if (!point.write.empty() && point.access == Access::read && !keys.Has("access")) {
-    problems.Error(keys.MarkOf("write"),
-                   "write: '" + point.name + "' is read-only; add access: rw or remove 'write'");
+  } else if (!point.modbus && keys.Has("table")) {
+    problems.Error(keys.MarkOf("table"), "table: '" + point.name +
+                                             "' stands in no table; give it 'modbus', or remove "
+                                             "'table'");
   }
   if (point.simulate && point.simulate->text && point.simulate->text->size() > point.text_length &&
       point.text_length > 0) {
@@ -124,12 +177,45 @@ void CheckPoint(const Point& point, const Protocol* protocol, const Keys& keys,
                                                 std::to_string(point.text_length) + ")");
   }
   CheckArithmetic(point, keys, problems);
-  CheckOnFault(point, keys.MarkOf("on_fault"), problems);
+  CheckOnFault(point, keys, problems);
   CheckWriting(point, keys, problems);
   const bool complete = !point.read.empty() || !point.write.empty();
   if (!protocol || !complete) return;
   if (const Status status = protocol->check_point(point); !status) {
     problems.Error(keys.MarkOf("read"), "point '" + point.name + "': " + status.error());
+  }
+}
+
+void CheckLimitPoints(const std::vector<Point>& points, Problems& problems) {
+  std::vector<std::string_view> names;
+  for (const Point& point : points) names.emplace_back(point.name);
+  const auto check = [&](const Point& point, std::string_view key, const std::string& name) {
+    if (name.empty()) return;
+    const auto error = [&](const std::string& text) {
+      problems.Error(point.mark, std::string(key) + ": " + text);
+    };
+    const auto found = std::ranges::find(points, name, &Point::name);
+    if (found == points.end()) {
+      return error(Quoted(name) + " is neither a number nor a point of this device;" +
+                   DidYouMean(name, names) + " write for example " + std::string(key) + ": 50");
+    }
+    if (point.access == Access::read) {
+      return error("'" + point.name + "' can only be read: its limit is a number");
+    }
+    if (&*found == &point) return error("'" + name + "' cannot be its own limit");
+    if (found->access == Access::write) {
+      return error("'" + name + "' cannot be read, so nobody knows its value");
+    }
+    if (!IsNumber(*found))
+      error("'" + name + "' is " + std::string(Name(found->type)) + ", no number");
+    if (found->unit != point.unit) {
+      error("'" + name + "' is in " + Quoted(found->unit) + ", and '" + point.name + "' in " +
+            Quoted(point.unit));
+    }
+  };
+  for (const Point& point : points) {
+    check(point, "min", *point.writing.min_point);
+    check(point, "max", *point.writing.max_point);
   }
 }
 

@@ -5,6 +5,7 @@
 
 #include <map>
 #include <string>
+#include <vector>
 
 #include "config/model/mark.h"
 #include "config/model/point.h"
@@ -16,6 +17,9 @@ namespace baudgate::config {
 /// `keys`: of the point, for the places of problems. Without a protocol what only it can judge is
 /// left out.
 void CheckPoint(const Point& point, const Protocol* protocol, const Keys& keys, Problems& problems);
+
+/// Whether the points that stand as `min` or `max` of others can be limits.
+void CheckLimitPoints(const std::vector<Point>& points, Problems& problems);
 
 /// The register tables of one device: no point outside the areas of values
 /// (config/model/modbus_addresses.h), and no two in one place.

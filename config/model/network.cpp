@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <optional>
 
+#include "gateway/base/leading_zero.h"
 #include "gateway/base/spelling.h"
 #include "gateway/base/text.h"
 
@@ -56,6 +57,9 @@ Result<HostPort> ParseHostPort(std::string_view text, std::string_view example) 
   const Error error{Quoted(text) + " is not host:port; write for example " + std::string(example)};
   const auto colon = text.rfind(':');
   if (colon == std::string_view::npos) return error;
+  if (const std::string why = WhyLeadingZero(text.substr(colon + 1)); !why.empty()) {
+    return Error{Quoted(text) + ": its port " + why};
+  }
   const auto port = ParseInteger<std::uint16_t>(text.substr(colon + 1));
   std::string host(text.substr(0, colon));
   if (host.size() > 2 && host.front() == '[' && host.back() == ']') {
@@ -63,6 +67,11 @@ Result<HostPort> ParseHostPort(std::string_view text, std::string_view example) 
     if (!IsIpAddress(host)) return error;
   } else if (host.empty() || host.find_first_of(":[]/ @") != std::string::npos) {
     return error;
+  }
+  // getaddrinfo would take 010.0.0.5 for 8.0.0.5.
+  if (host.find_first_not_of("0123456789.") == std::string::npos && !IsIpAddress(host)) {
+    return Error{Quoted(text) + ": " + Quoted(host) +
+                 " is no IPv4 address; it has four numbers 0…255 without leading zeros"};
   }
   if (!port || *port == 0) {
     return Error{Quoted(text) + " has no usable port number; allowed: 1…65535"};
@@ -87,6 +96,9 @@ Result<Network> ParseNetwork(std::string_view text) {
   const int most = address->is_v4 ? 32 : 128;
   int prefix = most;
   if (slash != std::string_view::npos) {
+    if (const std::string why = WhyLeadingZero(text.substr(slash + 1)); !why.empty()) {
+      return Error{Quoted(text) + ": its prefix " + why};
+    }
     const auto given = ParseInteger<int>(text.substr(slash + 1));
     if (!given || *given < 0 || *given > most) {
       return Error{Quoted(text) + " has no usable prefix; allowed: /0…/" + std::to_string(most)};

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/model/point.h"
 
+#include <cmath>
 #include <limits>
 
 namespace baudgate::config {
@@ -118,6 +119,21 @@ std::size_t RegisterCount(const Point& point) {
 
 bool IntegerRange::Contains(const Decimal& whole) const {
   return whole >= lowest && whole <= highest;
+}
+
+RawNumbers RawNumbers::Bits(unsigned bits, bool is_signed) {
+  const unsigned unused = 64 - bits;
+  const std::uint64_t all = std::numeric_limits<std::uint64_t>::max() >> unused;
+  if (!is_signed) return Whole(0, all);
+  return Whole(std::numeric_limits<std::int64_t>::min() >> unused, all / 2);
+}
+
+bool RawNumbers::Contain(const Decimal& number) const {
+  if (kind == Kind::whole) return number.is_whole() && range.Contains(number);
+  if (kind != Kind::single) return true;
+  const double nearest = NearestSingle(number.ToDouble());
+  return std::isfinite(nearest) &&
+         IsMeant(static_cast<double>(static_cast<float>(nearest)), number);
 }
 
 IntegerRange RangeOf(Type type) {

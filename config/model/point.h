@@ -64,12 +64,16 @@ enum class Table : std::uint8_t { registers, bits };
 struct Sentinel {
   Decimal value = 0;
   Quality quality = Quality::bad_sensor_failure;
+  std::string written{};  ///< "0x8000"
+  Mark mark{};
 };
 
 template <typename Visit>
 void VisitFields(const Sentinel*, Visit visit) {
   visit(Field<&Sentinel::value>());
   visit(Field<&Sentinel::quality>());
+  visit(Derived<&Sentinel::written>());
+  visit(Derived<&Sentinel::mark>());
 }
 
 /// What a register shows while its channel has a fault (design: on_fault: nan | hold | VALUE).
@@ -120,13 +124,15 @@ void VisitFields(const AllowWhen*, Visit visit) {
 }
 
 /// What may be written to a point. Numbers are in units of its value; outside of them nothing is
-/// sent.
+/// sent. Of a point that can only be read `min` and `max` are what it may measure.
 struct Writing {
   /// `access` has a w, and the device says `write: allow` or names the point.
   bool allowed = false;
   bool select = false;  ///< only within `select_time` after it was selected
   std::optional<Decimal> min;
   std::optional<Decimal> max;
+  Shared<std::string> min_point;  ///< `min: NAME`: another point of the device has the number
+  Shared<std::string> max_point;
   std::optional<Decimal> step;  ///< only multiples of it, counted from 0
   std::optional<int> decimals;  ///< digits that the device takes behind the decimal point
   Duration select_time = std::chrono::seconds(10);
@@ -138,6 +144,8 @@ void VisitFields(const Writing*, Visit visit) {
   visit(Field<&Writing::allowed>{"write"});
   visit(Field<&Writing::min>());
   visit(Field<&Writing::max>());
+  visit(Field<&Writing::min_point>{"min"});
+  visit(Field<&Writing::max_point>{"max"});
   visit(Field<&Writing::step>());
   visit(Field<&Writing::decimals>());
   visit(Field<&Writing::select>());
@@ -222,6 +230,25 @@ struct IntegerRange {
   std::uint64_t highest = 0;
 
   bool Contains(const Decimal& whole) const;
+};
+
+/// The numbers that the `read` of a point can give, before scale and offset.
+struct RawNumbers {
+  enum class Kind : std::uint8_t {
+    any,     ///< decimal numbers, as a text has them
+    single,  ///< float32
+    real,    ///< float64
+    whole,   ///< those of `range`
+  } kind = Kind::any;
+  IntegerRange range{};
+
+  static RawNumbers Whole(std::int64_t lowest, std::uint64_t highest) {
+    return {Kind::whole, {lowest, highest}};
+  }
+  /// All whole numbers of so many bits, 1 to 64.
+  static RawNumbers Bits(unsigned bits, bool is_signed = false);
+  /// 999.9 is a float32, by its digits.
+  bool Contain(const Decimal& number) const;
 };
 
 /// bool counts as 0…1; types that are no integers have only 0.

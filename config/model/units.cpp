@@ -1,19 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/model/units.h"
 
-#include <optional>
-
+#include "gateway/base/leading_zero.h"
 #include "gateway/base/spelling.h"
 #include "gateway/base/text.h"
 
 namespace baudgate::config {
 namespace {
-
-// Without leading zeros, which some readers of YAML take for octal.
-std::optional<int> UnitNumber(std::string_view digits) {
-  if (digits.size() > 1 && digits.front() == '0') return std::nullopt;
-  return ParseInteger<int>(digits);
-}
 
 std::string RangeText(std::size_t first, std::size_t last) {
   if (first == last) return std::to_string(first);
@@ -23,9 +16,10 @@ std::string RangeText(std::size_t first, std::size_t last) {
 }  // namespace
 
 Result<std::pair<std::uint8_t, std::uint8_t>> ParseUnits(std::string_view text) {
+  if (const Status status = RefuseLeadingZeros(text, "^- "); !status) return Error{status.error()};
   const auto parts = Split(text, '-');
-  const auto first = UnitNumber(Trim(parts.front()));
-  const auto last = UnitNumber(Trim(parts.back()));
+  const auto first = ParseInteger<int>(Trim(parts.front()));
+  const auto last = ParseInteger<int>(Trim(parts.back()));
   if (parts.size() > 2 || !first || !last) {
     return Error{Quoted(text) +
                  " is neither a unit id nor a range of them; write for example 20 or \"33-40\""};

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "gateway/base/decimal_comma.h"
+#include "gateway/base/leading_zero.h"
 #include "gateway/base/spelling.h"
 #include "gateway/base/text.h"
 
@@ -52,11 +53,12 @@ std::string Allowed(std::int64_t least, std::int64_t most) {
   return "allowed: " + std::to_string(least) + "…" + std::to_string(most);
 }
 
-// 010 is 8 to some readers of YAML and 10 to others.
-bool HasLeadingZero(std::string_view digits) {
-  if (!digits.empty() && digits.front() == '-') digits.remove_prefix(1);
-  return digits.size() > 1 && digits.front() == '0' &&
-         digits.find_first_not_of("0123456789") == std::string_view::npos;
+/// One value, and no number with a leading zero.
+bool ExpectNumber(const YamlNode& node, const std::string& what, Problems& problems) {
+  if (!ExpectScalar(node, what, problems)) return false;
+  const std::string why = WhyLeadingZero(node.text());
+  if (!why.empty()) problems.Error(node.mark(), what + ": " + Quoted(node.text()) + " " + why);
+  return why.empty();
 }
 
 }  // namespace
@@ -133,7 +135,7 @@ std::optional<bool> ReadFlag(const YamlNode& node, const std::string& what, Prob
 
 std::optional<Decimal> ReadNumber(const YamlNode& node, const std::string& what,
                                   Problems& problems) {
-  if (!ExpectScalar(node, what, problems)) return std::nullopt;
+  if (!ExpectNumber(node, what, problems)) return std::nullopt;
   const auto value = Decimal::Parse(node.text());
   if (!value) {
     const std::string meant = WithDecimalPoint(node.text());
@@ -147,15 +149,9 @@ std::optional<Decimal> ReadNumber(const YamlNode& node, const std::string& what,
 
 std::optional<std::int64_t> ReadInteger(const YamlNode& node, const std::string& what,
                                         std::int64_t least, std::int64_t most, Problems& problems) {
-  if (!ExpectScalar(node, what, problems)) return std::nullopt;
+  if (!ExpectNumber(node, what, problems)) return std::nullopt;
   const std::string quoted = Quoted(node.text());
   const auto value = ParseInteger<std::int64_t>(node.text());
-  if (HasLeadingZero(node.text())) {
-    problems.Error(node.mark(), what + ": " + quoted +
-                                    " has a leading zero, which some readers of " +
-                                    "YAML take for octal; write it without");
-    return std::nullopt;
-  }
   if (!value) {
     problems.Error(node.mark(),
                    what + ": " + quoted + " is not a whole number; " + Allowed(least, most));
@@ -170,7 +166,7 @@ std::optional<std::int64_t> ReadInteger(const YamlNode& node, const std::string&
 
 std::optional<Duration> ReadDuration(const YamlNode& node, const std::string& what, Duration least,
                                      Duration most, Problems& problems) {
-  if (!ExpectScalar(node, what, problems)) return std::nullopt;
+  if (!ExpectNumber(node, what, problems)) return std::nullopt;
   const auto value = ParseDuration(node.text());
   if (!value) {
     problems.Error(node.mark(), what + ": " + value.error());

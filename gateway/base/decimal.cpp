@@ -82,6 +82,16 @@ std::optional<Decimal> Decimal::Parse(std::string_view text) {
     const auto number = ParseInteger<std::uint64_t>(text.substr(2), 16);
     return number ? std::optional(Decimal(*number)) : std::nullopt;
   }
+  if (const auto e = text.find_first_of("eE"); e != std::string_view::npos) {
+    const auto mantissa = Parse(text.substr(0, e));
+    const bool plus = text.substr(e + 1).starts_with('+');
+    const auto power = ParseInteger<int>(text.substr(e + (plus ? 2 : 1)));
+    if (!mantissa || !power || (plus && *power < 0) || std::abs(*power) > kMostPlaces) {
+      return std::nullopt;
+    }
+    const Decimal number = mantissa->Shifted(*power);
+    return std::isfinite(number.ToDouble()) ? std::optional(number) : std::nullopt;
+  }
   const auto near = ParseDecimal(text);
   if (!near || !std::isfinite(*near)) return std::nullopt;
   Wide wide{.is_negative = text.front() == '-'};
@@ -176,6 +186,10 @@ Decimal Decimal::Shifted(int places) const {
   return number;
 }
 
+bool Decimal::IsRounded(const Decimal& exact) const {
+  return Abs(exact - *this) <= Decimal(5).Shifted(exponent_ - 1);
+}
+
 Decimal Decimal::operator-() const {
   Decimal number = *this;
   number.is_negative_ = digits_ != 0 && !is_negative_;
@@ -223,6 +237,43 @@ std::strong_ordering operator<=>(const Decimal& a, const Decimal& b) {
   const Decimal difference = a - b;
   if (difference.digits_ == 0) return std::strong_ordering::equal;
   return difference.is_negative_ ? std::strong_ordering::less : std::strong_ordering::greater;
+}
+
+double AsDecimal(double number) {
+  constexpr int kDigits = std::numeric_limits<float>::max_digits10;
+  std::array<char, 32> text{};
+  const auto read = [&](char* end) {
+    double value = number;
+    std::from_chars(text.data(), end, value);
+    return value;
+  };
+  char* const last = text.data() + text.size();
+  const bool is_short =
+      read(std::to_chars(text.data(), last, number, std::chars_format::general, kDigits).ptr) ==
+      number;
+  if (is_short || std::abs(number) > std::numeric_limits<float>::max()) return number;
+  const auto single = static_cast<float>(number);
+  if (static_cast<double>(single) != number) return number;
+  const double shown = read(std::to_chars(text.data(), last, single).ptr);
+  // The largest float32 is shown as 3.4028235e38, which lies above it.
+  return std::abs(shown) > std::numeric_limits<float>::max() ? number : shown;
+}
+
+double NearestSingle(double number) {
+  // From here on a number is nearer to 2^128, which is no float32, than to the largest one.
+  constexpr double kEnd = 0x1.FFFFFFp127;
+  if (!(std::abs(number) < kEnd)) return std::copysign(HUGE_VAL, number);
+  return AsDecimal(static_cast<double>(static_cast<float>(number)));
+}
+
+bool IsMeant(const Value& said, const Decimal& written) {
+  const auto* const real = std::get_if<double>(&said);
+  if (real == nullptr) return Decimal::Of(said) == written;
+  const double meant = written.ToDouble();
+  if (meant == *real) return true;
+  const double shown = AsDecimal(*real);
+  return NearestSingle(*real) == shown && NearestSingle(meant) == shown &&
+         written.IsRounded(Decimal(*real));
 }
 
 }  // namespace baudgate

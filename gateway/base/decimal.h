@@ -31,7 +31,7 @@ class Decimal {
   /// The shortest decimal that reads back as this double. It has to be finite.
   Decimal(double number);
 
-  /// "-12.50", "+7"; in hex, "0xFFFF", a whole number without a sign. No exponent.
+  /// "-12.50", "+7", "1e30"; in hex, "0xFFFF", a whole number without a sign.
   static std::optional<Decimal> Parse(std::string_view text);
   /// Nothing for texts, NaN, infinity and no value. Booleans are 0 and 1.
   static std::optional<Decimal> Of(const Value& value);
@@ -58,6 +58,8 @@ class Decimal {
   /// `b` is not 0.
   friend Decimal operator/(const Decimal& a, const Decimal& b);
   friend Decimal operator-(const Decimal& a, const Decimal& b) { return a + -b; }
+  /// Whether `exact`, rounded to the digits that this number has, is this number.
+  bool IsRounded(const Decimal& exact) const;
   Decimal operator-() const;
   Decimal& operator*=(const Decimal& other) { return *this = *this * other; }
 
@@ -78,6 +80,18 @@ class Decimal {
   int exponent_ = 0;
   std::uint64_t digits_ = 0;
 };
+
+/// The decimal number that a float32 stands for: 30.3 for 30.299999237060547 in 64 bits. A number
+/// that is not a float32, or has no more digits than one needs (1834523.25), stays as it is.
+double AsDecimal(double number);
+
+/// The float32 that is nearest to `number`, as the decimal number that it stands for: 16777216 for
+/// 16777217. Infinite beyond its range.
+double NearestSingle(double number);
+
+/// Whether `said`, which a device sends, is the number that a person has written. 999.9 is the
+/// float32 999.9000244140625 as well.
+bool IsMeant(const Value& said, const Decimal& written);
 
 inline Decimal Abs(const Decimal& number) { return number.is_negative() ? -number : number; }
 

@@ -107,6 +107,9 @@ void TelegramQueue::End(Now now) {
   exchange_.reset();
   WriteCommand done = std::move(*std::exchange(command_, std::nullopt));
   const bool unsent = done.state == WriteState::queued;
+  if (!unsent && !done.telegram()->reads) {
+    poller_.OnWritingTelegram(done.device, done.telegram()->bytes, now);
+  }
   if (!unsent && !ProvesLife(end.outcome)) poller_.OnUnansweredTelegram(now);
   Answer(done, EndOf(done, end.outcome), unsent ? kNotConnected : end.reason, end.outcome);
   Settle(now);

@@ -99,8 +99,8 @@ std::optional<PointWatch::Finding> PointWatch::Change(const Value& value, Instan
 /// "0" is 0.0, too.
 bool PointWatch::IsNormal(const Value& value) const {
   if (ToText(value) == rule_.normal) return true;
-  const auto number = NumberOf(value);
-  return number && number == Decimal::Parse(rule_.normal);
+  const auto normal = Decimal::Parse(rule_.normal);
+  return normal && IsMeant(value, *normal);
 }
 
 bool PointWatch::IsSame(const Value& a, const Value& b) const {

@@ -54,6 +54,10 @@ void DeviceSide::OnUnsettledWrite(std::uint32_t index) {
   ledger_.states.OnMemory(device);
 }
 
+void DeviceSide::OnWritingTelegram(std::uint32_t index, View telegram, Instant now) {
+  upkeep_.OnTelegram(*roster_.DeviceAt(index).protocol, telegram, now);
+}
+
 Speaking DeviceSide::SpeakingAs(std::uint32_t index) const {
   const Device& device = roster_.DeviceAt(index);
   return {device.protocol, device.options, device.serial, device.times};

@@ -42,6 +42,7 @@ class DeviceSide {
   void OnHostClock(bool right);
   void OnUnsettledWrite(std::uint32_t index);
   void OnUnansweredTelegram(Instant now) { upkeep_.OnUnansweredTelegram(now); }
+  void OnWritingTelegram(std::uint32_t index, View telegram, Instant now);
   Speaking SpeakingAs(std::uint32_t index) const;
 
   /// A device that speaks unasked may have something to tell without a message.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/poll/effect_applier.h"
 
+#include <span>
 #include <utility>
 
 #include "gateway/poll/write_end.h"
@@ -52,6 +53,14 @@ std::optional<Job::Write> EffectApplier::OnEnd(Job& done, EndEffects effects, co
   // device.
   if (effects.judges_member && !done.blames_query)
     upkeep_.OnTask(member, end.outcome, end.reason, now);
+  if (effects.wrote) {
+    std::span<const PointWrite> writes;
+    if (const auto* const write = done.As<Job::Write>()) {
+      writes = std::span(write->command.writes()).subspan(write->first, write->next - write->first);
+    }
+    upkeep_.OnWritten(*member.protocol, done.step.request.bytes, device, writes,
+                      ProvesLife(end.outcome), now);
+  }
   for (auto& [request, reply] : effects.replies) request.done(std::move(reply));
   if (!effects.write) return std::nullopt;
   return OnWriteEnd(*done.As<Job::Write>(), *device, *effects.write, now);

@@ -67,6 +67,7 @@ struct EndEffects {
   std::vector<std::size_t> doubt;       ///< these points are uncertain
   bool polls_first = false;             ///< go before the next write to the device
   bool judges_member = true;            ///< the end says whether the member answers
+  bool wrote = false;                   ///< its request may have changed the device
   std::vector<std::pair<RoutedRequest, RoutedReply>> replies;
   std::optional<Write> write;
 };

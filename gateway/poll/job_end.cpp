@@ -5,6 +5,7 @@
 #include <utility>
 #include <variant>
 
+#include "gateway/base/modbus_pdu.h"
 #include "gateway/poll/write_end.h"
 
 namespace baudgate {
@@ -111,6 +112,12 @@ EndEffects::Write EndOfWrite(const Job& job, const Job::Write& write, const JobE
   return effects;
 }
 
+/// The slave has said that it has not even begun: with 01, 02 or 03.
+bool IsDeclined(const Job::Routed& routed, const JobEnd& end) {
+  return end.outcome == Outcome::refused && routed.reply.size() == 2 &&
+         routed.reply[1] <= modbus::kIllegalValue;
+}
+
 void EndOfRouted(const Job& job, Job::Routed& routed, const JobEnd& end, EndEffects& effects) {
   // The probe before it was refused, not this request.
   const bool of_probe = !job.was_sent && ProvesLife(end.outcome);
@@ -143,8 +150,10 @@ EndEffects EffectsOf(Job& job, const JobEnd& end, Instant now) {
   } else if (const auto* write = job.As<Job::Write>()) {
     effects.polls_first = in_vain;
     effects.write = EndOfWrite(job, *write, end, now);
+    effects.wrote = !effects.write->unknown.empty();
   } else if (auto* routed = job.As<Job::Routed>()) {
     effects.polls_first = in_vain && !routed->is_read;
+    effects.wrote = !routed->is_read && job.was_sent && !IsDeclined(*routed, end);
     EndOfRouted(job, *routed, end, effects);
   }
   return effects;

@@ -130,6 +130,11 @@ void Poller::OnUnansweredTelegram(Now now) {
   devices_.OnUnansweredTelegram(now.instant);
 }
 
+void Poller::OnWritingTelegram(std::uint32_t device, View telegram, Now now) {
+  Advance(now);
+  devices_.OnWritingTelegram(device, telegram, now.instant);
+}
+
 bool Poller::MayGoOut(Now now) const {
   const Job* const job = turn_taker_.job();
   return job == nullptr || !WhyNotSend(*job, now.instant, true);

@@ -96,6 +96,8 @@ class Poller {
   bool MayGoOut(Now now) const;
   /// Before GoOn: the telegram was sent, and got no reply.
   void OnUnansweredTelegram(Now now);
+  /// Before GoOn: the telegram to this device was sent, and may have written.
+  void OnWritingTelegram(std::uint32_t device, View telegram, Now now);
   /// Without a Pause: nothing.
   void GoOn(Now now);
   /// The protocol and the settings with which a telegram by hand to this device is sent.

@@ -118,6 +118,12 @@ void Schedule::Repeat(std::size_t index, config::Group group, Instant at) {
   devices_[index].rounds[NumberOf(group)].Repeat(at);
 }
 
+void Schedule::Hasten(std::size_t index, Instant now) {
+  for (Round& round : devices_[index].rounds) {
+    if (!round.blocked && !round.queries.empty()) round.Repeat(now);
+  }
+}
+
 void Schedule::Suspend(std::size_t index) {
   Device& device = devices_[index];
   device.suspended = true;

@@ -71,6 +71,8 @@ class Schedule {
   void Suspend(std::size_t device);
   /// Group `once` or `daily` is due again at `at`: some of it could not be read.
   void Repeat(std::size_t device, config::Group group, Instant at);
+  /// All groups of the device are due again: what they read may have changed.
+  void Hasten(std::size_t device, Instant now);
   /// A poll of it has taken the line for `time`.
   void OnUsed(std::size_t device, Duration time) { devices_[device].used += time; }
   /// Its last exchange failed: others may go first. Suspend forgets it.

@@ -12,6 +12,23 @@ namespace {
 constexpr Duration kLongest = 1h;
 constexpr Duration kDailyAgain = 5min;
 
+bool IsSameDevice(const Device& one, const Device& other) {
+  const auto canonical = one.protocol->canonical_address;
+  const auto address = canonical(one.config->address);
+  const auto its = canonical(other.config->address);
+  return address && its && *address == *its;
+}
+
+/// What is read there is written by one of these points, or read by it.
+bool SharesPlace(std::span<const config::Point> points, std::span<const PointWrite> writes,
+                 const config::Point& shown) {
+  return std::ranges::any_of(writes, [&](const PointWrite& write) {
+    const config::Point& written = points[write.point];
+    return (!shown.read.empty() && (shown.read == written.read || shown.read == written.write)) ||
+           (!shown.write.empty() && (shown.write == written.write || shown.write == written.read));
+  });
+}
+
 Duration SlowOf(const Device& device) { return std::min<Duration>(device.config->slow, kLongest); }
 
 }  // namespace
@@ -55,6 +72,54 @@ void Upkeep::OnUnansweredTelegram(Instant now) {
     owed_.whose.OnOpened(*device, now);
     owed_.late.OnUnknownRequest(*device, now);
   }
+}
+
+Upkeep::Touched Upkeep::TouchedBy(View request, const Device* by,
+                                  std::span<const PointWrite> writes, const Device& device) {
+  if (device.protocol->changes) return device.protocol->changes(request, *device.config);
+  if (by == nullptr) return std::nullopt;
+  std::vector<std::size_t> touched;
+  if (!IsSameDevice(*by, device)) return touched;
+  const auto& points = device.config->points;
+  for (std::size_t point = 0; point < points.size(); ++point) {
+    if (SharesPlace(by->config->points, writes, points[point])) touched.push_back(point);
+  }
+  return touched;
+}
+
+void Upkeep::OnWritten(const Protocol& protocol, View request, const Device* by,
+                       std::span<const PointWrite> writes, bool answered, Instant now) {
+  for (const auto& device : roster_.devices()) {
+    if (device->protocol != &protocol || !device->in_use) continue;
+    if (const Touched touched = TouchedBy(request, by, writes, *device)) {
+      Outdate(*device, *touched, now);
+    } else if (answered) {
+      agenda_.schedule.Hasten(device->place, now);
+    } else {
+      for (const config::Group group : {config::Group::once, config::Group::daily}) {
+        agenda_.schedule.Repeat(device->place, group, now);
+      }
+    }
+  }
+}
+
+void Upkeep::OnTelegram(const Protocol& protocol, View telegram, Instant now) {
+  for (const auto& device : roster_.devices()) {
+    if (device->protocol != &protocol || !device->in_use) continue;
+    if (const Touched touched = TouchedBy(telegram, nullptr, {}, *device)) {
+      Outdate(*device, *touched, now);
+    } else {
+      DoubtAll(*device, now);
+      agenda_.schedule.Hasten(device->place, now);
+    }
+  }
+}
+
+/// A device that is offline is read again when it comes back.
+void Upkeep::Outdate(const Device& device, const std::vector<std::size_t>& points, Instant now) {
+  if (points.empty()) return;
+  Doubt(device, points, now);
+  if (!device.health.absent()) ReadBack(device, points);
 }
 
 void Upkeep::OnExchange(const Job& job, const ExchangeEnd& end, const Finding& finding,

@@ -3,6 +3,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -11,6 +13,7 @@
 #include "gateway/poll/ledger.h"
 #include "gateway/poll/owed_replies.h"
 #include "gateway/poll/roster.h"
+#include "gateway/requests/write_command.h"
 #include "gateway/store/point_store.h"
 
 namespace baudgate {
@@ -27,6 +30,15 @@ class Upkeep {
   /// A telegram by hand got no reply. That of any device may still come, and look like one to a
   /// poll: probes go first.
   void OnUnansweredTelegram(Instant now);
+  /// A request that may write was sent, and may have been carried out. What shows it is uncertain
+  /// until it is read again, which is soon, in all entries of the address. If that is not known,
+  /// all points of the device are read again. `by`, `writes`: of a write to points; else null, and
+  /// none.
+  /// `answered`: if it was not, only what is read seldom is read again for that.
+  void OnWritten(const Protocol& protocol, View request, const Device* by,
+                 std::span<const PointWrite> writes, bool answered, Instant now);
+  /// The same of a telegram by hand. What it may have changed is uncertain, be that everything.
+  void OnTelegram(const Protocol& protocol, View telegram, Instant now);
   /// An exchange has ended, whatever it was for.
   void OnExchange(const Job& job, const ExchangeEnd& end, const Finding& finding, Instant now);
   /// A task has ended: a device may be offline now, or back.
@@ -68,6 +80,11 @@ class Upkeep {
   void Repeat(const Device& device, config::Group group, Instant now);
 
  private:
+  /// Points of the device that may show something else after `request`; empty: not known.
+  using Touched = std::optional<std::vector<std::size_t>>;
+  static Touched TouchedBy(View request, const Device* by, std::span<const PointWrite> writes,
+                           const Device& device);
+  void Outdate(const Device& device, const std::vector<std::size_t>& points, Instant now);
   void Charge(const Job& job, bool answered, Instant now);
   void Replan(Device& device, Instant now);
   void Plan(Device& device);

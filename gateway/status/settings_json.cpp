@@ -7,7 +7,6 @@
 #include "gateway/base/text.h"
 #include "gateway/status/json_time.h"
 #include "gateway/store/ageing.h"
-#include "gateway/store/conversion.h"
 
 namespace baudgate::control {
 namespace {
@@ -16,13 +15,6 @@ namespace {
 bool IsSetting(const config::Device& device, const config::Point& point) {
   const auto is_setting = device.traits->is_setting;
   return is_setting && point.access != config::Access::write && is_setting(point);
-}
-
-/// As people set it: 30.3, where a float32 in 64 bits is 30.299999237.
-std::string TextOf(const config::Point& point, const Value& value) {
-  const auto* number = std::get_if<double>(&value);
-  if (number == nullptr || point.type != config::Type::float32) return ToText(value);
-  return ToText(AsDecimal(static_cast<float>(*number)));
 }
 
 /// What the relay itself holds where a number stands for "out of use": 999. Nothing, where several
@@ -53,7 +45,7 @@ Json SettingJson(const DeviceRecord& record, std::size_t index, Now now) {
   Json json;
   json["point"] = point.name;
   json["item"] = point.read;
-  json["value"] = HasValue(value) ? Json(TextOf(point, value)) : Json(nullptr);
+  json["value"] = HasValue(value) ? Json(ToText(value)) : Json(nullptr);
   json["unit"] = point.unit;
   json["scale"] = point.scale.ToDouble();
   json["resolution"] = ResolutionOf(point);

@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/store/conversion.h"
 
-#include <array>
-#include <charconv>
 #include <cmath>
-#include <limits>
 
 namespace baudgate {
 namespace {
@@ -15,9 +12,10 @@ bool IsUnscaled(const config::Point& point) { return point.scale == 1 && point.o
 
 bool IsFloat(Type type) { return type == Type::float32 || type == Type::float64; }
 
+/// A float32 has one value in all outputs: what a register of two words can hold.
 Value FitFloat(Type type, double number) {
-  if (type == Type::float64) return std::isfinite(number) ? Value(number) : Value();
-  return std::abs(number) <= std::numeric_limits<float>::max() ? Value(number) : Value();
+  const double fits = type == Type::float32 ? NearestSingle(number) : number;
+  return std::isfinite(fits) ? Value(fits) : Value();
 }
 
 /// A number in the alternative that the point's type is stored in, or nothing when it does not fit.
@@ -54,6 +52,17 @@ bool FitsType(const config::Point& point, const Value& value) {
   return number && HasValue(Fit(point, *number));
 }
 
+/// Of a point that can be written, `min` and `max` say what may be written: a reading may lie
+/// outside.
+Reason ReasonBeyond(const config::Point& point, const Value& value) {
+  const auto* const real = std::get_if<double>(&value);
+  const auto number = Decimal::Of(real != nullptr ? Value(AsDecimal(*real)) : value);
+  if (!number || point.access != config::Access::read) return Reason::none;
+  if (point.writing.max && *number > *point.writing.max) return Reason::over_range;
+  if (point.writing.min && *number < *point.writing.min) return Reason::under_range;
+  return Reason::none;
+}
+
 /// Two texts that begin alike would look the same if they were cut.
 Value FitText(const config::Point& point, const Value& raw) {
   std::string text = ToText(raw);
@@ -71,9 +80,8 @@ Sample ToSample(const config::Point& point, const Reading& reading) {
     if (IsGood(sample.quality)) sample.quality = Quality::bad;
     return sample;
   }
-  const auto raw = point.sentinels.empty() ? std::nullopt : Decimal::Of(reading.value);
   for (const config::Sentinel& sentinel : point.sentinels) {
-    if (raw == sentinel.value) {
+    if (IsMeant(reading.value, sentinel.value)) {
       sample.quality = {sentinel.quality.code, Reason::sentinel};
       return sample;
     }
@@ -81,6 +89,11 @@ Sample ToSample(const config::Point& point, const Reading& reading) {
   sample.value =
       point.type == Type::string ? FitText(point, reading.value) : FitNumber(point, reading.value);
   if (!HasValue(sample.value)) sample.quality = {Quality::bad_configuration, Reason::out_of_range};
+  const Reason beyond = IsBad(sample.quality) ? Reason::none : ReasonBeyond(point, sample.value);
+  if (beyond != Reason::none) {
+    sample.value = {};
+    sample.quality = {Quality::bad_sensor_failure, beyond};
+  }
   return sample;
 }
 
@@ -103,24 +116,6 @@ Result<Value> ToRaw(const config::Point& point, const Value& value) {
   if (const auto whole = raw.ToInt64()) return Value(*whole);
   if (const auto whole = raw.ToUint64()) return Value(*whole);
   return Error{ToText(value) + " is beyond what the device can hold"};
-}
-
-double AsDecimal(double number) {
-  constexpr int kDigits = std::numeric_limits<float>::max_digits10;
-  std::array<char, 32> text{};
-  const auto read = [&](char* end) {
-    double value = number;
-    std::from_chars(text.data(), end, value);
-    return value;
-  };
-  char* const last = text.data() + text.size();
-  const bool is_short =
-      read(std::to_chars(text.data(), last, number, std::chars_format::general, kDigits).ptr) ==
-      number;
-  if (is_short || std::abs(number) > std::numeric_limits<float>::max()) return number;
-  const auto single = static_cast<float>(number);
-  if (static_cast<double>(single) != number) return number;
-  return read(std::to_chars(text.data(), last, single).ptr);
 }
 
 }  // namespace baudgate

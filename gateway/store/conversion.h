@@ -1,5 +1,6 @@
-// Between what a device says and what users see: sentinels, scale and offset, and the range of the
-// point's type. A value that does not fit becomes bad quality, never another number.
+// Between what a device says and what users see: sentinels, scale and offset, the range of the
+// point's type, and `min` and `max` of what can only be read. A value that does not fit becomes bad
+// quality, never another number.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,9 +16,5 @@ Sample ToSample(const config::Point& point, const Reading& reading);
 
 /// A value as users write it, turned into the raw value that the protocol sends.
 Result<Value> ToRaw(const config::Point& point, const Value& value);
-
-/// The decimal number that a float32 stands for: 30.3 for 30.299999237060547 in 64 bits. A number
-/// that is not a float32, or has no more digits than one needs (1834523.25), stays as it is.
-double AsDecimal(double number);
 
 }  // namespace baudgate

@@ -24,11 +24,17 @@ std::string NotSelected(Selections::Verdict verdict, const config::Point& point)
   }
 }
 
-/// The first interlock that forbids one of these.
-std::optional<std::string> WhyAnyLocked(const PointStore& store, const config::Device& device,
-                                        const std::vector<WriteAsk::Part>& parts, Instant now) {
+/// The first limit or interlock that forbids one of these now.
+std::optional<WriteDenial> WhyNotNow(const PointStore& store, std::uint32_t device,
+                                     const std::vector<WriteAsk::Part>& parts, Instant now) {
   for (const WriteAsk::Part& part : parts) {
-    if (auto why = WhyLocked(store, device.points[part.point], part.value, now)) return why;
+    const config::Point& point = store.device(device).points[part.point];
+    if (auto beyond = WhyBeyond(store, device, point, part.value, now)) {
+      return WriteDenial{beyond->known ? Why::value : Why::locked, std::move(beyond->text)};
+    }
+    if (auto why = WhyLocked(store, point, part.value, now)) {
+      return WriteDenial{Why::locked, std::move(*why)};
+    }
   }
   return std::nullopt;
 }
@@ -57,12 +63,15 @@ std::optional<WriteDenial> WriteGate::Submit(const Writer& writer, WriteAsk ask,
       if (!IsBad(QualityAt(record, part.point, now)))
         write.before = record.points[part.point].value;
       writes.push_back(std::move(write));
-      if (!point.writing.allow_when.empty()) guarded.push_back(part);
+      if (IsGuarded(point)) guarded.push_back(part);
     }
   });
   if (!guarded.empty()) {
-    command.why_not = [&store = store_, &device, guarded](Instant at) {
-      return WhyAnyLocked(store, device, guarded, at);
+    command.why_not = [&store = store_, device = ask.device,
+                       guarded](Instant at) -> std::optional<std::string> {
+      auto denial = WhyNotNow(store, device, guarded, at);
+      if (!denial) return std::nullopt;
+      return std::move(denial->text);
     };
   }
   if (sink_.Submit(std::move(command))) return std::nullopt;
@@ -112,9 +121,7 @@ std::optional<WriteDenial> WriteGate::CheckValues(const WriteAsk& ask) const {
 }
 
 std::optional<WriteDenial> WriteGate::CheckInterlocks(const WriteAsk& ask, Instant now) const {
-  auto why = WhyAnyLocked(store_, store_.device(ask.device), ask.parts, now);
-  if (!why) return std::nullopt;
-  return WriteDenial{Why::locked, std::move(*why)};
+  return WhyNotNow(store_, ask.device, ask.parts, now);
 }
 
 /// A selection of each point is used up, even where an earlier one was denied.

@@ -5,7 +5,10 @@
 //   may the point be written?            read_only     rw in the profile and `write: allow`
 //   may it have this value?              value         type, min, max, step
 //   was it selected?                     not_selected  where `select: yes` stands
-//   do the interlocks hold?              locked        allow_when; checked again when it is sent
+//   does another point forbid it?        locked        allow_when, min and max that name a point
+//   and
+//                                                      are not known (beyond them: value); checked
+//                                                      again when it is sent
 //   is there room in the line's queue?   busy
 //
 // That is the order of what is reported. A selection is taken before anything else, so it is used

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "gateway/base/decimal.h"
 #include "gateway/base/text.h"
 #include "gateway/store/conversion.h"
 
@@ -23,11 +24,11 @@ bool IsMultiple(const Value& value, const Decimal& number, const Decimal& step) 
   return steps && Abs(number - *steps * step) <= SlackOf(value, std::max(Abs(number), step));
 }
 
+}  // namespace
+
 std::string WithUnit(const config::Point& point, const Decimal& number) {
   return number.ToText() + (point.unit.empty() ? "" : " " + point.unit);
 }
-
-}  // namespace
 
 Value AsMeant(const config::Point& point, const Value& value) {
   const auto* number = std::get_if<double>(&value);
@@ -39,8 +40,9 @@ std::optional<std::string> WhyInexact(const config::Point& point, const Value& v
                                       const Value& raw) {
   const Value back = ToSample(point, {0, raw}).value;
   if (!HasValue(back)) return ToText(value) + " is a code that has another meaning for this device";
-  const auto number = Decimal::Of(value);
+  auto number = Decimal::Of(value);
   if (!number) return std::nullopt;  // a text
+  if (point.type == config::Type::float32) number = Decimal(NearestSingle(number->ToDouble()));
   const Decimal difference = Abs(Decimal::Of(back).value_or(0) - *number);
   if (difference > SlackOf(value, Abs(*number) + Abs(point.offset))) {
     return "the device cannot represent " + number->ToText() + "; the nearest value is " +

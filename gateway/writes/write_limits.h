@@ -11,6 +11,9 @@
 
 namespace baudgate {
 
+/// "50 Hz".
+std::string WithUnit(const config::Point& point, const Decimal& number);
+
 /// The decimal number that a client meant: 30.3 for the float32 30.299999237. Others as they are.
 Value AsMeant(const config::Point& point, const Value& value);
 

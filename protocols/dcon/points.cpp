@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "gateway/base/leading_zero.h"
 #include "gateway/base/text.h"
 
 namespace baudgate::protocols::dcon {
@@ -343,9 +344,54 @@ bool IsRepeatable(std::string_view command) {
   return IsAbsoluteWrite(command);
 }
 
+bool Changes(std::string_view command, const config::Point& point) {
+  const auto read = ParseRead(point.read);
+  if (!read || FindRead(command) != nullptr) return false;
+  switch (read->form) {
+    case Form::bits:
+    case Form::status:
+    case Form::readback:
+    case Form::hex:
+      return true;
+    case Form::counter:
+    case Form::decimal:
+    case Form::text:
+      return command.starts_with('$') || command.starts_with('%');
+    default:
+      return false;
+  }
+}
+
+config::RawNumbers NumbersOf(const ReadAddress& read, bool hex_unsigned) {
+  using config::RawNumbers;
+  using Select = ReadAddress::Select;
+  if (read.total) return RawNumbers::Bits(64);
+  if (read.select == Select::bit || read.select == Select::bits)
+    return RawNumbers::Bits(read.count);
+  if (read.select == Select::high || read.select == Select::low) return RawNumbers::Bits(8);
+  switch (read.form) {
+    case Form::words:
+      return RawNumbers::Bits(16, !hex_unsigned);
+    case Form::bits:
+    case Form::status:
+      return RawNumbers::Bits(16);
+    case Form::counter:
+      return RawNumbers::Bits(32);
+    case Form::decimal:
+      return RawNumbers::Whole(0, 99'999);
+    case Form::hex:
+      return RawNumbers::Bits(4 * static_cast<unsigned>(HexDigits(read.command).second));
+    default:
+      return {};
+  }
+}
+
 std::span<const DecoderSpec> DecoderTable() { return kDecoders; }
 
 Status CheckPoint(const config::Point& point) {
+  for (const std::string& text : {point.read, point.write}) {
+    if (const Status status = RefuseLeadingZeros(text, "["); !status) return status;
+  }
   if (point.access != config::Access::write) {
     const auto read = ParseRead(point.read);
     if (!read) return Error{read.error()};

@@ -80,6 +80,13 @@ Result<std::string> FormatWrite(const WriteAddress& write, const Value& value);
 /// the module would refuse gives an empty Value.
 std::optional<Value> ParseWritten(const WriteAddress& write, std::string_view command);
 
+/// What the reply can say there.
+config::RawNumbers NumbersOf(const ReadAddress& read, bool hex_unsigned);
+
+/// Whether a module that carries out this command may show something else at the point. Outputs and
+/// settings may change with every write, counters with those that begin with $.
+bool Changes(std::string_view command, const config::Point& point);
+
 /// Whether `read`, `write` and type fit together.
 Status CheckPoint(const config::Point& point);
 

@@ -122,6 +122,27 @@ bool HasTotals(const config::Device& device) {
   });
 }
 
+config::RawNumbers RawNumbersOf(const config::Device& device, const Point& point) {
+  const auto read = ParseRead(point.read);
+  const Settings settings = ReadSettings(device.options);
+  // Words of a full scale are decimals.
+  if (!read || settings.full_scale != 0) return {};
+  return NumbersOf(*read, settings.hex_unsigned);
+}
+
+/// Broadcasts write nothing.
+std::optional<std::vector<std::size_t>> ChangedPoints(View request, const config::Device& device) {
+  const auto command = ParseRequest(request, ReadSettings(device.options).checksum);
+  const auto address = ParseAddress(device.address);
+  if (!command || !address) return std::nullopt;
+  std::vector<std::size_t> changed;
+  if (command->broadcast || command->address != *address) return changed;
+  for (std::size_t i = 0; i < device.points.size(); ++i) {
+    if (Changes(command->text, device.points[i])) changed.push_back(i);
+  }
+  return changed;
+}
+
 constexpr TimingRule kTiming = {.quiet = {.least = 5ms},
                                 .reply = {.least = 300ms},
                                 .gap = {.least = 50ms, .characters = 20},
@@ -162,6 +183,7 @@ const Protocol& DconProtocol() {
       .decoders = DecoderTable(),
       .canonical_address = CanonicalAddress,
       .check_point = CheckPoint,
+      .raw_numbers = RawNumbersOf,
       .check_device = CheckDevice,
       .doubts = DoubtsOf,
       .serial = {},  // 9600 8N1, the factory setting of most modules
@@ -170,6 +192,7 @@ const Protocol& DconProtocol() {
       .reply_rule = ReplyRule,
       .parse = ParseWith<ReadSettings>,
       .expect = kWithSettings<Expect>,
+      .changes = ChangedPoints,
       .recognise = kWithSettings<Recognise>,
       .foreign = ForeignDcon,
       .weak_check = true,

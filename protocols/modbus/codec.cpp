@@ -2,6 +2,7 @@
 #include "protocols/modbus/codec.h"
 
 #include "gateway/base/checksum.h"
+#include "gateway/base/leading_zero.h"
 #include "gateway/base/text.h"
 #include "protocols/modbus/pdu.h"
 
@@ -95,6 +96,7 @@ std::optional<Adu> UnwrapReply(Framing framing, View frame) {
 }
 
 std::optional<std::uint16_t> ParseNumber(std::string_view text) {
+  if (!WhyLeadingZero(text).empty()) return std::nullopt;
   const bool hex = text.starts_with("0x") || text.starts_with("0X");
   return hex ? ParseInteger<std::uint16_t>(text.substr(2), 16) : ParseInteger<std::uint16_t>(text);
 }

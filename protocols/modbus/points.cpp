@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "gateway/base/leading_zero.h"
 #include "gateway/base/text.h"
 #include "protocols/modbus/codec.h"
 #include "protocols/modbus/named_places.h"
@@ -355,9 +356,44 @@ Result<Place> WritePlace(const Point& point) {
   return place;
 }
 
+config::RawNumbers NumbersOf(const Place& place) {
+  using config::RawNumbers;
+  switch (place.form) {
+    case Form::flag:
+    case Form::bit:
+      return RawNumbers::Bits(1);
+    case Form::bits:
+      return RawNumbers::Bits(place.width);
+    case Form::float32:
+      return {RawNumbers::Kind::single, {}};
+    case Form::float64:
+      return {RawNumbers::Kind::real, {}};
+    case Form::bcd16:
+      return RawNumbers::Whole(0, 9'999);
+    case Form::bcd32:
+      return RawNumbers::Whole(0, 99'999'999);
+    case Form::bcd48:
+      return RawNumbers::Whole(0, 999'999'999'999);
+    case Form::bcd64:
+      return RawNumbers::Whole(0, 9'999'999'999'999'999);
+    default:
+      break;
+  }
+  for (const FormRow& row : kForms) {
+    if (row.form != place.form) continue;
+    const bool is_signed = row.name.starts_with("int");
+    const auto bits = ParseInteger<unsigned>(row.name.substr(is_signed ? 3 : 4));
+    if (bits) return RawNumbers::Bits(*bits, is_signed);
+  }
+  return {};
+}
+
 std::span<const DecoderSpec> DecoderTable() { return kDecoders; }
 
 Status CheckPoint(const config::Point& point) {
+  for (const std::string& text : {point.read, point.write}) {
+    if (const Status status = RefuseLeadingZeros(text, " [(:-"); !status) return status;
+  }
   if (point.access != config::Access::write) {
     const auto read = ReadPlace(point);
     if (!read) return Error{read.error()};

@@ -102,6 +102,9 @@ bool IsWritable(Table table);
 bool IsAddressed(Table table);
 std::string_view Name(Table table);
 
+/// What its registers can hold; of a float whether it is one of 32 bits.
+config::RawNumbers NumbersOf(const Place& place);
+
 /// Whether `read`, `write` and access fit together.
 Status CheckPoint(const config::Point& point);
 

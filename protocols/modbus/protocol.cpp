@@ -56,6 +56,15 @@ Expectation Expect(View request, const ParsedOptions&) {
 }
 
 template <Framing kFraming>
+std::optional<std::vector<std::size_t>> ChangesFrame(View request, const config::Device& device) {
+  const auto adu = Unwrap(kFraming, request);
+  if (!adu) return std::nullopt;
+  const auto slave = ParseAddress(device.address, kFraming);
+  const bool is_meant = !slave || *slave == adu->slave || IsBroadcast(kFraming, adu->slave);
+  return is_meant ? ChangedPoints(adu->pdu, device) : std::vector<std::size_t>();
+}
+
+template <Framing kFraming>
 std::optional<Recognised> RecogniseAs(View request, View heard, const ParsedOptions&) {
   return Recognise(kFraming, request, heard);
 }
@@ -77,6 +86,11 @@ TimingRule TcpTimes() {
           .gap = {.least = 300ms},
           .drain = {.least = 300ms},
           .longest = kMaxTcp};
+}
+
+config::RawNumbers RawNumbersOf(const config::Device&, const config::Point& point) {
+  const auto place = ReadPlace(point);
+  return place ? NumbersOf(*place) : config::RawNumbers();
 }
 
 std::unique_ptr<Bus> MakeTransactions() { return std::make_unique<Transactions>(); }
@@ -138,6 +152,7 @@ Protocol Describe(std::string_view name, std::string_view title,
       .decoders = DecoderTable(),
       .canonical_address = CanonicalAddress<kFraming>,
       .check_point = CheckPoint,
+      .raw_numbers = RawNumbersOf,
       .check_device = CheckDevice,
       .serial = serial,
       .data_bits = serial.data_bits,
@@ -147,6 +162,7 @@ Protocol Describe(std::string_view name, std::string_view title,
       .reply_rule = RulesOf(kFraming).reply,
       .parse = ParseWith<ReadSettings>,
       .expect = Expect<kFraming>,
+      .changes = ChangesFrame<kFraming>,
       .recognise = RecogniseAs<kFraming>,
       .foreign = kFraming == Framing::rtu ? ForeignRtu : nullptr,
       .weak_check = kFraming == Framing::ascii,

@@ -236,9 +236,9 @@ Decoded DecodeBlock(const Place& place, std::span<const std::uint16_t> block,
   Decoded decoded = Decode(place, block.subspan(place.address - begin, place.count), settings);
   if (!place.scale || !HasValue(decoded.value)) return decoded;
   // What stands for no measurement is no number to be scaled.
-  const auto raw = Decimal::Of(decoded.value);
-  const bool stands = std::ranges::any_of(
-      sentinels, [&](const config::Sentinel& sentinel) { return sentinel.value == raw; });
+  const bool stands = std::ranges::any_of(sentinels, [&](const config::Sentinel& sentinel) {
+    return IsMeant(decoded.value, sentinel.value);
+  });
   return stands ? decoded : Scaled(decoded, block[*place.scale - begin]);
 }
 

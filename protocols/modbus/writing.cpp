@@ -8,6 +8,7 @@
 #include "gateway/base/decimal.h"
 #include "gateway/base/text.h"
 #include "protocols/modbus/pdu.h"
+#include "protocols/modbus/space.h"
 #include "protocols/modbus/values.h"
 
 namespace baudgate::protocols::modbus {
@@ -176,6 +177,48 @@ Result<Bytes> Writing::RegistersPdu(const std::vector<Part>& parts) const {
   const std::uint16_t address = parts.front().place.address;
   const bool one = all.size() == 1 && !settings_.write_multiple;
   return one ? WriteRegisterRequest(address, all.front()) : WriteRegistersRequest(address, all);
+}
+
+// ---------------------------------------------------------------- what a request changes
+
+namespace {
+
+/// What a request of function 5, 6, 15, 16, 22 or 23 writes. Empty: it is none of these.
+std::optional<Block<Table>> WrittenBlock(View pdu) {
+  const auto word = [&](std::size_t at) {
+    return static_cast<std::size_t>(pdu[at]) << 8U | pdu[at + 1];
+  };
+  const auto block = [](Table table, std::size_t begin, std::size_t count) {
+    return Block<Table>{.key = table, .begin = begin, .end = begin + count};
+  };
+  if (pdu[0] == kMaskWrite && pdu.size() == 7) return block(Table::holding, word(1), 1);
+  if (pdu[0] == kReadWrite && pdu.size() > 9) return block(Table::holding, word(5), word(7));
+  PlainRequest plain;
+  if (!IsPlainWrite(pdu[0]) || ParseRequest(pdu, plain) != kNoException) return std::nullopt;
+  return block(IsAboutBits(pdu[0]) ? Table::coils : Table::holding, plain.start, plain.count);
+}
+
+}  // namespace
+
+std::optional<std::vector<std::size_t>> ChangedPoints(View pdu, const config::Device& device) {
+  std::vector<std::size_t> changed;
+  if (!MayChangeSlave(pdu)) return changed;
+  const auto written = WrittenBlock(pdu);
+  if (!written) return std::nullopt;
+  const auto covers = [&](std::size_t begin, std::size_t end) {
+    return begin < written->end && written->begin < end;
+  };
+  const auto meets = [&](const Result<Place>& place) {
+    if (!place || place->table != written->key) return false;
+    return covers(place->address, place->end()) ||
+           (place->scale && covers(*place->scale, *place->scale + std::size_t{1}));
+  };
+  for (std::size_t i = 0; i < device.points.size(); ++i) {
+    const config::Point& point = device.points[i];
+    const bool writes = point.access != config::Access::read;
+    if (meets(ReadPlace(point)) || (writes && meets(WritePlace(point)))) changed.push_back(i);
+  }
+  return changed;
 }
 
 }  // namespace baudgate::protocols::modbus

@@ -63,4 +63,8 @@ class Writing {
   std::vector<std::uint16_t> seen_;  // the register, as read for this task
 };
 
+/// The points that may show something else when their slave has carried out this request: it writes
+/// to where they are read, or written. Nothing: not known.
+std::optional<std::vector<std::size_t>> ChangedPoints(View pdu, const config::Device& device);
+
 }  // namespace baudgate::protocols::modbus

@@ -5,6 +5,7 @@
 #include <array>
 #include <string>
 
+#include "gateway/base/leading_zero.h"
 #include "gateway/base/text.h"
 #include "protocols/reader/codec.h"
 #include "protocols/reader/settings.h"
@@ -55,6 +56,9 @@ Result<Item> ParseItem(const config::Point& point) {
 }
 
 Status CheckPoint(const config::Point& point) {
+  for (const std::string& text : {point.read, point.write}) {
+    if (const Status status = RefuseLeadingZeros(text, "@ -"); !status) return status;
+  }
   using Kind = Item::Kind;
   const auto item = ParseItem(point);
   if (!item) return Error{item.error()};

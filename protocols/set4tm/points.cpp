@@ -4,6 +4,7 @@
 
 #include <array>
 
+#include "gateway/base/leading_zero.h"
 #include "gateway/base/text.h"
 #include "protocols/set4tm/codec.h"
 #include "protocols/set4tm/latch.h"
@@ -239,6 +240,31 @@ Measure MeasureOf(const Field& field) {
   return RowOf(field.decoder).measure;
 }
 
+config::RawNumbers NumbersOf(const Field& field) {
+  using config::RawNumbers;
+  switch (field.decoder) {
+    case Decoder::float_le:
+      return {MeasureOf(field) == Measure::plain ? RawNumbers::Kind::single : RawNumbers::Kind::any,
+              {}};
+    case Decoder::u8:
+    case Decoder::i8:
+      return RawNumbers::Bits(8, field.decoder == Decoder::i8);
+    case Decoder::u16_be:
+      return RawNumbers::Bits(16);
+    case Decoder::u32_be:
+    case Decoder::counts:
+      return RawNumbers::Bits(32);
+    case Decoder::bcd:
+      return RawNumbers::Whole(
+          0, Decimal(1).Shifted(2 * static_cast<int>(field.count)).ToUint64().value_or(1) - 1);
+    case Decoder::flag:
+    case Decoder::alarm:
+      return RawNumbers::Bits(1);
+    default:
+      return {};
+  }
+}
+
 bool IsFlag(const Field& field) {
   return field.decoder == Decoder::flag || field.decoder == Decoder::alarm;
 }
@@ -256,6 +282,9 @@ constexpr const char* kCorrectionTypes =
 }  // namespace
 
 Status CheckPoint(const config::Point& point) {
+  for (const std::string& text : {point.read, point.write}) {
+    if (const Status status = RefuseLeadingZeros(text, "@("); !status) return status;
+  }
   if (point.write == kCorrectsClock && point.access == config::Access::write) {
     return point.type == config::Type::string ? Status(Error{kCorrectionTypes}) : Status();
   }

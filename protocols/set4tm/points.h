@@ -61,6 +61,8 @@ std::string FieldText(const Field& field);
 Status CheckPoint(const config::Point& point);
 /// Whether the field's value can be a point of this type.
 Status CheckType(const Field& field, const config::Point& point);
+/// What its bytes can say; of what is multiplied by constants any number.
+config::RawNumbers NumbersOf(const Field& field);
 /// Which constants the value needs.
 Measure MeasureOf(const Field& field);
 /// Whether it is a named bit of the status word, or stands for all of them.

@@ -190,6 +190,11 @@ const Protocol& Set4tmProtocol() {
       .decoders = DecoderSpecs(),
       .canonical_address = CanonicalAddress,
       .check_point = CheckPoint,
+      .raw_numbers =
+          [](const config::Device&, const config::Point& point) {
+            const auto field = ParseField(point.read);
+            return field ? NumbersOf(*field) : config::RawNumbers();
+          },
       .check_device = CheckDevice,
       .doubts = Doubts,
       .serial = {.baud = 9600, .data_bits = 8, .parity = config::Parity::odd},

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/spabus/points.h"
 
+#include "gateway/base/leading_zero.h"
 #include "protocols/spabus/clock_messages.h"
 #include "protocols/spabus/clock_offset.h"
 #include "protocols/spabus/settings.h"
@@ -127,6 +128,9 @@ std::vector<Doubt> DoubtsOf(const config::Device& device) {
 }
 
 Status CheckPoint(const config::Point& point) {
+  for (const std::string& text : {point.read, point.write}) {
+    if (const Status status = RefuseLeadingZeros(text, "^IOSVM"); !status) return status;
+  }
   if (point.access != config::Access::write || !point.read.empty()) {
     if (Status read = CheckRead(point); !read) return read;
   }

@@ -31,14 +31,6 @@ bool IsByNumber(const Format& format) {
   return format.is_binary() || format.kind == Format::Kind::scientific;
 }
 
-/// "-32768", "0x7FFF", "9.9E+37".
-std::optional<Decimal> ParseNumber(std::string_view text) {
-  if (const auto number = Decimal::Parse(text)) return number;
-  Format scientific;
-  scientific.kind = Format::Kind::scientific;
-  return Decimal::Of(DecodeField(scientific, ToBytes(text)));
-}
-
 struct Range {
   std::optional<Decimal> low;
   std::optional<Decimal> high;
@@ -50,7 +42,7 @@ std::optional<Range> ParseRange(std::string_view code) {
   if (dots == std::string_view::npos) return std::nullopt;
   const std::string_view low = Trim(code.substr(0, dots));
   const std::string_view high = Trim(code.substr(dots + kDots.size()));
-  const Range range{ParseNumber(low), ParseNumber(high)};
+  const Range range{Decimal::Parse(low), Decimal::Parse(high)};
   const bool whole = (range.low || low.empty()) && (range.high || high.empty());
   return whole && (range.low || range.high) ? std::optional(range) : std::nullopt;
 }
@@ -63,10 +55,10 @@ Decimal Held(const Format& format, const Decimal& number) {
   return single && fits ? Decimal(double{static_cast<float>(nearest)}) : number;
 }
 
-const Meaning* FindNumber(const Codes& codes, const Format& format, const Decimal& number) {
+const Meaning* FindNumber(const Codes& codes, const Value& value) {
   for (const auto& [code, meaning] : codes) {
-    const auto own = ParseNumber(code);
-    if (own && Held(format, *own) == number) return meaning;
+    const auto own = Decimal::Parse(code);
+    if (own && IsMeant(value, *own)) return meaning;
   }
   return nullptr;
 }
@@ -92,21 +84,20 @@ Status CheckCode(const Format& format, std::string_view code) {
   }
   const std::size_t dots = code.find(kDots);
   if (dots != std::string_view::npos &&
-      (ParseNumber(Trim(code.substr(0, dots))) || ParseNumber(Trim(code.substr(dots + 2))))) {
+      (Decimal::Parse(Trim(code.substr(0, dots))) || Decimal::Parse(Trim(code.substr(dots + 2))))) {
     return Error{"is no range: write '9.9E37..', '..-9.9E37' or '900..999'"};
   }
   if (!format.is_binary()) return {};
-  const auto number = ParseNumber(code);
+  const auto number = Decimal::Parse(code);
   if (!number) return Error{"is no number, and the field has nothing else"};
-  if (format.kind == Format::Kind::real) return {};
-  const auto held = EncodeField(format, number->ToValue());
-  return held ? Status() : Error{"never stands there: " + held.error()};
+  if (NumbersOf(format).Contain(*number)) return {};
+  return Error{"never stands there: write a number that its bytes can hold"};
 }
 
 Value NumberOf(const Format& format, std::string_view code) {
   const auto range = format.is_number() ? ParseRange(code) : std::nullopt;
   if (range) return (range->low ? range->low : range->high)->ToValue();
-  const auto number = IsByNumber(format) ? ParseNumber(code) : std::nullopt;
+  const auto number = IsByNumber(format) ? Decimal::Parse(code) : std::nullopt;
   return number ? number->ToValue() : Value{};
 }
 
@@ -114,7 +105,7 @@ const Meaning* FindCode(const Codes& codes, const Format& format, View bytes, co
   if (codes.empty()) return nullptr;
   const auto number = format.is_number() ? Decimal::Of(value) : std::nullopt;
   if (number && IsByNumber(format)) {
-    if (const Meaning* meaning = FindNumber(codes, format, *number)) return meaning;
+    if (const Meaning* meaning = FindNumber(codes, value)) return meaning;
   }
   if (format.kind == Format::Kind::byte) {
     const auto found = codes.find(ByteText(bytes));

@@ -189,6 +189,18 @@ class DoubtFinder {
 
 }  // namespace
 
+config::RawNumbers NumbersOf(const config::Device& device, const Point& point) {
+  using config::RawNumbers;
+  const auto description = DescriptionOf(device.options);
+  const auto place = ParseRead(point);
+  const auto found = description && place ? description->Find(place->call.telegram) : std::nullopt;
+  const Element* field = found ? description->telegrams[*found].FindField(place->field) : nullptr;
+  if (field == nullptr) return {};
+  if (place->select == ReadPlace::Select::equal) return RawNumbers::Bits(1);
+  if (place->select == ReadPlace::Select::bits) return RawNumbers::Bits(place->bits);
+  return NumbersOf(field->format);
+}
+
 std::vector<Doubt> DoubtsOf(const config::Device& device) {
   const auto description = DescriptionOf(device.options);
   return description ? DoubtFinder(device, *description).Run() : std::vector<Doubt>();

@@ -10,4 +10,7 @@ namespace baudgate::protocols::telegram {
 
 std::vector<Doubt> DoubtsOf(const config::Device& device);
 
+/// What numbers the field of the point can say.
+config::RawNumbers NumbersOf(const config::Device& device, const config::Point& point);
+
 }  // namespace baudgate::protocols::telegram

@@ -135,6 +135,22 @@ std::optional<unsigned> Format::bits() const {
   return static_cast<unsigned>(std::bit_width(most));
 }
 
+config::RawNumbers NumbersOf(const Format& format) {
+  using config::RawNumbers;
+  if (format.kind == Kind::real) {
+    return {format.width == 4 ? RawNumbers::Kind::single : RawNumbers::Kind::real, {}};
+  }
+  if (!format.is_whole_number()) return {};
+  const auto bits = format.bits();
+  if (!bits || format.kind == Kind::integer) {
+    return RawNumbers::Whole(std::numeric_limits<std::int64_t>::min(),
+                             std::numeric_limits<std::uint64_t>::max());
+  }
+  if (format.kind != Kind::bcd) return RawNumbers::Bits(*bits, format.kind == Kind::sint);
+  const auto end = Decimal(1).Shifted(2 * static_cast<int>(format.width)).ToUint64();
+  return RawNumbers::Whole(0, end ? *end - 1 : std::numeric_limits<std::uint64_t>::max());
+}
+
 Result<Format> ParseFormat(std::string_view text) {
   if (text.empty()) return Format{};
   if (const auto binary = ParseBinary(text)) return *binary;

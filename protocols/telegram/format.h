@@ -8,6 +8,7 @@
 #include <optional>
 #include <string_view>
 
+#include "config/model/point.h"
 #include "gateway/base/result.h"
 
 namespace baudgate::protocols::telegram {
@@ -54,6 +55,9 @@ struct Format {
 
   bool operator==(const Format&) const = default;
 };
+
+/// The numbers that such a field can say.
+config::RawNumbers NumbersOf(const Format& format);
 
 /// "": text. The error names what is wrong with it.
 Result<Format> ParseFormat(std::string_view text);

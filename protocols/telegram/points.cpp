@@ -6,6 +6,7 @@
 #include <functional>
 #include <set>
 
+#include "gateway/base/leading_zero.h"
 #include "gateway/base/spelling.h"
 #include "gateway/base/text.h"
 #include "protocols/telegram/field.h"
@@ -154,6 +155,9 @@ Result<Call> ParseWrite(const Point& point) {
 }
 
 Status CheckPoint(const Point& point) {
+  for (const std::string& text : {point.read, point.write}) {
+    if (const Status status = RefuseLeadingZeros(text, ""); !status) return status;
+  }
   if (point.access != Access::write) {
     const auto place = ParseRead(point);
     if (!place) return Error{place.error()};

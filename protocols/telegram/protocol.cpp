@@ -28,6 +28,7 @@ const Protocol& TelegramProtocol() {
       .describe = Compile,
       .canonical_address = CanonicalAddress,
       .check_point = CheckPoint,
+      .raw_numbers = NumbersOf,
       .faults = FaultsOf,
       .doubts = DoubtsOf,
       .serial = {},  // 9600 8N1

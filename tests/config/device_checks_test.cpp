@@ -80,10 +80,12 @@ TEST(DeviceChecks, OneAddressInAnySpelling) {
     const char* first;
     const char* second;
   } kCases[] = {
-      {"spabus", "1", "01"},         {"dcon", "16", "0x10"},
-      {"dcon", "74", "0x4A"},        {"modbus_rtu", "16", "0x10"},
-      {"modbus_ascii", "1", "01"},   {"set4tm", "9020001", "sn:9020001"},
-      {"set4tm", "sn:1000", "1000"}, {"set4tm", "7", "07"},
+      {"dcon", "16", "0x10"},
+      {"dcon", "74", "0x4A"},
+      {"modbus_rtu", "16", "0x10"},
+      {"modbus_ascii", "1", "0x1"},
+      {"set4tm", "9020001", "sn:9020001"},
+      {"set4tm", "sn:1000", "1000"},
   };
   for (const auto& one : kCases) {
     const auto problems = [&](const std::string& second) {

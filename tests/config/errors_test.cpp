@@ -81,8 +81,8 @@ TEST(DeviceErrors, OneSentenceEach) {
   const Case kCases[] = {
       {"unit: 300", "34: error: unit: '300' is out of range; allowed: 1…247"},
       {"unit: 010",
-       "34: error: unit: '010' has a leading zero, which some readers of YAML take "
-       "for octal; write it without"},
+       "34: error: unit: '010' has a leading zero: it is 10 in YAML 1.2, and 8 in YAML 1.1; write "
+       "10 or 8"},
       {"unit: one", "34: error: unit: 'one' is not a whole number; allowed: 1…247"},
       {"unit: [1]", "34: error: unit: expected a single value, found a list"},
       {"unit: ~", "28: error: unit: has no value; give it one or remove the key"},
@@ -264,11 +264,11 @@ TEST(GatewayErrors, OneSerialServerInAnySpelling) {
       "  protocol: fake\n"
       "  devices: [{ name: d, address: 1, profile: relay }]\n"
       "- name: m\n"
-      "  port: tcp://gATE:04001\n"
+      "  port: tcp://gATE:4001\n"
       "  protocol: fake\n"
       "  devices: [{ name: e, address: 1, profile: relay }]\n");
   EXPECT_EQ(Shown(loaded.problems),
-            "t.yaml:7:9: error: port: 'tcp://gATE:04001' is already the port of line 'l'; put the "
+            "t.yaml:7:9: error: port: 'tcp://gATE:4001' is already the port of line 'l'; put the "
             "devices on one line\n");
 }
 
@@ -280,10 +280,10 @@ TEST(GatewayErrors, OneAddressInAnySpelling) {
       "  protocol: fake\n"
       "  devices:\n"
       "  - { name: d, address: 1, profile: relay }\n"
-      "  - { name: e, address: 01, profile: relay }\n"
+      "  - { name: e, address: +1, profile: relay }\n"
       "  - { name: f, address: 1, enabled: false, points: [], protocol: other }\n");
   EXPECT_EQ(Shown(loaded.problems),
-            "t.yaml:7:25: warning: address: '01' is also the address of device 'd' on this line, "
+            "t.yaml:7:25: warning: address: '+1' is also the address of device 'd' on this line, "
             "which writes it '1'\n");
 }
 

@@ -27,7 +27,7 @@ constexpr OptionSpec kOptions[] = {
 constexpr DecoderSpec kDecoders[] = {{"A1", "the first value"}};
 
 Result<std::string> CanonicalAddress(std::string_view address) {
-  const auto number = ParseInteger<int>(address);
+  const auto number = ParseInteger<int>(address.substr(address.starts_with('+') ? 1 : 0));
   if (number && *number >= 1 && *number <= 99) return std::to_string(*number);
   return Error{"'" + std::string(address) + "' is no address; allowed: 1…99"};
 }

@@ -25,6 +25,46 @@ Point OnePoint(const std::string& keys) {
   return points.size() == 1 ? points[0] : Point();
 }
 
+/// Each does something where it stands, or is refused by its name.
+TEST(Points, NoKeyDoesNothing) {
+  const std::pair<const char*, const char*> cases[] = {
+      {"type: int16, step: 2", "step: 'p' can only be read"},
+      {"type: int16, decimals: 0", "decimals: 'p' can only be read"},
+      {"type: int16, select: yes", "select: 'p' can only be read"},
+      {"type: int16, access: r, write: A2", "write: 'p' can only be read"},
+      {"type: int16, allow_when: { point: l.d.other, is: 1 }", "allow_when: 'p' can only be read"},
+      {"type: int16, max: other", "max: 'p' can only be read: its limit is a number"},
+      {"type: int16, access: rw, max: other_one",
+       "max: 'other_one' is neither a number nor a point"},
+      {"type: int16, access: rw, max: p", "max: 'p' cannot be its own limit"},
+      {"type: int16, access: rw, unit: V, max: other", "max: 'other' is in '', and 'p' in 'V'"},
+      {"type: int16, access: rw, max: text", "max: 'text' is string, no number"},
+      {"type: int16, access: rw, max: pulse", "max: 'pulse' cannot be read"},
+      {"type: uint16, max: -1", "max: -1 is below all that uint16 can hold"},
+      {"type: int8, min: 128", "min: 128 is above all that int8 can hold"},
+      {"type: bool, deadband: 1", "deadband: only numbers have one"},
+      {"type: string(8), deadband: 1", "deadband: only numbers have one"},
+      {"type: int16, jump: 5, recheck: off", "jump: with recheck: off each reading counts"},
+      {"type: int16, access: w, jump: 5", "jump: 'p' can only be written"},
+      {"type: int16, access: w, poll: 1s", "poll: 'p' can only be written"},
+      {"type: int16, on_fault: 0", "on_fault: it is what the registers of a point show"},
+      {"type: bool, table: coil", "table: 'p' stands in no table"},
+  };
+  for (const auto& [keys, problem] : cases) {
+    const auto loaded = Load(
+        "lines:\n- { name: l, port: /dev/l, protocol: fake, devices: [{ name: d, address: 1, "
+        "points: [{ name: p, read: A1, " +
+        std::string(keys) +
+        " }, { name: other, read: A2, type: int16 }, { name: text, read: A3, type: string(8) }, "
+        "{ name: pulse, read: A4, type: int16, access: w }] }] }\n");
+    ASSERT_EQ(loaded.problems.size(), 1U) << keys << Shown(loaded.problems);
+    EXPECT_FALSE(loaded.problems[0].warning) << keys;
+    EXPECT_TRUE(loaded.problems[0].message.starts_with(problem)) << loaded.problems[0].message;
+  }
+  EXPECT_EQ(OnePoint("read: A1, type: int16, jump: 5").recheck, config::Recheck::jump);
+  EXPECT_EQ(OnePoint("read: A1, type: int16, min: -1e2, max: 1E+2").writing.max, 100);
+}
+
 TEST(Points, EveryKey) {
   const Point point = OnePoint(
       "read: A1, write: A2, type: int32, unit: kW, access: rw, group: slow, modbus: 9100, "
@@ -59,8 +99,9 @@ TEST(Points, EveryKey) {
 
 TEST(Points, BooleansStandInBitsUnlessToldOtherwise) {
   EXPECT_EQ(OnePoint("read: A1, type: bool").table, config::Table::bits);
-  EXPECT_EQ(OnePoint("read: A1, type: bool, table: coil").table, config::Table::bits);
-  EXPECT_EQ(OnePoint("read: A1, type: bool, table: input").table, config::Table::registers);
+  EXPECT_EQ(OnePoint("read: A1, type: bool, modbus: 1, table: coil").table, config::Table::bits);
+  EXPECT_EQ(OnePoint("read: A1, type: bool, modbus: 1, table: input").table,
+            config::Table::registers);
   EXPECT_EQ(OnePoint("read: A1, type: int16").table, config::Table::registers);
 }
 
@@ -149,7 +190,8 @@ TEST(Points, OneSentenceEach) {
        "sentinels, on_fault, simulate, min, max, step, decimals, select, select_time, allow_when, "
        "events"},
       {"name: p, read: A1, type: int16, write: A2",
-       "52: error: write: 'p' is read-only; add access: rw or remove 'write'"},
+       "52: error: write: 'p' can only be read, and this key is for points that are written; add "
+       "access: rw or remove 'write'"},
       {"name: p, read: A1, type: int16, modbus: 9000",
        "53: error: modbus: register 9000 of 'p' is reserved; points live at 0…8999 and "
        "9100…19999"},
@@ -168,8 +210,8 @@ TEST(Points, OneSentenceEach) {
       {"name: p, read: A1, type: int16, offset: 0.5",
        "53: warning: offset: 'p' is int16, so its decimals are rounded away; write type: float32, "
        "and what the device holds in 'read'"},
-      {"name: p, read: A1, type: int16, scale: 1e-3",
-       "52: error: scale: '1e-3' is not a decimal number; write for example 0.001"},
+      {"name: p, read: A1, type: float32, scale: 1e-",
+       "54: error: scale: '1e-' is not a decimal number; write for example 0.001"},
       {"name: p, read: A1, type: bool, scale: 2",
        "51: error: scale: only numbers can be scaled, and 'p' is bool"},
       {"name: p, read: A1, type: int16, jump: -1", "51: error: jump: must not be negative"},
@@ -194,7 +236,7 @@ TEST(Points, OneSentenceEach) {
        "61: error: sentinels: 1: '0xC0' is unknown; allowed: sensor_failure, device_failure, "
        "configuration, not_connected, out_of_service, last_usable, sub_normal, uncertain"},
       {"name: p, read: A1, type: int16, sentinels: { 1: uncertain, 1.0: uncertain }",
-       "72: error: sentinels: the value 1.0 stands twice"},
+       "72: error: sentinels: 1.0 stands twice"},
       {"name: p, read: A1, type: int16, simulate: [2, 1]",
        "55: error: simulate: the low end is above the high end; write [low, high]"},
       {"name: p, read: A1, type: int16, simulate: [2]",

@@ -15,7 +15,7 @@ config::Loaded LoadRatios(const std::string& ratios) {
       ratios +
       ",\n"
       "points: [{ name: i, read: A1, type: float32, unit: xIn, scale: 0.5, offset: 1, deadband: "
-      "0.01, jump: 0.1, on_fault: -1, sentinels: { 999: 0x44 } },"
+      "0.01, jump: 0.1, modbus: 0, on_fault: -1, sentinels: { 999: 0x44 } },"
       "{ name: u, read: A2, type: float32, unit: xUn },"
       "{ name: t, read: A3, type: float32, unit: s },"
       "{ name: b, read: A4, type: bool, unit: xIn }] }] }\n");

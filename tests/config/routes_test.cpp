@@ -135,8 +135,8 @@ TEST(Routes, OneSentenceEach) {
        "22: error: units: '-5' is neither a unit id nor a range of them; write for example 20 or "
        "\"33-40\""},
       {"{ units: 020, line: drive }",
-       "22: error: units: '020' is neither a unit id nor a range of them; write for example 20 or "
-       "\"33-40\""},
+       "22: error: units: '020': 020 has a leading zero: it is 20 in YAML 1.2, and 16 in YAML 1.1; "
+       "write 20 or 16"},
       {"{ units: 256, line: drive }", "22: error: units: '256' is out of range; allowed: 0…255"},
       {"{ units: 200-256, line: drive }",
        "22: error: units: '200-256' is out of range; allowed: 0…255"},

@@ -35,12 +35,16 @@ std::string Rules(const config::Point& point) {
   const config::Writing& writing = point.writing;
   std::vector<std::string> rules;
   const std::string unit = point.unit.empty() ? "" : " " + point.unit;
+  const std::string min = writing.min ? writing.min->ToText() + unit : *writing.min_point;
+  const std::string max = writing.max ? writing.max->ToText() + unit : *writing.max_point;
   if (writing.min && writing.max) {
-    rules.push_back(writing.min->ToText() + " to " + writing.max->ToText() + unit);
-  } else if (writing.min) {
-    rules.push_back("from " + writing.min->ToText() + unit);
-  } else if (writing.max) {
-    rules.push_back("to " + writing.max->ToText() + unit);
+    rules.push_back(writing.min->ToText() + " to " + max);
+  } else if (!min.empty() && !max.empty()) {
+    rules.push_back(min + " to " + max);
+  } else if (!min.empty()) {
+    rules.push_back("from " + min);
+  } else if (!max.empty()) {
+    rules.push_back("to " + max);
   }
   if (writing.step) rules.push_back("steps of " + writing.step->ToText());
   if (writing.select) rules.emplace_back("selected first");

@@ -33,13 +33,17 @@ TEST(Decimals, AreReadAndWritten) {
                                     {"9007199254740993", "9007199254740993"},
                                     {"0.1234567890123456789", "0.1234567890123456789"},
                                     {"123456789012345678901", "123456789012345678900"},
+                                    {"1e3", "1000"},
+                                    {"-1.5E-3", "-0.0015"},
+                                    {"9.91e+37", "991e35"},
                                     {"0xFFFF", "65535"},
                                     {"0xffffffffffffffff", "18446744073709551615"}}) {
     const auto number = Decimal::Parse(text);
     ASSERT_TRUE(number) << text;
     EXPECT_EQ(number->ToText(), shown) << text;
   }
-  for (const char* text : {"", "-", ".", "1e3", "1,5", "0x", "0x1FFFFFFFFFFFFFFFF", "nan", "1 "}) {
+  for (const char* text : {"", "-", ".", "e3", "1e", "1e+-3", "1e400", "1e3e3", "1,5", "0x",
+                           "0x1FFFFFFFFFFFFFFFF", "nan", "1 "}) {
     EXPECT_FALSE(Decimal::Parse(text)) << text;
   }
 }

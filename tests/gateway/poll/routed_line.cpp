@@ -64,7 +64,10 @@ Bytes Damaged(Bytes frame) {
 }
 
 RoutedLine::RoutedLine(config::Line line, const std::vector<std::string>& slaves)
-    : VirtualLine(std::move(line), {&ModbusRtuProtocol(), &ToyProtocol()}, Slaves(slaves)) {
+    : RoutedLine(Slaves(slaves), std::move(line)) {}
+
+RoutedLine::RoutedLine(std::vector<config::Device> slaves, config::Line line)
+    : VirtualLine(std::move(line), {&ModbusRtuProtocol(), &ToyProtocol()}, std::move(slaves)) {
   Open();
 }
 

@@ -40,6 +40,9 @@ struct RoutedLine : VirtualLine {
   explicit RoutedLine(config::Line line = DriveLine(),
                       const std::vector<std::string>& slaves = {"20", "21"});
 
+  /// The same with slaves of any kind.
+  RoutedLine(std::vector<config::Device> slaves, config::Line line);
+
   /// Twin `twin` tells registers apart: register i holds `base` + i.
   void Number(std::size_t twin, std::uint64_t base);
 

@@ -163,6 +163,82 @@ TEST(ToSample, SentinelsAreComparedWithTheRawValue) {
   ExpectGood(point, 9990.0, 999.0);
 }
 
+TEST(ToSample, SentinelsMeetNumbersAsTheyAreShown) {
+  struct Case {
+    const char* sentinel;
+    Value raw;
+    bool meets;
+  };
+  const Case cases[] = {
+      {"999.9", static_cast<double>(999.9F), true},
+      {"-99.9", static_cast<double>(-99.9F), true},
+      {"1e30", static_cast<double>(1e30F), true},
+      {"3.4028235e38", static_cast<double>(std::numeric_limits<float>::max()), true},
+      {"-3.402823466E+38", static_cast<double>(-std::numeric_limits<float>::max()), true},
+      {"999.90", 999.9, true},  // of a text
+      {"999.9", 999.9001, false},
+      {"999.9", static_cast<double>(999.8F), false},
+      {"999.9", static_cast<double>(std::nextafter(999.9F, 0.0F)), false},
+      {"16777217", 16777216.0, false},
+      {"999.5001", 999.5, false},
+      {"9.91e37", 9.91e37, true},
+      {"9223372036854775807", std::int64_t{kMaxI64}, true},
+      {"9223372036854775806", std::int64_t{kMaxI64}, false},
+      {"-9223372036854775808", std::int64_t{kMinI64}, true},
+  };
+  for (const Case& one : cases) {
+    for (const Type type : {Type::float32, Type::float64, Type::int64}) {
+      config::Point point = PointOf(type);
+      point.sentinels = {{*Decimal::Parse(one.sentinel), Quality::bad_device_failure}};
+      const Quality met(Quality::bad_device_failure, Reason::sentinel);
+      EXPECT_EQ(Convert(point, one.raw).quality == met, one.meets)
+          << one.sentinel << " " << ToText(one.raw) << " " << Name(type);
+    }
+  }
+}
+
+TEST(ToSample, AFloat32HasTheValueOfItsRegisters) {
+  ExpectGood(PointOf(Type::float32), std::int64_t{16777217}, 16777216.0);
+  ExpectGood(PointOf(Type::float32), std::uint64_t{4294967295}, 4294967296.0);
+  ExpectGood(PointOf(Type::float32, 0.001), std::int64_t{123456789}, 123456.79);
+  ExpectGood(PointOf(Type::float32, 0.1), std::int64_t{2304}, 230.4);
+  ExpectGood(PointOf(Type::float32), 0.1 + 0.2, 0.3);
+  ExpectGood(PointOf(Type::float64), std::int64_t{16777217}, 16777217.0);
+  const double most = std::numeric_limits<float>::max();
+  ExpectGood(PointOf(Type::float32), most, most);
+  ExpectGood(PointOf(Type::float32), 3.4028235e38, most);
+}
+
+TEST(ToSample, AReadingBeyondMinAndMaxIsNotGood) {
+  const Quality over(Quality::bad_sensor_failure, Reason::over_range);
+  const Quality under(Quality::bad_sensor_failure, Reason::under_range);
+  config::Point point = PointOf(Type::float32, 0.1);
+  point.writing.min = -40;
+  point.writing.max = 85.1;
+  ExpectGood(point, std::int64_t{851}, 85.1);
+  ExpectGood(point, std::int64_t{-400}, -40.0);
+  EXPECT_EQ(Convert(point, std::int64_t{852}).quality, over);
+  EXPECT_EQ(Convert(point, std::int64_t{-401}).quality, under);
+  EXPECT_FALSE(HasValue(Convert(point, std::int64_t{852}).value));
+  EXPECT_EQ(Convert(point, std::int64_t{852}, Quality::uncertain).quality, over);
+  EXPECT_EQ(Convert(point, {}, Quality::bad_device_failure).quality, Quality::bad_device_failure);
+  point.type = Type::float64;
+  point.scale = 1;
+  ExpectGood(point, static_cast<double>(85.1F), static_cast<double>(85.1F));
+  config::Point whole = PointOf(Type::uint64);
+  whole.writing.max = Decimal(kMaxU64 - 1);
+  ExpectGood(whole, kMaxU64 - 1, kMaxU64 - 1);
+  EXPECT_EQ(Convert(whole, kMaxU64).quality, over);
+}
+
+/// They are limits of what is written: somebody else may have set more.
+TEST(ToSample, AReadingOfWhatIsWrittenMayLieOutside) {
+  config::Point point = PointOf(Type::uint16);
+  point.access = config::Access::read_write;
+  point.writing.max = 4;
+  ExpectGood(point, std::int64_t{75}, std::int64_t{75});
+}
+
 TEST(ToSample, AReadingWithoutValueIsNeverGood) {
   EXPECT_TRUE(IsBad(Convert(PointOf(Type::float32), {}).quality));
   EXPECT_EQ(Convert(PointOf(Type::float32), {}, Quality::bad_sensor_failure).quality,

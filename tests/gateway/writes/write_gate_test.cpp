@@ -227,6 +227,39 @@ TEST_F(WriteGateTest, AnInterlockAgesLikeAnyValue) {
   EXPECT_EQ(Write({{kClosed, true}}), Why::locked) << "read an hour ago, at a poll of a second";
 }
 
+/// The inverter does no more than 50 Hz, by its own parameter.
+TEST_F(WriteGateTest, APointCanBeTheLimitOfAnother) {
+  config::Writing& writing = config_.lines[0].devices[0].points[kSetting].writing;
+  writing.max.reset();
+  writing.max_point = std::string("current");
+  EXPECT_EQ(Write({{kSetting, 1.0}}), Why::locked) << "it was never read";
+  EXPECT_THAT(text_, HasSubstr("its maximum is not known: current is bad"));
+  Show(kCurrent, 50.0);
+  EXPECT_EQ(Write({{kSetting, 500.0}}), Why::value);
+  EXPECT_THAT(text_, HasSubstr("500 is above the maximum, 50 (current)"));
+  EXPECT_EQ(Write({{kSetting, 0.4}}), Why::value) << "the number holds as well";
+  ASSERT_EQ(Write({{kSetting, 50.0}}), std::nullopt);
+  const auto& why_not = sink_.commands.at(0).why_not;
+  EXPECT_EQ(why_not(now_), std::nullopt);
+  Show(kCurrent, 45.0);
+  EXPECT_THAT(why_not(now_), Optional(HasSubstr("50 is above the maximum, 45")))
+      << "before it is sent";
+  Show(kCurrent, 50.0, Quality::uncertain);
+  EXPECT_EQ(Write({{kSetting, 1.0}}), Why::locked);
+  Show(kCurrent, 50.0);
+  now_ += 1h;
+  EXPECT_EQ(Write({{kSetting, 1.0}}), Why::locked) << "it is old";
+}
+
+TEST_F(WriteGateTest, APointCanBeTheLeastOfAnother) {
+  config::Writing& writing = config_.lines[0].devices[0].points[kSetting].writing;
+  writing.min.reset();
+  writing.min_point = std::string("current");
+  Show(kCurrent, 10.0);
+  EXPECT_EQ(Write({{kSetting, 9.0}}), Why::value);
+  EXPECT_EQ(Write({{kSetting, 10.0}}), std::nullopt);
+}
+
 TEST_F(WriteGateTest, AFullQueueIsBusy) {
   sink_.full = true;
   EXPECT_EQ(Write({{kSetting, 1.0}}), Why::busy);

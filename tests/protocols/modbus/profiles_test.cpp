@@ -120,7 +120,8 @@ TEST(ModbusProfiles, TheInverterIsReadInFewRequests) {
   EXPECT_EQ(writing("status_word").max, 4) << "stop, forward, reverse, and nothing else";
   EXPECT_EQ(writing("status_word").step, 2);
   EXPECT_EQ(writing("fault_code").max, 0) << "it is only cleared";
-  EXPECT_EQ(writing("set_frequency").min, 0);
+  EXPECT_EQ(*writing("set_frequency").min_point, "pr2_minimum_frequency");
+  EXPECT_EQ(*writing("set_frequency").max_point, "pr1_maximum_frequency");
   EXPECT_EQ(ToHex(talk->Ask(Write(index("set_frequency"), 2500.0), Instant{})->bytes),
             "14 06 00 0D 09 C4 1D 0F");
   EXPECT_EQ(ToHex(talk->Ask(Write(index("status_word"), std::uint64_t{2}), Instant{})->bytes),

@@ -304,5 +304,55 @@ TEST_F(WritingLine, ABusySlaveSaysLater) {
   EXPECT_THAT(SentWrites(), ElementsAre("06 00 01 00 07"));
 }
 
+TEST(ModbusChanges, WhatARequestWritesIsKnownByItsAddress) {
+  struct Case {
+    const char* pdu;
+    const char* read;
+    const char* write;
+    std::optional<bool> changes;
+  };
+  const Case cases[] = {
+      {"06 00 05 00 01", "holding 5", "", true},
+      {"06 00 05 00 01", "holding 4 uint16", "", false},
+      {"06 00 05 00 01", "holding 4 uint32", "", true},
+      {"06 00 05 00 01", "holding 6 uint32", "", false},
+      {"06 00 05 00 01", "holding 5[b3-b4]", "", true},
+      {"06 00 05 00 01", "holding 2 int16 scale(5)", "", true},
+      {"06 00 03 00 01", "holding 2 int16 scale(5)", "", false},
+      {"06 00 05 00 01", "input 5", "", false},
+      {"06 00 05 00 01", "input 9", "holding 5", true},
+      {"06 00 05 00 01", "coil 5", "", false},
+      {"10 00 05 00 02 04 00 01 00 01", "holding 6", "", true},
+      {"10 00 05 00 02 04 00 01 00 01", "holding 7", "", false},
+      {"16 00 05 FF FF 00 01", "holding 5[b0]", "", true},
+      {"17 00 20 00 01 00 05 00 02 04 00 01 00 01", "holding 6", "", true},
+      {"17 00 20 00 01 00 05 00 02 04 00 01 00 01", "holding 32", "", false},
+      {"05 00 05 FF 00", "coil 5", "", true},
+      {"05 00 05 FF 00", "holding 5", "", false},
+      {"0F 00 05 00 09 02 FF 01", "coil 13", "", true},
+      {"0F 00 05 00 09 02 FF 01", "coil 14", "", false},
+      {"03 00 05 00 01", "holding 5", "", false},
+      {"08 00 00 12 34", "holding 5", "", false},
+      {"41 00", "holding 5", "", std::nullopt},
+      {"06 00 05", "holding 5", "", std::nullopt},
+  };
+  for (const Case& one : cases) {
+    const std::string read = one.read;
+    const bool bit = read.starts_with("coil") || read.ends_with("[b0]");
+    config::Point point = ReadPoint("p", read, bit ? Type::boolean : Type::float32);
+    if (*one.write != 0) point = WritePoint("p", one.read, one.write);
+    for (const Framing framing : {Framing::rtu, Framing::ascii, Framing::tcp}) {
+      const Protocol& protocol = ProtocolOf(framing);
+      const auto on = [&](const char* address) -> std::optional<bool> {
+        const Bytes frame = Wrap(framing, kSlave, Hex(one.pdu));
+        const auto changed = protocol.changes(frame, MakeDevice({point}, {}, address));
+        return changed ? std::optional(!changed->empty()) : std::nullopt;
+      };
+      EXPECT_EQ(on("20"), one.changes) << one.pdu << " " << one.read;
+      EXPECT_EQ(on("21"), false) << one.pdu << " " << one.read;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace baudgate::protocols::modbus
