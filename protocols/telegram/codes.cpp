@@ -3,7 +3,6 @@
 
 #include <array>
 
-#include "gateway/base/decimal.h"
 #include "gateway/base/text.h"
 #include "protocols/telegram/field.h"
 
@@ -29,9 +28,13 @@ std::span<const Meaning> Meanings() { return kMeanings; }
 const Meaning* FindCode(const Codes& codes, const Format& format, View bytes, const Value& value) {
   if (codes.empty()) return nullptr;
   if (format.is_binary() || format.kind == Format::Kind::scientific) {
+    Format any;
+    any.kind = Format::Kind::scientific;
     for (const auto& [code, meaning] : codes) {
-      const auto number = Decimal::Parse(code);
-      if (number && IsMeant(value, *number)) return meaning;
+      const Value number = DecodeField(any, ToBytes(code));
+      if (HasValue(value) && SameValue(HasValue(number) ? number : Value(code), value)) {
+        return meaning;
+      }
     }
     if (format.is_binary()) return nullptr;
   }

@@ -77,14 +77,7 @@ std::optional<std::string> ByteCode(std::string_view key) {
 /// The codes as the field `name` writes them.
 Codes CodesOf(const Telegram& telegram, const std::string& name, const Codes& codes,
               const config::Mark& mark, Problems& problems) {
-  const Format& format = telegram.FindField(name)->format;
-  for (const auto& [key, meaning] : codes) {
-    const auto number = Decimal::Parse(key);
-    if (!format.is_binary() || (number && NumbersOf(format).Contain(*number))) continue;
-    problems.Error(mark, "codes: '" + name + "' never says " + Quoted(key) +
-                             ": write a number that its bytes can hold");
-  }
-  if (format.kind != Format::Kind::byte) return codes;
+  if (telegram.FindField(name)->format.kind != Format::Kind::byte) return codes;
   Codes of_bytes;
   for (const auto& [key, meaning] : codes) {
     if (const auto code = ByteCode(key)) {
