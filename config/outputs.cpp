@@ -104,7 +104,7 @@ void CheckPorts(const Dds& dds, MapReader& map) {
   constexpr int kLast = 60999;
   const int port = 7400 + 250 * dds.domain;
   const auto domain = map.Get("domain");
-  if (!domain || !dds.enabled || port < kFirst || port > kLast) return;
+  if (!domain || !dds.enabled || !dds.multicast || port < kFirst || port > kLast) return;
   map.problems().Warning(
       domain->mark(),
       "domain: its UDP port " + std::to_string(port) +
@@ -122,7 +122,6 @@ Dds ReadDds(const YamlNode& node, LoadContext& context) {
   MapReader map(node, "dds", problems);
   Assign(dds.enabled, map.Flag("enabled"));
   Assign(dds.domain, map.Integer("domain", 0, kLastDomain));
-  CheckPorts(dds, map);
   Assign(dds.write, map.OneOf("write", kDdsWrite));
   Assign(dds.heartbeat, map.Time("heartbeat", 100ms, 1h));
   Assign(dds.lease, map.Time("lease", kShortestLease, kLongestLease));
@@ -146,6 +145,7 @@ Dds ReadDds(const YamlNode& node, LoadContext& context) {
     dds.security = ReadDdsSecurity(*security, context);
   }
   ReadDdsPeers(map, dds, problems);
+  CheckPorts(dds, map);
   map.Finish();
   return dds;
 }

@@ -19,7 +19,7 @@
 #include <optional>
 #include <regex>
 #include <set>
-#include <sstream>
+#include <span>
 
 #include "config/loader.h"
 #include "tests/config/fake_protocol.h"
@@ -220,6 +220,8 @@ struct Base {
   const char* read = "";
   const char* type = "float32";
   bool written = false;
+  const char* option = "";  ///< of the device, that an excerpt leaves out
+  const char* value = "";
 };
 constexpr Base kBases[] = {
     {"spabus", "", "I1"},
@@ -234,9 +236,9 @@ constexpr Base kBases[] = {
     {"dcon", "owen-mv110-8a", "", "bool"},
     {"dcon", "owen-mv110-8a", "", "float64"},
     {"reader", "bar-code"},
-    {"reader", "olimex-mod-rfid125-asked", "", "string(32)"},
+    {"reader", "olimex-mod-rfid125-asked", "", "string(32)", false, "commands", "ask"},
     {"spabus", "spaj140c", "S1", "float32", true},
-    {"set4tm", "set-4tm.03m", "08 1B 00 float_le@0"},
+    {"set4tm", "set-4tm.03m", "08 1B 00 float_le@0", "float64", false, "time_zone", "+03:00"},
     {"set4tm", "set-4tm.03m", "08 1B 00 float_le@0", "bool", true},
     {"telegram", "mt-sics"},
 };
@@ -282,6 +284,7 @@ class Completion {
       }
     }
     if (device["points"]) Each(device["points"], &Completion::Point);
+    if (*base_.option != '\0') Fill(device, base_.option, base_.value);
     if (base_.written) Fill(device, "write", "allow");
     return device;
   }
@@ -315,8 +318,11 @@ class Completion {
     }
     if (!file["lines"]) file["lines"] = List(YAML::Node());
     AddLinesOfRoutes(file);
+    if (!file["events"]) file["events"] = YAML::Node(YAML::NodeType::Map);
     if (file["history"].IsMap() && !file["history"]["points"]) {
-      file["history"]["points"] = List(YAML::Node("*.*.*"));
+      YAML::Node all("*.*.*");
+      all.SetTag("!");
+      file["history"]["points"] = List(all);
     }
     Each(file["lines"], &Completion::Line);
     return file;
@@ -418,6 +424,8 @@ constexpr Level kLevels[] = {
     },
     [](YAML::Node& piece) { return Map("devices", List(Map("timing", piece))); },
 };
+/// What the other levels take does not depend on a protocol: no profile need be read for them.
+constexpr std::size_t kLevelsOfProtocols = 4;
 /// The same in a profile.
 constexpr Level kProfileLevels[] = {
     [](YAML::Node& piece) { return piece; },
@@ -462,7 +470,9 @@ void Try(const std::string& text, const std::string& file, Attempts& attempts) {
   const config::Catalog& catalog = Shipped();
   for (const Base& base : kBases) {
     const Completion completion(base);
-    for (const Level level : kLevels) {
+    const bool has_profile = *base.profile != '\0';
+    for (const Level level :
+         std::span(kLevels).first(has_profile ? kLevelsOfProtocols : std::size(kLevels))) {
       YAML::Node piece = YAML::Load(text);
       const YAML::Node whole = level(piece);
       if (!whole.IsMap()) continue;

@@ -76,6 +76,9 @@ TEST(Outputs, DdsKeys) {
           "multicast: false, discovery_servers: [\"10.0.0.8:11811\", \"localhost:7\"] }")
           .dds;
   EXPECT_EQ(dds.domain, 7);
+  for (const char* domain : {"101", "215", "232"}) {
+    EXPECT_TRUE(Good("dds: { domain: " + std::string(domain) + " }").dds.enabled) << domain;
+  }
   EXPECT_EQ(dds.interfaces, (std::vector<std::string>{"10.0.0.1", "::1"}));
   EXPECT_EQ(dds.peers, std::vector<std::string>{"10.0.0.7"});
   EXPECT_FALSE(dds.multicast);
@@ -189,6 +192,10 @@ TEST(Outputs, OneSentenceEach) {
       {"dds: { multicast: false }",
        "19: warning: multicast: off, and there are neither peers nor discovery_servers: only "
        "participants that ask this gateway find it"},
+      {"dds: { domain: 102 }",
+       "16: warning: domain: its UDP port 32900 is one of those that Linux gives to any program "
+       "(32768 to 60999); while another one has it, no new subscriber is heard; choose a domain up "
+       "to 101, or reserve the port: sysctl -w net.ipv4.ip_local_reserved_ports=32900"},
       {"dds: { lease: 1s }", "15: error: lease: '1s' is out of range; allowed: 2s…1min"},
       {"dds: { heartbeat: 10 }",
        "19: error: heartbeat: '10' has no unit; write for example 10ms or 10s"},
