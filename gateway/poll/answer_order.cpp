@@ -56,15 +56,14 @@ std::uint64_t AnswerOrder::Fitting(std::size_t nearest, std::size_t end,
   for (std::size_t lag = nearest; lag < end; ++lag) {
     const SentRequest& sent = SentBefore(lag);
     const bool strange = sent.place == SentRequest::kStranger;
-    if (strange ? lag < Owed() : may_answer(sent)) fitting |= Bit(lag);
+    if (strange ? lag < Owed() : may_answer(sent, lag)) fitting |= Bit(lag);
   }
   return fitting;
 }
 
 bool AnswerOrder::OnAnswer(bool fits, const MayAnswer& may_answer) {
-  // Behind the one that was answered before; where that cannot be, any.
-  std::uint64_t fitting = (fits ? 1 : 0) | Fitting(1, Owed(), may_answer);
-  if (fitting == 0) fitting = Fitting(Owed(), kRemembered, may_answer);
+  // Behind the one that was answered before.
+  const std::uint64_t fitting = (fits ? 1 : 0) | Fitting(1, Owed(), may_answer);
   if (fitting != 0) answered_ = fitting;
   return fitting != 0;
 }
