@@ -68,6 +68,15 @@ bool AnswerOrder::OnAnswer(bool fits, const MayAnswer& may_answer) {
   return fitting != 0;
 }
 
+/// What other masters were owed has come by now, or is counted still.
+void AnswerOrder::OnLost() {
+  for (std::size_t lag = Owed(); lag <= kMostOwed; ++lag) {
+    SentRequest& sent = sent_[(count_ - lag) % sent_.size()];
+    if (sent.place == SentRequest::kStranger) sent.place = SentRequest::kNobody;
+  }
+  answered_ = ~std::uint64_t{1};
+}
+
 bool AnswerOrder::IsBehindProof() const {
   std::size_t before = 1;
   while (before < kMostOwed && SentBefore(before).bytes == SentBefore(0).bytes) ++before;

@@ -57,7 +57,7 @@ class AnswerOrder {
   void OnOddForm() { answered_ |= 1; }
   /// A reply came that answers nothing that is owed: the order is lost. Any earlier request may
   /// have been answered last, and only a reply that can belong to few of them shows which one.
-  void OnLost() { answered_ = ~std::uint64_t{1}; }
+  void OnLost();
   /// Whether an earlier request may have this reply, even if nothing seems to be owed.
   bool MayBeEarlier(const MayAnswer& may_answer) const;
   /// A reply has come twice, so one more than before may be owed.
