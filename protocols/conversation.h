@@ -82,9 +82,12 @@ struct Request {
   /// The reply differs from the replies to all polls of the device, by its length or form, but is
   /// not always the same. Example: a probe that reads three registers, where polls read two.
   bool unlike_polls = false;
-  /// A reply that comes late or twice does no harm: it carries the number of its request, as in
-  /// Modbus TCP, or is true whichever request it answers.
+  /// The reply is true whichever request it answers, so it does no harm late or twice.
   bool any_order = false;
+  /// The reply carries the number of its request, as in Modbus TCP. So one that comes late or twice
+  /// on this connection is recognised. The number proves nothing of what is behind the next hop: a
+  /// converter may put the present number and unit before a late reply of its serial side.
+  bool numbered = false;
   /// Ends what an earlier request has begun, as "close the password" does. It is sent even if the
   /// client has gone or the time for its task is over.
   bool closes = false;

@@ -290,7 +290,8 @@ void Line::TakeFrame(bool idle, Instant now) {
   }
   if (behind == 0) return;
   TellStray(behind, Duration::zero());
-  const bool harmless = exchange_.request.any_order && second_.only_copies();
+  const Request& request = exchange_.request;
+  const bool harmless = (request.any_order || request.numbered) && second_.only_copies();
   if (state_ == State::idle && !harmless) Drain(exchange_.times.drain, now);
 }
 

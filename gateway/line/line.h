@@ -62,7 +62,8 @@ struct ExchangeEnd {
   Duration round_trip{};     ///< first byte out to last byte in; zero when no frame came
   std::size_t received = 0;  ///< bytes that came for it
   bool ended = false;        ///< the server closed the connection in place of an answer
-  /// From the last byte of its reply to this end, if only silence showed that it was the last.
+  /// From the last byte of its reply to this end, if only silence showed that it was the last; or
+  /// longer, because that byte may have waited (gateway/poll/arrival_time.h).
   Duration since_reply{};
 };
 

@@ -24,7 +24,7 @@ namespace baudgate {
 
 struct UnaskedMessage {
   Bytes bytes;
-  Duration since{};  ///< from its last byte to now, if only silence showed that it was the last
+  Duration since{};  ///< from its last byte to now; see ExchangeEnd::since_reply
 };
 
 /// The effect of one input.

@@ -56,17 +56,25 @@ std::uint64_t AnswerOrder::Fitting(std::size_t nearest, std::size_t end,
   for (std::size_t lag = nearest; lag < end; ++lag) {
     const SentRequest& sent = SentBefore(lag);
     const bool strange = sent.place == SentRequest::kStranger;
-    if (strange ? lag < Owed() : may_answer(sent)) fitting |= Bit(lag);
+    if (strange ? lag < Owed() : may_answer(sent, lag)) fitting |= Bit(lag);
   }
   return fitting;
 }
 
 bool AnswerOrder::OnAnswer(bool fits, const MayAnswer& may_answer) {
-  // Behind the one that was answered before; where that cannot be, any.
-  std::uint64_t fitting = (fits ? 1 : 0) | Fitting(1, Owed(), may_answer);
-  if (fitting == 0) fitting = Fitting(Owed(), kRemembered, may_answer);
+  // Behind the one that was answered before.
+  const std::uint64_t fitting = (fits ? 1 : 0) | Fitting(1, Owed(), may_answer);
   if (fitting != 0) answered_ = fitting;
   return fitting != 0;
+}
+
+/// What other masters were owed has come by now, or is counted still.
+void AnswerOrder::OnLost() {
+  for (std::size_t lag = Owed(); lag <= kMostOwed; ++lag) {
+    SentRequest& sent = sent_[(count_ - lag) % sent_.size()];
+    if (sent.place == SentRequest::kStranger) sent.place = SentRequest::kNobody;
+  }
+  answered_ = ~std::uint64_t{1};
 }
 
 bool AnswerOrder::IsBehindProof() const {

@@ -23,7 +23,7 @@ namespace baudgate {
 
 struct SentRequest {
   std::size_t place = kNobody;  ///< in the roster: the member it went to
-  Bytes bytes;
+  Bytes bytes;                  ///< see Asked::question
   Instant at{};
   bool proof = false;  ///< its reply differs from those to all polls of the device
   Bytes context{};     ///< see Request
@@ -36,6 +36,8 @@ class AnswerOrder {
  public:
   /// The most requests whose replies may be owed; older ones are given up.
   static constexpr std::size_t kMostOwed = 63;
+  /// The most replies that another master is owed.
+  static constexpr std::size_t kMostOfStrangers = 3;
 
   void OnSent(const SentRequest& request);
   /// Up to three replies to requests of another master may still come, and any reply may be one of
@@ -43,10 +45,10 @@ class AnswerOrder {
   void OnStranger(Instant now);
   /// No other master has asked.
   void ForgetStrangers();
-  /// Whether a reply may answer this request.
-  using MayAnswer = std::function<bool(const SentRequest&)>;
-  /// A reply came. `fits`: it may answer the latest request. False: it answers none of the
-  /// remembered requests, and nothing has changed.
+  /// Whether a reply may answer this request, which was sent so many `before` the latest.
+  using MayAnswer = std::function<bool(const SentRequest&, std::size_t before)>;
+  /// A reply came. `fits`: it may answer the latest request. False: it answers none of those that
+  /// are owed a reply, and nothing has changed.
   bool OnAnswer(bool fits, const MayAnswer& may_answer);
   /// Since a proof was answered, nothing but the latest request was sent, perhaps several times. So
   /// nothing is owed, and of all earlier replies only that to the proof may come again.
@@ -54,8 +56,9 @@ class AnswerOrder {
   /// Behind a proof, a reply fits neither: the device answers the latest request in another form,
   /// or somebody else has answered.
   void OnOddForm() { answered_ |= 1; }
-  /// A reply came to a request that is not remembered any more.
-  void OnForgotten() { answered_ = std::uint64_t{1} << kMostOwed; }
+  /// A reply came that answers nothing that is owed: the order is lost. Any earlier request may
+  /// have been answered last, and only a reply that can belong to few of them shows which one.
+  void OnLost();
   /// Whether an earlier request may have this reply, even if nothing seems to be owed.
   bool MayBeEarlier(const MayAnswer& may_answer) const;
   /// A reply has come twice, so one more than before may be owed.
@@ -84,8 +87,6 @@ class AnswerOrder {
   Duration Older() const { return SentBefore(0).at - SentBefore(Owed()).at; }
 
  private:
-  static constexpr std::size_t kMostOfStrangers = 3;
-
   std::uint64_t Fitting(std::size_t nearest, std::size_t end, const MayAnswer& may_answer) const;
   const SentRequest& SentBefore(std::size_t requests) const {
     return sent_[(count_ - requests) % sent_.size()];

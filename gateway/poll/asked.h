@@ -6,6 +6,7 @@
 #include "gateway/line/line.h"
 #include "gateway/poll/roster.h"
 #include "protocols/conversation.h"
+#include "protocols/transaction.h"
 
 namespace baudgate {
 
@@ -32,6 +33,10 @@ struct Asked {
   Duration reply_time() const { return ReplyTime(*request, member->times); }
   /// The reply says whose it is.
   bool named() const { return !request->expect.address.empty(); }
+  /// The device has written that itself, and not a converter before it.
+  bool names_itself() const { return named() && !request->numbered; }
+  /// What is asked, whichever number the request has.
+  Bytes question() const { return WithoutNumber(*member->protocol, request->bytes); }
 };
 
 }  // namespace baudgate

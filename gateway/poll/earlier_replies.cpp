@@ -26,7 +26,7 @@ bool Fits(const Member& member, const Request& request, View frame) {
 /// A gateway has waited for the device, and says why there is no reply.
 std::optional<Finding> InItsPlace(const Member& member, const Request& request, View frame) {
   const Device* const device = member.device;
-  if (device == nullptr || !request.any_order || Fits(member, request, frame)) return std::nullopt;
+  if (device == nullptr || !request.numbered || Fits(member, request, frame)) return std::nullopt;
   Answer said = device->conversation->Interpret(request.bytes, frame);
   if (said.remedy.empty()) return std::nullopt;
   return Finding{
@@ -235,7 +235,7 @@ Finding EarlierReplies::AttributeToItself(const HeardExchange& exchange, const O
     return came.late && whose.silent ? Late(whose, came) : finding;
   }
   // Where replies are numbered, one that is late is known by that.
-  if (came.late && (whose.silent || exchange.request().any_order)) return Late(whose, came);
+  if (came.late && (whose.silent || exchange.request().numbered)) return Late(whose, came);
   if (came.early) return {.symptom = Symptom::one_behind};
   return came.late ? Late(whose, came) : finding;
 }

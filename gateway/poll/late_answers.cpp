@@ -198,7 +198,7 @@ Duration LateAnswers::ExtraDrain(const Member& member) const { return states_[me
 /// Wait that long, at most the ceiling.
 Duration LateAnswers::Aftermath(const Asked& asked, Instant now) const {
   const State& state = states_[*asked.member];
-  if (asked.request->any_order) return {};  // they do no harm
+  if (asked.request->any_order || asked.request->numbered) return {};  // they do no harm
   if (!asked.retry || !state.unanswered_since) return state.trail;
   const LineTimes& times = asked.member->times;
   const Duration since = now - *state.unanswered_since + times.gap + state.more_drain;

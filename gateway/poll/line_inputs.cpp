@@ -1,9 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/poll/line_inputs.h"
 
+#include <algorithm>
 #include <utility>
 
+#include "gateway/base/deadline.h"
+
 namespace baudgate {
+
+void LineInputs::OnTime(Now now) {
+  arrival_.OnInput(now.instant, IsAwaiting());
+  ledger_.OnTime(now, !line_.idle(), line_.member(), !line_.asks());
+}
+
+std::optional<Instant> LineInputs::Deadline() const {
+  return Soonest(
+      {line_.Deadline(), IsAwaiting() ? std::optional(arrival_.NextLook()) : std::nullopt});
+}
 
 void LineInputs::OnClosed(const std::string& reason, Now now) {
   LineNews news = line_.OnClosed();
@@ -23,8 +36,19 @@ void LineInputs::OnBytes(View bytes, Now now) {
   Apply(std::move(received.news), now);
 }
 
+/// A reply and a message are as old as they may be. No reply is older than its request.
+void LineInputs::Date(LineNews& news, Instant now) const {
+  for (UnaskedMessage& message : news.unasked.messages) {
+    message.since = now - arrival_.Earliest(now - message.since);
+  }
+  if (!news.end) return;
+  const Instant read = now - news.end->since_reply;
+  news.end->since_reply = now - std::max(arrival_.Earliest(read), read - news.end->round_trip);
+}
+
 /// The news of one input, in their order. Conclude applies the end of an exchange.
 void LineInputs::Apply(LineNews news, Now now) {
+  Date(news, now.instant);
   unasked_.OnInput(news.unasked, now);
   if (news.send) Send(now);
   if (news.stray_before.count > 0) OnStray(news.stray_before, now.instant);

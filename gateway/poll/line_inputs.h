@@ -18,6 +18,7 @@
 #include "gateway/base/bytes.h"
 #include "gateway/base/time.h"
 #include "gateway/line/line.h"
+#include "gateway/poll/arrival_time.h"
 #include "gateway/poll/ledger.h"
 #include "gateway/poll/line_side.h"
 #include "gateway/poll/unasked_side.h"
@@ -34,13 +35,13 @@ class LineInputs {
   /// See LineSide.
   bool is_open() const { return line_.is_open(); }
   bool idle() const { return line_.idle(); }
-  std::optional<Instant> Deadline() const { return line_.Deadline(); }
+  std::optional<Instant> Deadline() const;
   void OnOpened(Now now, bool keeps_bit_rate) { line_.OnOpened(now, keeps_bit_rate); }
   void Withdraw() { line_.Withdraw(); }
   void Abandon(std::uint64_t client) { line_.Abandon(client); }
 
   /// Before each input.
-  void OnTime(Now now) { ledger_.OnTime(now, !line_.idle(), line_.member(), !line_.asks()); }
+  void OnTime(Now now);
   /// The job under way ends; `reason`: why the port is closed.
   void OnClosed(const std::string& reason, Now now);
   void OnBytes(View bytes, Now now);
@@ -52,6 +53,9 @@ class LineInputs {
   void Conclude();
 
  private:
+  /// Bytes may come: of a reply, or of a device that speaks unasked.
+  bool IsAwaiting() const { return line_.is_open() && (line_.asks() || unasked_.listens()); }
+  void Date(LineNews& news, Instant now) const;
   void Apply(LineNews news, Now now);
   void Send(Now now);
   void OnStray(const StrayBytes& stray, Instant now);
@@ -60,6 +64,7 @@ class LineInputs {
   UnaskedSide& unasked_;
   Upkeep& upkeep_;
   Ledger& ledger_;
+  ArrivalTime arrival_;
 };
 
 }  // namespace baudgate

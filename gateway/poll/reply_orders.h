@@ -44,12 +44,12 @@ class ReplyOrders {
   void OnAnswer(const Member& member, bool fits, const AnswerOrder::MayAnswer& may_answer) {
     const bool own = Of(member).OnAnswer(fits, may_answer);
     const bool known = line_.OnAnswer(fits, may_answer);
-    if (!known) line_.OnForgotten();
-    if (!own && !known) Of(member).OnForgotten();
+    if (!known) line_.OnLost();
+    if (!own && !known) Of(member).OnLost();
   }
   /// See AnswerOrder.
   bool IsBehindProof(const Asked& asked) const {
-    return Of(*asked.member).IsBehindProof() && (asked.named() || line_.IsBehindProof());
+    return Of(*asked.member).IsBehindProof() && (asked.names_itself() || line_.IsBehindProof());
   }
   void OnOddForm(const Member& member) {
     Of(member).OnOddForm();
@@ -68,26 +68,27 @@ class ReplyOrders {
 
   /// The latest reply may belong to this, the latest request.
   bool MayBeInStep(const Asked& asked) const {
-    return Of(*asked.member).MayBeInStep() && (asked.named() || line_.MayBeInStep());
+    return Of(*asked.member).MayBeInStep() && (asked.names_itself() || line_.MayBeInStep());
   }
   /// The latest reply belongs to this request or its repetitions, and to no earlier task's.
   bool IsOfLatest(const Asked& asked) const {
-    return Of(*asked.member).IsOfLatest() && (asked.named() || line_.IsOfLatest());
+    return Of(*asked.member).IsOfLatest() && (asked.names_itself() || line_.IsOfLatest());
   }
   /// The latest reply answers this request, or an earlier one of the same bytes.
   bool IsAnswerTo(const Asked& asked) const {
-    const Bytes& bytes = asked.request->bytes;
-    return Of(*asked.member).IsAnswerTo(bytes) && (asked.named() || line_.IsAnswerTo(bytes));
+    const Bytes question = asked.question();
+    return Of(*asked.member).IsAnswerTo(question) &&
+           (asked.names_itself() || line_.IsAnswerTo(question));
   }
   /// An owed reply would be recognised, whatever is sent next.
   bool IsSafe(const Asked& asked) const {
-    return Of(*asked.member).IsSafe() && (asked.named() || line_.IsSafe());
+    return Of(*asked.member).IsSafe() && (asked.names_itself() || line_.IsSafe());
   }
   /// How many replies may still come: before OnSent to earlier requests only, after it also its
   /// own.
   int Owed(const Asked& asked) const {
     const std::size_t own = Of(*asked.member).Owed();
-    return static_cast<int>(asked.named() ? own : std::max(own, line_.Owed()));
+    return static_cast<int>(asked.names_itself() ? own : std::max(own, line_.Owed()));
   }
   /// Another device of the line may owe a reply that comes before the awaited one. The two counts
   /// of owed replies do not tell: a reply that comes while another device is asked is not taken off
@@ -101,7 +102,7 @@ class ReplyOrders {
   /// See AnswerOrder.
   Duration Older(const Asked& asked) const {
     const Duration own = Of(*asked.member).Older();
-    return asked.named() ? own : std::max(own, line_.Older());
+    return asked.names_itself() ? own : std::max(own, line_.Older());
   }
 
  private:

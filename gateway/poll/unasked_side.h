@@ -29,6 +29,8 @@ class UnaskedSide {
   /// See Speaker.
   const Standing* standing() const { return speaker_.standing(); }
   std::optional<Instant> Deadline() const { return speaker_.DueAt(); }
+  /// Its messages count.
+  bool listens() const { return speaker_.in_use(); }
 
   void OnOpened();
   /// Bytes of the line.

@@ -9,7 +9,8 @@
 //                                                      came twice                       are read again
 //  3 a reply to UA1               UA2       !=1        to UA1 or to UA2                 not proven: asked again
 //  4 a reply to UA1               UA1       !=1        to either of the two             proven; older by the time between
-//  5 a reply to UA1               ?A1       !A1=5      its own: UA1 is not answered so  proven; nothing is owed
+//  5 a reply to UA1, which was    ?A1       !A1=5      its own: UA1 is not answered so  proven; nothing is owed
+//    answered before
 //  6 a reply to UA1               PA0       !=1        to UA1                           elsewhere: A lags by one
 //  7 a reply to UA1               PA0       !A0        its own                          proven; nothing is owed
 //  8 a reply to PA0               UA1       !A0        to PA0                           elsewhere; one is owed as before
@@ -23,6 +24,12 @@
 // 13 a reply to B, with its name  ?A1       !A1=5      A's                              proven
 // 14 nothing; PA0 was answered    UA1       !A9        its own, in a form that was not  a probe goes first from now on;
 //    directly before                                   asked for                        others are not read again
+// 15 a reply to UA1, which was    ?A1       !A1=5      to either of the two: in which   not proven: asked again, until no
+//    never answered                                    form UA1 is answered is unknown  UA1 is among the last four
+// 16 a reply to ?A0; the name     PA0       !A0=7      to either of the two             not proven: asked again
+//    is "!A0=7"
+// 17 nothing                      ?A1,      !=1        nothing's, as in row 2: the      any earlier request may be
+//                                 then UA1             order is lost                    answered next: only a proof ends it
 // clang-format on
 //
 // A refusal answers any request (!A0~refused): it proves whose it is only where the name itself is
@@ -55,7 +62,7 @@ bool WhoseReply::NeedsProbeFirst(const Asked& asked, Instant now) const {
   const Duration holds = asked.renews_proof_early ? kProofRenews : kProofHolds;
   if (!state.answered_probe || now - state.proven_at > holds) return true;
   if (IsUnprovable(member)) return false;
-  const bool odd = std::ranges::find(state.odd, asked.request->bytes) != state.odd.end();
+  const bool odd = std::ranges::find(state.odd, asked.question()) != state.odd.end();
   if (odd && !asked.proved && state.proofless == 0) return true;  // row 14
   if (IsSafe(asked)) return false;
   // If the lag has not grown, at most four repeats reach the right reply. More repeats would not
@@ -71,7 +78,7 @@ bool WhoseReply::IsOwedAlone(const Asked& asked) const {
 void WhoseReply::OnSent(const Asked& asked, Instant now) {
   if (asked.request->expect.reply == Expectation::Reply::none) return;  // nothing is owed to it
   const Request& request = *asked.request;
-  const SentRequest sent{asked.member->place, request.bytes, now, request.is_proof(),
+  const SentRequest sent{asked.member->place, asked.question(), now, request.is_proof(),
                          request.context};
   orders_.OnSent(*asked.member, sent);
 }
@@ -81,12 +88,13 @@ void WhoseReply::OnSent(const Asked& asked, Instant now) {
 bool WhoseReply::Fits(const Asked& asked, View frame, Outcome outcome) const {
   if (!ProvesLife(outcome)) return false;
   const Identity& identity = states_[*asked.member].identity;
-  return !identity.IsAskedBy(asked.request->bytes) || identity.Is(frame) ||
+  return !identity.IsAskedBy(asked.question()) || identity.Is(frame) ||
          (identity.names() && IsRefusal(outcome));
 }
 
-/// Example: "<1D:SPAJ 140C:5E" answers ">1RF:CC", if that is what relay 1 is, and no other request.
-/// Two Modbus registers answer every read of two registers.
+/// Example: "<1D:SPAJ 140C:5E" answers ">1RF:CC", if that is what relay 1 is, and no request for a
+/// number. "<1D:140:…" answers both, so as a name it proves nothing. Two Modbus registers answer
+/// every read of two registers.
 bool WhoseReply::MayAnswer(const SentRequest& sent, View frame, Outcome outcome) const {
   if (sent.place == SentRequest::kNobody) return false;
   const Member& asked = *roster_.everyone()[sent.place];
@@ -94,10 +102,21 @@ bool WhoseReply::MayAnswer(const SentRequest& sent, View frame, Outcome outcome)
   if (identity.IsAskedBy(sent.bytes)) {
     return identity.Is(frame) || (identity.names() && IsRefusal(outcome));
   }
-  if (identity.names() && identity.Is(frame)) return false;
   // The form of replies to clients of routes is not known here.
   const Device* const device = asked.device;
   return device == nullptr || ProvesLife(device->conversation->Check(sent.bytes, frame));
+}
+
+/// Row 15: the device has never answered this request on this connection, so it may answer in any
+/// form. Of such replies no more are owed than to strangers.
+bool WhoseReply::MayLookSo(const SentRequest& sent, std::size_t before, const Member& sender,
+                           View frame) const {
+  const auto& everyone = roster_.everyone();
+  if (before > AnswerOrder::kMostOfStrangers || sent.place >= everyone.size()) return false;
+  const Member& asked = *everyone[sent.place];
+  const State& state = states_[asked];
+  if (!asked.IsSame(sender) || state.identity.Is(frame)) return false;
+  return !state.identity.IsAskedBy(sent.bytes) && !state.shown.contains(sent.bytes);
 }
 
 /// Rows 9 and 10. True: another device answers in its place.
@@ -115,7 +134,7 @@ bool WhoseReply::NoteIdentity(const Asked& asked, View frame, Outcome outcome,
                state.identity.OnOther(frame)) {
       // A name that came once, before any reading, may have been damage.
       const bool was_there = state.identity.certain() || state.read;
-      state.identity.Learn(request.bytes, frame, outcome);
+      state.identity.Learn(asked.question(), frame, outcome);
       return was_there;
     }
   }
@@ -140,8 +159,8 @@ void WhoseReply::Learn(const Asked& asked, View frame, Outcome outcome) {
   State& state = states_[*asked.member];
   AnswerOrder& order = orders_.Of(*asked.member);
   const bool names = request.steady && ProvesLife(outcome) && outcome != Outcome::busy;
-  if (names && !state.identity.known() && order.IsAnswerTo(request.bytes)) {
-    state.identity.Learn(request.bytes, frame, outcome);
+  if (names && !state.identity.known() && order.IsAnswerTo(asked.question())) {
+    state.identity.Learn(asked.question(), frame, outcome);
   }
   // ? ? ? P P P P: three replies at most are to strangers, so the fourth reply is to a P. One that
   // is owed to another P could be told.
@@ -155,19 +174,36 @@ void WhoseReply::Learn(const Asked& asked, View frame, Outcome outcome) {
 /// whether the form is the device's own, or an earlier reply has come twice.
 void WhoseReply::NoteForm(const Asked& asked, bool fits) {
   std::vector<Bytes>& odd = states_[*asked.member].odd;
-  const auto known = std::ranges::find(odd, asked.request->bytes);
+  const Bytes question = asked.question();
+  const auto known = std::ranges::find(odd, question);
   if (fits && known != odd.end()) odd.erase(known);
   if (fits || asked.probe || known != odd.end()) return;
   if (odd.size() == kMostOdd) odd.erase(odd.begin());
-  odd.push_back(asked.request->bytes);
+  odd.push_back(question);
 }
 
-WhoseReply::Verdict WhoseReply::OnReply(const Asked& asked, View frame, Outcome outcome) {
+/// The device has answered in the form that was asked for, or has refused: it knows this request.
+void WhoseReply::NoteShown(const Asked& asked, Outcome outcome) {
+  State& state = states_[*asked.member];
+  const bool identifies = state.identity.IsAskedBy(asked.question());
+  if (asked.request->is_proof() && (identifies || outcome == Outcome::ok)) state.proves = true;
+  if (outcome == Outcome::busy) return;
+  if (state.shown.size() >= kMostShown) state.shown.clear();
+  state.shown.insert(asked.question());
+}
+
+WhoseReply::Verdict WhoseReply::OnReply(const Asked& asked, View reply, Outcome outcome) {
   const bool proof = asked.request->is_proof();
-  const auto may_answer = [&](const SentRequest& sent) { return MayAnswer(sent, frame, outcome); };
+  const Bytes frame = WithoutNumber(*asked.member->protocol, reply);
+  const auto has_form = [&](const SentRequest& sent, std::size_t) {
+    return MayAnswer(sent, frame, outcome);
+  };
+  const auto may_answer = [&](const SentRequest& sent, std::size_t before) {
+    return has_form(sent, before) || MayLookSo(sent, before, *asked.member, frame);
+  };
   State& state = states_[*asked.member];
   Verdict verdict;
-  verdict.replaced = NoteIdentity(asked, frame, outcome, may_answer);
+  verdict.replaced = NoteIdentity(asked, frame, outcome, has_form);
   const bool fits = Fits(asked, frame, outcome);
   const bool copied = std::ranges::equal(frame, state.proof_reply);
   verdict.odd = !fits && !asked.probe && !copied && orders_.IsBehindProof(asked);  // row 14
@@ -177,13 +213,18 @@ WhoseReply::Verdict WhoseReply::OnReply(const Asked& asked, View frame, Outcome 
   if (verdict.odd) {
     orders_.OnOddForm(*asked.member);
   } else {
-    Count(asked, fits, outcome, may_answer);
+    // Where no proof would restore the order, an odd reply counts as its own.
+    const SentRequest latest{asked.member->place, asked.question(), {}, proof};
+    const bool odd = !state.proves && MayLookSo(latest, 0, *asked.member, frame);
+    Count(asked, fits || odd, outcome, may_answer);
   }
   Learn(asked, frame, outcome);
   verdict.elsewhere = !orders_.MayBeInStep(asked);
   verdict.proven = orders_.IsAnswerTo(asked);
   const int owed = orders_.Owed(asked);
   if (verdict.proven) state.lag = proof ? owed : std::min(state.lag, owed);
+  if (verdict.replaced) state.shown.clear();
+  if (verdict.proven && fits) NoteShown(asked, outcome);
   if (!asked.probe && fits && orders_.Of(*asked.member).IsInStep()) state.read = true;
   // A device that has a name is identified before its readings are accepted.
   if (asked.probe && !proof && state.identity.known()) verdict.proven = false;
@@ -205,7 +246,10 @@ void WhoseReply::OnEnd(const Asked& asked, Outcome outcome, bool silent, Instant
 
 void WhoseReply::OnOpened(const Member& member, Instant now) {
   orders_.Of(member).OnStranger(now);
-  states_[member].strangers = true;
+  State& state = states_[member];
+  state.strangers = true;
+  state.shown.clear();
+  state.proves = false;
 }
 
 void WhoseReply::OnReconnect(const Member& member) {

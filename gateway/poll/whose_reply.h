@@ -8,6 +8,7 @@
 #pragma once
 
 #include <cstddef>
+#include <set>
 #include <vector>
 
 #include "gateway/base/outcome.h"
@@ -33,7 +34,7 @@ class WhoseReply {
   /// How many replies may come before the one to this request, which got another's. `of_sender`:
   /// that was one of its own device.
   int RepliesBefore(const Asked& asked, bool of_sender) const {
-    const bool nearer = of_sender || !asked.named() || orders_.OthersOwe(asked);
+    const bool nearer = of_sender || !asked.names_itself() || orders_.OthersOwe(asked);
     return nearer ? orders_.Owed(asked) : 0;
   }
   /// Waiting brings no reply of it: it owes none, or lags by as many replies as ever.
@@ -82,7 +83,7 @@ class WhoseReply {
     bool odd = false;        ///< it does not fit, and is no copy of an earlier one
   };
   /// A reply of the device itself came, good or not what was asked for.
-  Verdict OnReply(const Asked& asked, View frame, Outcome outcome);
+  Verdict OnReply(const Asked& asked, View reply, Outcome outcome);
   /// The exchange is over. `silent`: an answer was due and the port stayed open.
   void OnEnd(const Asked& asked, Outcome outcome, bool silent, Instant now);
   /// Another master may have asked it: this program before its last start, or a program to which
@@ -111,6 +112,8 @@ class WhoseReply {
     int proofless = 0;       // answered probes in a row that were no proofs
     Bytes proof_reply;       // the latest to a proof
     std::vector<Bytes> odd;  // requests whose latest replies had a form that was not asked for
+    std::set<Bytes> shown;   // requests that it has answered in their form, since OnOpened
+    bool proves = false;     // a proof is one of these
   };
   /// Fewer probes find a device that does not answer its identification
   /// (protocols/common/probe_choice.h).
@@ -121,6 +124,7 @@ class WhoseReply {
   static constexpr Duration kProofRenews = 45s;
   /// For each device.
   static constexpr std::size_t kMostOdd = 16;
+  static constexpr std::size_t kMostShown = 256;
 
   /// It answers probes, and none of them is a proof: after a disturbance nothing shows whose its
   /// replies are.
@@ -131,12 +135,15 @@ class WhoseReply {
   bool IsSafe(const Asked& asked) const;
   bool Fits(const Asked& asked, View frame, Outcome outcome) const;
   bool MayAnswer(const SentRequest& sent, View frame, Outcome outcome) const;
+  bool MayLookSo(const SentRequest& sent, std::size_t before, const Member& sender,
+                 View frame) const;
   bool NoteIdentity(const Asked& asked, View frame, Outcome outcome,
                     const AnswerOrder::MayAnswer& may_answer);
   void Count(const Asked& asked, bool fits, Outcome outcome,
              const AnswerOrder::MayAnswer& may_answer);
   void Learn(const Asked& asked, View frame, Outcome outcome);
   void NoteForm(const Asked& asked, bool fits);
+  void NoteShown(const Asked& asked, Outcome outcome);
 
   const Roster& roster_;
   ReplyOrders& orders_;

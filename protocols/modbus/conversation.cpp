@@ -106,8 +106,8 @@ Request ModbusConversation::MakeRequest(View pdu) const {
   Request request;
   request.bytes = Wrap(framing_, slave_, pdu, transactions_ != nullptr ? transactions_->Next() : 0);
   request.expect = Expect(framing_, request.bytes);
-  request.any_order = framing_ == Framing::tcp;
-  request.steady = IsLoopback(pdu) && !request.any_order;
+  request.numbered = framing_ == Framing::tcp;
+  request.steady = IsLoopback(pdu);
   const auto time = settings_.reply_times.find(pdu[0]);
   if (time != settings_.reply_times.end()) request.reply = time->second;
   return request;
@@ -213,8 +213,16 @@ ModbusConversation::Exchanged ModbusConversation::Decode(View request, View fram
   return exchanged;
 }
 
+/// The number and the unit in the header of Modbus TCP are the work of the next hop, and its frame
+/// rule has compared them: what the device has said is behind them.
 Outcome ModbusConversation::Check(View request, View frame) const {
-  return Decode(request, frame).answer.outcome;
+  if (framing_ != Framing::tcp || std::min(request.size(), frame.size()) < kTcpOverhead) {
+    return Decode(request, frame).answer.outcome;
+  }
+  Bytes asked(request.begin(), request.end());
+  std::copy_n(frame.begin(), 2, asked.begin());
+  asked[kTcpOverhead - 1] = frame[kTcpOverhead - 1];
+  return Decode(asked, frame).answer.outcome;
 }
 
 Answer ModbusConversation::Interpret(View request, View frame) {

@@ -21,9 +21,10 @@ class Order {
   }
   /// `to`: the request that it really answers.
   void Reply(char to) {
-    known = order.OnAnswer((to == 'P') == (latest_ == 'P'), [to](const SentRequest& sent) {
-      return sent.place != SentRequest::kNobody && (to == 'P') == sent.proof;
-    });
+    known =
+        order.OnAnswer((to == 'P') == (latest_ == 'P'), [to](const SentRequest& sent, std::size_t) {
+          return sent.place != SentRequest::kNobody && (to == 'P') == sent.proof;
+        });
   }
   void Answered(char request) {
     Send(request);
@@ -109,15 +110,17 @@ TEST(AnswerOrderTest, ADeviceThatWasOnlyProvedMayBeAskedAnything) {
   EXPECT_TRUE(order.order.IsInStep()) << "no lag answers the first read behind so many proofs";
 }
 
-TEST(AnswerOrderTest, WhatFitsNothingIsSomebodyElsesOrForgotten) {
+TEST(AnswerOrderTest, WhatFitsNothingIsSomebodyElsesOrTheOrderIsLost) {
   Order order;
   order.Answered('a');
   order.Send('a');
   order.Reply('P');  // no P was sent
   EXPECT_FALSE(order.known);
   EXPECT_EQ(order.order.Owed(), 1U) << "that to a is owed as before";
-  order.order.OnForgotten();
+  order.order.OnLost();
   EXPECT_EQ(order.order.Owed(), AnswerOrder::kMostOwed);
+  order.Answered('b');
+  EXPECT_FALSE(order.IsOnly('b')) << "any a may be answered now";
   order.Answered('P');
   EXPECT_TRUE(order.order.IsInStep());
 }

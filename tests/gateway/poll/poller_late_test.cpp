@@ -55,6 +55,20 @@ TEST(PollerLate, IsFoundOutThoughItMeetsTheRetry) {
   EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
 }
 
+/// The program was stopped while the reply waited in the system: it may have come at any time.
+TEST(PollerLate, AReplyThatWaitedThroughAStopIsAsOldAsTheStop) {
+  for (const bool timers_first : {false, true}) {
+    VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
+    line.Open();
+    line.RunFor(1500ms);
+    ASSERT_TRUE(line.RunUntil([&] { return line.asking(); }, 2s));
+    line.Stop(250ms, timers_first);
+    EXPECT_GE(line.AgeOf(0, 0), 240ms);
+    line.RunFor(2s);
+    ASSERT_TRUE(line.RunUntil([&] { return line.AgeOf(0, 0) < 20ms; }, 2s)) << "as ever";
+  }
+}
+
 /// Replies carry a name, so the line asks b meanwhile, and the reply of a meets that exchange.
 TEST(PollerLate, AReplyThatMeetsTheExchangeOfAnotherDeviceIsCounted) {
   config::Device a = ToyDevice("a", "A", {"1"});

@@ -19,8 +19,9 @@ class ReplyOrdersTest : public ::testing::Test, protected ToyMembers {
     orders_.OnSent(member, {member.place, request.bytes, kStart + ++sent_ * 1s, false});
   }
   void Answer(const Member& member, const Request& request) {
-    orders_.OnAnswer(member, true,
-                     [&](const SentRequest& sent) { return sent.bytes == request.bytes; });
+    orders_.OnAnswer(member, true, [&](const SentRequest& sent, std::size_t) {
+      return sent.bytes == request.bytes;
+    });
   }
 
   ReplyOrders orders_{roster};

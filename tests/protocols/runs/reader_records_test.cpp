@@ -213,5 +213,22 @@ TEST(ReaderRecords, AreNeverThoseOfAnotherTag) {
   EXPECT_GT(superseded, seeds);
 }
 
+/// The reader was unplugged behind the tag, while the program was stopped.
+TEST(StoppedReader, ShowsATagAsOldAsTheStop) {
+  for (const bool timers_first : {false, true}) {
+    VirtualLine line(GateLine(), {&ReaderProtocol()});
+    line.Open();
+    line.RunFor(5s);
+    line.Inject(protocols::reader::EncodeTag("0A00112233"), 1s);
+    line.Stop(60s, timers_first);
+    line.RunFor(100ms);
+    EXPECT_GE(line.AgeOf(0, 0), 60s);
+    line.RunFor(2s);
+    line.Inject(protocols::reader::EncodeTag("0A00112244"));
+    line.RunFor(10ms);
+    EXPECT_LE(line.AgeOf(0, 0), 10ms);
+  }
+}
+
 }  // namespace
 }  // namespace baudgate
