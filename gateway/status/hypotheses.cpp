@@ -2,6 +2,7 @@
 #include "gateway/status/hypotheses.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cctype>
 #include <utility>
 
@@ -14,6 +15,10 @@ using enum Symptom;
 
 /// What a hypothesis leaves unexplained, from which another one is said as well.
 constexpr double kUnexplained = 0.3;
+/// What explains so much is said at once. Where failures are of several kinds, the cause that was
+/// said last is replaced by another one that explains so many times as many.
+constexpr double kNearlyAll = 0.85;
+constexpr double kStronger = 1.5;
 /// Below that a cause is not worth a word beside others.
 constexpr double kWorthSaying = 0.15;
 constexpr std::string_view kSetProtocol = "set protocol: ";
@@ -313,15 +318,25 @@ const std::vector<Hypothesis>& Hypotheses() {
 }
 
 std::vector<const Hypothesis*> Judge(const Evidence& evidence) {
-  std::vector<std::pair<double, const Hypothesis*>> all;
+  using Supported = std::pair<double, const Hypothesis*>;
+  std::vector<Supported> all;
   for (const Hypothesis& hypothesis : Hypotheses()) {
     const double support = hypothesis.support(evidence);
     if (support >= kWorthSaying) all.emplace_back(support, &hypothesis);
   }
-  std::ranges::stable_sort(all, std::ranges::greater{},
-                           &std::pair<double, const Hypothesis*>::first);
+  std::ranges::stable_sort(all, std::ranges::greater{}, &Supported::first);
   std::vector<const Hypothesis*> said;
   if (all.empty()) return said;
+  if (evidence.device != nullptr) {
+    std::atomic<std::size_t>& last = evidence.device->status.findings.said();
+    const Hypothesis* const before = last > 0 ? &Hypotheses()[last - 1] : nullptr;
+    const auto kept = std::ranges::find(all, before, &Supported::second);
+    const bool mixed = all[0].first < kNearlyAll && !all[0].second->proven;
+    if (mixed && kept != all.end() && kStronger * kept->first > all[0].first) {
+      std::rotate(all.begin(), kept, kept + 1);
+    }
+    last = static_cast<std::size_t>(all[0].second - Hypotheses().data()) + 1;
+  }
   said.push_back(all[0].second);
   const bool more = all.size() > 1 && !all[0].second->proven && all[0].first <= 1 - kUnexplained &&
                     all[1].first >= kUnexplained;

@@ -33,7 +33,9 @@ struct Hypothesis {
 /// All that is known.
 const std::vector<Hypothesis>& Hypotheses();
 
-/// The best supported one and, where it leaves much unexplained, the next; empty: there is none.
+/// The best supported one and, where it leaves much unexplained, the next; empty: there is none. Of
+/// several kinds of failures the cause that was said at the last look stays, until another one is
+/// clearly stronger.
 std::vector<const Hypothesis*> Judge(const Evidence& evidence);
 
 /// What goes with the first one: the alternative, a neighbour that is well or fails alike.

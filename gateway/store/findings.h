@@ -6,7 +6,9 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cstddef>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -157,6 +159,9 @@ class Findings {
     return shortest != kLongIdle && shortest > longest ? shortest : Duration();
   }
 
+  /// The cause that was said last; 0: none. All copies share it, as each look is at a copy.
+  std::atomic<std::size_t>& said() const { return *said_; }
+
   /// Words for people that came since the last reply beside which there were none; empty: none.
   const Finding& LatestWords() const { return words_; }
 
@@ -195,6 +200,7 @@ class Findings {
     last = std::move(finding);
   }
 
+  std::shared_ptr<std::atomic<std::size_t>> said_ = std::make_shared<std::atomic<std::size_t>>(0);
   std::array<Look, kLong> latest_{};
   std::array<Duration, kKept> idles_{};
   std::optional<Duration> shortest_idle_;  // before a request that was answered

@@ -464,7 +464,7 @@ TEST_F(HypothesesTest, TheCauseDoesNotChangeWithEachLook) {
   Looked(device(), silence, 2);
   EXPECT_THAT(Say()[0],
               ::testing::StartsWith("2 of 32 exchanges failed: its replies come damaged"));
-  Looked(device(), silence, 12);
+  Looked(device(), silence, 20);
   EXPECT_THAT(Say()[0], ::testing::HasSubstr("get no answer")) << "now there are more of these";
   device().findings = {};
   device().findings.Add({.symptom = damaged}, kNow.instant - 5min);
@@ -474,6 +474,21 @@ TEST_F(HypothesesTest, TheCauseDoesNotChangeWithEachLook) {
     device().findings.Add({.symptom = silence}, kNow.instant);
   }
   EXPECT_THAT(Say()[0], ::testing::HasSubstr("get no answer")) << "those of two minutes count";
+}
+
+TEST_F(HypothesesTest, OfSeveralKindsTheCauseThatWasSaidStaysUntilAnotherIsClearlyStronger) {
+  const auto say = [this](std::uint32_t damages, std::uint32_t silences) {
+    Looked(device(), damaged, damages);
+    Looked(device(), silence, silences);
+    Looked(device(), clean, 8);
+    const bool damage = Say()[0].find("come damaged") != std::string::npos;
+    return std::string(damage ? "damage" : "losses");
+  };
+  EXPECT_EQ(say(18, 14), "damage");
+  EXPECT_EQ(say(15, 17), "damage");
+  EXPECT_EQ(say(10, 22), "losses");
+  EXPECT_EQ(say(17, 15), "losses");
+  EXPECT_EQ(say(28, 4), "damage");
 }
 
 /// docs/status.md has a row for each, and none besides.
