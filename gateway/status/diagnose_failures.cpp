@@ -79,7 +79,7 @@ bool FailsWithRepeats(const Evidence& evidence) {
 const char* TakeThemOut(const DeviceRecord& record) {
   return record.device->traits->has_modes
              ? "is it in the mode for it (remote)? Else take them out of the profile"
-             : "take these points out of the profile, or set access: none";
+             : "take these points out of the profile";
 }
 
 /// Silence, or an end of the connection in its place.

@@ -252,7 +252,7 @@ Sentences NoteAbsent(const LineStatus& line, const DeviceRecord& record, Now now
       WhichAre(doubts),
       doubts.reasons.contains(Reason::not_fitted)
           ? "for what is not fitted" + (said.empty() ? "" : " (it says '" + said + "')") +
-                ": take them out of the profile (access: none), or correct them"
+                ": take them out of the profile, or correct them"
           : "where nothing is measured (a motor at rest, a direction that is not used)")};
 }
 

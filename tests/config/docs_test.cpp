@@ -50,6 +50,8 @@ constexpr Exception kExceptions[] = {
     {"docs/new-device.md", "lines:", "its profile is made by the commands above it"},
     {"docs/new-device.md", "profile: acme-em1", "the same"},
     {"protocols/set4tm/README.md", "write: [clock_correction]", "a point of an example above it"},
+    {"docs/writes.md", "max: NAME", "a point of the reader's own device"},
+    {"docs/writes.md", "allow_when: { point: LINE", "a point of the reader's plant"},
     {"docs/settings.md", "gateway: \"substation-7\"", "a file of `baudgate settings`"},
 };
 /// Code in the text, outside of blocks, that is not looked at.
@@ -266,6 +268,7 @@ class Completion {
     if (!point["read"] && !point["write"]) Fill(point, "read", base_.read);
     Fill(point, "type", base_.type);
     if (base_.written) Fill(point, "access", point["read"] ? "rw" : "w");
+    if (point["table"]) Fill(point, "modbus", "0");
     return point;
   }
   YAML::Node Device(YAML::Node device) const {

@@ -66,7 +66,7 @@ TEST(AnswerOrderTest, EqualRequestsOfOtherContextsAreOtherQuestions) {
     order.OnSent({0, read, kStart, false, {channel}});
   };
   const auto answer = [&] {
-    order.OnAnswer(true, [](const SentRequest& sent) { return sent.place == 0; });
+    order.OnAnswer(true, [](const SentRequest& sent, std::size_t) { return sent.place == 0; });
   };
   send(1);
   send(2);

@@ -170,7 +170,7 @@ TEST_F(DiagnoseTest, ARequestThatIsNeverAnsweredBesideOthers) {
   EXPECT_THAT(Say(), ElementsAre("does not answer the request for " + name + " and 2 more (" +
                                  record_.device->points[1].read +
                                  "), and answers the others: take these points out "
-                                 "of the profile, or set access: none"));
+                                 "of the profile"));
   Looked(device(), Symptom::silence, 1, {.ended = true});
   EXPECT_THAT(Say(), ElementsAre(::testing::StartsWith("ends the connection at the request for " +
                                                        name + " and 2 more (")));
