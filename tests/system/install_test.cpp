@@ -39,8 +39,7 @@ TEST_F(Installed, EverythingIsAtItsPlace) {
 #ifdef CYCLONE_SUBSCRIBER
   EXPECT_TRUE(fs::is_regular_file(data / "idl/baudgate.idl"));
   EXPECT_TRUE(fs::is_regular_file(At(INSTALLED_BINARIES "/baudgate-dds")));
-  const std::string dds_unit =
-      ReadWholeFile(At(SYSTEMD_DIRECTORY "/system/baudgate-dds.service"));
+  const std::string dds_unit = ReadWholeFile(At(SYSTEMD_DIRECTORY "/system/baudgate-dds.service"));
   EXPECT_THAT(dds_unit, HasSubstr("\nExecStart=" INSTALLED_BINARIES
                                   "/baudgate-dds --socket /run/baudgate/dds.sock\n"));
   EXPECT_THAT(dds_unit, HasSubstr("\nUser=baudgate-dds\n"));
