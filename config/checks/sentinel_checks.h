@@ -1,5 +1,5 @@
-// Whether a point's `sentinels` can ever come: those of a protocol's whole numbers lie within the
-// range of what is read, and in hex they are its bits.
+// Checks that a device can send the `sentinels` of its points. Where the protocol reads whole
+// numbers, a sentinel must lie within their range, and a sentinel in hex stands for their bits.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -9,8 +9,9 @@
 
 namespace baudgate::config {
 
-/// 0x8000 of an int16 becomes -32768, whatever the point's own type is. Without a protocol that
-/// type decides. Errors: what the device can never send, and what stands twice.
+/// Turns sentinels in hex into numbers, and reports sentinels that the device can never send or
+/// that stand twice. Example: 0x8000 becomes -32768 if the protocol reads an int16, whatever the
+/// type of the point is. Without a protocol the type of the point decides.
 void ResolveSentinels(Device& device, const Protocol* protocol, Problems& problems);
 
 }  // namespace baudgate::config

@@ -21,8 +21,9 @@ struct PortHolders {
 /// `root`: "/", or a tree with proc.
 PortHolders FindHolders(const std::filesystem::path& root);
 
-/// "mbpoll, pid 4711": the other programs that have the port open. Where none is seen, as one of
-/// another user is not, the command that names it: "fuser -v /dev/ttyUSB0".
+/// Names the other programs that have the port open: "mbpoll, pid 4711". If none is visible to us,
+/// for example because it runs as another user, the text is a command that finds it:
+/// "fuser -v /dev/ttyUSB0".
 std::string NameHolders(const std::string& port);
 
 }  // namespace baudgate

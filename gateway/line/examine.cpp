@@ -26,7 +26,8 @@ namespace {
 
 /// So many bytes without a pause are no message of any reader.
 constexpr std::size_t kEndless = 240;
-/// So many bytes of a request are no chance, in place of a reply and beside one.
+/// So many bytes of the request do not come back by chance: kWholeEcho if there is no reply,
+/// kPartOfEcho beside a good reply.
 constexpr std::size_t kWholeEcho = 4;
 constexpr std::size_t kPartOfEcho = 2;
 /// So many bytes are a few.
@@ -137,8 +138,9 @@ bool IsIdle(View bytes) {
   return std::ranges::all_of(bytes, [](auto byte) { return byte % 0xFF == 0; });
 }
 
-/// It begins with a part of the request: its beginning, its end where the receiver was switched on
-/// while it was sent, or the whole with a changed byte. `beside`: a good reply came as well.
+/// Whether `heard` begins with a part of the request: its beginning; its end, if the receiver was
+/// switched on while the request was being sent; or the whole request with at most a quarter of its
+/// bytes changed. `beside`: a good reply came as well.
 bool IsEcho(const Hearing& hearing, View heard, bool beside) {
   const View request = hearing.request;
   if (hearing.expect->mirrors || hearing.protocol->tcp) return false;

@@ -76,8 +76,8 @@ class AnswerOrder {
   /// Whether an owed reply would be recognised, whatever is sent next: all that are owed answer
   /// proofs.
   bool IsSafe() const;
-  /// Whether the latest reply answers this request, the latest one, or an earlier one of the same
-  /// bytes and context.
+  /// Whether the latest reply is certain to answer `request`, the bytes of the latest request:
+  /// every request that the reply may answer has these bytes and the same context.
   bool IsAnswerTo(const Bytes& request) const;
   /// Whether the latest reply can only belong to the latest request and to those of the same bytes
   /// directly before it.

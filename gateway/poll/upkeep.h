@@ -30,14 +30,15 @@ class Upkeep {
   /// A telegram by hand got no reply. That of any device may still come, and look like one to a
   /// poll: probes go first.
   void OnUnansweredTelegram(Instant now);
-  /// A request that may write was sent, and may have been carried out. What shows it is uncertain
-  /// until it is read again, which is soon, in all entries of the address. If that is not known,
-  /// all points of the device are read again. `by`, `writes`: of a write to points; else null, and
-  /// none.
-  /// `answered`: if it was not, only what is read seldom is read again for that.
+  /// A request that may write was sent, and may have been carried out. The points that show the
+  /// change, in all entries of the address, are uncertain until they are read again, which is done
+  /// soon. If these points are not known, all points of the device are read again; after a request
+  /// that was not `answered`, only the groups `once` and `daily`. `by`, `writes`: the device and
+  /// its points, if the request was a write to points; else null, and none.
   void OnWritten(const Protocol& protocol, View request, const Device* by,
                  std::span<const PointWrite> writes, bool answered, Instant now);
-  /// The same of a telegram by hand. What it may have changed is uncertain, be that everything.
+  /// The same for a telegram by hand. If the points that it changes are not known, all points of
+  /// the device are uncertain until they are read again.
   void OnTelegram(const Protocol& protocol, View telegram, Instant now);
   /// An exchange has ended, whatever it was for.
   void OnExchange(const Job& job, const ExchangeEnd& end, const Finding& finding, Instant now);

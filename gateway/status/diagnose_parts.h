@@ -1,5 +1,6 @@
-// The parts of a diagnosis (gateway/status/diagnose.h), a subject and a source each: what is said
-// of it, as sentences. Pure.
+// The parts of a diagnosis (gateway/status/diagnose.h): each source below judges one subject, and
+// returns sentences for the user. Pure. Where a function returns an empty text, it has found
+// nothing to say.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,11 +18,14 @@ namespace baudgate::control {
 /// A single failure of a device that answers is not worth a sentence.
 inline constexpr std::size_t kNotableFailures = 2;
 
-/// "cause: remedy" behind `before`, and in sentences of their own what goes with it.
+/// The likeliest cause of the failures: first a sentence `before` + "cause: remedy", then a
+/// sentence each for what goes with that cause.
 std::vector<std::string> Said(const std::string& before, const Evidence& evidence);
-/// Requests come back, and what fails looks like that. The line's sentence says it.
+/// True if nearly all failures of the device are requests that come back. The device then needs no
+/// sentence, because the sentence of its line names the cause.
 bool FailsByEchoes(const Evidence& evidence);
-/// What fails, and what it refuses: what there is more of comes first.
+/// Sentences about the exchanges that failed and about the requests that the device refused: first
+/// about those of which there are more.
 std::vector<std::string> Failures(const DeviceRecord& record, const Evidence& evidence);
 
 // ---------------- diagnose_beside.cpp: bytes beside good replies
@@ -29,12 +33,13 @@ std::vector<std::string> Failures(const DeviceRecord& record, const Evidence& ev
 /// Bytes beside good replies, of the exchanges that are kept.
 inline constexpr std::size_t kNotableNoise = 3;
 
-/// The same bytes stand around nearly all of its replies.
+/// True if the same bytes stand around nearly all replies of the device.
 bool IsWrapped(const DeviceRecord& record);
-/// Two devices have its address: many of their replies are alike, and a repeater never changes one.
+/// True if two devices seem to have the same address: second replies come, and some of them differ
+/// from the first. A repeater only sends copies.
 bool AreTwo(const Findings& findings);
-/// Where it is not the line's (gateway/status/diagnose_line.cpp). `alone`: beside the replies of
-/// its neighbours nothing stands.
+/// Sentences about bytes beside the good replies of one device; bytes beside the replies of the
+/// whole line belong to gateway/status/diagnose_line.cpp. `alone`: no neighbour has such bytes.
 std::vector<std::string> Beside(const DeviceRecord& record, bool alone);
 
 // ---------------- diagnose_points.cpp: points of a device that answers
@@ -42,20 +47,23 @@ std::vector<std::string> Beside(const DeviceRecord& record, bool alone);
 /// "bay-1.feeder-1".
 std::string NameOf(const DeviceRecord& record);
 
-/// It refuses points that it gave before, all of them.
+/// True if the device refuses points, and has given every one of them before.
 bool RefusesWhatItGave(const DeviceRecord& record);
 /// It has never given some of its points, and refuses these; it gives others, most of them.
 bool LacksOptions(const DeviceRecord& record);
 
-/// It is not what it should be, so that no value of it is good.
+/// True if a trouble of the whole device explains why no value is good: another device answers in
+/// its place, or its password or access level is wrong.
 bool IsForeign(const DeviceRecord& record);
 
-/// Values that are not good although the device answers. Their age is not spoken of before the port
-/// of `line` has been open as long as they may be old: their polls had no chance yet.
+/// Sentences about values that are not good although the device answers. A value counts as too old
+/// only if the port of `line` has been open for longer than its age limit; before that its polls
+/// have not had their chance.
 std::vector<std::string> DiagnosePoints(const LineStatus& line, const DeviceRecord& record,
                                         Now now);
 
-/// Points that lack a value and are in order so; said behind everything else.
+/// A note about points that have no value although nothing is wrong: an option that is not fitted,
+/// a motor at rest. The note comes after all other sentences.
 std::vector<std::string> NoteAbsent(const LineStatus& line, const DeviceRecord& record, Now now);
 
 /// Points that are polled and have never had a value, although the device answers.
@@ -72,23 +80,23 @@ std::vector<std::string> AbsurdNumbers(const DeviceRecord& record, Now now);
 
 // ---------------- diagnose_unasked.cpp: a device that speaks when it likes
 
-/// Nothing that it says can be read, or much cannot.
+/// Sentences about messages that cannot be read: all of them, or too many.
 std::vector<std::string> Unreadable(const DeviceRecord& record, const Evidence& evidence);
 std::vector<std::string> Silence(const DeviceRecord& record, Now now);
-/// Values that have to come again and again; nothing: it may be silent for ever, as a reader at
-/// which nobody reads.
+/// The longest time between two messages that the age limits of its values allow. Nothing: the
+/// device may be silent for ever, as a card reader that nobody uses.
 std::optional<Duration> MustSpeakWithin(const DeviceRecord& record);
 
-/// The period at which it sends, where its values are too old before the next ones come. Empty:
-/// they are not, or it has stopped.
+/// The period at which the device sends, if that is longer than its values may be old. Empty: the
+/// values come in time or irregularly, or the device has stopped.
 std::optional<Duration> ComesEvery(const DeviceRecord& record, Instant now);
-/// It speaks by itself, and answers nothing that it is asked.
+/// Says that the device speaks by itself, and answers no command.
 std::vector<std::string> AnswersNothing(const DeviceRecord& record, const Evidence& evidence);
 
 // ---------------- diagnose_port.cpp: the port of a line or its connection: closed, lost, or ended
 // by the server
 
-/// Why a port that is not open is not.
+/// Why the port is not open.
 std::string SayClosed(const config::Line& line, const LineStatus& status,
                       std::span<const DeviceRecord> devices, Now now);
 
@@ -96,12 +104,12 @@ std::string SayClosed(const config::Line& line, const LineStatus& status,
 std::vector<std::string> AboutLosses(const config::Line& line, const LineStatus& status,
                                      std::span<const DeviceRecord> devices, Now now);
 
-/// A server that ends the connection behind each answer, where that costs polls. Empty: it is not
-/// so.
+/// Says that the server ends the connection after each answer, if polls are missed or fail
+/// meanwhile.
 std::string SayEndsEach(const LineStatus& status, std::span<const DeviceRecord> devices, Now now);
 
-/// Cause and remedy of the ends since then; where nothing stands out, what to look at. `in_use`:
-/// the connections had survived longer rests.
+/// Cause and remedy of the connections that have ended after `since`. If no cause stands out: what
+/// to look at. `in_use`: the connections had survived longer rests before.
 std::string WhyEnded(const LineStatus& status, Instant since, bool in_use);
 
 // ---------------- line_time.cpp: what the time of a line went to in the last minutes, and whether
@@ -111,9 +119,10 @@ std::string WhyEnded(const LineStatus& status, Instant since, bool in_use);
 /// none.
 double MissedShare(const DeviceRecord& device, Now now, Instant started);
 
-/// Why there is no time, and what to do: "feeder-1 takes 62 % of the line's time, 350 ms an
-/// exchange: raise its poll, …". Empty: exchanges that fail take it, and their device says why; or
-/// it is not known. `device`: "it" in place of its name; null: nobody.
+/// Why the line has no time, and what to do: "feeder-1 takes 62 % of the line's time, 350 ms an
+/// exchange: raise its poll, …". Empty: the cause is unknown, or another sentence names it (failing
+/// exchanges of a device). `device`: the device that the text calls "it" instead of by its name, or
+/// null.
 std::string WhyNoTime(const LineStatus& line, std::span<const DeviceRecord> devices,
                       const DeviceRecord* device, Now now, Instant started);
 

@@ -46,8 +46,9 @@ struct Evidence {
   std::size_t Count(std::initializer_list<Symptom> symptoms) const;
   /// The part of the failures that had one of these symptoms.
   double Share(std::initializer_list<Symptom> symptoms) const;
-  /// The part that had one of `own`; and those that had one of `others`, which may come of the same
-  /// cause, unless they are more than `most` times as many.
+  /// The share of the failures that had one of the symptoms `own` or `others`. The symptoms
+  /// `others` may have the same cause; they do not count if they are more than `most` times as many
+  /// as `own`.
   double Share(std::initializer_list<Symptom> own, std::initializer_list<Symptom> others,
                std::size_t most = 4) const;
   const Finding& Last(Symptom symptom) const { return *last[static_cast<std::size_t>(symptom)]; }

@@ -50,10 +50,11 @@ std::string CheckOf(const DeviceRecord& record);
 
 // ---------------- reply_damage.cpp: how well the form of damaged replies explains the failures
 
-/// No chance any more.
+/// So many exchanges of one kind are no chance.
 inline constexpr std::size_t kMany = 8;
 
-/// Where single ones are lost in noise, others are damaged.
+/// The share of failures with this symptom; 0 if the device has answered and the share is below
+/// 0.6, because noise damages some replies in this way and others differently.
 template <Symptom kSymptom>
 double Always(const Evidence& evidence) {
   const double share = evidence.Share({kSymptom});

@@ -1,6 +1,7 @@
-// What the latest exchanges of a device looked like on the wire. Bounded memory. Probes of an
-// absent device are among them. How it is now, the last 32 exchanges say; what its failures look
-// like, the last 32 failures of two minutes, so that the cause does not change with each look.
+// What the latest exchanges of a device looked like on the wire, probes of an absent device
+// included. Bounded memory. The last 32 exchanges show how the device is now. The last 32 failures
+// of two minutes show what its failures look like, so that the cause does not change with each
+// look.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -174,7 +175,7 @@ class Findings {
   };
 
   Symptom At(std::size_t number) const { return latest_[number % kLong].symptom; }
-  /// The one whose silence before it stands at `place` of `idles_`.
+  /// The symptom of the exchange before which the line was silent for idles_[place].
   Symptom Kept(std::size_t place) const { return At(count_ - 1 - (count_ - 1 - place) % kKept); }
   void KeepAround(const Finding& finding) {
     if (finding.symptom != Symptom::few_beside && finding.symptom != Symptom::noise_before &&

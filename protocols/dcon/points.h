@@ -83,8 +83,9 @@ std::optional<Value> ParseWritten(const WriteAddress& write, std::string_view co
 /// What the reply can say there.
 config::RawNumbers NumbersOf(const ReadAddress& read, bool hex_unsigned);
 
-/// Whether a module that carries out this command may show something else at the point. Outputs and
-/// settings may change with every write, counters with those that begin with $.
+/// Whether `command` may change what the module shows at `point`. Points of bits, states, hex and
+/// outputs read back may change with every write; counters, decimals and texts only with commands
+/// that begin with $ or %.
 bool Changes(std::string_view command, const config::Point& point);
 
 /// Whether `read`, `write` and type fit together.

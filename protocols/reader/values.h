@@ -18,10 +18,12 @@ struct Tag {
 
 /// `item` is of_tag.
 Decoded ValueOf(const Item& item, const Tag& tag);
-/// "ST,GS,+  12.35kg" is 12.35. Bad where there is none, or a second one that could be meant; where
-/// another unit of what `unit`, that of the point, measures stands behind the number ("12.35 lb",
-/// "1.2 psi" for bar); and, if `unit` is one of mass, where words stand beside the number and no
-/// unit does ("Err 03"). Words beside chosen characters do not matter.
+/// The number in `text`: "ST,GS,+  12.35kg" is 12.35. `unit`: the unit of the point. Bad if
+///  - there is no number, or a second number that could be meant;
+///  - another unit of the same quantity stands behind the number ("12.35 lb" for kg, "1.2 psi" for
+///    bar);
+///  - `unit` is a unit of mass, and words but no unit stand beside the number ("Err 03"). If the
+///    item chooses characters of the text, words do not matter.
 Decoded NumberIn(const Item& item, std::string_view text, std::string_view unit);
 bool IsMass(std::string_view unit);
 /// The unit behind the first number, if it measures the same as `unit`; empty: there is none.

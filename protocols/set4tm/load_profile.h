@@ -70,7 +70,8 @@ struct LoadRing {
     std::size_t address = 0;
     std::size_t finished = 0;
   };
-  /// By the place of its slice; empty: it cannot stand there.
+  /// The hour that is being written, if the pointer names the place of a slice in it. Empty: no
+  /// slice can stand at that address.
   std::optional<Hour> HourOf(const LoadPointer& pointer) const;
   /// The same if the pointer names the place behind the last record, because the header of the hour
   /// is not written yet.

@@ -110,9 +110,9 @@ bool LoadReader::GoOn(const Manner& manner) {
   return plans;
 }
 
-/// The hour that is being written, which follows an hour that stands at `address`. The pointer
-/// names its slice, or the place behind the last record of all: only one of the two is a whole
-/// number of hours away.
+/// The hour that is being written, a whole number of hours behind the hour at `address`. The
+/// pointer names either a slice of that hour or the place behind the last record of all: only one
+/// of these two meanings gives a whole number of hours.
 std::optional<LoadRing::Hour> LoadReader::HourAfter(std::size_t address) const {
   for (const auto& hour : {ring_.HourOf(*pointer_), ring_.HourBehind(*pointer_)}) {
     if (hour && Reaches(address, hour->address)) return hour;

@@ -24,8 +24,9 @@ class AnswerReader {
 
   /// `known`: what the answer has to repeat. `sent`: see Questions.
   Answer Read(std::size_t telegram, const Bound& known, const Bound& sent, View frame) const;
-  /// See Conversation. Interpret also gives what no point reads. Of a request alone, without what
-  /// was sent before it, a point is read only if nothing before it tells its question from others.
+  /// See Conversation. Interpret also returns the fields that no point reads. It knows only
+  /// `request`, not the telegrams sent before it, so it leaves out points whose question depends on
+  /// such a telegram: "READ" after "CH2".
   Outcome Check(View request, View frame) const;
   Answer Interpret(View request, View frame) const;
   /// `bound`: what every telegram of the device is filled with.

@@ -175,7 +175,7 @@ Answer TelegramConversation::OnFrame(const Task& task, const Request& request, V
   if (!exchanges_.under_way()) return Interpret(request.bytes, frame);
   const Exchanges::Step step = exchanges_.step();
   Answer answer = ReadStep(step.telegram, request, frame);
-  // Its answer is another exchange's: the same step is asked again.
+  // The frame is the answer to another exchange: the same step is asked again.
   if (answer.outcome == Outcome::unexpected) return answer;
   NoteTold(step, request);
   return AfterStep(task, std::move(answer));
@@ -298,8 +298,9 @@ Then TelegramConversation::OnFailure(const Task& task, const Request&, Outcome o
   return plan_.OnSilent(task.query) == PlanChange::nothing ? Then::done : Then::replan;
 }
 
-/// A read that others go before is repeated with them: a device that has started again, or takes
-/// the selection of a channel for the next telegram only, would answer it for another channel.
+/// Repeats a read together with the telegrams that go before it. A device that has started again,
+/// or that keeps the selection of a channel for one telegram only, would answer the read alone for
+/// another channel.
 std::optional<Request> TelegramConversation::Instead(const Request& request, Outcome outcome,
                                                      Instant) {
   const bool hangs = !request.context.empty() && exchanges_.under_way();

@@ -1,7 +1,7 @@
-// What the system has made of the sockets of this process: whether a participant can hear others.
-// Fast DDS 2.9.1 says nothing of it (measured): where another program has the domain's port, the
-// library listens at another port, to which nobody sends; a group that cannot be joined and a
-// buffer that is cut are passed over.
+// Finds out from the system whether a participant of this process can hear others. Fast DDS 2.9.1
+// does not report it (measured): if another program has the domain's port, the library silently
+// listens at another port, to which nobody sends. The library also ignores a multicast group that
+// it cannot join, and a socket buffer that is smaller than it has asked for.
 //
 //   UDP 44900 is taken (domain 150)          nobody who comes is heard: the library hears 44902
 //   the group is not joined on 10.0.0.5      nobody who comes there is heard
@@ -26,8 +26,8 @@ constexpr std::uint16_t MulticastPort(int domain) {
   return static_cast<std::uint16_t>(7400 + 250 * domain);
 }
 
-/// That the participant asks for. Smaller ones lose the image of some thousand points to a joining
-/// subscriber.
+/// The socket buffer that the participant asks for, in bytes. With a smaller buffer samples are
+/// lost when a subscriber joins and is sent the image of some thousand points.
 inline constexpr int kSocketBuffer = 4 << 20;
 
 struct SocketFacts {
