@@ -8,8 +8,6 @@
 namespace baudgate::protocols::telegram {
 namespace {
 
-constexpr Instant kNow = Instant(1h);
-
 class TelegramIdentification : public ::testing::Test {
  protected:
   TelegramIdentification() {
@@ -28,32 +26,32 @@ class TelegramIdentification : public ::testing::Test {
 
 TEST_F(TelegramIdentification, IsDueUntilTheNameIsKnownAndAgainBehindSilence) {
   Identification identification(description_, identity_);
-  EXPECT_TRUE(identification.IsDue(kNow));
+  EXPECT_TRUE(identification.IsDue());
   identification.OnReply({.outcome = Outcome::busy});
-  EXPECT_TRUE(identification.IsDue(kNow));
+  EXPECT_TRUE(identification.IsDue());
   identification.OnReply(Says("ACME 7"));
-  EXPECT_FALSE(identification.IsDue(kNow));
+  EXPECT_FALSE(identification.IsDue());
   identification.OnLost();
-  EXPECT_TRUE(identification.IsDue(kNow));
+  EXPECT_TRUE(identification.IsDue());
   identification.OnNoName();
-  EXPECT_FALSE(identification.IsDue(kNow));
+  EXPECT_FALSE(identification.IsDue());
 }
 
 TEST_F(TelegramIdentification, IsDueAsLongAsAnotherDeviceAnswers) {
   Identification identification(description_, identity_);
   identification.OnReply(Says("ACME 8"));
   EXPECT_TRUE(identification.trouble());
-  EXPECT_TRUE(identification.IsDue(kNow));
+  EXPECT_TRUE(identification.IsDue());
   identification.OnNoName();
-  EXPECT_TRUE(identification.IsDue(kNow));
+  EXPECT_TRUE(identification.IsDue());
   identification.OnReply(Says("ACME 7"));
   EXPECT_FALSE(identification.trouble());
-  EXPECT_FALSE(identification.IsDue(kNow));
+  EXPECT_FALSE(identification.IsDue());
 }
 
 TEST_F(TelegramIdentification, IsNeverDueWhereNoTelegramAsksForTheName) {
   description_.telegrams[1].identity.clear();
-  EXPECT_FALSE(Identification(description_, identity_).IsDue(kNow));
+  EXPECT_FALSE(Identification(description_, identity_).IsDue());
 }
 
 constexpr char kResettable[] = R"(
