@@ -213,9 +213,11 @@ WhoseReply::Verdict WhoseReply::OnReply(const Asked& asked, View reply, Outcome 
   if (verdict.odd) {
     orders_.OnOddForm(*asked.member);
   } else {
-    // Where no proof would restore the order, an odd reply counts as its own.
+    // If no proof would restore the order, and another master is owed nothing, an odd reply counts
+    // as the own reply.
     const SentRequest latest{asked.member->place, asked.question(), {}, proof};
-    const bool odd = !state.proves && MayLookSo(latest, 0, *asked.member, frame);
+    const bool odd =
+        !state.proves && !state.strangers && MayLookSo(latest, 0, *asked.member, frame);
     Count(asked, fits || odd, outcome, may_answer);
   }
   Learn(asked, frame, outcome);
