@@ -27,6 +27,7 @@ struct Asked {
   bool renews_proof_early = false;  ///< because the line has time
   bool proved = false;              ///< the member has answered a probe before this task
   bool unprovable = false;          ///< a probe was wanted before this task, and cannot be asked
+  bool writes = false;              ///< the task writes points
 
   /// When its last byte is out.
   Instant sent_out() const { return sent + TransmissionTime(*request, member->times.character); }

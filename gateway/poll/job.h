@@ -130,7 +130,8 @@ struct Job {
             .lone_probe = is_probe() && !postponed,
             .renews_proof_early = renews_proof_early,
             .proved = proved,
-            .unprovable = unprovable};
+            .unprovable = unprovable,
+            .writes = As<Write>() != nullptr};
   }
 
   // These live as long as the job.

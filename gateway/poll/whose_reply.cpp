@@ -199,7 +199,9 @@ WhoseReply::Verdict WhoseReply::OnReply(const Asked& asked, View reply, Outcome 
     return MayAnswer(sent, frame, outcome);
   };
   const auto may_answer = [&](const SentRequest& sent, std::size_t before) {
-    return has_form(sent, before) || MayLookSo(sent, before, *asked.member, frame);
+    // The answer to a write repeats or acknowledges it: no reading looks so by chance.
+    return has_form(sent, before) ||
+           (!asked.writes && MayLookSo(sent, before, *asked.member, frame));
   };
   State& state = states_[*asked.member];
   Verdict verdict;

@@ -84,7 +84,7 @@ class SettingsTest : public ControlTest {
   SettingsTest() : ControlTest(OneRelay()) {
     Reads(kName, std::string(" SPCJ 4D29 "));
     Reads(kActive, 1.0);
-    Reads(kCurrent, static_cast<double>(30.3F));
+    Reads(kCurrent, 30.3);
     Reads(kTime, 0.5);
     Reads(kHigh, {}, {Quality::bad_out_of_service, Reason::sentinel});
     file_ = directory_ / "relay.yaml";
