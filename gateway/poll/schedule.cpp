@@ -119,8 +119,11 @@ void Schedule::Repeat(std::size_t index, config::Group group, Instant at) {
 }
 
 void Schedule::Hasten(std::size_t index, Instant now) {
-  for (Round& round : devices_[index].rounds) {
-    if (!round.blocked && !round.queries.empty()) round.Repeat(now);
+  Device& device = devices_[index];
+  const Instant at = std::max(now, device.hasten_from);
+  if (at == now) device.hasten_from = now + kHastenAgain;
+  for (Round& round : device.rounds) {
+    if (!round.blocked && !round.queries.empty()) round.Repeat(at);
   }
 }
 

@@ -71,7 +71,8 @@ class Schedule {
   void Suspend(std::size_t device);
   /// Group `once` or `daily` is due again at `at`: some of it could not be read.
   void Repeat(std::size_t device, config::Group group, Instant at);
-  /// All groups of the device are due again: what they read may have changed.
+  /// All groups of the device are due again: what they read may have changed. At once, but if that
+  /// comes often, every kHastenAgain: a client that writes all the time must not fill the line.
   void Hasten(std::size_t device, Instant now);
   /// A poll of it has taken the line for `time`.
   void OnUsed(std::size_t device, Duration time) { devices_[device].used += time; }
@@ -112,12 +113,14 @@ class Schedule {
     bool suspended = true;
     bool failing = false;
     Duration used{};  // line time; an idle device is credited with what others used meanwhile
+    Instant hasten_from{};     // not hastened earlier than this
     std::size_t go_first = 0;  // polls before the next write
     int at_once = 0;           // how often it may still be asked for events at once
     Instant at_once_until{};   // from then on as often as at first again
     std::uint32_t missed = 0;
   };
 
+  static constexpr Duration kHastenAgain = 10s;
   static constexpr std::size_t kEvents = config::kNamedGroups;  // own intervals follow
   static constexpr auto kDaily = static_cast<std::size_t>(config::Group::daily);
 

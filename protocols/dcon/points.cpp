@@ -344,9 +344,23 @@ bool IsRepeatable(std::string_view command) {
   return IsAbsoluteWrite(command);
 }
 
+namespace {
+
+/// "#0+04.500" sets analog output 0, "#000A" digital ones. It changes neither "$80" of another
+/// output, nor what is kept for a start ("$7N") or for a host that is gone ("~…").
+bool IsOutputOf(std::string_view read, std::string_view command) {
+  if (read.starts_with('~') || read.starts_with("$7")) return false;
+  const bool analog = command.size() > 2 && (command[2] == '+' || command[2] == '-');
+  const bool numbered = read.size() == 3 && (read.starts_with("$6") || read.starts_with("$8"));
+  return !analog || !numbered || read[2] == command[1];
+}
+
+}  // namespace
+
 bool Changes(std::string_view command, const config::Point& point) {
   const auto read = ParseRead(point.read);
   if (!read || FindRead(command) != nullptr) return false;
+  if (command.starts_with('#') && !IsOutputOf(read->command, command)) return false;
   switch (read->form) {
     case Form::bits:
     case Form::status:

@@ -364,5 +364,29 @@ TEST(Schedule, ARestartDoesNotEndAHold) {
   EXPECT_TRUE(schedule.Next(kStart + 5min));
 }
 
+TEST(Schedule, WhatMayHaveChangedIsReadAtOnceButNotAfterEachOfManyWrites) {
+  Schedule schedule;
+  schedule.SetQueries(schedule.AddDevice(1min, 1min), {Group::fast, Group::once});
+  schedule.Restart(0, kStart);
+  while (schedule.Next(kStart)) {
+  }
+  int picked = 0;
+  std::optional<Instant> last;
+  for (Instant now = kStart + 1s; now < kStart + 31s; now += 10ms) {
+    schedule.Hasten(0, now);
+    while (schedule.Next(now)) {
+      ++picked;
+      last = now;
+    }
+    if (now == kStart + 1s) {
+      EXPECT_EQ(picked, 2) << "at once";
+    }
+  }
+  EXPECT_LE(picked, 12) << "two queries, at most twice in 10 s";
+  EXPECT_GE(picked, 6);
+  schedule.Hasten(0, kStart + 31s);
+  EXPECT_LE(*schedule.NextDue(), *last + 10s) << "the last write is followed by a reading";
+}
+
 }  // namespace
 }  // namespace baudgate

@@ -289,5 +289,19 @@ TEST(DconDescriptor, TimingCoversTheLongestFrame) {
   }
 }
 
+TEST(DconRead, AWriteToAnOutputChangesNoOther) {
+  const auto changes = [](const char* command, const char* read) {
+    config::Point point;
+    point.read = read;
+    return Changes(command, point);
+  };
+  for (const char* read : {"$80", "$6[b0]"}) EXPECT_TRUE(changes("#0+04.500", read)) << read;
+  for (const char* read : {"$81", "$70 power_on", "$71 power_on", "~0", "#[0]"}) {
+    EXPECT_FALSE(changes("#0+04.500", read)) << read;
+  }
+  EXPECT_TRUE(changes("#000A", "$6[b0]")) << "digital outputs";
+  EXPECT_TRUE(changes("$4N", "$70 power_on")) << "another command may do anything";
+}
+
 }  // namespace
 }  // namespace baudgate::protocols::dcon
