@@ -4,6 +4,8 @@ batch declare is refused, and so is code that touches a member without the mutex
 
 usage: compile_alone.py BUILD/lint SOURCE…    BUILD/lint has compile_commands.json (compile_commands.py)
 
+The sources that were changed last come first. After SIGTERM only those of the latest commits are still compiled.
+
 The headers of the standard library that CMakeLists.txt precompiles (common_headers) are precompiled here as well.
 SPDX-License-Identifier: Apache-2.0
 """
@@ -12,15 +14,24 @@ import json
 import os
 import pathlib
 import re
+import signal
 import subprocess
 import sys
+import threading
 
+LATEST_COMMITS = 20
 FLAGS = ["-std=c++20", "-fPIC", "-Wall", "-Wthread-safety", "-Werror"]
 
 
 def options(command):
     """The definitions and include folders of a command of the build."""
     return re.findall(r"-D\S+|-I\S+|-isystem \S+", command)
+
+
+def changed(root, *limit):
+    """The files of the latest commits, the latest first."""
+    log = subprocess.run(["git", "log", "--format=", "--name-only", *limit], cwd=root, capture_output=True, text=True, check=False)
+    return list(dict.fromkeys(log.stdout.split()))
 
 
 def main():
@@ -37,20 +48,30 @@ def main():
     precompiled = folder / "common_headers.pch"
     subprocess.run(["clang++", *FLAGS, *sorted(common), "-x", "c++-header", header, "-o", precompiled], check=True)
 
+    stop = threading.Event()
+    signal.signal(signal.SIGTERM, lambda *_: stop.set())
+    latest = set(changed(root, f"-{LATEST_COMMITS}"))
+    age = {source: number for number, source in enumerate(changed(root))}
+
     def compile_one(source):
+        if stop.is_set() and source not in latest:
+            return None
         words = [word for option in commands[source] for word in option.replace('\\"', '"').split(" ", 1)]
         return subprocess.run(["clang++", *FLAGS, "-fsyntax-only", *words, "-include-pch", precompiled, source],
                               cwd=root, capture_output=True, text=True, check=False)
 
     # A source that no target compiles (DDS or tests are left out of this build) cannot be compiled here either.
-    known = [source for source in sources if source in commands]
-    failed = 0
+    known = sorted((source for source in sources if source in commands), key=lambda source: age.get(source, len(age)))
+    compiled = failed = 0
     with concurrent.futures.ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
         for source, done in zip(known, pool.map(compile_one, known)):
+            if done is None:
+                continue
+            compiled += 1
             if done.returncode != 0:
                 failed += 1
                 print(f"{source} does not compile alone:\n{done.stderr}", file=sys.stderr)
-    print(f"{len(known)} sources compiled alone, {failed} failed, {len(sources) - len(known)} are not in this build")
+    print(f"{compiled} of {len(known)} sources compiled alone, {failed} failed, {len(sources) - len(known)} are not in this build")
     sys.exit(1 if failed else 0)
 
 

@@ -35,8 +35,8 @@ tidy() {
   xargs -r -n 2 -P "$(nproc)" clang-tidy-14 -p "$build/lint" --quiet "$@" 2> >(grep -v 'warnings generated' >&2)
 }
 if [ "${1:-}" = --alone ]; then
-  files 'config/*.cpp' 'gateway/*.cpp' 'protocols/*.cpp' 'transports/*.cpp' | xargs packaging/compile_alone.py "$build/lint"
-  exit
+  mapfile -t sources < <(files 'config/*.cpp' 'gateway/*.cpp' 'protocols/*.cpp' 'transports/*.cpp')
+  exec packaging/compile_alone.py "$build/lint" "${sources[@]}"
 fi
 
 # Slips of English, in documents and in the sentences that the program prints.

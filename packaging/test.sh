@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Runs all tests on a fresh Debian 12: installs what is missing, builds, runs ctest.
 # usage: packaging/test.sh [PRESET] [COMMAND]    PRESET: release (default), asan or tsan, see CMakePresets.json. COMMAND runs beside
-#        the tests, when the processors have nothing else to do; if it fails, this fails.
+#        the tests, when the processors have nothing else to do, and gets SIGTERM behind them; if it fails, this fails.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . packaging/prepare.sh
@@ -10,7 +10,7 @@ preset=${1:-release}
 build_tests "$preset"
 beside=''
 if [ -n "${2:-}" ]; then
-  nice -n 19 bash -c "$2" >"build/$preset/beside.log" 2>&1 &
+  nice -n 19 $2 >"build/$preset/beside.log" 2>&1 &
   beside=$!
 fi
 say "running the tests ($preset)"
@@ -26,6 +26,7 @@ fi
 if [ -n "$beside" ]; then
   say "beside the tests: $2"
   done=0
+  kill -TERM "$beside" 2>/dev/null || true
   wait "$beside" || done=$?
   tail -n 50 "build/$preset/beside.log"
   [ $done = 0 ]

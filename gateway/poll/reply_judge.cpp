@@ -58,7 +58,7 @@ Outcome ReplyJudge::Doubt(Job& job, View frame, Outcome outcome) {
   auto& doubt = job.attempt.doubt;
   answer.reason =
       "the reply may belong to an earlier request; it is asked again until that is certain";
-  doubt.emplace();
+  doubt = Job::Doubt{};
   if (outcome != Outcome::ok && job.As<Job::Routed>() == nullptr) {
     Answer said = job.member->device->conversation->Interpret(job.step.request.bytes, frame);
     doubt = {.refusal = std::move(said.reason), .refused_as = outcome};

@@ -162,10 +162,13 @@ void WhoseReply::Learn(const Asked& asked, View frame, Outcome outcome) {
   if (names && !state.identity.known() && order.IsAnswerTo(asked.question())) {
     state.identity.Learn(asked.question(), frame, outcome);
   }
-  // ? ? ? P P P P: three replies at most are to strangers, so the fourth reply is to a P. One that
-  // is owed to another P could be told.
+  // ? ? ? P P P P: three replies at most are to strangers, so the fourth reply is to a P. A name that
+  // is owed to another P could be told. A read that is only unlike the usual poll may look like one
+  // that is made seldom: that is settled when it is made.
   if (state.strangers && request.is_proof() && outcome == Outcome::ok && order.IsOfLatest()) {
-    order.Reset();
+    if (!request.unlike_polls || asked.member->device->conversation->Queries().empty()) {
+      order.Reset();
+    }
     state.strangers = false;
   }
 }
@@ -222,11 +225,13 @@ WhoseReply::Verdict WhoseReply::OnReply(const Asked& asked, View reply, Outcome 
         !state.proves && !state.strangers && MayLookSo(latest, 0, *asked.member, frame);
     Count(asked, fits || odd, outcome, may_answer);
   }
+  const bool strangers = state.strangers;
   Learn(asked, frame, outcome);
   verdict.elsewhere = !orders_.MayBeInStep(asked);
   verdict.proven = orders_.IsAnswerTo(asked);
   const int owed = orders_.Owed(asked);
   if (verdict.proven) state.lag = proof ? owed : std::min(state.lag, owed);
+  if (strangers && !state.strangers) state.lag = 0;  // what other tries may be owed is no lag
   if (verdict.replaced) state.shown.clear();
   if (verdict.proven && fits) NoteShown(asked, outcome);
   if (!asked.probe && fits && orders_.Of(*asked.member).IsInStep()) state.read = true;

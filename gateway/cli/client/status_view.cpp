@@ -86,7 +86,7 @@ std::string Paragraph(const std::string& sentence, const TableView& view) {
 std::string AdviceText(const Json& status, const TableView& view) {
   const auto is_note = [](const std::string& one) { return one.find(": note: ") != one.npos; };
   std::vector<std::string> sentences = AdviceOf(status);
-  std::ranges::stable_partition(sentences, std::not_fn(is_note));
+  std::stable_partition(sentences.begin(), sentences.end(), std::not_fn(is_note));
   const bool well = std::ranges::all_of(sentences, is_note);
   return (well ? "\nall is well\n" : "") + Paragraph(sentences, view);
 }

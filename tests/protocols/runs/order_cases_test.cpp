@@ -304,10 +304,7 @@ TEST_P(Predecessor, LeavesNoReplyThatIsBelieved) {
     rig.line().Restart();
   }
   rig.RunFor(2min);
-  // A known fault, not mended yet: this module never tells its name, and one reply of the time
-  // before the start is taken for its own. Five wrong samples are shown as good.
-  const bool is_known = before.which.name() == "Dcon9600ManySilent" && before.behind == 3;
-  EXPECT_LE(rig.oracle().wrong(), is_known ? 5U : 0U) << rig.oracle().what();
+  EXPECT_EQ(rig.oracle().wrong(), 0U) << rig.oracle().what();
 }
 
 std::vector<BehindBefore> Predecessors() {
