@@ -37,11 +37,18 @@ Duration PeriodOf(const Device& device, Group group) {
       return device.slow;
     case Group::fast:
       return device.poll;
+    case kAgainGroup:
+      return kAgainPeriod;
     default:
       break;
   }
   const std::size_t interval = static_cast<std::size_t>(group) - kNamedGroups;
   return interval < device.intervals.size() ? device.intervals[interval] : device.poll;
+}
+
+bool IsOften(const Device& device, Group group) {
+  const Duration period = PeriodOf(device, group);
+  return period > Duration::zero() && period <= kAgainPeriod;
 }
 
 std::optional<Duration> MaxAgeOf(const Device& device, Group group) {

@@ -136,6 +136,8 @@ void VisitFields(const Device*, Visit visit) {
 
 /// How often the group is read; zero: once.
 Duration PeriodOf(const Device& device, Group group);
+/// Asked at least as often as what is refused for a while.
+bool IsOften(const Device& device, Group group);
 /// From which age values of the group are doubted; empty: from none.
 ///
 ///   fast, slow, points with a `poll`    max_age; without it 3 periods, or none (never_old)

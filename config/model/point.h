@@ -56,6 +56,9 @@ inline constexpr std::size_t kGroups = kNamedGroups + kMostIntervals;
 constexpr Group OwnGroup(std::size_t interval) {
   return static_cast<Group>(static_cast<std::size_t>(Group::own) + interval);
 }
+/// Of queries alone: points that have answered and are refused now, whatever their own group is.
+inline constexpr Group kAgainGroup = OwnGroup(kMostIntervals);
+inline constexpr Duration kAgainPeriod = std::chrono::seconds(8);
 constexpr bool IsSeldom(Group group) { return group == Group::once || group == Group::daily; }
 /// Which pair of Modbus tables a point lives in: registers (FC 3 and 4) or bits (FC 1 and 2).
 enum class Table : std::uint8_t { registers, bits };

@@ -35,7 +35,11 @@ NextStep BreakOff(Job& job, const Withheld& withheld, Instant now) {
 NextStep JobDeparture::Decide(Job& job, Instant now) {
   if (const auto withheld = WhyNotSend(job, now)) return BreakOff(job, *withheld, now);
   whose_.Recognise(*job.member, job.step.request.expect.address);
-  if (whose_.NeedsProbeFirst(job.asked(), now)) return NextStep::ProbeFirst();
+  if (whose_.NeedsProbeFirst(job.asked(), now)) {
+    if (!whose_.IsOwnProbe(job.asked())) return NextStep::ProbeFirst();
+    job.unprovable = true;
+    whose_.OnNoProof(*job.member->device);
+  }
   // A retry does not wait: a late reply to its first try is as good as its own.
   const Instant clear = late_.ClearAt(job.asked());
   if (job.step.retries > 0 || clear <= now) return NextStep::Send();

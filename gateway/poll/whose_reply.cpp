@@ -70,6 +70,11 @@ bool WhoseReply::NeedsProbeFirst(const Asked& asked, Instant now) const {
   return orders_.Owed(asked) > std::min(state.lag, kMostTriesMore);
 }
 
+bool WhoseReply::IsOwnProbe(const Asked& asked) const {
+  return asked.writes && asked.member->device->conversation->Queries().empty() &&
+         states_[*asked.member].proof_reply.empty();
+}
+
 bool WhoseReply::IsOwedAlone(const Asked& asked) const {
   if (asked.member->device != nullptr) return orders_.Owed(asked) == 1;
   return !lost_.MayCome(*asked.member, asked.sent);

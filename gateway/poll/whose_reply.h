@@ -44,6 +44,10 @@ class WhoseReply {
   /// Before the first request of a task of a device: whether a reply to an earlier request could
   /// pass for its own, or it is not known which device answers.
   bool NeedsProbeFirst(const Asked& asked, Instant now) const;
+  /// Nothing but writes was ever answered by a device that has no reads: relay cards and displays
+  /// need not know the request of a probe. So its writes go out without one, and show that it is
+  /// there.
+  bool IsOwnProbe(const Asked& asked) const;
   /// Until when its latest proof holds, and from when on it may be renewed.
   Instant ProofEnds(const Member& member) const {
     return states_[member].answered_probe ? states_[member].proven_at + kProofHolds : Instant{};

@@ -1,18 +1,27 @@
 // Which requests read a device's points: neighbours share one, and what the device refuses is asked
 // in parts, rarely or not at all. Points come from the configuration, the news of requests from the
 // conversation; knows nothing of bytes.
+//
+// A device that starts may refuse everything for a while. So points that have answered before are
+// asked again every few seconds for an hour, and what was split is tried as a whole again.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <algorithm>
+#include <bit>
 #include <cstdint>
 #include <functional>
+#include <map>
+#include <optional>
 #include <set>
 #include <span>
 #include <tuple>
 #include <utility>
 #include <vector>
 
+#include "config/model/device.h"
+#include "gateway/base/time.h"
+#include "protocols/common/try_again.h"
 #include "protocols/conversation.h"
 
 namespace baudgate {
@@ -32,12 +41,19 @@ struct Block {
   }
 };
 
-/// What becomes of points that the device refuses to send.
+/// What becomes of points that the device refuses to send. Those that have answered before are
+/// asked with config::kAgainGroup for an hour, and so only then.
 enum class WhenRefused : std::uint8_t {
   ask_rarely,  ///< with the slow group: a channel that is enabled later comes back by itself
   ask_daily,   ///< the same, and once the verdict has fallen of what was never answered, daily
   drop,        ///< not asked again until OnReconnect
 };
+
+using Often = std::function<bool(config::Group)>;
+constexpr bool IsFast(config::Group group) { return group >= config::Group::fast; }
+inline Often OftenOf(const config::Device& device) {
+  return [&device](config::Group group) { return config::IsOften(device, group); };
+}
 
 /// What a request's fate has changed. Queries() is another one unless `nothing`.
 enum class PlanChange : std::uint8_t {
@@ -58,11 +74,12 @@ class QueryPlan {
     /// in the block or behind it, and is not yet wholly in it. Left out: never.
     std::function<bool(const Block<Key>& block, const Block<Key>& next)> may_join;
     WhenRefused refused = WhenRefused::ask_rarely;
-    /// Whether a split outlives OnReconnect.
-    bool keeps_splits = true;
     /// So many in a row are a verdict. More than one where a damaged reply may look like a refusal:
     /// of what has been answered before each is a failure like any other until then.
     int refusals = 1;
+    /// Whether a group is asked about as often as config::kAgainGroup, so that doubts are settled
+    /// there.
+    Often is_often = IsFast;
   };
 
   explicit QueryPlan(Rules rules) : rules_(std::move(rules)) {}
@@ -82,13 +99,15 @@ class QueryPlan {
   // What came of queries()[query]. A number that no query has changes nothing.
 
   /// With values. The points are asked with their group again.
-  PlanChange OnAnswered(std::size_t query);
-  /// With a message that says nothing of the points ("busy"): the request is not unknown.
-  void OnHeard(std::size_t query);
+  PlanChange OnAnswered(std::size_t query, Instant now);
+  /// With a message that says nothing of the points ("busy", "failure"): the request is not
+  /// unknown. Points that are read seldom do not wait for their next turn.
+  PlanChange OnHeard(std::size_t query, Instant now);
   /// The device does not have all that was asked for. What can be split is, at its widest hole,
   /// else in its middle, so that one bad item does not cost the others. `divisible`: false when no
-  /// part of it would be answered either (an unknown function).
-  PlanChange OnRefused(std::size_t query, bool divisible = true);
+  /// part of it would be answered either (an unknown function). After many refusals in a row the
+  /// device takes nothing at present: what has answered before is then set apart as a whole.
+  PlanChange OnRefused(std::size_t query, Instant now, bool divisible = true);
   /// One more refusal of the query is the verdict that the device does not have it.
   bool IsLastRefusal(std::size_t query) const;
   /// Its short probe was answered: the device is there, whatever it is silent to.
@@ -102,11 +121,15 @@ class QueryPlan {
 
   /// What was refused is asked again. False: nothing was.
   bool ForgetRefusals();
-  /// The device may be another one now: what was refused is asked again.
+  /// The device may be another one now: what was refused is asked again, and blocks are whole
+  /// again. A block that it was silent to, and has never answered, stays split: silence costs time.
   void OnReconnect();
 
  private:
+  using Cut = std::pair<std::size_t, std::size_t>;  // key and place: no query reads across it
+
   static constexpr int kSilencesOfARefusal = 3;
+  static constexpr Duration kLasting = 1h;  // of a refusal: then it may be for ever
 
   struct Item {
     std::size_t point = 0;
@@ -117,19 +140,27 @@ class QueryPlan {
     std::size_t refusal = 0;  // number of the refusal that has set it apart; 0: none has
     int silences = 0;         // in a row, while heard is false
     int refusals = 0;         // in a row
+    bool waits = false;       // see OnHeard
     bool silent = false;      // it was set apart for its silence
     bool heard = false;       // since OnReconnect
     bool proven = false;      // answered ever
+    std::optional<Instant> refused_since{};
+    bool lasting = false;  // the refusal
   };
 
   Block<Key> BlockOf(const Item& item) const { return {keys_[item.key], item.begin, item.end, 1}; }
-  /// It has been refused, and that is no verdict yet: what is read seldom would wait for it too
-  /// long.
+  /// It was not answered with values, and that is no verdict yet: what is read seldom would wait
+  /// for it too long.
   bool IsInDoubt(const Item& item) const {
-    const bool refused = item.refusals > 0 && item.refusals < rules_.refusals;
-    return refused && (item.refusal != 0 || IsSeldom(item.group));
+    const bool refused = item.waits || (item.refusals > 0 && item.refusals < rules_.refusals);
+    return refused && (item.refusal != 0 || !rules_.is_often(item.group));
+  }
+  bool IsAskedAgain(const Item& item) const {
+    const bool refused = item.refusal != 0 || IsInDoubt(item);
+    return refused && item.proven && !item.silent && !item.lasting;
   }
   config::Group GroupOf(const Item& item) const {
+    if (IsAskedAgain(item)) return config::kAgainGroup;
     if (IsInDoubt(item)) return config::Group::slow;
     if (item.refusal == 0) return item.group;
     const bool daily = rules_.refused == WhenRefused::ask_daily && !item.proven &&
@@ -137,10 +168,29 @@ class QueryPlan {
     if (daily) return config::Group::daily;
     return IsSeldom(item.group) ? item.group : config::Group::slow;
   }
+  /// With which it shares requests: what the device may take again is asked together.
+  std::size_t RefusalOf(const Item& item) const { return IsAskedAgain(item) ? 0 : item.refusal; }
   bool Joins(const Item& first, const Block<Key>& block, const Item& next) const;
-  /// From the next Make on no query reads across its middle. False: it cannot be split.
-  bool Cut(std::size_t query);
+  /// From the next Make on no query reads across its middle. `silent`: the device was, to the
+  /// whole. False: it cannot be split.
+  bool Split(std::size_t query, bool silent);
+  /// Removes the cuts that may be tried without. False: there is none.
+  bool Mend(bool silent_too);
+  bool RefusesAll(Instant now);
   PlanChange SetApart(std::size_t query);
+  PlanChange Regroup(std::size_t query);
+  static void NoteRefusal(Item& item, Instant now) {
+    item.silences = 0;
+    item.heard = true;
+    item.refused_since = item.refused_since.value_or(now);
+    item.lasting = now - *item.refused_since >= kLasting;
+  }
+  static void ClearRefusal(Item& item) {
+    item.refusal = 0;
+    item.refusals = 0;
+    item.waits = item.silent = item.lasting = false;
+    item.refused_since.reset();
+  }
   /// Calls `change` for every item that the query reads, or would read were it of its group.
   template <typename Change>
   void ForItemsOf(std::size_t query, Change change);
@@ -150,9 +200,12 @@ class QueryPlan {
   std::vector<Item> items_;
   std::vector<Query> queries_;
   std::vector<Block<Key>> blocks_;
-  std::vector<std::vector<std::size_t>> members_;       // items of each query, by place
-  std::set<std::pair<std::size_t, std::size_t>> cuts_;  // key and place: none reads across it
+  std::vector<std::vector<std::size_t>> members_;  // items of each query, by place
+  std::map<Cut, bool> cuts_;                       // true: for silence
+  std::set<Cut> crossed_;                          // places that an answered query has read across
   std::size_t refusals_ = 0;
+  std::size_t refusals_in_row_ = 0;  // of proven queries, while none is answered
+  TryAgain whole_;       // when splits are tried as a whole, and all that is refused in parts
   bool probed_ = false;  // since OnReconnect
 };
 
@@ -180,13 +233,14 @@ void QueryPlan<Key>::Make() {
   members_.clear();
   std::vector<std::size_t> order;
   for (std::size_t i = 0; i < items_.size(); ++i) {
-    const bool dropped = items_[i].refusal != 0 && rules_.refused == WhenRefused::drop;
+    const bool dropped =
+        items_[i].refusal != 0 && rules_.refused == WhenRefused::drop && !IsAskedAgain(items_[i]);
     if (!dropped) order.push_back(i);
   }
   std::ranges::sort(order, {}, [this](std::size_t i) {
     const Item& item = items_[i];
-    return std::tuple(-static_cast<int>(GroupOf(item)), item.key, item.refusal, item.begin,
-                      item.end, i);
+    return std::tuple(IsAskedAgain(item), -static_cast<int>(GroupOf(item)), item.key,
+                      RefusalOf(item), item.begin, item.end, i);
   });
   for (const std::size_t i : order) {
     const Item& next = items_[i];
@@ -208,13 +262,14 @@ void QueryPlan<Key>::Make() {
 /// `first`: the item that the block begins with.
 template <typename Key>
 bool QueryPlan<Key>::Joins(const Item& first, const Block<Key>& block, const Item& next) const {
-  const bool alike =
-      GroupOf(first) == GroupOf(next) && first.key == next.key && first.refusal == next.refusal;
+  const bool alike = GroupOf(first) == GroupOf(next) && first.key == next.key &&
+                     RefusalOf(first) == RefusalOf(next);
   if (!alike) return false;
   const Block<Key> place = BlockOf(next);
   if (block.Covers(place)) return true;
   const auto cut = cuts_.lower_bound({next.key, block.begin + 1});
-  const bool divided = cut != cuts_.end() && cut->first == next.key && cut->second <= next.begin;
+  const bool divided =
+      cut != cuts_.end() && cut->first.first == next.key && cut->first.second <= next.begin;
   // Points that overlap cannot be parted.
   if (divided && next.begin >= block.end) return false;
   return rules_.may_join && rules_.may_join(block, place);
@@ -237,47 +292,82 @@ void QueryPlan<Key>::ForItemsOf(std::size_t query, Change change) {
 }
 
 template <typename Key>
-PlanChange QueryPlan<Key>::OnAnswered(std::size_t query) {
+PlanChange QueryPlan<Key>::OnAnswered(std::size_t query, Instant now) {
   if (query >= queries_.size()) return PlanChange::nothing;
+  refusals_in_row_ = 0;
+  const Block<Key> block = blocks_[query];
   bool restored = false;
+  bool was_apart = false;
   ForItemsOf(query, [&](Item& item) {
+    was_apart = was_apart || item.refusal != 0;
     restored = restored || item.refusal != 0 || IsInDoubt(item);
-    item.refusal = 0;
-    item.silences = item.refusals = 0;
-    item.silent = false;
+    ClearRefusal(item);
+    item.silences = 0;
     item.heard = item.proven = true;
+    if (item.begin > block.begin) crossed_.insert({item.key, item.begin});
   });
-  if (!restored) return PlanChange::nothing;
+  if (was_apart) whole_.Forget();
+  const bool mended = whole_.TakeDue(now) && Mend(false);
+  if (!cuts_.empty()) whole_.OnRefused(now);
+  if (!restored && !mended) return PlanChange::nothing;
   Make();
   return PlanChange::restored;
 }
 
 template <typename Key>
-void QueryPlan<Key>::OnHeard(std::size_t query) {
-  if (query >= queries_.size()) return;
-  ForItemsOf(query, [](Item& item) {
-    item.silences = 0;
-    item.heard = true;
+PlanChange QueryPlan<Key>::OnHeard(std::size_t query, Instant now) {
+  if (query >= queries_.size()) return PlanChange::nothing;
+  ForItemsOf(query, [&](Item& item) {
+    NoteRefusal(item, now);
+    item.waits = true;
   });
+  return Regroup(query);
+}
+
+/// Its points may belong to another group now.
+template <typename Key>
+PlanChange QueryPlan<Key>::Regroup(std::size_t query) {
+  const auto stays = [&](std::size_t i) { return GroupOf(items_[i]) == queries_[query].group; };
+  if (std::ranges::all_of(members_[query], stays)) return PlanChange::nothing;
+  Make();
+  return PlanChange::set_apart;
 }
 
 template <typename Key>
-PlanChange QueryPlan<Key>::OnRefused(std::size_t query, bool divisible) {
+PlanChange QueryPlan<Key>::OnRefused(std::size_t query, Instant now, bool divisible) {
   if (query >= queries_.size()) return PlanChange::nothing;
-  OnHeard(query);
   const bool last = IsLastRefusal(query);
   const bool proven = IsProven(query);
-  ForItemsOf(query, [](Item& item) { ++item.refusals; });
-  if (proven && !last) {
-    if (!IsSeldom(queries_[query].group)) return PlanChange::nothing;
+  ForItemsOf(query, [&](Item& item) {
+    NoteRefusal(item, now);
+    item.waits = false;
+    ++item.refusals;
+  });
+  if (proven && !last) return Regroup(query);
+  if (proven && RefusesAll(now)) {
+    const bool mended = Mend(false);
+    const PlanChange change = SetApart(query);
+    if (!mended || change != PlanChange::nothing) return change;
     Make();
     return PlanChange::set_apart;
   }
-  if (!divisible || !Cut(query)) return SetApart(query);
+  if (!divisible || !Split(query, false)) return SetApart(query);
+  whole_.OnRefused(now);
   // The parts are judged by what is said to them.
   ForItemsOf(query, [](Item& item) { item.refusals = 0; });
   Make();
   return PlanChange::split;
+}
+
+/// Halving a block finds one bad item in as many steps as its length has bits. If still nothing was
+/// answered by then, smaller requests are not what helps; they are tried again less and less often.
+template <typename Key>
+bool QueryPlan<Key>::RefusesAll(Instant now) {
+  constexpr std::size_t kMore = 3;  // a few bad items
+  if (whole_.TakeDue(now)) refusals_in_row_ = 0;
+  if (++refusals_in_row_ < std::bit_width(items_.size()) + kMore) return false;
+  whole_.OnRefused(now);
+  return true;
 }
 
 template <typename Key>
@@ -304,7 +394,7 @@ PlanChange QueryPlan<Key>::OnSilent(std::size_t query) {
   Item& first = items_[members_[query].front()];
   if (first.heard || ++first.silences < kSilencesOfARefusal) return PlanChange::nothing;
   first.silences = 0;
-  if (Cut(query)) {
+  if (Split(query, true)) {
     // The parts are suspected already: one more silence is enough.
     ForItemsOf(query, [](Item& item) { item.silences = kSilencesOfARefusal - 1; });
     Make();
@@ -316,7 +406,7 @@ PlanChange QueryPlan<Key>::OnSilent(std::size_t query) {
 
 /// Where an item begins and all before it have ended.
 template <typename Key>
-bool QueryPlan<Key>::Cut(std::size_t query) {
+bool QueryPlan<Key>::Split(std::size_t query, bool silent) {
   const Block<Key>& block = blocks_[query];
   std::vector<std::size_t> places;
   std::size_t widest = 0;
@@ -335,21 +425,24 @@ bool QueryPlan<Key>::Cut(std::size_t query) {
   }
   if (places.empty()) return false;
   if (widest == 0) at = places[(places.size() - 1) / 2];
-  cuts_.insert({items_[members_[query].front()].key, at});
+  cuts_.insert({{items_[members_[query].front()].key, at}, silent});
   return true;
+}
+
+/// A block that was never answered whole, and to which the device was silent, costs too much.
+template <typename Key>
+bool QueryPlan<Key>::Mend(bool silent_too) {
+  return std::erase_if(cuts_, [&](const auto& cut) {
+           return !cut.second || (silent_too && crossed_.contains(cut.first));
+         }) != 0;
 }
 
 /// What is refused together is asked together, and never with points that the device does send.
 template <typename Key>
 PlanChange QueryPlan<Key>::SetApart(std::size_t query) {
-  const bool known = items_[members_[query].front()].refusal != 0;
-  if (known && queries_[query].group == GroupOf(items_[members_[query].front()])) {
-    return PlanChange::nothing;
-  }
-  if (!known) ++refusals_;
-  ForItemsOf(query, [&](Item& item) {
-    if (!known) item.refusal = refusals_;
-  });
+  if (items_[members_[query].front()].refusal != 0) return Regroup(query);
+  ++refusals_;
+  ForItemsOf(query, [&](Item& item) { item.refusal = refusals_; });
   Make();
   return PlanChange::set_apart;
 }
@@ -358,9 +451,8 @@ template <typename Key>
 bool QueryPlan<Key>::ForgetRefusals() {
   bool refused = false;
   for (Item& item : items_) {
-    refused = std::exchange(item.refusal, 0) != 0 || refused;
-    item.refusals = 0;
-    item.silent = false;
+    refused = item.refusal != 0 || refused;
+    ClearRefusal(item);
   }
   if (refused) Make();
   return refused;
@@ -369,12 +461,14 @@ bool QueryPlan<Key>::ForgetRefusals() {
 template <typename Key>
 void QueryPlan<Key>::OnReconnect() {
   for (Item& item : items_) {
-    item.refusal = 0;
-    item.silences = item.refusals = 0;
-    item.heard = item.silent = false;
+    ClearRefusal(item);
+    item.silences = 0;
+    item.heard = false;
   }
   probed_ = false;
-  if (!rules_.keeps_splits) cuts_.clear();
+  refusals_in_row_ = 0;
+  whole_.Forget();
+  Mend(true);
   Make();
 }
 

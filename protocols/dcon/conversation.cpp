@@ -171,7 +171,7 @@ Answer DconConversation::TakeRead(const Task& task, const Exchanged& exchanged, 
       answer.outcome == Outcome::ok ? totals_.Take(command, answer, now) : Totals::Again::no;
   if (ProvesLife(answer.outcome)) {
     LearnModule(task, exchanged, answer);
-    LearnPlan(exchanged, answer);
+    LearnPlan(exchanged, answer, now);
   }
   const bool counts_again = polled && counted_again_ < MostCounts(again);
   counted_again_ = counts_again ? counted_again_ + 1 : 0;
@@ -212,18 +212,18 @@ void DconConversation::LearnModule(const Task& task, const Exchanged& exchanged,
   }
 }
 
-void DconConversation::LearnPlan(const Exchanged& exchanged, Answer& answer) {
+void DconConversation::LearnPlan(const Exchanged& exchanged, Answer& answer, Instant now) {
   std::size_t query = 0;  // the first that sends the command; after the last: none does
   while (query < plan_.queries().size() &&
          plan_.block(query).key.command != exchanged.command.text) {
     ++query;
   }
   PlanChange change = PlanChange::nothing;
-  if (answer.outcome == Outcome::ok) change = plan_.OnAnswered(query);
+  if (answer.outcome == Outcome::ok) change = plan_.OnAnswered(query, now);
   if (answer.outcome == Outcome::unsupported) {
     // "Does not have it" takes three: a damaged reply may look like a refusal.
     if (!plan_.IsLastRefusal(query)) answer.readings.clear();
-    change = plan_.OnRefused(query);
+    change = plan_.OnRefused(query, now);
   }
   for (const std::size_t point : plan_.SilentlyRefused()) {
     answer.readings.push_back({point, {}, {Quality::bad_configuration, Reason::not_fitted}, {}});

@@ -58,7 +58,7 @@ class DconConversation : public Conversation {
   Answer TakeRead(const Task& task, const Exchanged& exchanged, Instant now);
   void TakeSample(const Exchanged& exchanged, Answer& answer);
   /// What the reply to a poll or probe says of the plan.
-  void LearnPlan(const Exchanged& exchanged, Answer& answer);
+  void LearnPlan(const Exchanged& exchanged, Answer& answer, Instant now);
   /// The same, of the module and its outputs.
   void LearnModule(const Task& task, const Exchanged& exchanged, const Answer& answer);
   void Learn(const Identification::Question& question, const DecodedReply& reply);

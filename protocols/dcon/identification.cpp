@@ -82,8 +82,7 @@ bool Identification::WantsMask() const {
 
 std::optional<Identification::Question> Identification::Next(std::string_view command) {
   if (!settings_.identify) return std::nullopt;
-  const bool allowed = !trouble_ && (sure_ || IsHarmless(command));
-  if (done_ && !allowed) Begin();
+  if (done_ && !Allows(command)) Begin();
   if (!done_) return kRound[static_cast<std::size_t>(step_)];
   if (WantsMask()) return Question{kAskMask, false};
   if (sure_ && !trouble_) {
@@ -102,7 +101,7 @@ std::optional<Identification::Question> Identification::NextAnew(std::string_vie
 
 bool Identification::Allows(std::string_view command) const {
   if (!settings_.identify) return true;
-  return done_ && !trouble_ && (sure_ || IsHarmless(command));
+  return done_ && !trouble_ && (sure_ || MayGoUnknown(command));
 }
 
 void Identification::Begin() {

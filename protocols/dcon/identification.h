@@ -44,7 +44,9 @@ class Identification {
   std::optional<Question> NextAnew(std::string_view command, Instant now);
   /// No question of the round is left.
   bool is_done() const { return done_; }
-  /// Whether it may go out now. A round of questions without any answer lets harmless ones.
+  /// Whether it may go out now. A round of questions without any answer lets harmless ones. A
+  /// module that knows none of the questions gets others as well, if its checksum is to be off: one
+  /// whose checksum is on does not take them.
   bool Allows(std::string_view command) const;
   /// Whether the module would take the command for a read in whichever mode it is.
   static bool IsHarmless(std::string_view command);
@@ -72,6 +74,9 @@ class Identification {
 
  private:
   void Begin();
+  bool MayGoUnknown(std::string_view command) const {
+    return IsHarmless(command) || !settings_.checksum;
+  }
   void Advance(const Question& question);
   DeviceTrouble Judge(std::string_view configuration);
   void Sum();

@@ -49,7 +49,7 @@ bool Places::IsSetting(std::string_view command) const {
 }
 
 QueryPlan<Read> MakePlan(const config::Device& device, const Places& places) {
-  QueryPlan<Read> plan({.may_join = {}, .refusals = kRefusals});
+  QueryPlan<Read> plan({.may_join = {}, .refusals = kRefusals, .is_often = OftenOf(device)});
   for (std::size_t i = 0; i < places.reads.size(); ++i) {
     const auto& read = places.reads[i];
     if (read) plan.Add(device.points[i].group, i, {read->command, read->form});

@@ -96,7 +96,7 @@ ModbusConversation::ModbusConversation(Framing framing, const config::Device& de
       settings_(settings),
       slave_(ParseAddress(device.address, framing).value()),
       places_(ReadPlaces(device.points)),
-      plan_(MakePlan(device.points, places_, settings_)),
+      plan_(MakePlan(device.points, places_, settings_, OftenOf(device))),
       writing_(device, settings_),
       identification_(device.identity),
       probes_(settings_.probe_by_loopback ? ProbeChoice::Own::identification
@@ -231,7 +231,8 @@ Answer ModbusConversation::Interpret(View request, View frame) {
   return std::move(exchanged.answer);
 }
 
-Answer ModbusConversation::OnFrame(const Task& task, const Request& request, View frame, Instant) {
+Answer ModbusConversation::OnFrame(const Task& task, const Request& request, View frame,
+                                   Instant now) {
   Exchanged exchanged = Decode(request.bytes, frame);
   Answer& answer = exchanged.answer;
   if (exchanged.reply.empty() || answer.outcome == Outcome::unexpected) return answer;
@@ -240,7 +241,7 @@ Answer ModbusConversation::OnFrame(const Task& task, const Request& request, Vie
   if (identification_.IsAskedBy(exchanged.request)) {
     return AfterIdentification(std::move(exchanged));
   }
-  return AfterPoll(task.query, std::move(exchanged));
+  return AfterPoll(task.query, std::move(exchanged), now);
 }
 
 /// A read only prepares. "Acknowledge" to a write is a promise: what the device shows after a while
@@ -295,7 +296,7 @@ Answer ModbusConversation::AfterProbe(Exchanged exchanged) {
   return answer;
 }
 
-Answer ModbusConversation::AfterPoll(std::size_t query, Exchanged exchanged) {
+Answer ModbusConversation::AfterPoll(std::size_t query, Exchanged exchanged, Instant now) {
   Answer answer = std::move(exchanged.answer);
   if (answer.outcome == Outcome::no_reply) return answer;
   probes_.OnPolled();
@@ -308,11 +309,11 @@ Answer ModbusConversation::AfterPoll(std::size_t query, Exchanged exchanged) {
   }
   PlanChange change = PlanChange::nothing;
   if (answer.outcome == Outcome::ok) {
-    change = plan_.OnAnswered(query);
+    change = plan_.OnAnswered(query, now);
   } else if (answer.outcome == Outcome::unsupported) {
-    change = plan_.OnRefused(query, exchanged.exception != kIllegalFunction);
+    change = plan_.OnRefused(query, now, exchanged.exception != kIllegalFunction);
   } else {
-    plan_.OnHeard(query);
+    change = plan_.OnHeard(query, now);
   }
   if (change == PlanChange::split) {
     answer.reason += "; this block is read in two parts from now on";

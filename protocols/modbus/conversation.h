@@ -68,7 +68,7 @@ class ModbusConversation : public Conversation {
   std::optional<std::size_t> OwnProbeOf(View pdu) const;
   Answer AfterProbe(Exchanged exchanged);
   Answer AfterIdentification(Exchanged exchanged);
-  Answer AfterPoll(std::size_t query, Exchanged exchanged);
+  Answer AfterPoll(std::size_t query, Exchanged exchanged, Instant now);
 
   const Framing framing_;
   const config::Device& device_;

@@ -2,6 +2,7 @@
 #include "protocols/modbus/plan.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "protocols/modbus/pdu.h"
 
@@ -42,12 +43,13 @@ std::vector<std::optional<Place>> ReadPlaces(std::span<const config::Point> poin
 }
 
 SpacePlan MakePlan(std::span<const config::Point> points,
-                   std::span<const std::optional<Place>> places, const Settings& settings) {
+                   std::span<const std::optional<Place>> places, const Settings& settings,
+                   Often is_often) {
   SpacePlan plan(
       {.may_join = [settings](const Block<Space>& block,
                               const Block<Space>& next) { return MayJoin(block, next, settings); },
        .refused = WhenRefused::ask_rarely,
-       .keeps_splits = true});
+       .is_often = std::move(is_often)});
   for (std::size_t point = 0; point < places.size(); ++point) {
     if (!places[point]) continue;
     plan.Add(points[point].group, point, places[point]->space(), BeginOf(*places[point]),

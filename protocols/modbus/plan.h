@@ -18,10 +18,11 @@ using SpacePlan = QueryPlan<Space>;
 /// Where each point is read; nothing where it is not.
 std::vector<std::optional<Place>> ReadPlaces(std::span<const config::Point> points);
 
-/// `places`: those of `points`. What a device refuses is asked with the slow group; splits stay,
-/// because a device that comes and goes would have to refuse everything again.
+/// `places`: those of `points`. What a device refuses and has never answered is asked with the slow
+/// group.
 SpacePlan MakePlan(std::span<const config::Point> points,
-                   std::span<const std::optional<Place>> places, const Settings& settings);
+                   std::span<const std::optional<Place>> places, const Settings& settings,
+                   Often is_often = IsFast);
 
 /// Reads of as many registers, or bytes of bits, as no query of the same table asks for, each from
 /// where a query begins. First those that ask for nothing beyond their query: a device may refuse

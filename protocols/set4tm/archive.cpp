@@ -50,6 +50,11 @@ void MeterArchive::OnReconnect() {
   for (BackgroundJob* one : jobs_) one->OnReconnect();
 }
 
+void MeterArchive::ForgetRefusals() {
+  journals_.ForgetRefusals();
+  for (BackgroundJob* one : jobs_) one->ForgetRefusals();
+}
+
 Answer MeterArchive::TakeRecord(View data, Instant now) {
   const JournalReader reader{settings_.time_zone, identification_.KnowsStatusWord()};
   return kept_.With(KeptTexts::kJournals, journals_.Take(data, reader, now));

@@ -36,7 +36,7 @@ class MeterArchive {
   /// The serial number of the meter that answers.
   void OnMeter(std::uint32_t serial);
   void OnReconnect();
-  void ForgetRefusals() { journals_.ForgetRefusals(); }
+  void ForgetRefusals();
 
   // Tasks of events: the next PDU, its data, its refusal, no answer to it.
 

@@ -243,10 +243,12 @@ void BillingSession::OnFailure(Instant now) {
 void BillingSession::OnReconnect() {
   pass_.reset();
   today_.reset();
-  for (Period& period : periods_) {
-    period.refused = false;
-    period.empty.reset();
-  }
+  for (Period& period : periods_) period.empty.reset();
+  ForgetRefusals();
+}
+
+void BillingSession::ForgetRefusals() {
+  for (Period& period : periods_) period.refused = false;
 }
 
 std::string BillingSession::Shown() const {

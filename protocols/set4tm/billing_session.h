@@ -30,6 +30,7 @@ class BillingSession final : public BackgroundJob {
   bool wanted() const override { return !periods_.empty(); }
   void OnFailure(Instant now) override;
   void OnReconnect() override;
+  void ForgetRefusals() override;
   std::string Shown() const override;
 
  private:

@@ -34,6 +34,7 @@ MeterConversation::MeterConversation(const config::Device& device, const Setting
 }
 
 void MeterConversation::OnReconnect() {
+  parts_.refused.Forget();
   parts_.identification.OnReconnect();
   parts_.drift.Forget();
   parts_.latched.OnReconnect();
@@ -43,9 +44,7 @@ void MeterConversation::OnReconnect() {
 }
 
 bool MeterConversation::ForgetRefusals() {
-  parts_.identification.ForgetRefusals();
-  parts_.archive.ForgetRefusals();
-  parts_.latched.ForgetRefusals();
+  parts_.ForgetRefusals();
   return parts_.reads.ForgetRefusals();
 }
 

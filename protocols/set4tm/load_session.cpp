@@ -166,6 +166,12 @@ void LoadSession::OnReconnect() {
   }
 }
 
+void LoadSession::ForgetRefusals() {
+  for (State& state : states_) {
+    if (std::exchange(state.refused, false)) state.due = latest();
+  }
+}
+
 std::string LoadSession::Shown() const {
   if (blind_) return "no load profile: set meter_constant, voltage_ratio and current_ratio";
   std::vector<std::string> shown;

@@ -30,6 +30,7 @@ class LoadSession final : public BackgroundJob {
   void OnType(std::optional<std::uint8_t> type) override;
   void OnFailure(Instant now) override;
   void OnReconnect() override;
+  void ForgetRefusals() override;
   /// "load_1 read to 2026-11-23T10:30:00.000Z".
   std::string Shown() const override;
 

@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "protocols/common/try_again.h"
 #include "protocols/protocol.h"
 #include "protocols/set4tm/archive.h"
 #include "protocols/set4tm/clock_drift.h"
@@ -26,7 +27,16 @@ struct MeterParts {
         session(settings) {}
 
   const config::Device& device;
+  /// What the meter has refused is asked again, its points excepted.
+  void ForgetRefusals() {
+    identification.ForgetRefusals();
+    archive.ForgetRefusals();
+    latched.ForgetRefusals();
+    reads.TryMasks();
+  }
+
   const Settings settings;
+  TryAgain refused;  ///< of what is no point
   Identification identification;
   PointReads reads;
   ClockDrift drift;

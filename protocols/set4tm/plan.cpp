@@ -38,13 +38,13 @@ void PointFields::UseIntegers(bool integers) {
   }
 }
 
-PduPlan PointFields::MakePlan(bool masked) const {
+PduPlan PointFields::MakePlan(bool masked, Often is_often) const {
   PduPlan plan({.may_join =
                     [](const Block<Bytes>& block, const Block<Bytes>&) {
                       return block.key == kMasked && block.items < kMostMaskedFloats;
                     },
                 .refused = WhenRefused::drop,
-                .keeps_splits = false});
+                .is_often = std::move(is_often)});
   std::set<std::size_t> planned;
   for (std::size_t number = masked ? config::kGroups : 0; number-- > 0;) {
     const auto group = static_cast<config::Group>(number);

@@ -39,7 +39,7 @@ class PointFields {
   void UseIntegers(bool integers);
 
   /// How they are read. `masked`: a group's live floats together, up to 23 in one masked read.
-  PduPlan MakePlan(bool masked) const;
+  PduPlan MakePlan(bool masked, Often is_often = IsFast) const;
   /// The PDU of a query of such a plan; the id byte of a masked read is 0.
   Bytes PduOf(const PduPlan& plan, std::size_t query) const;
   /// Every point whose value stands in the reply to `pdu`, with its place there.

@@ -14,13 +14,14 @@ PointReads::PointReads(const config::Device& device, const Settings& settings,
     : settings_(settings),
       identification_(identification),
       fields_(device.points),
-      plan_(fields_.MakePlan(false)) {}
+      is_often_(OftenOf(device)),
+      plan_(fields_.MakePlan(false, is_often_)) {}
 
 void PointReads::OnReconnect() {
   integers_ = false;
   fields_.UseIntegers(false);
   UseMasks(settings_.snapshot == Snapshot::on);
-  tries_masks_ = MasksMayHelp();
+  TryMasks();
 }
 
 bool PointReads::MasksMayHelp() const {
@@ -31,7 +32,7 @@ bool PointReads::MasksMayHelp() const {
 void PointReads::UseMasks(bool masked) {
   masked_ = masked;
   tries_masks_ = false;
-  plan_ = fields_.MakePlan(masked);
+  plan_ = fields_.MakePlan(masked, is_often_);
 }
 
 bool PointReads::ChooseIntegers() {
@@ -87,7 +88,7 @@ Answer PointReads::TakeTrial(Answer answer) {
 }
 
 bool PointReads::ForgetRefusals() {
-  tries_masks_ = MasksMayHelp();
+  TryMasks();
   return plan_.ForgetRefusals();
 }
 

@@ -49,7 +49,17 @@ class PointReads {
 
   /// Older firmware refuses masked reads that a newer one knew: the points are not to blame.
   void OnMasksRefused() { UseMasks(false); }
-  void OnRefused(std::size_t query) { plan_.OnRefused(query); }
+  void OnRefused(std::size_t query, Instant now) { plan_.OnRefused(query, now); }
+  // True: the queries are others now.
+
+  bool OnAnswered(std::size_t query, Instant now) {
+    return plan_.OnAnswered(query, now) != PlanChange::nothing;
+  }
+  bool OnHeard(std::size_t query, Instant now) {
+    return plan_.OnHeard(query, now) != PlanChange::nothing;
+  }
+  /// Masked reads that were refused are tried again.
+  void TryMasks() { tries_masks_ = MasksMayHelp(); }
   /// True: the queries are others now.
   bool ForgetRefusals();
   void OnReconnect();
@@ -66,6 +76,7 @@ class PointReads {
   const Settings& settings_;
   const Identification& identification_;
   PointFields fields_;
+  const Often is_often_;
   PduPlan plan_;
   bool masked_ = false;       ///< floats are read by 08 23
   bool integers_ = false;     ///< integers are read in place of floats

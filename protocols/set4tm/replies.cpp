@@ -98,6 +98,8 @@ Answer MeterReplies::Take(Step step) {
 Answer MeterReplies::TakeData(Step& step) {
   Reply& reply = step.reply;
   parts_.session.OnGood(step.now);
+  const bool again = parts_.refused.TakeDue(step.now);
+  if (again) parts_.ForgetRefusals();
   parts_.identification.Learn(reply.pdu, reply.data);
   if (Is(reply.pdu, kAskSerial)) {
     const auto serial = ByteReader(reply.data).U32Be(0).value_or(0);
@@ -106,7 +108,9 @@ Answer MeterReplies::TakeData(Step& step) {
     parts_.archive.OnMeter(serial);
   }
   parts_.latched.Take(reply, parts_.reads);
-  return RowOf(step.asked).data(*this, step);
+  Answer answer = RowOf(step.asked).data(*this, step);
+  if (again && answer.then == Then::done) answer.then = Then::replan;  // it may have events now
+  return answer;
 }
 
 Answer MeterReplies::TakeStatus(Step& step) {
@@ -125,6 +129,7 @@ Answer MeterReplies::TakeStatus(Step& step) {
   if (code == kChannelClosed) return parts_.session.TakeClosed(std::move(answer));
   if (code == kRepeat) return parts_.session.TakeRepeat(std::move(answer));
   const bool refused = code == kNotAllowed || code == kLevelTooLow;
+  if (refused) parts_.refused.OnRefused(step.now);
   if (refused || step.asked == RequestKind::trial) {
     parts_.session.OnGood(step.now);
     return RowOf(step.asked).refused(*this, step);
@@ -133,6 +138,7 @@ Answer MeterReplies::TakeStatus(Step& step) {
     return parts_.session.TakeNoSerial(std::move(answer));
   }
   if (step.task.kind == Task::Kind::background) parts_.archive.OnFailure(step.now);
+  if (IsOwn(step) && parts_.reads.OnHeard(step.task.query, step.now)) answer.then = Then::replan;
   return std::move(answer);
 }
 
@@ -174,6 +180,9 @@ Answer MeterReplies::TakeRead(Step& step) {
   if (step.asked == RequestKind::trial) return parts_.reads.TakeTrial(std::move(reply.answer));
   if (IsOwn(step)) {
     // Readings of days and months are others now.
+    const bool replans =
+        reply.answer.outcome == Outcome::ok && parts_.reads.OnAnswered(step.task.query, step.now);
+    if (replans) reply.answer.then = Then::replan;
     if (parts_.identification.TakeNewDay()) reply.answer.then = Then::restart;
     return std::move(reply.answer);
   }
@@ -193,7 +202,7 @@ Answer MeterReplies::ReadRefused(Step& step) {
     return EndedBy(reply, Then::replan);
   }
   if (IsFloatRead(reply.pdu) && parts_.identification.WantType()) return AskAgain();
-  parts_.reads.OnRefused(step.task.query);
+  parts_.reads.OnRefused(step.task.query, step.now);
   return EndedBy(reply, Then::replan);
 }
 

@@ -287,8 +287,9 @@ class SpaConversation final : public Conversation {
     }
     repeated_ = false;
     AddOffsets(exchange, characters, now);
-    const bool changed = exchange.nack ? reads_.TakeRefusal(query, *exchange.nack, answer)
-                                       : answer.outcome == Outcome::ok && reads_.OnAnswered(query);
+    const bool changed = exchange.nack
+                             ? reads_.TakeRefusal(query, *exchange.nack, answer, now)
+                             : answer.outcome == Outcome::ok && reads_.OnAnswered(query, now);
     if (changed) answer.then = Then::replan;
     return std::move(answer);
   }

@@ -18,19 +18,23 @@ ItemReads::ItemReads(const config::Device& device, const Settings& settings)
     : settings_(settings),
       points_(ReadablePoints(device.points)),
       limits_(ConfiguredLimits()),
-      plan_(MakePlan(points_, limits_)) {}
+      plan_(MakePlan(points_, limits_, OftenOf(device))) {}
 
 bool ItemReads::IsChannelRange(std::size_t query) const {
   return plan_.block(query).key.across && plan_.block(query).size() > 1;
 }
 
-bool ItemReads::OnAnswered(std::size_t query) {
+bool ItemReads::OnAnswered(std::size_t query, Instant now) {
   if (IsChannelRange(query)) channels_work_ = true;
-  return plan_.OnAnswered(query) != PlanChange::nothing;
+  const bool changed = plan_.OnAnswered(query, now) != PlanChange::nothing;
+  if (!more_items_.TakeDue(now)) return changed;
+  limits_.items = settings_.max_items;
+  plan_.Make();
+  return true;
 }
 
 /// What is asked changes so that one item does not cost the others.
-bool ItemReads::TakeRefusal(std::size_t query, int nack, Answer& answer) {
+bool ItemReads::TakeRefusal(std::size_t query, int nack, Answer& answer, Instant now) {
   // "Does not have it" takes three: a damaged reply may look like a refusal.
   if (!plan_.IsLastRefusal(query)) answer.readings.clear();
   const NackRule& rule = RuleOf(nack);
@@ -41,11 +45,14 @@ bool ItemReads::TakeRefusal(std::size_t query, int nack, Answer& answer) {
   if (unknown && IsChannelRange(query) && !channels_work_) return ForgoChannels();
   if (items > 1 && (nack == kTooComplicated || nack == kInputOverflow)) {
     limits_.items = std::min(limits_.items, items / 2);
+    more_items_.OnRefused(now);
     plan_.Make();
     return true;
   }
-  if (items == 1 ? !rule.missing : !rule.worth_splitting) return false;
-  return plan_.OnRefused(query) != PlanChange::nothing;
+  if (items == 1 ? !rule.missing : !rule.worth_splitting) {
+    return plan_.OnHeard(query, now) != PlanChange::nothing;
+  }
+  return plan_.OnRefused(query, now) != PlanChange::nothing;
 }
 
 /// A range of channels that has never been answered may be what the device does not understand:
@@ -69,6 +76,7 @@ bool ItemReads::ForgoChannels() {
 
 void ItemReads::OnReconnect() {
   limits_ = ConfiguredLimits();
+  more_items_.Forget();
   channels_work_ = false;
   channel_failures_ = 0;
   plan_.OnReconnect();

@@ -32,9 +32,9 @@ class ItemReads {
 
   // True: the queries are others now.
 
-  bool OnAnswered(std::size_t query);
+  bool OnAnswered(std::size_t query, Instant now);
   /// `answer` is the NACK to the query.
-  bool TakeRefusal(std::size_t query, int nack, Answer& answer);
+  bool TakeRefusal(std::size_t query, int nack, Answer& answer, Instant now);
   bool OnFailure(std::size_t query, Outcome outcome);
   bool ForgetRefusals() { return plan_.ForgetRefusals(); }
 
@@ -54,6 +54,7 @@ class ItemReads {
   const Settings& settings_;
   const std::vector<ReadPoint> points_;
   RequestLimits limits_;  ///< less once the device has called it too much
+  TryAgain more_items_;   ///< when as many are asked for as configured
   ItemPlan plan_;
   int channel_failures_ = 0;    ///< of ranges of channels, none answered so far
   bool channels_work_ = false;  ///< a range of channels was answered

@@ -2,6 +2,7 @@
 #include "protocols/spabus/plan.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace baudgate::protocols::spabus {
 namespace {
@@ -29,15 +30,15 @@ bool IsAcross(const ReadPoint& point, std::span<const ReadPoint> points) {
 
 }  // namespace
 
-ItemPlan MakePlan(std::span<const ReadPoint> points, const RequestLimits& limits) {
+ItemPlan MakePlan(std::span<const ReadPoint> points, const RequestLimits& limits, Often is_often) {
   ItemPlan plan({.may_join =
                      [&limits](const Block<Row>& block, const Block<Row>& next) {
                        return next.begin == block.end && block.size() < limits.items &&
                               (limits.channels || !block.key.across);
                      },
                  .refused = WhenRefused::ask_daily,
-                 .keeps_splits = false,
-                 .refusals = 3});
+                 .refusals = 3,
+                 .is_often = std::move(is_often)});
   for (const ReadPoint& point : points) {
     const Address& address = point.address;
     const std::uint32_t number = address.number.value_or(0);

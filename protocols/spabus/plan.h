@@ -31,7 +31,8 @@ struct RequestLimits {
 
 /// One request takes items without a gap. `limits` are read whenever requests are laid out, so that
 /// the device can be asked for less from now on; they outlive the plan.
-ItemPlan MakePlan(std::span<const ReadPoint> points, const RequestLimits& limits);
+ItemPlan MakePlan(std::span<const ReadPoint> points, const RequestLimits& limits,
+                  Often is_often = IsFast);
 
 /// The request that reads a block: >1RI1/5: or >1R1/3I1:
 Command ReadOf(unsigned slave, const Block<Row>& block);

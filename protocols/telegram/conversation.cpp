@@ -48,7 +48,10 @@ TelegramConversation::TelegramConversation(const config::Device& device, const S
       bound_(BoundOf(settings_, device.address)),
       reader_(*settings_.description, bound_, device),
       listening_(*settings_.description, bound_, reader_.places()),
-      plan_({.may_join = {}, .refused = WhenRefused::ask_rarely, .refusals = kRefusals}),
+      plan_({.may_join = {},
+             .refused = WhenRefused::ask_rarely,
+             .refusals = kRefusals,
+             .is_often = OftenOf(device)}),
       standing_(StandingOf(settings_)),
       identification_(*settings_.description, device.identity),
       own_probe_(OwnProbe(*settings_.description, reader_.places(), bound_)),
@@ -66,7 +69,7 @@ TelegramConversation::TelegramConversation(const config::Device& device, const S
 
 // ---------------------------------------------------------------- asking
 
-Status TelegramConversation::Begin(const Task& task) {
+Status TelegramConversation::Begin(const Task& task, Instant now) {
   filled_ = bound_;
   repeated_ = false;
   Call call;
@@ -90,13 +93,13 @@ Status TelegramConversation::Begin(const Task& task) {
   }
   // What cannot be written is refused before anything is sent.
   if (const auto bytes = BytesOf(*telegram); !bytes) return Error{bytes.error()};
-  identifies_ = identification_.IsDue();
+  identifies_ = identification_.IsDue(now);
   if (identifies_) filled_ = bound_;
   exchanges_.Begin(identifies_ ? *identification_.telegram() : *telegram);
   return {};
 }
 
-Result<Request> TelegramConversation::Ask(const Task& task, Instant) {
+Result<Request> TelegramConversation::Ask(const Task& task, Instant now) {
   if (task.kind != Task::Kind::poll && task.kind != Task::Kind::probe &&
       task.kind != Task::Kind::write) {
     return Error{"a described device has no events"};
@@ -104,7 +107,7 @@ Result<Request> TelegramConversation::Ask(const Task& task, Instant) {
   if (std::exchange(goes_on_, false) && exchanges_.under_way()) return AskStep();
   if (task.kind == Task::Kind::probe) return AskProbe();
   own_ = false;
-  if (Status status = Begin(task); !status) return Error{status.error()};
+  if (Status status = Begin(task, now); !status) return Error{status.error()};
   return AskStep();
 }
 
@@ -171,14 +174,14 @@ Result<Request> TelegramConversation::AskStep() {
 // ---------------------------------------------------------------- what comes back
 
 Answer TelegramConversation::OnFrame(const Task& task, const Request& request, View frame,
-                                     Instant) {
+                                     Instant now) {
   if (!exchanges_.under_way()) return Interpret(request.bytes, frame);
   const Exchanges::Step step = exchanges_.step();
   Answer answer = ReadStep(step.telegram, request, frame);
   // The frame is the answer to another exchange: the same step is asked again.
   if (answer.outcome == Outcome::unexpected) return answer;
   NoteTold(step, request);
-  return AfterStep(task, std::move(answer));
+  return AfterStep(task, std::move(answer), now);
 }
 
 /// What the answer to the present step means.
@@ -211,13 +214,13 @@ void TelegramConversation::NoteTold(const Exchanges::Step& step, const Request& 
   if (!telegram.once) Append(context_, request.bytes);
 }
 
-Then TelegramConversation::OnSent(const Task& task, const Request& request, Instant) {
+Then TelegramConversation::OnSent(const Task& task, const Request& request, Instant now) {
   if (exchanges_.under_way()) NoteTold(exchanges_.step(), request);
-  return AfterStep(task, {}).then == Then::ask_again ? Then::ask_again : Then::done;
+  return AfterStep(task, {}, now).then == Then::ask_again ? Then::ask_again : Then::done;
 }
 
 /// `answer`: of the step that is over.
-Answer TelegramConversation::AfterStep(const Task& task, Answer answer) {
+Answer TelegramConversation::AfterStep(const Task& task, Answer answer, Instant now) {
   using Part = Exchanges::Step::Part;
   const Part part = exchanges_.under_way() ? exchanges_.step().part : Part::behind;
   if (part == Part::meant || answer.outcome != Outcome::ok) {
@@ -235,17 +238,21 @@ Answer TelegramConversation::AfterStep(const Task& task, Answer answer) {
   }
   if (task.kind == Task::Kind::probe) {
     if (ProvesLife(answer.outcome)) probes_.OnAnswered(own_);
+    // It is there, whatever it says to a question that no poll asks.
+    const bool refused =
+        answer.outcome == Outcome::refused || answer.outcome == Outcome::unsupported;
+    if (own_ && refused) answer = {};
     return answer;
   }
-  if (std::exchange(identifies_, false)) return GoOnKnown(task, std::move(answer));
-  if (task.kind == Task::Kind::poll) AfterPoll(task.query, answer);
+  if (std::exchange(identifies_, false)) return GoOnKnown(task, std::move(answer), now);
+  if (task.kind == Task::Kind::poll) AfterPoll(task.query, answer, now);
   return answer;
 }
 
 /// It was asked who the device is. One that is another one is not written to.
-Answer TelegramConversation::GoOnKnown(const Task& task, Answer answer) {
+Answer TelegramConversation::GoOnKnown(const Task& task, Answer answer, Instant now) {
   const bool goes_on = task.kind == Task::Kind::poll || !trouble();
-  if (answer.outcome != Outcome::ok) identification_.OnNoName();
+  if (answer.outcome != Outcome::ok) identification_.OnNoName(now);
   if (goes_on && ProvesLife(answer.outcome)) {
     answer.then = Then::ask_again;
   } else if (!goes_on) {
@@ -256,15 +263,17 @@ Answer TelegramConversation::GoOnKnown(const Task& task, Answer answer) {
 }
 
 /// What the answer to a poll says of the query.
-void TelegramConversation::AfterPoll(std::size_t query, Answer& answer) {
+void TelegramConversation::AfterPoll(std::size_t query, Answer& answer, Instant now) {
   probes_.OnPolled();
   PlanChange change = PlanChange::nothing;
-  if (answer.outcome == Outcome::ok) change = plan_.OnAnswered(query);
-  if (answer.outcome == Outcome::busy) plan_.OnHeard(query);
+  if (answer.outcome == Outcome::ok) change = plan_.OnAnswered(query, now);
+  if (answer.outcome == Outcome::busy || answer.outcome == Outcome::refused) {
+    change = plan_.OnHeard(query, now);
+  }
   if (answer.outcome == Outcome::unsupported) {
     // "Does not have it" takes three: a damaged answer may look like a refusal.
     if (!plan_.IsLastRefusal(query)) answer.readings.clear();
-    change = plan_.OnRefused(query);
+    change = plan_.OnRefused(query, now);
   }
   if (ProvesLife(answer.outcome)) {
     for (const std::size_t point : plan_.SilentlyRefused()) {
@@ -274,7 +283,8 @@ void TelegramConversation::AfterPoll(std::size_t query, Answer& answer) {
   if (change != PlanChange::nothing) answer.then = Then::replan;
 }
 
-Then TelegramConversation::OnFailure(const Task& task, const Request&, Outcome outcome, Instant) {
+Then TelegramConversation::OnFailure(const Task& task, const Request&, Outcome outcome,
+                                     Instant now) {
   const bool silent = outcome == Outcome::no_reply;
   exchanges_.EndAs(outcome, std::string(Name(outcome)));
   const bool closes = exchanges_.Fail();
@@ -285,7 +295,7 @@ Then TelegramConversation::OnFailure(const Task& task, const Request&, Outcome o
     return closes || another ? Then::ask_again : Then::done;
   }
   if (std::exchange(identifies_, false)) {
-    identification_.OnNoName();
+    identification_.OnNoName(now);
     goes_on_ = false;
     return task.kind == Task::Kind::poll ? Then::ask_again : Then::done;
   }
@@ -315,7 +325,7 @@ std::optional<Request> TelegramConversation::Instead(const Request& request, Out
 
 void TelegramConversation::OnReconnect() {
   goes_on_ = identifies_ = false;
-  identification_.OnLost();
+  identification_.OnReconnect();
   exchanges_.Break();
   exchanges_.Forget();
   probes_.OnReconnect();

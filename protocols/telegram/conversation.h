@@ -49,12 +49,12 @@ class TelegramConversation final : public Conversation {
   Result<Request> AskProbe();
   Result<Request> AskStep();
   Result<Bytes> BytesOf(std::size_t telegram) const;
-  Status Begin(const Task& task);
+  Status Begin(const Task& task, Instant now);
   Answer ReadStep(std::size_t telegram, const Request& request, View frame);
   void NoteTold(const Exchanges::Step& step, const Request& request);
-  Answer AfterStep(const Task& task, Answer answer);
-  Answer GoOnKnown(const Task& task, Answer answer);
-  void AfterPoll(std::size_t query, Answer& answer);
+  Answer AfterStep(const Task& task, Answer answer, Instant now);
+  Answer GoOnKnown(const Task& task, Answer answer, Instant now);
+  void AfterPoll(std::size_t query, Answer& answer, Instant now);
 
   const config::Device& device_;
   const Settings settings_;  // its description is never null

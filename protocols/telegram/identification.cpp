@@ -13,7 +13,13 @@ void Identification::OnReply(const Reply& reply) {
   const auto name = reply.fields.find(description_.telegrams[*telegram_].identity);
   if (name == reply.fields.end()) return;
   trouble_ = JudgeName(identity_, name->second.text);
-  asked_ = true;
+  asked_ = named_ = true;
+  nameless_.Forget();
+}
+
+void Identification::OnReconnect() {
+  asked_ = named_ = false;
+  nameless_.Forget();
 }
 
 }  // namespace baudgate::protocols::telegram

@@ -1,12 +1,13 @@
 // Finds out whether the device at the address is the one of the profile. Before it is polled or
 // written to, the device is asked for its name: until the name is known, and as long as it is that
-// of another device.
+// of another device. One that does not tell it is asked again less and less often.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <optional>
 
 #include "config/model/device.h"
+#include "protocols/common/try_again.h"
 #include "protocols/conversation.h"
 #include "protocols/telegram/description.h"
 #include "protocols/telegram/reply.h"
@@ -20,13 +21,18 @@ class Identification {
 
   /// The telegram that asks for the name; empty: there is none.
   const std::optional<std::size_t>& telegram() const { return telegram_; }
-  bool IsDue() const { return telegram_ && (!asked_ || trouble_); }
+  bool IsDue(Instant now) { return telegram_ && (!asked_ || trouble_ || nameless_.TakeDue(now)); }
   /// Its answer.
   void OnReply(const Reply& reply);
   /// It got no answer with a name. Many devices of a kind do not know the question.
-  void OnNoName() { asked_ = true; }
+  void OnNoName(Instant now) {
+    asked_ = true;
+    nameless_.OnRefused(now);
+  }
+  /// A request got no answer: one that has a name is asked for it again.
+  void OnLost() { asked_ = asked_ && !named_; }
   /// Another device may answer next.
-  void OnLost() { asked_ = false; }
+  void OnReconnect();
 
   const DeviceTrouble& trouble() const { return trouble_; }
 
@@ -35,6 +41,8 @@ class Identification {
   const config::Identity& identity_;
   const std::optional<std::size_t> telegram_;
   bool asked_ = false;
+  bool named_ = false;  // it has told its name, since OnReconnect
+  TryAgain nameless_;   // when one that does not tell its name is asked again
   DeviceTrouble trouble_;
 };
 

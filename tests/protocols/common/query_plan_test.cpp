@@ -5,7 +5,10 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <string>
+
+#include "tests/support/times.h"
 
 namespace baudgate {
 namespace {
@@ -98,7 +101,7 @@ TEST(QueryPlan, ARefusedBlockIsSplit) {
                          {{{"a0..1"}, {"a1..2"}, {"a3"}}, "a0..2, a3"}}) {  // never through a point
     Plan plan = MakePlan(c.places);
     ASSERT_EQ(plan.queries().size(), 1U);
-    EXPECT_EQ(plan.OnRefused(0), PlanChange::split);
+    EXPECT_EQ(plan.OnRefused(0, kStart), PlanChange::split);
     EXPECT_EQ(Shown(plan), c.shown);
   }
 }
@@ -111,41 +114,42 @@ TEST(QueryPlan, SplitsGoOnUntilTheBadPointStandsAlone) {
     }
     return plan.queries().size();
   };
-  for (int i = 0; i < 3; ++i) EXPECT_EQ(plan.OnRefused(bad()), PlanChange::split);
-  EXPECT_EQ(plan.OnRefused(bad()), PlanChange::set_apart);
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(plan.OnRefused(bad(), kStart), PlanChange::split);
+  EXPECT_EQ(plan.OnRefused(bad(), kStart), PlanChange::set_apart);
   EXPECT_EQ(Shown(plan), "a0..1, a2, a4, slow a3");
-  EXPECT_EQ(plan.OnRefused(bad()), PlanChange::nothing);
+  EXPECT_EQ(plan.OnRefused(bad(), kStart), PlanChange::nothing);
 }
 
 TEST(QueryPlan, WhatIsRefusedIsAskedRarelyUntilItIsAnswered) {
   Plan plan = MakePlan({{"a0"}, {"a9"}, {"a10", Group::slow}});
-  EXPECT_EQ(plan.OnRefused(1), PlanChange::set_apart);
+  EXPECT_EQ(plan.OnRefused(1, kStart), PlanChange::set_apart);
   EXPECT_EQ(Shown(plan), "a0, slow a10, slow a9") << "not together with what is answered";
-  EXPECT_EQ(plan.OnAnswered(1), PlanChange::nothing);
-  EXPECT_EQ(plan.OnAnswered(2), PlanChange::restored);
+  EXPECT_EQ(plan.OnAnswered(1, kStart), PlanChange::nothing);
+  EXPECT_EQ(plan.OnAnswered(2, kStart), PlanChange::restored);
   EXPECT_EQ(Shown(plan), "a0, a9, slow a10");
 }
 
 TEST(QueryPlan, WhereARefusalMayBeDamageThreeAreAVerdict) {
   Plan plan = MakePlan({{"a0"}, {"b0"}},
                        {.may_join = {}, .refused = WhenRefused::ask_daily, .refusals = 3});
-  plan.OnAnswered(0);
+  plan.OnAnswered(0, kStart);
   for (int i = 0; i < 2; ++i) {
     EXPECT_FALSE(plan.IsLastRefusal(0));
-    EXPECT_EQ(plan.OnRefused(0), PlanChange::nothing)
+    EXPECT_EQ(plan.OnRefused(0, kStart), PlanChange::nothing)
         << "it was answered: a failure like any other";
   }
-  plan.OnAnswered(0);
-  for (int i = 0; i < 2; ++i) plan.OnRefused(0);
+  plan.OnAnswered(0, kStart);
+  for (int i = 0; i < 2; ++i) plan.OnRefused(0, kStart);
   EXPECT_TRUE(plan.IsLastRefusal(0));
-  EXPECT_EQ(plan.OnRefused(0), PlanChange::set_apart);
+  EXPECT_EQ(plan.OnRefused(0, kStart), PlanChange::set_apart);
   EXPECT_EQ(Shown(plan), "b0, slow a0");
-  EXPECT_EQ(plan.OnRefused(0), PlanChange::set_apart) << "never answered: at slow intervals";
+  EXPECT_EQ(plan.OnRefused(0, kStart), PlanChange::set_apart)
+      << "never answered: at slow intervals";
   EXPECT_EQ(Shown(plan), "slow a0, slow b0");
-  EXPECT_EQ(plan.OnRefused(1), PlanChange::nothing);
-  EXPECT_EQ(plan.OnRefused(1), PlanChange::set_apart) << "and daily from the verdict on";
+  EXPECT_EQ(plan.OnRefused(1, kStart), PlanChange::nothing);
+  EXPECT_EQ(plan.OnRefused(1, kStart), PlanChange::set_apart) << "and daily from the verdict on";
   EXPECT_EQ(plan.queries().back().group, Group::daily);
-  EXPECT_EQ(plan.OnAnswered(1), PlanChange::restored);
+  EXPECT_EQ(plan.OnAnswered(1, kStart), PlanChange::restored);
   EXPECT_EQ(Shown(plan), "b0, slow a0");
 }
 
@@ -155,21 +159,21 @@ TEST(QueryPlan, WhatIsReadSeldomIsInDoubtAtSlowIntervals) {
       .may_join = Near().may_join, .refused = WhenRefused::ask_daily, .refusals = 3};
   for (const Group group : {Group::once, Group::daily}) {
     Plan plan = MakePlan({{"a0", group}}, rules);
-    EXPECT_EQ(plan.OnRefused(0), PlanChange::set_apart);
+    EXPECT_EQ(plan.OnRefused(0, kStart), PlanChange::set_apart);
     EXPECT_EQ(Shown(plan), "slow a0");
-    EXPECT_EQ(plan.OnRefused(0), PlanChange::nothing);
-    EXPECT_EQ(plan.OnRefused(0), PlanChange::set_apart);
+    EXPECT_EQ(plan.OnRefused(0, kStart), PlanChange::nothing);
+    EXPECT_EQ(plan.OnRefused(0, kStart), PlanChange::set_apart);
     EXPECT_EQ(Shown(plan), "daily a0") << "once is for ever";
 
     plan = MakePlan({{"a0", group}}, rules);
-    plan.OnAnswered(0);
-    EXPECT_EQ(plan.OnRefused(0), PlanChange::set_apart);
+    plan.OnAnswered(0, kStart);
+    EXPECT_EQ(plan.OnRefused(0, kStart), PlanChange::set_apart);
     EXPECT_EQ(Shown(plan), "slow a0");
-    EXPECT_EQ(plan.OnAnswered(0), PlanChange::restored);
+    EXPECT_EQ(plan.OnAnswered(0, kStart), PlanChange::restored);
     EXPECT_EQ(plan.queries()[0].group, group);
 
     plan = MakePlan({{"a0", group}, {"a1", group}}, rules);
-    EXPECT_EQ(plan.OnRefused(0), PlanChange::split);
+    EXPECT_EQ(plan.OnRefused(0, kStart), PlanChange::split);
     EXPECT_EQ(plan.queries()[0].group, group) << "its parts are judged by what is said to them";
     EXPECT_EQ(plan.queries().size(), 2U);
   }
@@ -181,18 +185,18 @@ TEST(QueryPlan, AnAnsweredProbeShowsThatSilenceIsARefusal) {
   plan.OnProbed();
   for (int i = 0; i < 2; ++i) EXPECT_EQ(plan.OnSilent(0), PlanChange::nothing);
   EXPECT_EQ(plan.OnSilent(0), PlanChange::split);
-  plan.OnAnswered(0);
+  plan.OnAnswered(0, kStart);
   EXPECT_TRUE(plan.SilentlyRefused().empty());
   EXPECT_EQ(plan.OnSilent(1), PlanChange::set_apart) << "its part is suspected already";
   EXPECT_EQ(plan.SilentlyRefused(), (std::vector<std::size_t>{1}));
-  plan.OnAnswered(1);
+  plan.OnAnswered(1, kStart);
   EXPECT_TRUE(plan.SilentlyRefused().empty());
 }
 
 TEST(QueryPlan, WhatIsRefusedIsDroppedWhereTheProtocolSaysSo) {
   Plan plan = MakePlan({{"a0"}, {"b0"}, {"b0", Group::slow}},
                        {.may_join = {}, .refused = WhenRefused::drop});
-  EXPECT_EQ(plan.OnRefused(1), PlanChange::set_apart);
+  EXPECT_EQ(plan.OnRefused(1, kStart), PlanChange::set_apart);
   EXPECT_EQ(Shown(plan), "a0") << "one refusal speaks for the place in every group";
   plan.OnReconnect();
   EXPECT_EQ(Shown(plan), "a0, b0, slow b0");
@@ -202,27 +206,135 @@ TEST(QueryPlan, WhatIsRefusedIsDroppedWhereTheProtocolSaysSo) {
 TEST(QueryPlan, WhatWasRefusedIsAskedAgainWhenThatIsInDoubt) {
   Plan plan = MakePlan({{"a0"}, {"b0"}}, {.may_join = {}, .refused = WhenRefused::drop});
   EXPECT_FALSE(plan.ForgetRefusals()) << "nothing was refused";
-  EXPECT_EQ(plan.OnRefused(1), PlanChange::set_apart);
+  EXPECT_EQ(plan.OnRefused(1, kStart), PlanChange::set_apart);
   EXPECT_TRUE(plan.ForgetRefusals());
   EXPECT_EQ(Shown(plan), "a0, b0");
 }
 
 TEST(QueryPlan, ABlockOfAnUnknownFunctionStaysWhole) {
   Plan plan = MakePlan({{"a0"}, {"a1"}});
-  EXPECT_EQ(plan.OnRefused(0, false), PlanChange::set_apart);
+  EXPECT_EQ(plan.OnRefused(0, kStart, false), PlanChange::set_apart);
   EXPECT_EQ(Shown(plan), "slow a0..1");
   plan.OnReconnect();
   EXPECT_EQ(Shown(plan), "a0..1");
 }
 
-TEST(QueryPlan, SplitsOutliveAReconnectWhereTheProtocolSaysSo) {
-  for (const bool keeps : {true, false}) {
-    Plan::Rules rules = Near();
-    rules.keeps_splits = keeps;
-    Plan plan = MakePlan({{"a0"}, {"a1"}}, rules);
-    EXPECT_EQ(plan.OnRefused(0), PlanChange::split);
+TEST(QueryPlan, AReconnectMakesBlocksWholeAgain) {
+  Plan plan = MakePlan({{"a0"}, {"a1"}});
+  EXPECT_EQ(plan.OnRefused(0, kStart), PlanChange::split);
+  plan.OnReconnect();
+  EXPECT_EQ(Shown(plan), "a0..1");
+}
+
+/// Silence costs a reply time and its repetitions. Of a block that was answered it is temporary.
+TEST(QueryPlan, WhatADeviceIsSilentToStaysSplitUnlessItWasAnswered) {
+  for (const bool answered : {false, true}) {
+    Plan plan = MakePlan({{"a0"}, {"a1"}, {"b0"}});
+    if (answered) plan.OnAnswered(0, kStart);
     plan.OnReconnect();
-    EXPECT_EQ(Shown(plan), keeps ? "a0, a1" : "a0..1");
+    plan.OnAnswered(1, kStart);
+    for (int i = 0; i < 2; ++i) EXPECT_EQ(plan.OnSilent(0), PlanChange::nothing);
+    EXPECT_EQ(plan.OnSilent(0), PlanChange::split);
+    plan.OnReconnect();
+    EXPECT_EQ(Shown(plan), answered ? "a0..1, b0" : "a0, a1, b0");
+  }
+}
+
+/// A device as the plan sees it: it has some places, refuses everything for a while, and is asked
+/// every group as often as it is due.
+class AskedDevice {
+ public:
+  explicit AskedDevice(Plan& plan) : plan_(plan) {}
+
+  std::function<bool(const Block<char>&)> answers = [](const Block<char>&) { return true; };
+  /// Asks for so long, the fast group every second; counts requests.
+  std::size_t RunFor(Duration time) {
+    std::size_t requests = 0;
+    for (const Instant end = now_ + time; now_ < end; now_ += 1s) {
+      Ask(Group::fast, requests);
+      const auto passed = (now_ - kStart) / 1s;
+      if (passed % 8 == 0) Ask(config::kAgainGroup, requests);
+      if (passed % 60 == 0) Ask(Group::slow, requests);
+    }
+    return requests;
+  }
+
+ private:
+  /// A round of a group; after a change it goes on with what is left of it.
+  void Ask(Group group, std::size_t& requests) {
+    std::size_t rest = 200;
+    for (std::size_t query = 0; query < plan_.queries().size() && rest > 0; --rest) {
+      if (plan_.queries()[query].group != group) {
+        ++query;
+        continue;
+      }
+      ++requests;
+      const PlanChange change = answers(plan_.block(query)) ? plan_.OnAnswered(query, now_)
+                                                            : plan_.OnRefused(query, now_);
+      if (change == PlanChange::nothing) ++query;
+    }
+  }
+
+  Plan& plan_;
+  Instant now_ = kStart;
+};
+
+std::vector<PlaceInQuery> FortyPlaces(std::vector<std::string>& names) {
+  for (int i = 0; i < 40; ++i) names.push_back("a" + std::to_string(i));
+  std::vector<PlaceInQuery> places;
+  for (const std::string& name : names) places.push_back({name.c_str()});
+  return places;
+}
+
+Plan::Rules UpToFifty() {
+  return {.may_join = [](const Block<char>& block, const Block<char>& next) {
+    return next.begin <= block.end + 2 && next.end - block.begin <= 50;
+  }};
+}
+
+TEST(QueryPlan, WhatHasAnsweredIsAskedAgainSoonAndWhole) {
+  std::vector<std::string> names;
+  Plan plan = MakePlan(FortyPlaces(names), UpToFifty());
+  AskedDevice device(plan);
+  device.RunFor(5s);
+  for (const Duration outage : {1s, 4s, 60s, 600s}) {
+    device.answers = [](const Block<char>&) { return false; };
+    const auto during = static_cast<double>(device.RunFor(outage));
+    EXPECT_LT(during, 40 + 1.5 * static_cast<double>(outage / 1s)) << "it is not asked in parts";
+    device.answers = [](const Block<char>&) { return true; };
+    device.RunFor(10s);
+    EXPECT_EQ(Shown(plan), "a0..39") << "after " << outage / 1s << " s";
+    EXPECT_EQ(device.RunFor(60s), 60U);
+  }
+}
+
+TEST(QueryPlan, WhatIsGoneAfterAnOutageCostsTheOthersNothing) {
+  std::vector<std::string> names;
+  Plan plan = MakePlan(FortyPlaces(names), UpToFifty());
+  AskedDevice device(plan);
+  device.RunFor(5s);
+  device.answers = [](const Block<char>&) { return false; };
+  device.RunFor(20s);
+  // Places 0, 1, 7 and 23 are gone.
+  device.answers = [](const Block<char>& block) {
+    for (const std::size_t gone : {0U, 1U, 7U, 23U}) {
+      if (block.begin <= gone && gone < block.end) return false;
+    }
+    return true;
+  };
+  device.RunFor(2min);
+  EXPECT_EQ(plan.queries()[0].group, Group::fast);
+  std::size_t fast = 0;
+  for (const Query& query : plan.queries()) {
+    fast += query.group == Group::fast ? query.points.size() : 0;
+  }
+  EXPECT_EQ(fast, 36U) << Shown(plan);
+  const std::size_t minute = device.RunFor(60s);
+  EXPECT_LT(minute, 60U * 4 + 100) << "few requests more than the three blocks that are left";
+  device.RunFor(2h);
+  for (const Query& query : plan.queries()) {
+    EXPECT_TRUE(query.group == Group::fast || query.group == Group::slow)
+        << "after an hour it may be for ever";
   }
 }
 
@@ -231,7 +343,7 @@ TEST(QueryPlan, TheThirdSilenceIsARefusalWhileOthersAreAnswered) {
   for (int i = 0; i < 9; ++i) {
     EXPECT_EQ(plan.OnSilent(1), PlanChange::nothing) << "the device itself may be gone";
   }
-  plan.OnAnswered(0);
+  plan.OnAnswered(0, kStart);
   EXPECT_EQ(plan.OnSilent(1), PlanChange::nothing);
   EXPECT_EQ(plan.OnSilent(1), PlanChange::nothing);
   EXPECT_EQ(plan.OnSilent(1), PlanChange::set_apart);
@@ -243,7 +355,7 @@ TEST(QueryPlan, TheThirdSilenceIsARefusalWhileOthersAreAnswered) {
 
 TEST(QueryPlan, ASilentBlockIsSplitFirst) {
   Plan plan = MakePlan({{"a0"}, {"a1"}, {"b0"}});
-  plan.OnHeard(1);
+  plan.OnHeard(1, kStart);
   for (int i = 0; i < 2; ++i) EXPECT_EQ(plan.OnSilent(0), PlanChange::nothing);
   EXPECT_EQ(plan.OnSilent(0), PlanChange::split);
   EXPECT_EQ(Shown(plan), "a0, a1, b0");
@@ -253,7 +365,7 @@ TEST(QueryPlan, ASilentBlockIsSplitFirst) {
 
 TEST(QueryPlan, AReconnectBeginsTheSilencesAnew) {
   Plan plan = MakePlan({{"a0"}, {"b0"}});
-  plan.OnAnswered(0);
+  plan.OnAnswered(0, kStart);
   for (int i = 0; i < 2; ++i) EXPECT_EQ(plan.OnSilent(1), PlanChange::nothing);
   plan.OnReconnect();
   EXPECT_EQ(plan.OnSilent(1), PlanChange::nothing);
@@ -264,10 +376,10 @@ TEST(QueryPlan, AReconnectBeginsTheSilencesAnew) {
 
 TEST(QueryPlan, ANumberThatNoQueryHasChangesNothing) {
   Plan plan = MakePlan({{"a0"}});
-  EXPECT_EQ(plan.OnAnswered(1), PlanChange::nothing);
-  EXPECT_EQ(plan.OnRefused(1), PlanChange::nothing);
+  EXPECT_EQ(plan.OnAnswered(1, kStart), PlanChange::nothing);
+  EXPECT_EQ(plan.OnRefused(1, kStart), PlanChange::nothing);
   EXPECT_EQ(plan.OnSilent(1), PlanChange::nothing);
-  plan.OnHeard(1);
+  plan.OnHeard(1, kStart);
   EXPECT_EQ(Shown(plan), "a0");
 }
 

@@ -79,7 +79,7 @@ TEST(ModbusPlan, PointsOfOneRegisterShareIt) {
 TEST(ModbusPlan, ARefusedBlockIsSplitAndStaysSo) {
   SpacePlan plan = Plan(Points({"holding 0", "holding 1", "holding 5", "holding 8"}));
   ASSERT_EQ(Shown(plan), "fast holding 0+9");
-  EXPECT_EQ(plan.OnRefused(0), PlanChange::split);
+  EXPECT_EQ(plan.OnRefused(0, kStart), PlanChange::split);
   EXPECT_EQ(Shown(plan), "fast holding 0+2 fast holding 5+4");
   plan.OnReconnect();
   EXPECT_EQ(Shown(plan), "fast holding 0+2 fast holding 5+4");
@@ -89,7 +89,7 @@ TEST(ModbusPlan, OverlappingPointsAreNotParted) {
   auto points = Points({"holding 8[b0]", "holding 8[b1]"}, Type::boolean);
   points.push_back(ReadPoint("word", "holding 8"));
   SpacePlan plan = Plan(points);
-  EXPECT_EQ(plan.OnRefused(0), PlanChange::set_apart);
+  EXPECT_EQ(plan.OnRefused(0, kStart), PlanChange::set_apart);
   EXPECT_EQ(Shown(plan), "slow holding 8+1");
   EXPECT_EQ(plan.queries()[0].points.size(), 3U);
 }
@@ -98,13 +98,13 @@ TEST(ModbusPlan, WhatIsRefusedIsAskedRarelyAndApart) {
   auto points = Points({"holding 0", "holding 1", "holding 2"});
   points[2].group = Group::slow;
   SpacePlan plan = Plan(points);
-  ASSERT_EQ(plan.OnRefused(0), PlanChange::split);
+  ASSERT_EQ(plan.OnRefused(0, kStart), PlanChange::split);
   ASSERT_EQ(Shown(plan), "fast holding 0+1 fast holding 1+1 slow holding 2+1");
-  EXPECT_EQ(plan.OnRefused(1), PlanChange::set_apart);
+  EXPECT_EQ(plan.OnRefused(1, kStart), PlanChange::set_apart);
   EXPECT_EQ(Shown(plan), "fast holding 0+1 slow holding 2+1 slow holding 1+1");
-  EXPECT_EQ(plan.OnRefused(2), PlanChange::nothing);
-  EXPECT_EQ(plan.OnAnswered(1), PlanChange::nothing);
-  EXPECT_EQ(plan.OnAnswered(2), PlanChange::restored) << "new firmware knows it";
+  EXPECT_EQ(plan.OnRefused(2, kStart), PlanChange::nothing);
+  EXPECT_EQ(plan.OnAnswered(1, kStart), PlanChange::nothing);
+  EXPECT_EQ(plan.OnAnswered(2, kStart), PlanChange::restored) << "new firmware knows it";
   EXPECT_EQ(Shown(plan), "fast holding 0+1 fast holding 1+1 slow holding 2+1");
 }
 

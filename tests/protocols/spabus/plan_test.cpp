@@ -94,11 +94,11 @@ TEST(SpaPlan, SplitsAndMissingItemsDivideABlock) {
   for (int i = 1; i <= 6; ++i) points.push_back(MakePoint("O" + std::to_string(i)));
   const RequestLimits most;
   ItemPlan plan = MakePlan(ReadablePoints(points), most);
-  EXPECT_EQ(plan.OnRefused(0), PlanChange::split);
+  EXPECT_EQ(plan.OnRefused(0, kStart), PlanChange::split);
   EXPECT_EQ(TextsOf(plan), (Texts{"O1/3", "O4/6"}));
-  EXPECT_EQ(plan.OnRefused(0), PlanChange::split);
+  EXPECT_EQ(plan.OnRefused(0, kStart), PlanChange::split);
   EXPECT_EQ(TextsOf(plan), (Texts{"O1", "O2/3", "O4/6"}));
-  EXPECT_EQ(plan.OnRefused(0), PlanChange::set_apart);
+  EXPECT_EQ(plan.OnRefused(0, kStart), PlanChange::set_apart);
   EXPECT_EQ(TextsOf(plan), (Texts{"O2/3", "O4/6", "O1"})) << "what may be missing is asked rarely";
   plan.OnReconnect();
   EXPECT_EQ(TextsOf(plan), (Texts{"O1/6"})) << "it may be another relay now";

@@ -1,0 +1,41 @@
+// When something that a device has refused is tried again: soon, because it may only have started,
+// and less and less often if it goes on refusing it.
+//
+//   refused at 0 s    tried and refused at 8 s, 24 s, 56 s …, at last once an hour
+//
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <optional>
+
+#include "gateway/base/time.h"
+
+namespace baudgate {
+
+class TryAgain {
+ public:
+  static constexpr Duration kFirst = 8s;
+  static constexpr Duration kLongest = 1h;
+
+  /// It was refused. Each time doubles the wait, unless one is under way.
+  void OnRefused(Instant now) {
+    if (at_) return;
+    wait_ = wait_ == Duration::zero() ? kFirst : std::min(2 * wait_, kLongest);
+    at_ = now + wait_;
+  }
+  /// True once when the wait is over.
+  bool TakeDue(Instant now) {
+    if (!at_ || now < *at_) return false;
+    at_.reset();
+    return true;
+  }
+  /// It works again, or nothing is known of it any more.
+  void Forget() { *this = {}; }
+
+ private:
+  Duration wait_{};             // the latest
+  std::optional<Instant> at_{};  // its end; empty: none is under way
+};
+
+}  // namespace baudgate

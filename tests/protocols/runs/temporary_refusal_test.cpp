@@ -1,0 +1,85 @@
+// A device that refuses everything for a while, as while it starts: what it has answered before is
+// soon read again, with as few requests as before.
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include "gateway/base/checksum.h"
+#include "gateway/base/text.h"
+#include "protocols/dcon/codec.h"
+#include "protocols/modbus/codec.h"
+#include "protocols/modbus/protocol.h"
+#include "tests/protocols/runs/rig.h"
+
+namespace baudgate {
+namespace {
+
+/// How `setup` says "I do not have it" to a request.
+Bytes RefusalOf(const Setup& setup, View request) {
+  const std::string_view protocol = setup.protocol->name;
+  if (protocol == "spabus") {
+    const std::string_view text = AsText(request);
+    Bytes said = ToBytes(
+        "<" + std::string(text.substr(1, text.find_first_not_of("0123456789", 1) - 1)) + "N:5:");
+    Append(said, HexByte(Xor8(said)) + "\r\n");
+    return said;
+  }
+  if (protocol == "dcon") {
+    const bool checksum = LineOf(setup).devices[0].options.Flag("checksum");
+    return protocols::dcon::BuildReply("?" + std::string(AsText(request).substr(1, 2)), checksum);
+  }
+  if (protocol == "set4tm") {
+    Bytes said = {request[0], 0x01};
+    AppendCrc16(said);
+    return said;
+  }
+  using protocols::modbus::Framing;
+  const Framing framing = protocol == "modbus_rtu"     ? Framing::rtu
+                          : protocol == "modbus_ascii" ? Framing::ascii
+                                                       : Framing::tcp;
+  const auto asked = protocols::modbus::Unwrap(framing, request);
+  if (!asked) return {};
+  const auto function = static_cast<std::uint8_t>(asked->pdu[0] | 0x80U);
+  return protocols::modbus::Wrap(framing, asked->slave, Bytes{function, 2}, asked->transaction);
+}
+
+class TemporaryRefusal : public ::testing::TestWithParam<Setup> {
+ protected:
+  void SetUp() override {
+    rig_ = std::make_unique<Rig>(GetParam());
+    rig_->LearnTruth();
+    rig_->line().RunFor(1min);
+    rig_->Watch();
+  }
+  void Refuse(bool refuses) {
+    line().twin(0).manner.instead = [this, refuses](View request) -> std::optional<Bytes> {
+      return refuses ? std::optional(RefusalOf(GetParam(), request)) : std::nullopt;
+    };
+  }
+  VirtualLine& line() { return rig_->line(); }
+  std::size_t RequestsIn(Duration time) {
+    const std::size_t before = line().sent.size();
+    line().RunFor(time);
+    return line().sent.size() - before;
+  }
+
+  std::unique_ptr<Rig> rig_;
+};
+
+TEST_P(TemporaryRefusal, IsSoonOver) {
+  const auto usual = static_cast<double>(RequestsIn(2min));
+  for (const Duration time : {4s, 30s, 300s}) {
+    Refuse(true);
+    line().RunFor(time);
+    Refuse(false);
+    EXPECT_TRUE(line().RunUntil([&] { return rig_->AllGood(0); }, 15s))
+        << "after " << FormatDuration(time);
+    line().RunFor(30s);
+    EXPECT_NEAR(static_cast<double>(RequestsIn(2min)), usual, 0.1 * usual)
+        << "after " << FormatDuration(time);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Lines, TemporaryRefusal, ::testing::ValuesIn(RealLines()), SetupName);
+
+}  // namespace
+}  // namespace baudgate
