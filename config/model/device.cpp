@@ -37,7 +37,7 @@ Duration PeriodOf(const Device& device, Group group) {
       return device.slow;
     case Group::fast:
       return device.poll;
-    case kAgainGroup:
+    case Group::again:
       return kAgainPeriod;
     default:
       break;

@@ -55,6 +55,8 @@ std::string_view Name(Group group) {
       return "slow";
     case Group::fast:
       return "fast";
+    case Group::again:
+      return "again";
     default:
       return "own";
   }

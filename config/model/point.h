@@ -48,16 +48,15 @@ enum class TimeType : std::uint8_t {
 };
 /// How often a point is read. `once` and `daily` so seldom that a failed read is not left to the
 /// next period. `own` and those behind it are of points with a `poll` of their own: the first,
-/// second … of the device's `intervals`.
-enum class Group : std::uint8_t { once, daily, slow, fast, own };
-inline constexpr std::size_t kNamedGroups = 4;
+/// second … of the device's `intervals`. `again` is of queries alone: points that have answered and
+/// are refused now, whatever their own group is.
 inline constexpr std::size_t kMostIntervals = 8;
+enum class Group : std::uint8_t { once, daily, slow, fast, own, again = own + kMostIntervals };
+inline constexpr std::size_t kNamedGroups = 4;
 inline constexpr std::size_t kGroups = kNamedGroups + kMostIntervals;
 constexpr Group OwnGroup(std::size_t interval) {
   return static_cast<Group>(static_cast<std::size_t>(Group::own) + interval);
 }
-/// Of queries alone: points that have answered and are refused now, whatever their own group is.
-inline constexpr Group kAgainGroup = OwnGroup(kMostIntervals);
 inline constexpr Duration kAgainPeriod = std::chrono::seconds(8);
 constexpr bool IsSeldom(Group group) { return group == Group::once || group == Group::daily; }
 /// Which pair of Modbus tables a point lives in: registers (FC 3 and 4) or bits (FC 1 and 2).

@@ -17,8 +17,8 @@ constexpr Duration kAlike = 200ms;
 std::size_t Schedule::AddDevice(Duration fast_period, Duration slow_period, Duration daily_period,
                                 const std::vector<Duration>& intervals) {
   Device device;
-  device.rounds.resize(NumberOf(config::kAgainGroup) + 1);
-  device.rounds[NumberOf(config::kAgainGroup)].period = config::kAgainPeriod;
+  device.rounds.resize(NumberOf(config::Group::again) + 1);
+  device.rounds[NumberOf(config::Group::again)].period = config::kAgainPeriod;
   for (std::size_t i = 0; i < intervals.size(); ++i) {
     device.rounds[NumberOf(config::OwnGroup(i))].period = intervals[i];
   }

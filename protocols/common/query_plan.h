@@ -42,7 +42,7 @@ struct Block {
 };
 
 /// What becomes of points that the device refuses to send. Those that have answered before are
-/// asked with config::kAgainGroup for an hour, and so only then.
+/// asked with config::Group::again for an hour, and so only then.
 enum class WhenRefused : std::uint8_t {
   ask_rarely,  ///< with the slow group: a channel that is enabled later comes back by itself
   ask_daily,   ///< the same, and once the verdict has fallen of what was never answered, daily
@@ -77,7 +77,7 @@ class QueryPlan {
     /// So many in a row are a verdict. More than one where a damaged reply may look like a refusal:
     /// of what has been answered before each is a failure like any other until then.
     int refusals = 1;
-    /// Whether a group is asked about as often as config::kAgainGroup, so that doubts are settled
+    /// Whether a group is asked about as often as config::Group::again, so that doubts are settled
     /// there.
     Often is_often = IsFast;
   };
@@ -95,6 +95,9 @@ class QueryPlan {
   const Block<Key>& block(std::size_t query) const { return blocks_[query]; }
   /// Whether all of the query has been answered at least once, however long ago.
   bool IsProven(std::size_t query) const;
+
+  /// What was answered by another layout of the same points counts as answered by this one.
+  void TakeProven(const QueryPlan& other);
 
   // What came of queries()[query]. A number that no query has changes nothing.
 
@@ -160,7 +163,7 @@ class QueryPlan {
     return refused && item.proven && !item.silent && !item.lasting;
   }
   config::Group GroupOf(const Item& item) const {
-    if (IsAskedAgain(item)) return config::kAgainGroup;
+    if (IsAskedAgain(item)) return config::Group::again;
     if (IsInDoubt(item)) return config::Group::slow;
     if (item.refusal == 0) return item.group;
     const bool daily = rules_.refused == WhenRefused::ask_daily && !item.proven &&
@@ -278,6 +281,15 @@ bool QueryPlan<Key>::Joins(const Item& first, const Block<Key>& block, const Ite
 template <typename Key>
 bool QueryPlan<Key>::IsProven(std::size_t query) const {
   return std::ranges::all_of(members_[query], [this](std::size_t i) { return items_[i].proven; });
+}
+
+template <typename Key>
+void QueryPlan<Key>::TakeProven(const QueryPlan& other) {
+  for (Item& item : items_) {
+    item.proven = std::ranges::any_of(other.items_, [&](const Item& before) {
+      return before.point == item.point && before.proven;
+    });
+  }
 }
 
 // ---------------------------------------------------------------- what is learned

@@ -50,8 +50,8 @@ void MeterArchive::OnReconnect() {
   for (BackgroundJob* one : jobs_) one->OnReconnect();
 }
 
-void MeterArchive::ForgetRefusals() {
-  journals_.ForgetRefusals();
+void MeterArchive::ForgetRefusals(bool journals) {
+  if (journals) journals_.ForgetRefusals();
   for (BackgroundJob* one : jobs_) one->ForgetRefusals();
 }
 

@@ -36,7 +36,8 @@ class MeterArchive {
   /// The serial number of the meter that answers.
   void OnMeter(std::uint32_t serial);
   void OnReconnect();
-  void ForgetRefusals();
+  /// `journals`: those as well. A journal that was never read may be missing for ever.
+  void ForgetRefusals(bool journals);
 
   // Tasks of events: the next PDU, its data, its refusal, no answer to it.
 

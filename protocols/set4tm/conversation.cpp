@@ -44,7 +44,7 @@ void MeterConversation::OnReconnect() {
 }
 
 bool MeterConversation::ForgetRefusals() {
-  parts_.ForgetRefusals();
+  parts_.ForgetRefusals(true);
   return parts_.reads.ForgetRefusals();
 }
 

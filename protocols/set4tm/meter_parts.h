@@ -27,10 +27,10 @@ struct MeterParts {
         session(settings) {}
 
   const config::Device& device;
-  /// What the meter has refused is asked again, its points excepted.
-  void ForgetRefusals() {
+  /// What the meter has refused is asked again, its points excepted. `journals`: see MeterArchive.
+  void ForgetRefusals(bool journals) {
     identification.ForgetRefusals();
-    archive.ForgetRefusals();
+    archive.ForgetRefusals(journals);
     latched.ForgetRefusals();
     reads.TryMasks();
   }

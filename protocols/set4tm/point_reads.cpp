@@ -25,14 +25,16 @@ void PointReads::OnReconnect() {
 }
 
 bool PointReads::MasksMayHelp() const {
-  if (masked_ || settings_.snapshot != Snapshot::automatic) return false;
+  if (masked_ || settings_.snapshot == Snapshot::off) return false;
   return fields_.MakePlan(true).queries().size() < plan_.queries().size();
 }
 
 void PointReads::UseMasks(bool masked) {
   masked_ = masked;
   tries_masks_ = false;
-  plan_ = fields_.MakePlan(masked, is_often_);
+  PduPlan plan = fields_.MakePlan(masked, is_often_);
+  plan.TakeProven(plan_);
+  plan_ = std::move(plan);
 }
 
 bool PointReads::ChooseIntegers() {

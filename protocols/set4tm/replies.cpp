@@ -98,8 +98,7 @@ Answer MeterReplies::Take(Step step) {
 Answer MeterReplies::TakeData(Step& step) {
   Reply& reply = step.reply;
   parts_.session.OnGood(step.now);
-  const bool again = parts_.refused.TakeDue(step.now);
-  if (again) parts_.ForgetRefusals();
+  if (parts_.refused.TakeDue(step.now)) parts_.ForgetRefusals(false);
   parts_.identification.Learn(reply.pdu, reply.data);
   if (Is(reply.pdu, kAskSerial)) {
     const auto serial = ByteReader(reply.data).U32Be(0).value_or(0);
@@ -108,9 +107,7 @@ Answer MeterReplies::TakeData(Step& step) {
     parts_.archive.OnMeter(serial);
   }
   parts_.latched.Take(reply, parts_.reads);
-  Answer answer = RowOf(step.asked).data(*this, step);
-  if (again && answer.then == Then::done) answer.then = Then::replan;  // it may have events now
-  return answer;
+  return RowOf(step.asked).data(*this, step);
 }
 
 Answer MeterReplies::TakeStatus(Step& step) {

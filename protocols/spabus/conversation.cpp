@@ -103,7 +103,11 @@ class SpaConversation final : public Conversation {
     }
     if (identity_.TakeAsked()) return identity_.TakeName(std::move(exchange.answer));
     if (task.kind == Task::Kind::events) return events_.OnAnswer(std::move(exchange), now);
-    if (task.kind != Task::Kind::poll) return std::move(exchange.answer);
+    if (task.kind != Task::Kind::poll) {
+      // Only polls learn whether the relay has an item.
+      if (exchange.answer.outcome != Outcome::ok) exchange.answer.readings.clear();
+      return std::move(exchange.answer);
+    }
     return TakeRead(task.query, std::move(exchange), frame.size(), now);
   }
 

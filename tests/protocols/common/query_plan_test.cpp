@@ -142,15 +142,15 @@ TEST(QueryPlan, WhereARefusalMayBeDamageThreeAreAVerdict) {
   for (int i = 0; i < 2; ++i) plan.OnRefused(0, kStart);
   EXPECT_TRUE(plan.IsLastRefusal(0));
   EXPECT_EQ(plan.OnRefused(0, kStart), PlanChange::set_apart);
-  EXPECT_EQ(Shown(plan), "b0, slow a0");
+  EXPECT_EQ(Shown(plan), "b0, again a0");
   EXPECT_EQ(plan.OnRefused(0, kStart), PlanChange::set_apart)
       << "never answered: at slow intervals";
-  EXPECT_EQ(Shown(plan), "slow a0, slow b0");
-  EXPECT_EQ(plan.OnRefused(1, kStart), PlanChange::nothing);
-  EXPECT_EQ(plan.OnRefused(1, kStart), PlanChange::set_apart) << "and daily from the verdict on";
-  EXPECT_EQ(plan.queries().back().group, Group::daily);
-  EXPECT_EQ(plan.OnAnswered(1, kStart), PlanChange::restored);
-  EXPECT_EQ(Shown(plan), "b0, slow a0");
+  EXPECT_EQ(Shown(plan), "slow b0, again a0");
+  EXPECT_EQ(plan.OnRefused(0, kStart), PlanChange::nothing);
+  EXPECT_EQ(plan.OnRefused(0, kStart), PlanChange::set_apart) << "and daily from the verdict on";
+  EXPECT_EQ(Shown(plan), "daily b0, again a0");
+  EXPECT_EQ(plan.OnAnswered(0, kStart), PlanChange::restored);
+  EXPECT_EQ(Shown(plan), "b0, again a0");
 }
 
 /// Its round would not come again soon enough for the second and the third time.
@@ -168,7 +168,7 @@ TEST(QueryPlan, WhatIsReadSeldomIsInDoubtAtSlowIntervals) {
     plan = MakePlan({{"a0", group}}, rules);
     plan.OnAnswered(0, kStart);
     EXPECT_EQ(plan.OnRefused(0, kStart), PlanChange::set_apart);
-    EXPECT_EQ(Shown(plan), "slow a0");
+    EXPECT_EQ(Shown(plan), "again a0");
     EXPECT_EQ(plan.OnAnswered(0, kStart), PlanChange::restored);
     EXPECT_EQ(plan.queries()[0].group, group);
 
@@ -253,7 +253,7 @@ class AskedDevice {
     for (const Instant end = now_ + time; now_ < end; now_ += 1s) {
       Ask(Group::fast, requests);
       const auto passed = (now_ - kStart) / 1s;
-      if (passed % 8 == 0) Ask(config::kAgainGroup, requests);
+      if (passed % 8 == 0) Ask(config::Group::again, requests);
       if (passed % 60 == 0) Ask(Group::slow, requests);
     }
     return requests;

@@ -62,6 +62,17 @@ class TemporaryRefusal : public ::testing::TestWithParam<Setup> {
     return line().sent.size() - before;
   }
 
+  std::string NotGood() {
+    std::string text;
+    const auto& points = rig_->device(0).points;
+    for (std::uint32_t i = 0; i < points.size(); ++i) {
+      if (line().QualityOf(0, i) != Quality::good) {
+        text += points[i].name + " " + std::string(Name(points[i].group)) + "; ";
+      }
+    }
+    return text;
+  }
+
   std::unique_ptr<Rig> rig_;
 };
 
@@ -71,8 +82,8 @@ TEST_P(TemporaryRefusal, IsSoonOver) {
     Refuse(true);
     line().RunFor(time);
     Refuse(false);
-    EXPECT_TRUE(line().RunUntil([&] { return rig_->AllGood(0); }, 15s))
-        << "after " << FormatDuration(time);
+    EXPECT_TRUE(line().RunUntil([&] { return rig_->AllGood(0); }, 30s))
+        << "after " << FormatDuration(time) << ": " << NotGood();
     line().RunFor(30s);
     EXPECT_NEAR(static_cast<double>(RequestsIn(2min)), usual, 0.1 * usual)
         << "after " << FormatDuration(time);

@@ -3,6 +3,7 @@
 #include "protocols/spabus/plan.h"
 
 #include "tests/protocols/spabus/support.h"
+#include "tests/support/times.h"
 
 namespace baudgate::protocols::spabus {
 namespace {

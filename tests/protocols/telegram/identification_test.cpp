@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/protocols/telegram/support.h"
+#include "tests/support/times.h"
 
 namespace baudgate::protocols::telegram {
 namespace {
@@ -26,32 +27,47 @@ class TelegramIdentification : public ::testing::Test {
 
 TEST_F(TelegramIdentification, IsDueUntilTheNameIsKnownAndAgainBehindSilence) {
   Identification identification(description_, identity_);
-  EXPECT_TRUE(identification.IsDue());
+  EXPECT_TRUE(identification.IsDue(kStart));
   identification.OnReply({.outcome = Outcome::busy});
-  EXPECT_TRUE(identification.IsDue());
+  EXPECT_TRUE(identification.IsDue(kStart));
   identification.OnReply(Says("ACME 7"));
-  EXPECT_FALSE(identification.IsDue());
+  EXPECT_FALSE(identification.IsDue(kStart));
   identification.OnLost();
-  EXPECT_TRUE(identification.IsDue());
-  identification.OnNoName();
-  EXPECT_FALSE(identification.IsDue());
+  EXPECT_TRUE(identification.IsDue(kStart));
+  identification.OnNoName(kStart);
+  EXPECT_FALSE(identification.IsDue(kStart));
+}
+
+/// Many devices of a kind do not know the question.
+TEST_F(TelegramIdentification, WhoDoesNotTellItsNameIsAskedLessAndLessOften) {
+  Identification identification(description_, identity_);
+  int asked = 0;
+  for (Instant now = kStart; now < kStart + 24h; now += 1s) {
+    if (!identification.IsDue(now)) continue;
+    ++asked;
+    identification.OnNoName(now);
+    identification.OnLost();
+  }
+  EXPECT_GT(asked, 24);
+  EXPECT_LT(asked, 40);
+  EXPECT_FALSE(identification.trouble()) << "unknown, not wrong";
 }
 
 TEST_F(TelegramIdentification, IsDueAsLongAsAnotherDeviceAnswers) {
   Identification identification(description_, identity_);
   identification.OnReply(Says("ACME 8"));
   EXPECT_TRUE(identification.trouble());
-  EXPECT_TRUE(identification.IsDue());
-  identification.OnNoName();
-  EXPECT_TRUE(identification.IsDue());
+  EXPECT_TRUE(identification.IsDue(kStart));
+  identification.OnNoName(kStart);
+  EXPECT_TRUE(identification.IsDue(kStart));
   identification.OnReply(Says("ACME 7"));
   EXPECT_FALSE(identification.trouble());
-  EXPECT_FALSE(identification.IsDue());
+  EXPECT_FALSE(identification.IsDue(kStart));
 }
 
 TEST_F(TelegramIdentification, IsNeverDueWhereNoTelegramAsksForTheName) {
   description_.telegrams[1].identity.clear();
-  EXPECT_FALSE(Identification(description_, identity_).IsDue());
+  EXPECT_FALSE(Identification(description_, identity_).IsDue(kStart));
 }
 
 constexpr char kResettable[] = R"(
