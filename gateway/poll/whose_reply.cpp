@@ -113,7 +113,8 @@ bool WhoseReply::MayAnswer(const SentRequest& sent, View frame, Outcome outcome)
 }
 
 /// Row 15: the device has never answered this request on this connection, so it may answer in any
-/// form. Of such replies no more are owed than to strangers.
+/// form. Of such replies no more are owed than to strangers, and none to a request that it does not
+/// know.
 bool WhoseReply::MayLookSo(const SentRequest& sent, std::size_t before, const Member& sender,
                            View frame) const {
   const auto& everyone = roster_.everyone();
@@ -121,6 +122,8 @@ bool WhoseReply::MayLookSo(const SentRequest& sent, std::size_t before, const Me
   const Member& asked = *everyone[sent.place];
   const State& state = states_[asked];
   if (!asked.IsSame(sender) || state.identity.Is(frame)) return false;
+  const auto silences = state.silences.find(sent.bytes);
+  if (silences != state.silences.end() && silences->second >= kUnknown) return false;
   return !state.identity.IsAskedBy(sent.bytes) && !state.shown.contains(sent.bytes);
 }
 
@@ -196,6 +199,7 @@ void WhoseReply::NoteShown(const Asked& asked, Outcome outcome) {
   const bool identifies = state.identity.IsAskedBy(asked.question());
   if (asked.request->is_proof() && (identifies || outcome == Outcome::ok)) state.proves = true;
   if (outcome == Outcome::busy) return;
+  state.silences.erase(asked.question());
   if (state.shown.size() >= kMostShown) state.shown.clear();
   state.shown.insert(asked.question());
 }
@@ -252,7 +256,12 @@ void WhoseReply::OnEnd(const Asked& asked, Outcome outcome, bool silent, Instant
   if (!ProvesLife(outcome) && outcome != Outcome::unexpected && asked.member->device == nullptr) {
     lost_.OnLost(*asked.member, asked.request->bytes, now);
   }
-  if (silent && outcome == Outcome::no_reply) state.answered_probe = false;  // another may come now
+  if (silent && outcome == Outcome::no_reply) {
+    state.answered_probe = false;  // another may come now
+    const Bytes question = asked.question();
+    if (state.silences.size() >= kMostShown) state.silences.clear();
+    if (!asked.writes && !state.shown.contains(question)) ++state.silences[question];
+  }
   if (!asked.probe || !ProvesLife(outcome)) return;
   state.proven_at = now;
   state.answered_probe = asked.request->is_proof() || !state.identity.known();
@@ -273,6 +282,7 @@ void WhoseReply::OnReconnect(const Member& member) {
   state.lag = 0;
   state.read = false;
   state.odd.clear();
+  state.silences.clear();
 }
 
 void WhoseReply::OnNoProof(const Device& device) {

@@ -8,6 +8,7 @@
 #pragma once
 
 #include <cstddef>
+#include <map>
 #include <set>
 #include <vector>
 
@@ -118,6 +119,7 @@ class WhoseReply {
     std::vector<Bytes> odd;  // requests whose latest replies had a form that was not asked for
     std::set<Bytes> shown;   // requests that it has answered in their form, since OnOpened
     bool proves = false;     // a proof is one of these
+    std::map<Bytes, int> silences;  // to requests that it has not answered, since OnReconnect
   };
   /// Fewer probes find a device that does not answer its identification
   /// (protocols/common/probe_choice.h).
@@ -129,6 +131,8 @@ class WhoseReply {
   /// For each device.
   static constexpr std::size_t kMostOdd = 16;
   static constexpr std::size_t kMostShown = 256;
+  /// So many silences, of two tasks at least, and it does not know the request: nothing is owed.
+  static constexpr int kUnknown = 6;
 
   /// It answers probes, and none of them is a proof: after a disturbance nothing shows whose its
   /// replies are.

@@ -15,13 +15,15 @@ namespace baudgate {
 
 class TryAgain {
  public:
-  static constexpr Duration kFirst = 8s;
   static constexpr Duration kLongest = 1h;
+
+  /// `first`: the first wait.
+  explicit TryAgain(Duration first = 8s) : first_(first) {}
 
   /// It was refused. Each time doubles the wait, unless one is under way.
   void OnRefused(Instant now) {
     if (at_) return;
-    wait_ = wait_ == Duration::zero() ? kFirst : std::min(2 * wait_, kLongest);
+    wait_ = wait_ == Duration::zero() ? first_ : std::min(2 * wait_, kLongest);
     at_ = now + wait_;
   }
   /// True once when the wait is over.
@@ -31,9 +33,10 @@ class TryAgain {
     return true;
   }
   /// It works again, or nothing is known of it any more.
-  void Forget() { *this = {}; }
+  void Forget() { *this = TryAgain(first_); }
 
  private:
+  Duration first_;
   Duration wait_{};             // the latest
   std::optional<Instant> at_{};  // its end; empty: none is under way
 };

@@ -42,7 +42,9 @@ class Identification {
   const std::optional<std::size_t> telegram_;
   bool asked_ = false;
   bool named_ = false;  // it has told its name, since OnReconnect
-  TryAgain nameless_;   // when one that does not tell its name is asked again
+  // When one that does not tell its name is asked again. Rarely: many are silent to the question,
+  // which costs a reply time and its repetitions.
+  TryAgain nameless_{10min};
   DeviceTrouble trouble_;
 };
 

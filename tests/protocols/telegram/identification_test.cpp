@@ -48,8 +48,8 @@ TEST_F(TelegramIdentification, WhoDoesNotTellItsNameIsAskedLessAndLessOften) {
     identification.OnNoName(now);
     identification.OnLost();
   }
-  EXPECT_GT(asked, 24);
-  EXPECT_LT(asked, 40);
+  EXPECT_GT(asked, 20);
+  EXPECT_LT(asked, 30);
   EXPECT_FALSE(identification.trouble()) << "unknown, not wrong";
 }
 

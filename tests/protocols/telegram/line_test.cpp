@@ -205,5 +205,34 @@ TEST(TelegramLine, AnAnswerForAnotherChannelIsNeverGood) {
   }
 }
 
+/// A scale that does not tell its serial number. The number is unknown, and the weight is good.
+TEST(TelegramLine, AScaleThatRefusesItsSerialNumberIsWeighedOn) {
+  for (const std::string refusal : {"I4 I\r\n", "ES\r\n", ""}) {
+    SCOPED_TRACE(refusal);
+    const config::Device device = ShippedDevice(TelegramProtocol(), "mt-sics");
+    VirtualLine line(LineWith(TelegramProtocol(), device, 9600), {&TelegramProtocol()});
+    line.twin(0).values.values[0] = 100.0;
+    line.twin(0).values.values[1] = true;
+    line.twin(0).values.values[2] = std::string("g");
+    line.twin(0).values.values[3] = 0.0;
+    line.twin(0).manner.instead = [&](View request) -> std::optional<Bytes> {
+      if (AsText(request) == "I4\r\n") return ToBytes(refusal);
+      return std::nullopt;
+    };
+    line.Open();
+    line.RunFor(refusal.empty() ? 40s : 10s);
+    EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
+    const std::size_t asked = line.CountSent("I4");
+    int good = 0;
+    for (int second = 0; second < 600; ++second) {
+      line.RunFor(1s);
+      good += line.QualityOf(0, 0) == Quality::good ? 1 : 0;
+    }
+    EXPECT_GT(good, refusal.empty() ? 540 : 590);
+    EXPECT_LT(line.CountSent("I4") - asked, 40U) << "rarely";
+    EXPECT_FALSE(IsGood(line.QualityOf(0, 4)));
+  }
+}
+
 }  // namespace
 }  // namespace baudgate::protocols::telegram
