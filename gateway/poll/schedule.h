@@ -112,8 +112,8 @@ class Schedule {
     Instant hold_until{};
     bool suspended = true;
     bool failing = false;
-    Duration used{};  // line time; an idle device is credited with what others used meanwhile
-    Instant hasten_from{};     // not hastened earlier than this
+    Duration used{};        // line time; an idle device is credited with what others used meanwhile
+    Instant hasten_from{};  // not hastened earlier than this
     std::size_t go_first = 0;  // polls before the next write
     int at_once = 0;           // how often it may still be asked for events at once
     Instant at_once_until{};   // from then on as often as at first again

@@ -170,9 +170,9 @@ void WhoseReply::Learn(const Asked& asked, View frame, Outcome outcome) {
   if (names && !state.identity.known() && order.IsAnswerTo(asked.question())) {
     state.identity.Learn(asked.question(), frame, outcome);
   }
-  // ? ? ? P P P P: three replies at most are to strangers, so the fourth reply is to a P. A name that
-  // is owed to another P could be told. A read that is only unlike the usual poll may look like one
-  // that is made seldom: that is settled when it is made.
+  // ? ? ? P P P P: three replies at most are to strangers, so the fourth reply is to a P. A name
+  // that is owed to another P could be told. A read that is only unlike the usual poll may look
+  // like one that is made seldom: that is settled when it is made.
   if (state.strangers && request.is_proof() && outcome == Outcome::ok && order.IsOfLatest()) {
     if (!request.unlike_polls || asked.member->device->conversation->Queries().empty()) {
       order.Reset();
