@@ -36,9 +36,11 @@ NextStep JobDeparture::Decide(Job& job, Instant now) {
   if (const auto withheld = WhyNotSend(job, now)) return BreakOff(job, *withheld, now);
   whose_.Recognise(*job.member, job.step.request.expect.address);
   if (whose_.NeedsProbeFirst(job.asked(), now)) {
-    if (!whose_.IsOwnProbe(job.asked())) return NextStep::ProbeFirst();
+    const Device& device = *job.member->device;
+    const bool writes = job.As<Job::Write>() != nullptr;
+    if (!writes || !whose_.IsProbedByWrites(device)) return NextStep::ProbeFirst();
     job.unprovable = true;
-    whose_.OnNoProof(*job.member->device);
+    whose_.OnNoProof(device);
   }
   // A retry does not wait: a late reply to its first try is as good as its own.
   const Instant clear = late_.ClearAt(job.asked());

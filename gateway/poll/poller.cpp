@@ -17,7 +17,8 @@ Poller::Poller(const config::Line& line, std::uint32_t first_device, const FindP
       reception_(line.echo, knows_.roster, knows_.owed.whose),
       line_side_(reception_, taken_in_.unasked.standing(), run_, port),
       devices_(knows_.roster, knows_.ledger, knows_.upkeep, taken_in_.unasked, taken_in_.replies),
-      clients_(store, knows_.roster, chooser_, knows_.agenda, knows_.ledger.devices),
+      clients_(store, knows_.roster, chooser_, knows_.owed.whose, knows_.agenda,
+               knows_.ledger.devices),
       turn_taker_(chooser_, run_, knows_.ledger.line),
       line_(line_side_, taken_in_.unasked, knows_.upkeep, knows_.ledger) {}
 

@@ -78,7 +78,8 @@ const char* WaitingClients::WhyNotAsked(const WriteCommand& command) const {
   if (command.client_left()) return kClientLeft;
   if (!device.in_use) return "the device is disabled";
   // Nothing but a write shows that such a device is back.
-  const bool is_its_probe = !command.writes().empty() && agenda_.probes.CannotProbe(device);
+  const bool is_its_probe = !command.writes().empty() &&
+                            (agenda_.probes.CannotProbe(device) || whose_.IsProbedByWrites(device));
   return device.health.absent() && !is_its_probe ? "the device is offline" : nullptr;
 }
 

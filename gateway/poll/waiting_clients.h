@@ -22,6 +22,7 @@
 #include "gateway/poll/chooser.h"
 #include "gateway/poll/device_accounts.h"
 #include "gateway/poll/roster.h"
+#include "gateway/poll/whose_reply.h"
 #include "gateway/poll/write_queue.h"
 #include "gateway/requests/routed.h"
 #include "gateway/requests/write_command.h"
@@ -33,8 +34,13 @@ class WaitingClients {
  public:
   /// All references outlive it.
   WaitingClients(const PointStore& store, const Roster& roster, const Chooser& chooser,
-                 Agenda& agenda, DeviceAccounts& accounts)
-      : store_(store), roster_(roster), chooser_(chooser), agenda_(agenda), accounts_(accounts) {}
+                 const WhoseReply& whose, Agenda& agenda, DeviceAccounts& accounts)
+      : store_(store),
+        roster_(roster),
+        chooser_(chooser),
+        whose_(whose),
+        agenda_(agenda),
+        accounts_(accounts) {}
 
   /// Answers commands that need not wait any more. True: one more may wait.
   bool MakeRoom(Instant now);
@@ -69,6 +75,7 @@ class WaitingClients {
   const PointStore& store_;
   const Roster& roster_;
   const Chooser& chooser_;
+  const WhoseReply& whose_;
   Agenda& agenda_;
   DeviceAccounts& accounts_;
 };

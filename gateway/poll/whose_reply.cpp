@@ -70,9 +70,8 @@ bool WhoseReply::NeedsProbeFirst(const Asked& asked, Instant now) const {
   return orders_.Owed(asked) > std::min(state.lag, kMostTriesMore);
 }
 
-bool WhoseReply::IsOwnProbe(const Asked& asked) const {
-  return asked.writes && asked.member->device->conversation->Queries().empty() &&
-         states_[*asked.member].proof_reply.empty();
+bool WhoseReply::IsProbedByWrites(const Device& device) const {
+  return device.conversation->Queries().empty() && states_[device].proof_reply.empty();
 }
 
 bool WhoseReply::IsOwedAlone(const Asked& asked) const {

@@ -48,7 +48,7 @@ class WhoseReply {
   /// Nothing but writes was ever answered by a device that has no reads: relay cards and displays
   /// need not know the request of a probe. So its writes go out without one, and show that it is
   /// there.
-  bool IsOwnProbe(const Asked& asked) const;
+  bool IsProbedByWrites(const Device& device) const;
   /// Until when its latest proof holds, and from when on it may be renewed.
   Instant ProofEnds(const Member& member) const {
     return states_[member].answered_probe ? states_[member].proven_at + kProofHolds : Instant{};

@@ -3,6 +3,7 @@
 #include "protocols/modbus/plan.h"
 
 #include "tests/protocols/modbus/support.h"
+#include "tests/support/times.h"
 
 namespace baudgate::protocols::modbus {
 namespace {
