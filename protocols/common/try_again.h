@@ -37,7 +37,7 @@ class TryAgain {
 
  private:
   Duration first_;
-  Duration wait_{};             // the latest
+  Duration wait_{};              // the latest
   std::optional<Instant> at_{};  // its end; empty: none is under way
 };
 
