@@ -35,6 +35,8 @@ def changed(root, *limit):
 
 
 def main():
+    stop = threading.Event()
+    signal.signal(signal.SIGTERM, lambda *_: stop.set())
     folder, sources = pathlib.Path(sys.argv[1]), sys.argv[2:]
     root = pathlib.Path(__file__).resolve().parent.parent
     commands = {}
@@ -48,8 +50,6 @@ def main():
     precompiled = folder / "common_headers.pch"
     subprocess.run(["clang++", *FLAGS, *sorted(common), "-x", "c++-header", header, "-o", precompiled], check=True)
 
-    stop = threading.Event()
-    signal.signal(signal.SIGTERM, lambda *_: stop.set())
     latest = set(changed(root, f"-{LATEST_COMMITS}"))
     age = {source: number for number, source in enumerate(changed(root))}
 

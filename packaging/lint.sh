@@ -35,6 +35,7 @@ tidy() {
   xargs -r -n 2 -P "$(nproc)" clang-tidy-14 -p "$build/lint" --quiet "$@" 2> >(grep -v 'warnings generated' >&2)
 }
 if [ "${1:-}" = --alone ]; then
+  trap '' TERM  # until compile_alone.py has its own way with it
   mapfile -t sources < <(files 'config/*.cpp' 'gateway/*.cpp' 'protocols/*.cpp' 'transports/*.cpp')
   exec packaging/compile_alone.py "$build/lint" "${sources[@]}"
 fi

@@ -136,7 +136,7 @@ void VisitFields(const Device*, Visit visit) {
 
 /// How often the group is read; zero: once.
 Duration PeriodOf(const Device& device, Group group);
-/// Asked at least as often as what is refused for a while.
+/// The group is read at least every kAgainPeriod.
 bool IsOften(const Device& device, Group group);
 /// From which age values of the group are doubted; empty: from none.
 ///

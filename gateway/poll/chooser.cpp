@@ -69,7 +69,11 @@ std::optional<Instant> Chooser::NextAt(const Idle& idle) const {
     when_clear(roster_.device(query.device));
   }
   for (const WriteCommand& command : agenda_.write_queue.waiting()) {
-    when_clear(roster_.DeviceAt(command.device));
+    const Device& device = roster_.DeviceAt(command.device);
+    when_clear(device);
+    if (!device.health.absent()) continue;
+    const Instant allowed = agenda_.probes.NextWriteAt(device, facts);
+    if (allowed > idle.now) sooner(allowed);
   }
   for (const std::uint8_t slave : agenda_.route_queue.Slaves()) {
     const Member* member = roster_.FindSlave(slave);
@@ -91,7 +95,7 @@ std::unique_ptr<Job> Chooser::TakeUrgent(const Idle& idle) {
   }
   // Read-backs before further writes: their clients are waiting.
   if (auto job = TakeReadBack(idle.now)) return job;
-  return TakeCommand(idle.now);
+  return TakeCommand(idle);
 }
 
 std::unique_ptr<Job> Chooser::TakeWriteProbe(const Idle& idle) {
@@ -126,20 +130,25 @@ std::unique_ptr<Job> Chooser::TakeReadBack(Instant now) {
 }
 
 /// The first command whose device may be asked now; commands to one device keep their order, and so
-/// do writes to one slave, whichever way they came.
-std::unique_ptr<Job> Chooser::TakeCommand(Instant now) {
-  std::optional<WriteCommand> next =
-      agenda_.write_queue.Take([this, now](const WriteCommand& command) {
-        const Device& device = roster_.DeviceAt(command.device);
-        const auto routed =
-            device.slave == 0 ? std::nullopt : agenda_.route_queue.FirstWrite(device.slave);
-        if (routed && *routed < command.sequence) return false;
-        if (agenda_.schedule.GoesFirst(device.place, now)) return false;
-        return late_.IsClear(device, now);
-      });
+/// do writes to one slave, whichever way they came. A write to an absent device, which nothing else
+/// can find, must not take the line from the others.
+std::unique_ptr<Job> Chooser::TakeCommand(const Idle& idle) {
+  const Instant now = idle.now;
+  std::optional<WriteCommand> next = agenda_.write_queue.Take([&](const WriteCommand& command) {
+    const Device& device = roster_.DeviceAt(command.device);
+    const auto routed =
+        device.slave == 0 ? std::nullopt : agenda_.route_queue.FirstWrite(device.slave);
+    if (routed && *routed < command.sequence) return false;
+    if (agenda_.schedule.GoesFirst(device.place, now)) return false;
+    const bool absent = device.health.absent();
+    if (absent && agenda_.probes.NextWriteAt(device, FactsOf(idle)) > now) return false;
+    return late_.IsClear(device, now);
+  });
   if (!next) return nullptr;
   Device& device = roster_.DeviceAt(next->device);
-  return std::make_unique<Job>(device, Job::Write{.command = std::move(*next)}, Task{}, now);
+  auto job = std::make_unique<Job>(device, Job::Write{.command = std::move(*next)}, Task{}, now);
+  if (device.health.absent()) job->probe_budget = Probes::Kind::short_write;
+  return job;
 }
 
 // ---------------------------------------------------------------- polls and probes

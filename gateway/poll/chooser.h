@@ -56,7 +56,7 @@ class Chooser {
   std::unique_ptr<Job> TakeUrgent(const Idle& idle);
   std::unique_ptr<Job> TakeWriteProbe(const Idle& idle);
   std::unique_ptr<Job> TakeReadBack(Instant now);
-  std::unique_ptr<Job> TakeCommand(Instant now);
+  std::unique_ptr<Job> TakeCommand(const Idle& idle);
   std::unique_ptr<Job> TakeProbe(const Idle& idle);
   std::unique_ptr<Job> TakePoll(Instant now);
   std::unique_ptr<Job> TakeBackground(Background::Which which, Instant now);

@@ -72,7 +72,8 @@ class Schedule {
   /// Group `once` or `daily` is due again at `at`: some of it could not be read.
   void Repeat(std::size_t device, config::Group group, Instant at);
   /// All groups of the device are due again: what they read may have changed. At once, but if that
-  /// comes often, every kHastenAgain: a client that writes all the time must not fill the line.
+  /// comes often, at most twice in kHastenAgain: a client that writes all the time must not fill
+  /// the line.
   void Hasten(std::size_t device, Instant now);
   /// A poll of it has taken the line for `time`.
   void OnUsed(std::size_t device, Duration time) { devices_[device].used += time; }

@@ -18,8 +18,8 @@
 //                                                      damage                           replaced, everything is read anew
 // 10 nothing; the name is known   UA1 as    !=1        the eighth in a row that tells   replaced, by a device without
 //                                 a probe              no name                          a name
-// 11 three to a stranger          PA0 four  !A0        to a PA0: strangers got three    proven; nothing is owed
-//                                 times
+// 11 three to a stranger          PA0 four  !A0        to a PA0: strangers got three    proven; nothing is owed (to a
+//                                 times                                                 name; to a read see Learn)
 // 12 a reply to B, nameless       UA1       !=1        A's or B's                       not proven: asked again
 // 13 a reply to B, with its name  ?A1       !A1=5      A's                              proven
 // 14 nothing; PA0 was answered    UA1       !A9        its own, in a form that was not  a probe goes first from now on;
@@ -71,7 +71,7 @@ bool WhoseReply::NeedsProbeFirst(const Asked& asked, Instant now) const {
 }
 
 bool WhoseReply::IsProbedByWrites(const Device& device) const {
-  return device.conversation->Queries().empty() && states_[device].proof_reply.empty();
+  return device.conversation->Queries().empty() && states_[device].probe_silent;
 }
 
 bool WhoseReply::IsOwedAlone(const Asked& asked) const {
@@ -111,9 +111,9 @@ bool WhoseReply::MayAnswer(const SentRequest& sent, View frame, Outcome outcome)
   return device == nullptr || ProvesLife(device->conversation->Check(sent.bytes, frame));
 }
 
-/// Row 15: the device has never answered this request on this connection, so it may answer in any
-/// form. Of such replies no more are owed than to strangers, and none to a request that it does not
-/// know.
+/// Row 15: the device has not answered this request since the port opened, so its reply may have
+/// any form. At most kMostOfStrangers replies of unknown form are expected, and none to a request
+/// that the device does not know.
 bool WhoseReply::MayLookSo(const SentRequest& sent, std::size_t before, const Member& sender,
                            View frame) const {
   const auto& everyone = roster_.everyone();
@@ -169,9 +169,10 @@ void WhoseReply::Learn(const Asked& asked, View frame, Outcome outcome) {
   if (names && !state.identity.known() && order.IsAnswerTo(asked.question())) {
     state.identity.Learn(asked.question(), frame, outcome);
   }
-  // ? ? ? P P P P: three replies at most are to strangers, so the fourth reply is to a P. A name
-  // that is owed to another P could be told. A read that is only unlike the usual poll may look
-  // like one that is made seldom: that is settled when it is made.
+  // The port was opened, so up to three replies may be owed to its previous user. The probe was
+  // sent four times, so the fourth reply answers one of these probes. If it asks for the name,
+  // nothing else is owed now. If it is only a read of an unusual length, a rare poll may have the
+  // same form: then the replies to the other three probes stay among those that are owed.
   if (state.strangers && request.is_proof() && outcome == Outcome::ok && order.IsOfLatest()) {
     if (!request.unlike_polls || asked.member->device->conversation->Queries().empty()) {
       order.Reset();
@@ -259,8 +260,10 @@ void WhoseReply::OnEnd(const Asked& asked, Outcome outcome, bool silent, Instant
     state.answered_probe = false;  // another may come now
     const Bytes question = asked.question();
     if (state.silences.size() >= kMostShown) state.silences.clear();
-    if (!asked.writes && !state.shown.contains(question)) ++state.silences[question];
+    const bool counts = !asked.retry && !asked.writes && !state.shown.contains(question);
+    if (counts) ++state.silences[question];
   }
+  if (asked.probe && silent) state.probe_silent = outcome == Outcome::no_reply;
   if (!asked.probe || !ProvesLife(outcome)) return;
   state.proven_at = now;
   state.answered_probe = asked.request->is_proof() || !state.identity.known();

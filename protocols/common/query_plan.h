@@ -41,12 +41,13 @@ struct Block {
   }
 };
 
-/// What becomes of points that the device refuses to send. Those that have answered before are
-/// asked with config::Group::again for an hour, and so only then.
+/// What becomes of points that the device refuses to send. A point that was answered before is
+/// first asked every few seconds (config::Group::again) for an hour. This applies after that hour,
+/// and at once to points that were never answered.
 enum class WhenRefused : std::uint8_t {
   ask_rarely,  ///< with the slow group: a channel that is enabled later comes back by itself
   ask_daily,   ///< the same, and once the verdict has fallen of what was never answered, daily
-  drop,        ///< not asked again until OnReconnect
+  drop,        ///< if it was never answered: not asked again until OnReconnect
 };
 
 using Often = std::function<bool(config::Group)>;
@@ -63,9 +64,9 @@ enum class PlanChange : std::uint8_t {
   restored,   ///< its points, so far set apart, are asked with their group again
 };
 
-/// Queries stand in this order: fast before slow before once; within a group the keys as they were
-/// added first; within a key by place. Numbers of queries hold until a call returns a change, and
-/// until Make and OnReconnect.
+/// Queries stand in this order: fast before slow before once, and `again` last; within a group the
+/// keys as they were added first; within a key by place. Numbers of queries hold until a call
+/// returns a change, and until Make and OnReconnect.
 template <typename Key>
 class QueryPlan {
  public:
@@ -120,7 +121,7 @@ class QueryPlan {
   /// Without any answer. Some devices refuse by silence, and a device that is gone is silent as
   /// well: only while other queries, or probes, are answered does the third silence of one that has
   /// not been answered since OnReconnect count as a refusal.
-  PlanChange OnSilent(std::size_t query);
+  PlanChange OnSilent(std::size_t query, Instant now);
 
   /// What was refused is asked again. False: nothing was.
   bool ForgetRefusals();
@@ -149,6 +150,11 @@ class QueryPlan {
     bool proven = false;      // answered ever
     std::optional<Instant> refused_since{};
     bool lasting = false;  // the refusal
+    std::size_t row = 0;   // number of the row of refusals in which it was set apart
+  };
+  struct CutMade {
+    bool silent = false;  // the device was, to the whole
+    bool fresh = true;    // nothing was answered since
   };
 
   Block<Key> BlockOf(const Item& item) const { return {keys_[item.key], item.begin, item.end, 1}; }
@@ -164,21 +170,28 @@ class QueryPlan {
   }
   config::Group GroupOf(const Item& item) const {
     if (IsAskedAgain(item)) return config::Group::again;
+    if (item.refusal == 0) {
+      return IsInDoubt(item) && IsSeldom(item.group) ? config::Group::slow : item.group;
+    }
     if (IsInDoubt(item)) return config::Group::slow;
-    if (item.refusal == 0) return item.group;
     const bool daily = rules_.refused == WhenRefused::ask_daily && !item.proven &&
                        item.refusals >= rules_.refusals;
     if (daily) return config::Group::daily;
     return IsSeldom(item.group) ? item.group : config::Group::slow;
   }
-  /// With which it shares requests: what the device may take again is asked together.
-  std::size_t RefusalOf(const Item& item) const { return IsAskedAgain(item) ? 0 : item.refusal; }
+  /// Only items with the same number share a request: those of group `again` that were refused in
+  /// one row, without an answer between, are read together.
+  std::size_t RefusalOf(const Item& item) const {
+    return IsAskedAgain(item) ? item.row : item.refusal;
+  }
   bool Joins(const Item& first, const Block<Key>& block, const Item& next) const;
   /// From the next Make on no query reads across its middle. `silent`: the device was, to the
   /// whole. False: it cannot be split.
   bool Split(std::size_t query, bool silent);
-  /// Removes the cuts that may be tried without. False: there is none.
-  bool Mend(bool silent_too);
+  /// Removes the cuts for which `may_go` is true, so that the next Make joins the blocks again.
+  /// False: no cut was removed.
+  template <typename MayGo>
+  bool Mend(MayGo may_go);
   bool RefusesAll(Instant now);
   PlanChange SetApart(std::size_t query);
   PlanChange Regroup(std::size_t query);
@@ -204,11 +217,13 @@ class QueryPlan {
   std::vector<Query> queries_;
   std::vector<Block<Key>> blocks_;
   std::vector<std::vector<std::size_t>> members_;  // items of each query, by place
-  std::map<Cut, bool> cuts_;                       // true: for silence
-  std::set<Cut> crossed_;                          // places that an answered query has read across
+  std::map<Cut, CutMade> cuts_;
+  std::set<Cut> crossed_;  // places that an answered query has read across
   std::size_t refusals_ = 0;
   std::size_t refusals_in_row_ = 0;  // of proven queries, while none is answered
-  TryAgain whole_;       // when splits are tried as a whole, and all that is refused in parts
+  std::size_t row_ = 0;              // rows so far
+  TryAgain whole_;       // when a split block is read as a whole, or, if all is refused, in parts
+  bool mended_ = false;  // blocks are read as a whole again, and were not answered yet
   bool probed_ = false;  // since OnReconnect
 };
 
@@ -237,7 +252,7 @@ void QueryPlan<Key>::Make() {
   std::vector<std::size_t> order;
   for (std::size_t i = 0; i < items_.size(); ++i) {
     const bool dropped =
-        items_[i].refusal != 0 && rules_.refused == WhenRefused::drop && !IsAskedAgain(items_[i]);
+        items_[i].refusal != 0 && rules_.refused == WhenRefused::drop && !items_[i].proven;
     if (!dropped) order.push_back(i);
   }
   std::ranges::sort(order, {}, [this](std::size_t i) {
@@ -306,7 +321,8 @@ void QueryPlan<Key>::ForItemsOf(std::size_t query, Change change) {
 template <typename Key>
 PlanChange QueryPlan<Key>::OnAnswered(std::size_t query, Instant now) {
   if (query >= queries_.size()) return PlanChange::nothing;
-  refusals_in_row_ = 0;
+  if (std::exchange(refusals_in_row_, 0) != 0) ++row_;
+  for (auto& [place, made] : cuts_) made.fresh = false;
   const Block<Key> block = blocks_[query];
   bool restored = false;
   bool was_apart = false;
@@ -318,8 +334,12 @@ PlanChange QueryPlan<Key>::OnAnswered(std::size_t query, Instant now) {
     item.heard = item.proven = true;
     if (item.begin > block.begin) crossed_.insert({item.key, item.begin});
   });
-  if (was_apart) whole_.Forget();
-  const bool mended = whole_.TakeDue(now) && Mend(false);
+  const bool is_whole = mended_ && cuts_.empty() && members_[query].size() > 1;
+  if (was_apart || is_whole) whole_.Forget();
+  if (is_whole) mended_ = false;
+  const bool mended =
+      whole_.TakeDue(now) && Mend([](const Cut&, const CutMade& made) { return !made.silent; });
+  mended_ = mended_ || mended;
   if (!cuts_.empty()) whole_.OnRefused(now);
   if (!restored && !mended) return PlanChange::nothing;
   Make();
@@ -331,7 +351,7 @@ PlanChange QueryPlan<Key>::OnHeard(std::size_t query, Instant now) {
   if (query >= queries_.size()) return PlanChange::nothing;
   ForItemsOf(query, [&](Item& item) {
     NoteRefusal(item, now);
-    item.waits = true;
+    item.waits = item.proven;
   });
   return Regroup(query);
 }
@@ -357,7 +377,8 @@ PlanChange QueryPlan<Key>::OnRefused(std::size_t query, Instant now, bool divisi
   });
   if (proven && !last) return Regroup(query);
   if (proven && RefusesAll(now)) {
-    const bool mended = Mend(false);
+    const bool mended =
+        Mend([](const Cut&, const CutMade& made) { return made.fresh && !made.silent; });
     const PlanChange change = SetApart(query);
     if (!mended || change != PlanChange::nothing) return change;
     Make();
@@ -365,6 +386,7 @@ PlanChange QueryPlan<Key>::OnRefused(std::size_t query, Instant now, bool divisi
   }
   if (!divisible || !Split(query, false)) return SetApart(query);
   whole_.OnRefused(now);
+  mended_ = false;
   // The parts are judged by what is said to them.
   ForItemsOf(query, [](Item& item) { item.refusals = 0; });
   Make();
@@ -376,10 +398,11 @@ PlanChange QueryPlan<Key>::OnRefused(std::size_t query, Instant now, bool divisi
 template <typename Key>
 bool QueryPlan<Key>::RefusesAll(Instant now) {
   constexpr std::size_t kMore = 3;  // a few bad items
-  if (whole_.TakeDue(now)) refusals_in_row_ = 0;
   if (++refusals_in_row_ < std::bit_width(items_.size()) + kMore) return false;
+  const bool tries_parts = whole_.TakeDue(now);
+  if (tries_parts) refusals_in_row_ = 1;
   whole_.OnRefused(now);
-  return true;
+  return !tries_parts;
 }
 
 template <typename Key>
@@ -399,12 +422,15 @@ std::vector<std::size_t> QueryPlan<Key>::SilentlyRefused() const {
 }
 
 template <typename Key>
-PlanChange QueryPlan<Key>::OnSilent(std::size_t query) {
+PlanChange QueryPlan<Key>::OnSilent(std::size_t query, Instant now) {
   const auto heard = [](const Item& item) { return item.heard; };
   if (query >= queries_.size()) return PlanChange::nothing;
   if (!probed_ && std::ranges::none_of(items_, heard)) return PlanChange::nothing;
+  ForItemsOf(query, [&](Item& item) {
+    item.lasting = item.refused_since && now - *item.refused_since >= kLasting;
+  });
   Item& first = items_[members_[query].front()];
-  if (first.heard || ++first.silences < kSilencesOfARefusal) return PlanChange::nothing;
+  if (first.heard || ++first.silences < kSilencesOfARefusal) return Regroup(query);
   first.silences = 0;
   if (Split(query, true)) {
     // The parts are suspected already: one more silence is enough.
@@ -437,24 +463,27 @@ bool QueryPlan<Key>::Split(std::size_t query, bool silent) {
   }
   if (places.empty()) return false;
   if (widest == 0) at = places[(places.size() - 1) / 2];
-  cuts_.insert({{items_[members_[query].front()].key, at}, silent});
+  cuts_[{items_[members_[query].front()].key, at}] = {.silent = silent};
   return true;
 }
 
-/// A block that was never answered whole, and to which the device was silent, costs too much.
 template <typename Key>
-bool QueryPlan<Key>::Mend(bool silent_too) {
-  return std::erase_if(cuts_, [&](const auto& cut) {
-           return !cut.second || (silent_too && crossed_.contains(cut.first));
-         }) != 0;
+template <typename MayGo>
+bool QueryPlan<Key>::Mend(MayGo may_go) {
+  return std::erase_if(cuts_, [&](const auto& cut) { return may_go(cut.first, cut.second); }) != 0;
 }
 
 /// What is refused together is asked together, and never with points that the device does send.
 template <typename Key>
 PlanChange QueryPlan<Key>::SetApart(std::size_t query) {
-  if (items_[members_[query].front()].refusal != 0) return Regroup(query);
+  const auto is_apart = [this](std::size_t i) { return items_[i].refusal != 0; };
+  if (std::ranges::all_of(members_[query], is_apart)) return Regroup(query);
   ++refusals_;
-  ForItemsOf(query, [&](Item& item) { item.refusal = refusals_; });
+  ForItemsOf(query, [&](Item& item) {
+    if (item.refusal != 0) return;
+    item.refusal = refusals_;
+    item.row = row_;
+  });
   Make();
   return PlanChange::set_apart;
 }
@@ -477,10 +506,12 @@ void QueryPlan<Key>::OnReconnect() {
     item.silences = 0;
     item.heard = false;
   }
-  probed_ = false;
+  probed_ = mended_ = false;
   refusals_in_row_ = 0;
   whole_.Forget();
-  Mend(true);
+  Mend([this](const Cut& place, const CutMade& made) {
+    return !made.silent || crossed_.contains(place);
+  });
   Make();
 }
 

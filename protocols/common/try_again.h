@@ -22,13 +22,15 @@ class TryAgain {
 
   /// It was refused. Each time doubles the wait, unless one is under way.
   void OnRefused(Instant now) {
-    if (at_) return;
+    if (at_ && now < *at_) return;
     wait_ = wait_ == Duration::zero() ? first_ : std::min(2 * wait_, kLongest);
     at_ = now + wait_;
   }
-  /// True once when the wait is over.
+  /// The wait is over.
+  bool IsDue(Instant now) const { return at_ && now >= *at_; }
+  /// The same, once.
   bool TakeDue(Instant now) {
-    if (!at_ || now < *at_) return false;
+    if (!IsDue(now)) return false;
     at_.reset();
     return true;
   }

@@ -245,7 +245,7 @@ void DconConversation::Learn(const Identification::Question& question, const Dec
 // ---------------------------------------------------------------- what does not come
 
 Then DconConversation::OnFailure(const Task& task, const Request& request, Outcome outcome,
-                                 Instant) {
+                                 Instant now) {
   const bool silent = outcome == Outcome::no_reply;
   const bool behind_read = questions_.ForgetAnew();
   if (const auto question = questions_.TakeAsked()) {
@@ -265,7 +265,7 @@ Then DconConversation::OnFailure(const Task& task, const Request& request, Outco
     return probing_.OnFailed(request.unlike_polls, silent) ? Then::ask_again : Then::done;
   }
   if (task.kind != Task::Kind::poll || !silent) return Then::done;
-  return plan_.OnSilent(task.query) == PlanChange::nothing ? Then::done : Then::replan;
+  return plan_.OnSilent(task.query, now) == PlanChange::nothing ? Then::done : Then::replan;
 }
 
 /// Damage is no silence: the same question is due again.

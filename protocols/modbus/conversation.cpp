@@ -316,7 +316,7 @@ Answer ModbusConversation::AfterPoll(std::size_t query, Exchanged exchanged, Ins
     change = plan_.OnHeard(query, now);
   }
   if (change == PlanChange::split) {
-    answer.reason += "; this block is read in two parts from now on";
+    answer.reason += "; this block is read in two parts";
     answer.readings.clear();
   }
   if (change != PlanChange::nothing) answer.then = Then::replan;
@@ -327,7 +327,7 @@ Answer ModbusConversation::AfterPoll(std::size_t query, Exchanged exchanged, Ins
 }
 
 Then ModbusConversation::OnFailure(const Task& task, const Request& request, Outcome outcome,
-                                   Instant) {
+                                   Instant now) {
   writing_.Forget();
   if (task.kind == Task::Kind::probe) {
     const auto asked = Unwrap(framing_, request.bytes);
@@ -344,7 +344,7 @@ Then ModbusConversation::OnFailure(const Task& task, const Request& request, Out
   }
   identification_.OnPolled();
   if (outcome != Outcome::no_reply) return Then::done;
-  return plan_.OnSilent(task.query) == PlanChange::nothing ? Then::done : Then::replan;
+  return plan_.OnSilent(task.query, now) == PlanChange::nothing ? Then::done : Then::replan;
 }
 
 void ModbusConversation::OnReconnect() {

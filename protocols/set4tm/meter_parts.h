@@ -36,7 +36,7 @@ struct MeterParts {
   }
 
   const Settings settings;
-  TryAgain refused;  ///< of what is no point
+  TryAgain refused;  ///< requests that read no point: constants, masks, load profiles
   Identification identification;
   PointReads reads;
   ClockDrift drift;

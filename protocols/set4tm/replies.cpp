@@ -179,7 +179,7 @@ Answer MeterReplies::TakeRead(Step& step) {
     // Readings of days and months are others now.
     const bool replans =
         reply.answer.outcome == Outcome::ok && parts_.reads.OnAnswered(step.task.query, step.now);
-    if (replans) reply.answer.then = Then::replan;
+    if (replans && reply.answer.then == Then::done) reply.answer.then = Then::replan;
     if (parts_.identification.TakeNewDay()) reply.answer.then = Then::restart;
     return std::move(reply.answer);
   }

@@ -124,7 +124,7 @@ class SpaConversation final : public Conversation {
 
   void OnHostClock(bool right) override { clock_.OnHostClock(right); }
 
-  Then OnFailure(const Task& task, const Request& request, Outcome outcome, Instant) override {
+  Then OnFailure(const Task& task, const Request& request, Outcome outcome, Instant now) override {
     repeated_ = false;
     if (outcome == Outcome::corrupt) checksum_.Doubt();
     const bool is_probe = task.kind == Task::Kind::probe;
@@ -135,7 +135,8 @@ class SpaConversation final : public Conversation {
     if (task.kind == Task::Kind::write) return writes_.OnFailure(outcome, request.closes);
     if (task.kind == Task::Kind::events) return events_.OnFailure(outcome);
     if (request.closes) return writes_.OnLeftoverFailure(outcome);
-    const bool replans = task.kind == Task::Kind::poll && reads_.OnFailure(task.query, outcome);
+    const bool replans =
+        task.kind == Task::Kind::poll && reads_.OnFailure(task.query, outcome, now);
     return replans ? Then::replan : Then::done;
   }
 

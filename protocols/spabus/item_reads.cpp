@@ -27,8 +27,9 @@ bool ItemReads::IsChannelRange(std::size_t query) const {
 bool ItemReads::OnAnswered(std::size_t query, Instant now) {
   if (IsChannelRange(query)) channels_work_ = true;
   const bool changed = plan_.OnAnswered(query, now) != PlanChange::nothing;
-  if (!more_items_.TakeDue(now)) return changed;
+  if (!larger_.TakeDue(now)) return changed;
   limits_.items = settings_.max_items;
+  limits_.channels = true;
   plan_.Make();
   return true;
 }
@@ -42,10 +43,13 @@ bool ItemReads::TakeRefusal(std::size_t query, int nack, Answer& answer, Instant
   if (items > 1 && nack == kInputOverflow)
     answer.remedy = "set a lower max_items in the configuration";
   const bool unknown = nack == kTooComplicated || nack == kSyntax;
-  if (unknown && IsChannelRange(query) && !channels_work_) return ForgoChannels();
+  if (unknown && IsChannelRange(query) && !channels_work_) {
+    larger_.OnRefused(now);
+    return ForgoChannels();
+  }
   if (items > 1 && (nack == kTooComplicated || nack == kInputOverflow)) {
     limits_.items = std::min(limits_.items, items / 2);
-    more_items_.OnRefused(now);
+    larger_.OnRefused(now);
     plan_.Make();
     return true;
   }
@@ -58,14 +62,14 @@ bool ItemReads::TakeRefusal(std::size_t query, int nack, Answer& answer, Instant
 /// A range of channels that has never been answered may be what the device does not understand:
 /// some say nothing then, or give one value. One that is silent to several items of a channel, and
 /// answers other requests, is asked for fewer.
-bool ItemReads::OnFailure(std::size_t query, Outcome outcome) {
+bool ItemReads::OnFailure(std::size_t query, Outcome outcome, Instant now) {
   const bool silent = outcome == Outcome::no_reply;
   if (!silent && outcome != Outcome::unexpected) return false;
   if (query >= plan_.queries().size() || plan_.block(query).size() < 2) return false;
   if (!channels_work_ && IsChannelRange(query)) {
     return ++channel_failures_ >= kFailuresOfChannels && ForgoChannels();
   }
-  return silent && plan_.OnSilent(query) != PlanChange::nothing;
+  return silent && plan_.OnSilent(query, now) != PlanChange::nothing;
 }
 
 bool ItemReads::ForgoChannels() {
@@ -76,7 +80,7 @@ bool ItemReads::ForgoChannels() {
 
 void ItemReads::OnReconnect() {
   limits_ = ConfiguredLimits();
-  more_items_.Forget();
+  larger_.Forget();
   channels_work_ = false;
   channel_failures_ = 0;
   plan_.OnReconnect();

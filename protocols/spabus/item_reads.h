@@ -35,7 +35,7 @@ class ItemReads {
   bool OnAnswered(std::size_t query, Instant now);
   /// `answer` is the NACK to the query.
   bool TakeRefusal(std::size_t query, int nack, Answer& answer, Instant now);
-  bool OnFailure(std::size_t query, Outcome outcome);
+  bool OnFailure(std::size_t query, Outcome outcome, Instant now);
   bool ForgetRefusals() { return plan_.ForgetRefusals(); }
 
   /// A write of several values is too much for the relay.
@@ -54,7 +54,7 @@ class ItemReads {
   const Settings& settings_;
   const std::vector<ReadPoint> points_;
   RequestLimits limits_;  ///< less once the device has called it too much
-  TryAgain more_items_;   ///< when as many are asked for as configured
+  TryAgain larger_;       ///< when requests are as large as configured again
   ItemPlan plan_;
   int channel_failures_ = 0;    ///< of ranges of channels, none answered so far
   bool channels_work_ = false;  ///< a range of channels was answered

@@ -297,7 +297,9 @@ Then TelegramConversation::OnFailure(const Task& task, const Request&, Outcome o
   if (std::exchange(identifies_, false)) {
     identification_.OnNoName(now);
     goes_on_ = false;
-    return task.kind == Task::Kind::poll ? Then::ask_again : Then::done;
+    // A device that is only written to has no other request to show that it is there.
+    const bool goes_on = task.kind == Task::Kind::poll || plan_.queries().empty();
+    return goes_on ? Then::ask_again : Then::done;
   }
   if (silent) identification_.OnLost();
   if (closes) {
@@ -305,7 +307,7 @@ Then TelegramConversation::OnFailure(const Task& task, const Request&, Outcome o
     return Then::ask_again;
   }
   if (task.kind != Task::Kind::poll || !silent) return Then::done;
-  return plan_.OnSilent(task.query) == PlanChange::nothing ? Then::done : Then::replan;
+  return plan_.OnSilent(task.query, now) == PlanChange::nothing ? Then::done : Then::replan;
 }
 
 /// Repeats a read together with the telegrams that go before it. A device that has started again,

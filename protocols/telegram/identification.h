@@ -21,7 +21,9 @@ class Identification {
 
   /// The telegram that asks for the name; empty: there is none.
   const std::optional<std::size_t>& telegram() const { return telegram_; }
-  bool IsDue(Instant now) { return telegram_ && (!asked_ || trouble_ || nameless_.TakeDue(now)); }
+  bool IsDue(Instant now) const {
+    return telegram_ && (!asked_ || trouble_ || nameless_.IsDue(now));
+  }
   /// Its answer.
   void OnReply(const Reply& reply);
   /// It got no answer with a name. Many devices of a kind do not know the question.

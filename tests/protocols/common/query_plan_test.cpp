@@ -181,13 +181,13 @@ TEST(QueryPlan, WhatIsReadSeldomIsInDoubtAtSlowIntervals) {
 
 TEST(QueryPlan, AnAnsweredProbeShowsThatSilenceIsARefusal) {
   Plan plan = MakePlan({{"a0"}, {"a1"}});
-  for (int i = 0; i < 9; ++i) EXPECT_EQ(plan.OnSilent(0), PlanChange::nothing);
+  for (int i = 0; i < 9; ++i) EXPECT_EQ(plan.OnSilent(0, kStart), PlanChange::nothing);
   plan.OnProbed();
-  for (int i = 0; i < 2; ++i) EXPECT_EQ(plan.OnSilent(0), PlanChange::nothing);
-  EXPECT_EQ(plan.OnSilent(0), PlanChange::split);
+  for (int i = 0; i < 2; ++i) EXPECT_EQ(plan.OnSilent(0, kStart), PlanChange::nothing);
+  EXPECT_EQ(plan.OnSilent(0, kStart), PlanChange::split);
   plan.OnAnswered(0, kStart);
   EXPECT_TRUE(plan.SilentlyRefused().empty());
-  EXPECT_EQ(plan.OnSilent(1), PlanChange::set_apart) << "its part is suspected already";
+  EXPECT_EQ(plan.OnSilent(1, kStart), PlanChange::set_apart) << "its part is suspected already";
   EXPECT_EQ(plan.SilentlyRefused(), (std::vector<std::size_t>{1}));
   plan.OnAnswered(1, kStart);
   EXPECT_TRUE(plan.SilentlyRefused().empty());
@@ -233,8 +233,8 @@ TEST(QueryPlan, WhatADeviceIsSilentToStaysSplitUnlessItWasAnswered) {
     if (answered) plan.OnAnswered(0, kStart);
     plan.OnReconnect();
     plan.OnAnswered(1, kStart);
-    for (int i = 0; i < 2; ++i) EXPECT_EQ(plan.OnSilent(0), PlanChange::nothing);
-    EXPECT_EQ(plan.OnSilent(0), PlanChange::split);
+    for (int i = 0; i < 2; ++i) EXPECT_EQ(plan.OnSilent(0, kStart), PlanChange::nothing);
+    EXPECT_EQ(plan.OnSilent(0, kStart), PlanChange::split);
     plan.OnReconnect();
     EXPECT_EQ(Shown(plan), answered ? "a0..1, b0" : "a0, a1, b0");
   }
@@ -316,12 +316,13 @@ TEST(QueryPlan, WhatIsGoneAfterAnOutageCostsTheOthersNothing) {
   device.answers = [](const Block<char>&) { return false; };
   device.RunFor(20s);
   // Places 0, 1, 7 and 23 are gone.
-  device.answers = [](const Block<char>& block) {
+  const auto without_four = [](const Block<char>& block) {
     for (const std::size_t gone : {0U, 1U, 7U, 23U}) {
       if (block.begin <= gone && gone < block.end) return false;
     }
     return true;
   };
+  device.answers = without_four;
   device.RunFor(2min);
   EXPECT_EQ(plan.queries()[0].group, Group::fast);
   std::size_t fast = 0;
@@ -331,6 +332,18 @@ TEST(QueryPlan, WhatIsGoneAfterAnOutageCostsTheOthersNothing) {
   EXPECT_EQ(fast, 36U) << Shown(plan);
   const std::size_t minute = device.RunFor(60s);
   EXPECT_LT(minute, 60U * 4 + 100) << "few requests more than the three blocks that are left";
+  // The same behind another outage: what is gone does not keep the others away.
+  for (const Duration outage : {30s, 300s}) {
+    device.answers = [](const Block<char>&) { return false; };
+    device.RunFor(outage);
+    device.answers = without_four;
+    device.RunFor(10s);
+    fast = 0;
+    for (const Query& query : plan.queries()) {
+      fast += query.group == Group::fast ? query.points.size() : 0;
+    }
+    EXPECT_EQ(fast, 36U) << "after " << outage / 1s << " s: " << Shown(plan);
+  }
   device.RunFor(2h);
   for (const Query& query : plan.queries()) {
     EXPECT_TRUE(query.group == Group::fast || query.group == Group::slow)
@@ -341,35 +354,35 @@ TEST(QueryPlan, WhatIsGoneAfterAnOutageCostsTheOthersNothing) {
 TEST(QueryPlan, TheThirdSilenceIsARefusalWhileOthersAreAnswered) {
   Plan plan = MakePlan({{"a0"}, {"b0"}});
   for (int i = 0; i < 9; ++i) {
-    EXPECT_EQ(plan.OnSilent(1), PlanChange::nothing) << "the device itself may be gone";
+    EXPECT_EQ(plan.OnSilent(1, kStart), PlanChange::nothing) << "the device itself may be gone";
   }
   plan.OnAnswered(0, kStart);
-  EXPECT_EQ(plan.OnSilent(1), PlanChange::nothing);
-  EXPECT_EQ(plan.OnSilent(1), PlanChange::nothing);
-  EXPECT_EQ(plan.OnSilent(1), PlanChange::set_apart);
+  EXPECT_EQ(plan.OnSilent(1, kStart), PlanChange::nothing);
+  EXPECT_EQ(plan.OnSilent(1, kStart), PlanChange::nothing);
+  EXPECT_EQ(plan.OnSilent(1, kStart), PlanChange::set_apart);
   EXPECT_EQ(Shown(plan), "a0, slow b0");
   for (int i = 0; i < 9; ++i) {
-    EXPECT_EQ(plan.OnSilent(0), PlanChange::nothing) << "it has been answered: not unknown";
+    EXPECT_EQ(plan.OnSilent(0, kStart), PlanChange::nothing) << "it has been answered: not unknown";
   }
 }
 
 TEST(QueryPlan, ASilentBlockIsSplitFirst) {
   Plan plan = MakePlan({{"a0"}, {"a1"}, {"b0"}});
   plan.OnHeard(1, kStart);
-  for (int i = 0; i < 2; ++i) EXPECT_EQ(plan.OnSilent(0), PlanChange::nothing);
-  EXPECT_EQ(plan.OnSilent(0), PlanChange::split);
+  for (int i = 0; i < 2; ++i) EXPECT_EQ(plan.OnSilent(0, kStart), PlanChange::nothing);
+  EXPECT_EQ(plan.OnSilent(0, kStart), PlanChange::split);
   EXPECT_EQ(Shown(plan), "a0, a1, b0");
-  EXPECT_EQ(plan.OnSilent(1), PlanChange::set_apart) << "the parts are suspected already";
+  EXPECT_EQ(plan.OnSilent(1, kStart), PlanChange::set_apart) << "the parts are suspected already";
   EXPECT_EQ(Shown(plan), "a0, b0, slow a1");
 }
 
 TEST(QueryPlan, AReconnectBeginsTheSilencesAnew) {
   Plan plan = MakePlan({{"a0"}, {"b0"}});
   plan.OnAnswered(0, kStart);
-  for (int i = 0; i < 2; ++i) EXPECT_EQ(plan.OnSilent(1), PlanChange::nothing);
+  for (int i = 0; i < 2; ++i) EXPECT_EQ(plan.OnSilent(1, kStart), PlanChange::nothing);
   plan.OnReconnect();
-  EXPECT_EQ(plan.OnSilent(1), PlanChange::nothing);
-  EXPECT_EQ(plan.OnSilent(0), PlanChange::nothing) << "not heard since";
+  EXPECT_EQ(plan.OnSilent(1, kStart), PlanChange::nothing);
+  EXPECT_EQ(plan.OnSilent(0, kStart), PlanChange::nothing) << "not heard since";
   EXPECT_TRUE(plan.IsProven(0)) << "but it is known to work";
   EXPECT_FALSE(plan.IsProven(1));
 }
@@ -378,7 +391,7 @@ TEST(QueryPlan, ANumberThatNoQueryHasChangesNothing) {
   Plan plan = MakePlan({{"a0"}});
   EXPECT_EQ(plan.OnAnswered(1, kStart), PlanChange::nothing);
   EXPECT_EQ(plan.OnRefused(1, kStart), PlanChange::nothing);
-  EXPECT_EQ(plan.OnSilent(1), PlanChange::nothing);
+  EXPECT_EQ(plan.OnSilent(1, kStart), PlanChange::nothing);
   plan.OnHeard(1, kStart);
   EXPECT_EQ(Shown(plan), "a0");
 }

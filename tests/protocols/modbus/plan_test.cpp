@@ -77,13 +77,13 @@ TEST(ModbusPlan, PointsOfOneRegisterShareIt) {
   EXPECT_EQ(plan.queries()[0].points.size(), 4U);
 }
 
-TEST(ModbusPlan, ARefusedBlockIsSplitAndStaysSo) {
+TEST(ModbusPlan, ARefusedBlockIsSplitUntilAReconnect) {
   SpacePlan plan = Plan(Points({"holding 0", "holding 1", "holding 5", "holding 8"}));
   ASSERT_EQ(Shown(plan), "fast holding 0+9");
   EXPECT_EQ(plan.OnRefused(0, kStart), PlanChange::split);
   EXPECT_EQ(Shown(plan), "fast holding 0+2 fast holding 5+4");
   plan.OnReconnect();
-  EXPECT_EQ(Shown(plan), "fast holding 0+2 fast holding 5+4");
+  EXPECT_EQ(Shown(plan), "fast holding 0+9");
 }
 
 TEST(ModbusPlan, OverlappingPointsAreNotParted) {
