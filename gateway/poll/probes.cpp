@@ -11,7 +11,6 @@ namespace baudgate {
 void Probes::OnOpened() {
   first_looks_ = ProbeBudget(kFirstShare);
   looks_ = ProbeBudget();
-  rested_looks_ = ProbeBudget(kRestedShare);
   writes_ = ProbeBudget(kWriteShare);
 }
 
@@ -26,7 +25,6 @@ Instant Probes::ReadyAt(const Member& member) const {
 
 ProbeBudget& Probes::BudgetOf(Kind kind) {
   if (kind == Kind::short_write) return writes_;
-  if (kind == Kind::rested_look) return rested_looks_;
   return kind == Kind::first_look ? first_looks_ : looks_;
 }
 
@@ -71,21 +69,11 @@ Instant Probes::NextWriteAt(const Member& member, const Facts& facts) const {
   return free.value_or(std::max(facts.now, writes_.earned_at()));
 }
 
-Probes::Kind Probes::OnTaken(const Member& member, Instant idle_since, Instant now) {
+Probes::Kind Probes::OnTaken(const Member& member, Instant now) {
   turn_ = member.place + 1;
-  State& state = states_[member];
-  if (HasFirstLook(member, now)) {
-    --state.first_looks;
-    return Kind::first_look;
-  }
-  if (member.device == nullptr) return Kind::look;
-  if (now - idle_since >= kRest) {
-    state.hasty_looks = 0;
-  } else if (++state.hasty_looks > kHastyLooks && rested_looks_.earned_at() <= now) {
-    state.hasty_looks = 0;
-    return Kind::rested_look;
-  }
-  return Kind::look;
+  if (!HasFirstLook(member, now)) return Kind::look;
+  --states_[member].first_looks;
+  return Kind::first_look;
 }
 
 std::optional<Instant> Probes::began() const {
@@ -96,7 +84,7 @@ void Probes::OnIdle(Duration waited, Instant now) {
   const Ended ended = std::exchange(ended_, {});
   State& state = states_[*ended.member];
   BudgetOf(ended.kind).OnProbe(ended.began, now, waited);
-  if (ended.kind != Kind::rested_look) state.waited = waited;
+  state.waited = waited;
   if (state.probed_at) state.gap = ended.began - *state.probed_at;
   state.probed_at = ended.began;
 }
@@ -106,7 +94,6 @@ Duration Probes::NoticeBound(Instant now) const {
   Duration period{};
   Duration seen{};
   Duration first{};
-  Duration rested{};
   Instant first_until = now;
   std::optional<Duration> known;  // the longest wait for any of them
   for (const Member* member : roster_.everyone()) {
@@ -119,7 +106,6 @@ Duration Probes::NoticeBound(Instant now) const {
       const Duration worst = late_.WorstCase(*member);
       turn += ProbeBudget::Interval(worst, state.waited.value_or(known.value_or(worst)));
       seen = std::max(seen, state.gap + worst);
-      if (member->device != nullptr) rested = std::max(rested, kRest + worst);
       if (!HasFirstLook(*member, now)) continue;
       first += state.first_looks *
                ProbeBudget::Interval(worst, state.waited.value_or(worst), kFirstShare);
@@ -130,7 +116,7 @@ Duration Probes::NoticeBound(Instant now) const {
   }
   if (turn == Duration::zero()) return turn;
   const Duration blocked = std::max<Duration>(looks_.earned_at() - now, {});
-  return std::max(std::min(first, first_until - now) + blocked + turn + rested + period, seen);
+  return std::max(std::min(first, first_until - now) + blocked + turn + period, seen);
 }
 
 }  // namespace baudgate

@@ -28,16 +28,11 @@ class Probes {
   static constexpr double kFirstShare = 0.2;
   static constexpr int kFirstLooks = 2;
   static constexpr Duration kFirstTime = 10s;
-  /// Some devices do not hear a request that comes soon behind other telegrams. Where the line is
-  /// busy, every third look at a device goes out behind a pause, on a share of its own.
-  static constexpr Duration kRest = 300ms;
-  static constexpr int kHastyLooks = 2;
-  static constexpr double kRestedShare = 0.0075;
   /// A device that cannot be probed may be able to later, when more is known of it.
   static constexpr Duration kAskAgain = 1min;
 
   /// Why an offline member is asked.
-  enum class Kind : std::uint8_t { first_look, look, rested_look, short_write };
+  enum class Kind : std::uint8_t { first_look, look, short_write };
 
   /// How things are on the line.
   struct Facts {
@@ -76,8 +71,8 @@ class Probes {
   Member* Next(const Facts& facts) const;
   /// When; may change with anything that happens on the line.
   std::optional<Instant> NextAt(const Facts& facts) const;
-  /// It is probed now; on which share that counts. `idle_since`: see Facts.
-  Kind OnTaken(const Member& member, Instant idle_since, Instant now);
+  /// It is probed now; on which share that counts.
+  Kind OnTaken(const Member& member, Instant now);
   /// When a short write may be tried at this member: as soon as its share allows, even if others
   /// wait, because its client waits for nothing else.
   Instant NextWriteAt(const Member& member, const Facts& facts) const;
@@ -93,9 +88,8 @@ class Probes {
   /// See LineStatus::notice_bound. One turn of all offline members. Each costs its worst case and
   /// the pause, or the time that it takes to earn what others waited for its last probe. A probe
   /// that makes others wait is sent only after an exchange of theirs, so the longest of their
-  /// periods is added once, and so is a look behind a pause. If the polls leave too little room for
-  /// that, the turn that was measured counts. A share that is used up must be earned first. First
-  /// probes of others go before.
+  /// periods is added once. If the polls leave too little room for that, the turn that was measured
+  /// counts. A share that is used up must be earned first. First probes of others go before.
   Duration NoticeBound(Instant now) const;
 
  private:
@@ -104,7 +98,6 @@ class Probes {
     std::optional<Instant> probed_at{};  // when that was sent
     Duration gap{};                      // since the one before
     int first_looks = 0;                 // that it still has
-    int hasty_looks = 0;                 // since the latest behind a pause
     Instant first_until{};               // how long it has them
     std::optional<Instant> ask_again{};  // it cannot be probed; when that is tried again
   };
@@ -125,7 +118,6 @@ class Probes {
   ByMember<State> states_;
   ProbeBudget first_looks_{kFirstShare};
   ProbeBudget looks_;
-  ProbeBudget rested_looks_{kRestedShare};
   ProbeBudget writes_{kWriteShare};
   Ended ended_;
   std::size_t turn_ = 0;

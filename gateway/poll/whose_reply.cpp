@@ -71,7 +71,7 @@ bool WhoseReply::NeedsProbeFirst(const Asked& asked, Instant now) const {
 }
 
 bool WhoseReply::IsProbedByWrites(const Device& device) const {
-  return device.conversation->Queries().empty() && states_[device].probe_silent;
+  return device.conversation->Queries().empty() && states_[device].proof_reply.empty();
 }
 
 bool WhoseReply::IsOwedAlone(const Asked& asked) const {
@@ -263,7 +263,6 @@ void WhoseReply::OnEnd(const Asked& asked, Outcome outcome, bool silent, Instant
     const bool counts = !asked.retry && !asked.writes && !state.shown.contains(question);
     if (counts) ++state.silences[question];
   }
-  if (asked.probe && silent) state.probe_silent = outcome == Outcome::no_reply;
   if (!asked.probe || !ProvesLife(outcome)) return;
   state.proven_at = now;
   state.answered_probe = asked.request->is_proof() || !state.identity.known();

@@ -45,8 +45,8 @@ class WhoseReply {
   /// Before the first request of a task of a device: whether a reply to an earlier request could
   /// pass for its own, or it is not known which device answers.
   bool NeedsProbeFirst(const Asked& asked, Instant now) const;
-  /// True if the device has no points to read and was silent to its latest probe. Example: a relay
-  /// card that does not know function 08. Its writes are sent without a probe, and a write that is
+  /// True if the device has no points to read and has never answered a probe. Example: a relay card
+  /// that does not know function 08. Its writes are sent without a probe, and a write that is
   /// answered shows that the card is there.
   bool IsProbedByWrites(const Device& device) const;
   /// Until when its latest proof holds, and from when on it may be renewed.
@@ -110,16 +110,15 @@ class WhoseReply {
   struct State {
     Identity identity;
     bool answered_probe = false;
-    bool strangers = false;     // their replies may be owed by it, since OnOpened
-    bool read = false;          // a poll was answered in step, as it was asked, since OnReconnect
-    int lag = 0;                // replies owed when its order was last proven
-    Instant proven_at{};        // when a probe was answered last
-    int proofless = 0;          // answered probes in a row that were no proofs
-    Bytes proof_reply;          // the latest to a proof
-    std::vector<Bytes> odd;     // requests whose latest replies had a form that was not asked for
-    std::set<Bytes> shown;      // requests that it has answered in their form, since OnOpened
-    bool proves = false;        // a proof is one of these
-    bool probe_silent = false;  // its latest probe got no answer
+    bool strangers = false;  // their replies may be owed by it, since OnOpened
+    bool read = false;       // a poll was answered in step, as it was asked, since OnReconnect
+    int lag = 0;             // replies owed when its order was last proven
+    Instant proven_at{};     // when a probe was answered last
+    int proofless = 0;       // answered probes in a row that were no proofs
+    Bytes proof_reply;       // the latest to a proof
+    std::vector<Bytes> odd;  // requests whose latest replies had a form that was not asked for
+    std::set<Bytes> shown;   // requests that it has answered in their form, since OnOpened
+    bool proves = false;     // a proof is one of these
     std::map<Bytes, int>
         silences;  // tasks that failed so of requests that were not answered since OnReconnect
   };

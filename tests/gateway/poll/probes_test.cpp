@@ -39,9 +39,9 @@ TEST_F(ProbesTest, ThoseThatAreOfflineTakeTurns) {
   PutOffline(a);
   PutOffline(b);
   EXPECT_EQ(probes_.Next(At(0s)), &a);
-  probes_.OnTaken(a, kStart - 1s, kStart);
+  probes_.OnTaken(a, kStart);
   EXPECT_EQ(probes_.Next(At(0s)), &b);
-  probes_.OnTaken(b, kStart - 1s, kStart);
+  probes_.OnTaken(b, kStart);
   EXPECT_EQ(probes_.Next(At(0s)), &a);
 }
 
@@ -101,13 +101,13 @@ TEST_F(ProbesTest, OneThatHasNotAnsweredYetIsAskedSoonTwice) {
     EXPECT_FALSE(i > 0 && probes_.NextAt(At(at - 1ms))) << "20 % of a second";
     ASSERT_EQ(probes_.NextAt(At(at)), kStart + at);
     EXPECT_EQ(probes_.Next(At(at)), &b) << "before all others";
-    ASSERT_EQ(probes_.OnTaken(b, kStart, kStart + at), Probes::Kind::first_look);
+    ASSERT_EQ(probes_.OnTaken(b, kStart + at), Probes::Kind::first_look);
     probes_.OnEnd(b, Probes::Kind::first_look, kStart + at);
     probes_.OnIdle(200ms, kStart + at + 200ms);
     at += 1s;
   }
   EXPECT_EQ(probes_.Next(At(at)), &a) << "then they take turns";
-  EXPECT_EQ(probes_.OnTaken(a, kStart, kStart + at), Probes::Kind::look);
+  EXPECT_EQ(probes_.OnTaken(a, kStart + at), Probes::Kind::look);
 }
 
 TEST_F(ProbesTest, LaterItTakesTurnsAsOthersDo) {
