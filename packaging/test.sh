@@ -10,7 +10,8 @@ preset=${1:-release}
 build_tests "$preset"
 beside=''
 if [ -n "${2:-}" ]; then
-  nice -n 19 $2 >"build/$preset/beside.log" 2>&1 &
+  # Programs that tests start are sessions of their own, so a nice value alone would not be heeded beside them.
+  setsid sh -c 'echo 19 >/proc/self/autogroup 2>/dev/null; exec nice -n 19 "$@"' sh $2 >"build/$preset/beside.log" 2>&1 &
   beside=$!
 fi
 say "running the tests ($preset)"
