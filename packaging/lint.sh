@@ -4,7 +4,7 @@
 #   packaging/lint.sh [BUILD_FOLDER]            all; another BUILD_FOLDER than build/release was configured by cmake
 #   packaging/lint.sh [BUILD_FOLDER] --changed [COMMIT]   only what differs from COMMIT (main)
 #   packaging/lint.sh [BUILD_FOLDER] --quick    format and English only: a quarter of a minute
-#   packaging/lint.sh [BUILD_FOLDER] --alone    that each source of the product compiles alone, and that what a mutex guards is
+#   packaging/lint.sh [BUILD_FOLDER] --alone [N]    that each source of the product compiles alone, and that what a mutex guards is
 #                                               touched under it: minutes; packaging/test.sh runs it beside the tests
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -15,7 +15,7 @@ case "${1:-}" in
   '' | --*) ;;
   *) build=$1; shift ;;
 esac
-# --alone runs while tests of this build run: the build stays as it is.
+# --alone leaves the build as it is.
 [ "$build" != build/release ] || [ "${1:-}" = --alone ] || configure_product
 if [ ! -f "$build/compile_commands.json" ]; then
   echo "lint: $build/compile_commands.json is missing: cmake --preset ${build##*/}" >&2
@@ -35,9 +35,8 @@ tidy() {
   xargs -r -n 2 -P "$(nproc)" clang-tidy-14 -p "$build/lint" --quiet "$@" 2> >(grep -v 'warnings generated' >&2)
 }
 if [ "${1:-}" = --alone ]; then
-  trap '' TERM  # until compile_alone.py has its own way with it
   mapfile -t sources < <(files 'config/*.cpp' 'gateway/*.cpp' 'protocols/*.cpp' 'transports/*.cpp')
-  exec packaging/compile_alone.py "$build/lint" "${sources[@]}"
+  exec packaging/compile_alone.py "$build/lint" ${2:+--latest "$2"} "${sources[@]}"
 fi
 
 # Slips of English, in documents and in the sentences that the program prints.
