@@ -56,7 +56,8 @@ std::string NameHolders(const std::string& port) {
   const std::string path = fs::canonical(port, none).string();
   std::string names;
   if (path.starts_with(kDevices)) {
-    for (const auto& program : FindHolders("/").by_port[path.substr(kDevices.size())]) {
+    PortHolders holders = FindHolders("/");
+    for (const auto& program : holders.by_port[path.substr(kDevices.size())]) {
       if (program.pid == getpid()) continue;
       names += (names.empty() ? "" : ", ") + program.name + ", pid " + std::to_string(program.pid);
     }
