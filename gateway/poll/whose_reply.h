@@ -119,8 +119,8 @@ class WhoseReply {
     std::vector<Bytes> odd;  // requests whose latest replies had a form that was not asked for
     std::set<Bytes> shown;   // requests that it has answered in their form, since OnOpened
     bool proves = false;     // a proof is one of these
-    std::map<Bytes, int>
-        silences;  // tasks that failed so of requests that were not answered since OnReconnect
+    // By request that was not answered since OnReconnect: how many of its tasks met silence.
+    std::map<Bytes, int> silences;
   };
   /// Fewer probes find a device that does not answer its identification
   /// (protocols/common/probe_choice.h).
@@ -132,7 +132,7 @@ class WhoseReply {
   /// For each device.
   static constexpr std::size_t kMostOdd = 16;
   static constexpr std::size_t kMostShown = 256;
-  /// After so many tasks that failed for silence it does not know the request: nothing is owed.
+  /// A device that was silent to so many tasks of one request does not know it: no reply is owed.
   static constexpr int kUnknown = 3;
 
   /// It answers probes, and none of them is a proof: after a disturbance nothing shows whose its

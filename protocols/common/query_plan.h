@@ -41,7 +41,7 @@ struct Block {
   }
 };
 
-/// What becomes of points that the device refuses to send. A point that was answered before is
+/// How often points are asked that the device refuses to send. A point that was answered before is
 /// first asked every few seconds (config::Group::again) for an hour. This applies after that hour,
 /// and at once to points that were never answered.
 enum class WhenRefused : std::uint8_t {
@@ -97,7 +97,7 @@ class QueryPlan {
   /// Whether all of the query has been answered at least once, however long ago.
   bool IsProven(std::size_t query) const;
 
-  /// What was answered by another layout of the same points counts as answered by this one.
+  /// Points that were answered in `other`, another layout of the same points, count as answered.
   void TakeProven(const QueryPlan& other);
 
   // What came of queries()[query]. A number that no query has changes nothing.

@@ -27,7 +27,7 @@ struct MeterParts {
         session(settings) {}
 
   const config::Device& device;
-  /// What the meter has refused is asked again, its points excepted. `journals`: see MeterArchive.
+  /// Asks again for all that the meter has refused but points. `journals`: see MeterArchive.
   void ForgetRefusals(bool journals) {
     identification.ForgetRefusals();
     archive.ForgetRefusals(journals);
