@@ -73,6 +73,11 @@ Result<Request> DconConversation::Ask(const Task& task, Instant now) {
   const auto step = writes_.Next(task, now);
   if (!step) return Error{step.error()};
   Request request = requests_.Own(step->command);
+  if (identification_.IsTakenCutShort(request.bytes)) {
+    return Error{
+        "the module has not said in which checksum mode it is, and the end of this command happens "
+        "to be the right checksum: write another value, or set identify: false if it is off"};
+  }
   request.prepares = step->prepares;
   return request;
 }

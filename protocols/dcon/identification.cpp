@@ -8,6 +8,7 @@
 #include "gateway/base/text.h"
 #include "protocols/common/designation.h"
 #include "protocols/dcon/broadcasts.h"
+#include "protocols/dcon/codec.h"
 #include "protocols/dcon/points.h"
 #include "protocols/dcon/type_codes.h"
 
@@ -101,7 +102,12 @@ std::optional<Identification::Question> Identification::NextAnew(std::string_vie
 
 bool Identification::Allows(std::string_view command) const {
   if (!settings_.identify) return true;
-  return done_ && !trouble_ && (sure_ || MayGoUnknown(command));
+  return done_ && !trouble_ && (sure_ || !settings_.checksum || IsHarmless(command));
+}
+
+bool Identification::IsTakenCutShort(View request) const {
+  if (!settings_.identify || sure_ || settings_.checksum) return false;
+  return ChecksumFits(AsText(request.first(request.size() - 1)), kChecksum);
 }
 
 void Identification::Begin() {

@@ -14,6 +14,7 @@
 #include <string>
 #include <string_view>
 
+#include "gateway/base/bytes.h"
 #include "gateway/base/time.h"
 #include "protocols/conversation.h"
 #include "protocols/dcon/channel_types.h"
@@ -46,8 +47,12 @@ class Identification {
   bool is_done() const { return done_; }
   /// Whether it may go out now. A round of questions without any answer lets harmless ones. A
   /// module that knows none of the questions gets others as well, if its checksum is to be off: one
-  /// whose checksum is on does not take them.
+  /// whose checksum is on takes none but those that IsTakenCutShort names.
   bool Allows(std::string_view command) const;
+  /// Whether a module whose checksum is on would take the last two characters of this request for
+  /// the checksum, and it is not known that the module's is off. Example: `#01+03.070` ends
+  /// with the right checksum of `#01+03.0`, which sets another value.
+  bool IsTakenCutShort(View request) const;
   /// Whether the module would take the command for a read in whichever mode it is.
   static bool IsHarmless(std::string_view command);
 
@@ -74,9 +79,6 @@ class Identification {
 
  private:
   void Begin();
-  bool MayGoUnknown(std::string_view command) const {
-    return IsHarmless(command) || !settings_.checksum;
-  }
   void Advance(const Question& question);
   DeviceTrouble Judge(std::string_view configuration);
   void Sum();

@@ -189,6 +189,23 @@ TEST(DconIdentification, AWriteWaitsForItAsWell) {
   EXPECT_EQ(Asked(script.talk(), Write(0, true)), "#011001\r");
 }
 
+/// A module that tells nothing of itself, and whose checksum is on after all, would take
+/// `#01+03.0` and its checksum, 70, for 3.0 in place of 3.07.
+TEST(DconIdentification, AWriteWhoseEndIsItsChecksumNeedsAModuleThatHasToldItsMode) {
+  const config::Point volts = WritePoint("volts", "", "#{+00.000 0..10}");
+  const config::Device device = MakeDevice({volts}, {{"identify", true}});
+  Script silent(device);
+  silent.Run(Write(0, 3.071),
+             {{"$01M", ""}, {"$012", ""}, {"$01MD2", ""}, {"$012B7", ""}, {"#01+03.071", ">"}});
+  const auto refused = silent.talk().Ask(Write(0, 3.07));
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().find("happens to be the right checksum"), std::string::npos);
+  silent.Run(Write(0, 3.071), {{"#01+03.071", ">"}});
+
+  Script telling(device);
+  telling.Run(Write(0, 3.07), {{"$01M", "!017024"}, {"$012", "!01320600"}, {"#01+03.070", ">"}});
+}
+
 TEST(DconIdentification, WhatPollsReadOfTheModuleCounts) {
   config::Device device = TwoInputs();
   device.points.push_back(ReadPoint("configuration", "$2", Type::string, Group::slow));
