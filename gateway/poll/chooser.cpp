@@ -184,7 +184,7 @@ std::unique_ptr<Job> Chooser::TakeProbe(const Idle& idle) {
   const auto when = agenda_.probes.NextAt(facts);
   if (!when || *when > idle.now) return nullptr;
   Member& member = *agenda_.probes.Next(facts);
-  const Probes::Kind kind = agenda_.probes.OnTaken(member, idle.now);
+  const Probes::Kind kind = agenda_.probes.OnTaken(member, facts);
   std::unique_ptr<Job> job;
   if (member.device != nullptr && member.in_use) {
     job = std::make_unique<Job>(member, Job::Probe{}, Task{.kind = Task::Kind::probe}, idle.now);

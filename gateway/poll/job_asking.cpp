@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/poll/job_asking.h"
 
+#include <algorithm>
 #include <string>
 #include <utility>
 
@@ -29,6 +30,9 @@ NextStep JobAsking::Ask(Job& job, int retries, Instant now) {
     job.unasked = true;
     if (!job.is_probe()) accounts_.OnUnsupported(*job.member, request.error());
     return NextStep::Finish(Outcome::unsupported, request.error());
+  }
+  if (job.probe_budget == Probes::Kind::rested_look) {
+    request->quiet = std::max(request->quiet, Probes::kRest);
   }
   job.step = {.request = std::move(*request), .waiting = true, .retries = retries};
   return NextStep::Wait();

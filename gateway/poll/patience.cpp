@@ -13,6 +13,12 @@ constexpr int kRepliesToForget = 100;
 constexpr int kPartTakenOff = 1024;
 constexpr Duration kLeastPatience = 1ms;
 
+/// What the ceiling leaves.
+Duration RoomOf(const Member& member) {
+  const LineTimes& times = member.times;
+  return std::max<Duration>(times.ceiling - times.reply - times.gap, {});
+}
+
 }  // namespace
 
 void Patience::Lengthen(State& state, Duration lateness) {
@@ -20,7 +26,7 @@ void Patience::Lengthen(State& state, Duration lateness) {
 }
 
 void Patience::OnLate(const Member& member, Duration lateness) {
-  if (lateness <= Duration::zero()) return;
+  if (lateness <= Duration::zero() || lateness > RoomOf(member)) return;
   State& state = states_[member];
   state.in_time = 0;
   state.most = std::max(state.most, lateness);
@@ -41,9 +47,7 @@ void Patience::OnAnswered(const Member& member, Duration lateness) {
 }
 
 Duration Patience::More(const Member& member) const {
-  const LineTimes& times = member.times;
-  const Duration room = times.ceiling - times.reply - times.gap;
-  return std::clamp<Duration>(states_[member].more, {}, std::max<Duration>(room, {}));
+  return std::min(states_[member].more, RoomOf(member));
 }
 
 }  // namespace baudgate

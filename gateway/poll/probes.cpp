@@ -41,6 +41,28 @@ Member* Probes::Next(const Facts& facts) const {
   return next;
 }
 
+std::optional<Probes::Look> Probes::LookAt(const Member& member, const Facts& facts) const {
+  const Duration worst = late_.WorstCase(member);
+  const bool first = HasFirstLook(member, facts.now);
+  const ProbeBudget& budget = first ? first_looks_ : looks_;
+  const Kind kind = first ? Kind::first_look : Kind::look;
+  const auto next = [&](Instant from, Duration cost) {
+    return budget.NextProbe(from, facts.next_wanted, facts.idle_since, cost);
+  };
+  const bool rest = !first && member.device != nullptr && !member.protocol->tcp &&
+                    states_[member].hasty_looks >= kHastyLooks;
+  if (rest) {
+    const auto rested = next(std::max(facts.now, facts.idle_since + kRest), worst);
+    if (rested) return Look{*rested, kind};
+    const auto waits = next(facts.now, kRest + worst);
+    if (waits) return Look{*waits, Kind::rested_look};
+  }
+  if (const auto when = next(facts.now, worst)) return Look{*when, kind};
+  // A client that waits for its answer is there now, but perhaps not when the line is idle again.
+  if (facts.client_waits(member)) return Look{std::max(facts.now, budget.earned_at()), kind};
+  return std::nullopt;
+}
+
 std::optional<Instant> Probes::NextAt(const Facts& facts) const {
   const Member* next = Next(facts);
   if (next == nullptr) {
@@ -53,12 +75,7 @@ std::optional<Instant> Probes::NextAt(const Facts& facts) const {
     }
     return soonest;
   }
-  const ProbeBudget& budget = HasFirstLook(*next, facts.now) ? first_looks_ : looks_;
-  const auto when =
-      budget.NextProbe(facts.now, facts.next_wanted, facts.idle_since, late_.WorstCase(*next));
-  if (when) return when;
-  // A client that waits for its answer is there now, but perhaps not when the line is idle again.
-  if (facts.client_waits(*next)) return std::max(facts.now, budget.earned_at());
+  if (const auto look = LookAt(*next, facts)) return look->at;
   // When the clients have stayed away for this long, the line counts as free.
   return facts.clients_gone && *facts.clients_gone > facts.now ? facts.clients_gone : std::nullopt;
 }
@@ -69,11 +86,15 @@ Instant Probes::NextWriteAt(const Member& member, const Facts& facts) const {
   return free.value_or(std::max(facts.now, writes_.earned_at()));
 }
 
-Probes::Kind Probes::OnTaken(const Member& member, Instant now) {
+Probes::Kind Probes::OnTaken(const Member& member, const Facts& facts) {
+  const auto look = LookAt(member, facts);
+  const Kind kind = look ? look->kind : Kind::look;
   turn_ = member.place + 1;
-  if (!HasFirstLook(member, now)) return Kind::look;
-  --states_[member].first_looks;
-  return Kind::first_look;
+  State& state = states_[member];
+  if (kind == Kind::first_look) --state.first_looks;
+  const bool rested = kind == Kind::rested_look || facts.now - facts.idle_since >= kRest;
+  state.hasty_looks = rested ? 0 : state.hasty_looks + 1;
+  return kind;
 }
 
 std::optional<Instant> Probes::began() const {
@@ -84,7 +105,7 @@ void Probes::OnIdle(Duration waited, Instant now) {
   const Ended ended = std::exchange(ended_, {});
   State& state = states_[*ended.member];
   BudgetOf(ended.kind).OnProbe(ended.began, now, waited);
-  state.waited = waited;
+  state.waited = ended.kind == Kind::rested_look ? std::max<Duration>(waited - kRest, {}) : waited;
   if (state.probed_at) state.gap = ended.began - *state.probed_at;
   state.probed_at = ended.began;
 }
@@ -104,7 +125,10 @@ Duration Probes::NoticeBound(Instant now) const {
     if (member->health.absent()) {
       const State& state = states_[*member];
       const Duration worst = late_.WorstCase(*member);
-      turn += ProbeBudget::Interval(worst, state.waited.value_or(known.value_or(worst)));
+      const Duration waited = state.waited.value_or(known.value_or(worst));
+      const bool rests = member->device != nullptr && !member->protocol->tcp;
+      const Duration rest = rests ? kRest : Duration();
+      turn += ProbeBudget::Interval(worst + rest, waited > Duration() ? waited + rest : waited);
       seen = std::max(seen, state.gap + worst);
       if (!HasFirstLook(*member, now)) continue;
       first += state.first_looks *

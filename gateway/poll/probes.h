@@ -28,11 +28,16 @@ class Probes {
   static constexpr double kFirstShare = 0.2;
   static constexpr int kFirstLooks = 2;
   static constexpr Duration kFirstTime = 10s;
+  /// Some devices do not hear a request that comes soon behind other telegrams. Every third look at
+  /// a device waits until the line has been silent for so long. Where others leave no such time,
+  /// they wait.
+  static constexpr Duration kRest = 300ms;
+  static constexpr int kHastyLooks = 2;
   /// A device that cannot be probed may be able to later, when more is known of it.
   static constexpr Duration kAskAgain = 1min;
 
   /// Why an offline member is asked.
-  enum class Kind : std::uint8_t { first_look, look, short_write };
+  enum class Kind : std::uint8_t { first_look, look, rested_look, short_write };
 
   /// How things are on the line.
   struct Facts {
@@ -72,7 +77,7 @@ class Probes {
   /// When; may change with anything that happens on the line.
   std::optional<Instant> NextAt(const Facts& facts) const;
   /// It is probed now; on which share that counts.
-  Kind OnTaken(const Member& member, Instant now);
+  Kind OnTaken(const Member& member, const Facts& facts);
   /// When a short write may be tried at this member: as soon as its share allows, even if others
   /// wait, because its client waits for nothing else.
   Instant NextWriteAt(const Member& member, const Facts& facts) const;
@@ -85,11 +90,12 @@ class Probes {
   void OnIdle(Duration waited, Instant now);
   void OnClosed() { ended_ = {}; }
 
-  /// See LineStatus::notice_bound. One turn of all offline members. Each costs its worst case and
-  /// the pause, or the time that it takes to earn what others waited for its last probe. A probe
-  /// that makes others wait is sent only after an exchange of theirs, so the longest of their
-  /// periods is added once. If the polls leave too little room for that, the turn that was measured
-  /// counts. A share that is used up must be earned first. First probes of others go before.
+  /// See LineStatus::notice_bound. One turn of all offline members. Each costs its worst case, a
+  /// rest of the line and the pause between probes, or the time that it takes to earn what others
+  /// waited for its last probe. A probe that makes others wait is sent only after an exchange of
+  /// theirs, so the longest of their periods is added once. If the polls leave too little room for
+  /// that, the turn that was measured counts. A share that is used up must be earned first. First
+  /// probes of others go before.
   Duration NoticeBound(Instant now) const;
 
  private:
@@ -98,6 +104,7 @@ class Probes {
     std::optional<Instant> probed_at{};  // when that was sent
     Duration gap{};                      // since the one before
     int first_looks = 0;                 // that it still has
+    int hasty_looks = 0;                 // since the latest behind a pause
     Instant first_until{};               // how long it has them
     std::optional<Instant> ask_again{};  // it cannot be probed; when that is tried again
   };
@@ -108,7 +115,15 @@ class Probes {
     Instant began{};
   };
 
+  /// When a member may be probed, and on which share.
+  struct Look {
+    Instant at{};
+    Kind kind = Kind::look;
+  };
+
   bool HasFirstLook(const Member& member, Instant now) const;
+  /// Empty: not before the next exchange.
+  std::optional<Look> LookAt(const Member& member, const Facts& facts) const;
   /// When it may be probed: no late reply can come, and its conversation may have a request.
   Instant ReadyAt(const Member& member) const;
   ProbeBudget& BudgetOf(Kind kind);

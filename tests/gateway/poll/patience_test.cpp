@@ -35,9 +35,14 @@ TEST_F(PatienceTest, TwoThatAreFarApartAreChanceAsWell) {
 }
 
 TEST_F(PatienceTest, EndsWithTheCeiling) {
-  patience_.OnLate(a, 900ms);
-  patience_.OnLate(a, 900ms);
+  patience_.OnLate(a, 600ms);
+  patience_.OnLate(a, 600ms);
   EXPECT_EQ(patience_.More(a), 680ms) << "which has room for a gap as well";
+}
+
+TEST_F(PatienceTest, IsNotEarnedByRepliesThatComeBehindTheCeiling) {
+  for (int i = 0; i < 5; ++i) patience_.OnLate(a, 681ms);
+  EXPECT_EQ(patience_.More(a), 0ms) << "no wait within the ceiling would have met them";
 }
 
 TEST_F(PatienceTest, ShrinksSlowlyAndNotWhileItIsNeeded) {

@@ -139,6 +139,27 @@ TEST(PollerDead, TheLivingAreServedWhileManyFallSilentTogether) {
   EXPECT_LE(line->store().ReadLine(0).notice_bound, 1min);
 }
 
+/// A module that does not hear a request within 150 ms of other telegrams, beside neighbours that
+/// leave no such pause.
+TEST(PollerDead, OneThatNeedsAPauseIsFoundOnABusyLine) {
+  const auto line = MakeCrowd({.living = 3, .dead = 1, .poll = 30ms, .points = 1});
+  Instant latest{};
+  line->server = [&](View request, Bytes reply, Instant end) {
+    const Duration sent = static_cast<std::int64_t>(request.size()) * 1100us;
+    const bool soon = end - sent - latest < 150ms;
+    if (request[1] == 'D' && soon) reply.clear();
+    const Duration takes = 5ms + static_cast<std::int64_t>(reply.size()) * 1100us;
+    latest = reply.empty() ? end : end + takes;
+    std::vector<TimedPiece> pieces;
+    if (!reply.empty()) pieces.push_back({5ms, std::move(reply)});
+    return pieces;
+  };
+  line->Open();
+  line->RunFor(1min);
+  line->twin(3).manner.dead = false;
+  EXPECT_TRUE(line->RunUntil([&] { return line->StatusOf(3).Count(Outcome::ok) > 0; }, 10min));
+}
+
 TEST(PollerDead, NoneIsNoBound) {
   const auto line = MakeCrowd({});
   line->Open();

@@ -39,9 +39,9 @@ TEST_F(ProbesTest, ThoseThatAreOfflineTakeTurns) {
   PutOffline(a);
   PutOffline(b);
   EXPECT_EQ(probes_.Next(At(0s)), &a);
-  probes_.OnTaken(a, kStart);
+  probes_.OnTaken(a, At(0s));
   EXPECT_EQ(probes_.Next(At(0s)), &b);
-  probes_.OnTaken(b, kStart);
+  probes_.OnTaken(b, At(0s));
   EXPECT_EQ(probes_.Next(At(0s)), &a);
 }
 
@@ -101,13 +101,38 @@ TEST_F(ProbesTest, OneThatHasNotAnsweredYetIsAskedSoonTwice) {
     EXPECT_FALSE(i > 0 && probes_.NextAt(At(at - 1ms))) << "20 % of a second";
     ASSERT_EQ(probes_.NextAt(At(at)), kStart + at);
     EXPECT_EQ(probes_.Next(At(at)), &b) << "before all others";
-    ASSERT_EQ(probes_.OnTaken(b, kStart + at), Probes::Kind::first_look);
+    ASSERT_EQ(probes_.OnTaken(b, At(at)), Probes::Kind::first_look);
     probes_.OnEnd(b, Probes::Kind::first_look, kStart + at);
     probes_.OnIdle(200ms, kStart + at + 200ms);
     at += 1s;
   }
   EXPECT_EQ(probes_.Next(At(at)), &a) << "then they take turns";
-  EXPECT_EQ(probes_.OnTaken(a, kStart + at), Probes::Kind::look);
+  EXPECT_EQ(probes_.OnTaken(a, At(at)), Probes::Kind::look);
+}
+
+/// Others want the line again at once, or leave it alone for long enough.
+TEST_F(ProbesTest, EveryThirdLookWaitsUntilTheLineHasBeenSilent) {
+  PutOffline(a);
+  const auto look = [this](Duration at, Duration idle_for) {
+    Probes::Facts facts = At(at);
+    facts.idle_since -= idle_for;
+    const Probes::Kind kind = probes_.OnTaken(a, facts);
+    probes_.OnEnd(a, kind, kStart + at);
+    probes_.OnIdle(next_wanted_ ? 200ms : 0ms, kStart + at + 200ms);
+    return kind;
+  };
+  EXPECT_EQ(look(0s, 0s), Probes::Kind::look);
+  EXPECT_EQ(look(1s, 0s), Probes::Kind::look);
+  EXPECT_EQ(probes_.NextAt(At(2s)), kStart + 2s + Probes::kRest);
+  EXPECT_EQ(look(2300ms, Probes::kRest), Probes::Kind::look);
+  EXPECT_EQ(probes_.NextAt(At(3s)), kStart + 3s) << "it had one";
+
+  next_wanted_ = kStart;
+  EXPECT_EQ(look(20s, 0s), Probes::Kind::look);
+  EXPECT_EQ(look(40s, 0s), Probes::Kind::look);
+  EXPECT_FALSE(probes_.NextAt(At(49s))) << "2 % of the time, as for any look";
+  EXPECT_EQ(look(60s, 0s), Probes::Kind::rested_look);
+  EXPECT_EQ(look(80s, 0s), Probes::Kind::look);
 }
 
 TEST_F(ProbesTest, LaterItTakesTurnsAsOthersDo) {

@@ -237,8 +237,8 @@ const FaultRow kFaults[] = {
          return (stage.rig->elapsed() + 5s) % 10s < 4s ? Bytes() : reply;
        };
      },
-     "[0-9]+ outages? in the last|is away for about [345]|single requests",
-     "gap|second master|full", true},
+     "[0-9]+ outages? in the last|is away for about [345]|every 10 s", "gap|second master|full",
+     true},
     {"babble", [](Stage stage) { stage.twin.manner.babble = 5s; },
      "without an end|bit rate|cannot be read", "gap:|power", true, IsSerial},
     {"exception 02", Refuse<2>,
@@ -377,7 +377,7 @@ TEST_P(NamedFaults, AreNamed) {
         fault.apply({rig, setup, rig->twin(i), i, strikes});
       }
       rig->Open();
-      rig->RunFor(extent == Extent::now_and_then ? 60s : 30s);
+      rig->RunFor(extent == Extent::now_and_then || fault.often_only ? 60s : 30s);
       const auto said = SentencesOf(rig, 0);
       const std::string which =
           std::string(fault.name) + ", " + kExtents[static_cast<int>(extent)] + ":";
