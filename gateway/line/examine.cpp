@@ -162,7 +162,10 @@ bool IsEcho(const Hearing& hearing, View heard, bool beside) {
 Finding Beside(const Hearing& hearing, View heard, const Found& found) {
   const View before = heard.first(found.begin);
   const View behind = heard.subspan(found.end);
-  if (IsEcho(hearing, before, true)) {
+  // A line end in front of a reply belongs to the reply.
+  View echo = before;
+  while (!echo.empty() && IsLineEnd(echo.back())) echo = echo.first(echo.size() - 1);
+  if (IsEcho(hearing, echo, true)) {
     return {.symptom = Symptom::noise_before, .cause = std::string(kOwnRequest)};
   }
   for (const View part : {before, behind}) {

@@ -30,6 +30,8 @@ constexpr std::size_t kShortestReply = 3;
 constexpr std::size_t kBehind = 3;
 /// The shortest text whose end may be missing.
 constexpr std::size_t kShortestLine = 4;
+/// With these a number may go on or begin.
+constexpr std::string_view kSigns = "+-.";
 /// The characters of values and check values in a text.
 constexpr std::string_view kOfValues = "0123456789ABCDEF.+-/:";
 
@@ -221,7 +223,8 @@ std::string_view LineWithoutLead(const Hearing& hearing, View heard) {
   const std::string_view text = AsText(heard);
   const std::size_t size = text.find_last_not_of("\r\n") + 1;
   if (size < kShortestLine || size == text.size()) return {};
-  if (std::ispunct(heard.front()) != 0 || HasLead(hearing, heard)) return {};
+  const bool of_number = kSigns.find(text.front()) != std::string_view::npos;
+  if ((std::ispunct(heard.front()) != 0 && !of_number) || HasLead(hearing, heard)) return {};
   return text.substr(0, size);
 }
 

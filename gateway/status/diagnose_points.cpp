@@ -69,19 +69,21 @@ struct Doubts {
   // Reported without a reason:
   std::size_t unreadable = 0;
   std::size_t unsure = 0;
+  std::size_t jumping = 0;  ///< of these: readings are compared, and may not have agreed
   std::size_t empty = 0;
   std::map<Reason, std::size_t> reasons;
   std::string first;  ///< of those that are reported
 
-  void AddReported(const Quality& quality, const std::string& name) {
+  void AddReported(const Quality& quality, const config::Point& point) {
     ++reported;
-    if (first.empty()) first = name;
+    if (first.empty()) first = point.name;
     if (quality.reason != Reason::none) {
       ++reasons[quality.reason];
     } else if (quality == Quality::bad_sensor_failure) {
       ++empty;
     } else {
       ++(IsUncertain(quality) ? unsure : unreadable);
+      if (quality == Quality::uncertain && point.recheck != config::Recheck::off) ++jumping;
     }
   }
 };
@@ -109,7 +111,7 @@ Doubts DoubtsOf(const LineStatus& line, const DeviceRecord& record, Now now, boo
     if (reported) {
       // A reader that has read nothing yet lacks nothing.
       if (record.status.unasked && quality.reason == Reason::not_ready) continue;
-      doubts.AddReported(quality, record.device->points[i].name);
+      doubts.AddReported(quality, record.device->points[i]);
     } else if (quality == Quality::uncertain && quality == record.points[i].at_best) {
       ++doubts.doubted;
     } else {
@@ -149,6 +151,10 @@ std::string WhichAre(const Doubts& doubts) {
 
 /// Why a reading without a reason is not good. Empty: they are of several kinds.
 std::string WhyUnreadable(const DeviceRecord& record, const Doubts& doubts) {
+  if (doubts.jumping == doubts.reported && record.status.rechecks > 0) {
+    return ": each reading is far from the one before, also when it is read again at once: if it "
+           "really changes so fast, set recheck: off at it";
+  }
   if (doubts.unsure == doubts.reported) {
     return ": it says itself that they are not certain (not stable): look at what it measures";
   }

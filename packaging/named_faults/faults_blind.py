@@ -81,9 +81,9 @@ CLASSES = family(
     Fault("one late among twenty missing", "rtu spa dcon", lambda x: m.late(0.75)(x) if x.number % 21 == 20 else [], "not a byte|no answer", "power|wir", "timing", "alone beside"),
     Fault("half of the request in front of the reply", "rtu spa ascii", m.sends(lambda x: x.request[:len(x.request) // 2] + x.reply), "request comes back|echo", "echo", OTHER + "|noise", "alone beside"),
     Fault("all but the last bytes of the request in front", "rtu spa dcon", m.sends(lambda x: x.request[:-2] + x.reply), "request comes back|echo", "echo", OTHER + "|noise", "alone beside"),
-    Fault("1 to 4 first bytes lost", "rtu ascii spa dcon", m.sends(lambda x: x.reply.lstrip(b"\n")[1 + x.number % 4:]), "first bytes.*too late", "automatic direction|delay", OTHER, "alone beside"),
-    Fault("0 to 4 first bytes lost", "rtu ascii spa", m.sends(lambda x: x.reply.lstrip(b"\n")[x.number % 5:]), "first bytes.*too late", "automatic direction|delay", OTHER, "alone beside"),
-    Fault("restarts with a text", "rtu spa", restarts, "restarts.*U-Boot", "power|firmware", "bit rate|take it off|console", "alone beside"),
+    Fault("1 to 4 first bytes lost", "rtu ascii spa dcon", m.sends(lambda x: x.reply.lstrip(b"\n")[1 + x.number % 4:]), "first bytes?.*too late", "automatic direction|delay", OTHER, "alone beside"),
+    Fault("0 to 4 first bytes lost", "rtu ascii spa", m.sends(lambda x: x.reply.lstrip(b"\n")[x.number % 5:]), "first bytes?.*too late", "automatic direction|delay", OTHER, "alone beside"),
+    Fault("restarts with a text", "rtu spa", restarts, "restarts.*U-Boot|away.*restarts", "power|firmware", "bit rate|take it off|console", "alone beside"),
     Fault("only the last register is refused", "rtu tcp ascii", beyond(4), "off by one", "lower", OTHER + "|note", points=ROW),
     Fault("silent, with a checksum", "dcon dcon0 set", m.silent, "not a byte", "checksum", "gap", "alone beside"),
     Fault("garbage, with a checksum", "dcon dcon0 set", m.sends(m.garbage), "setting differs", "checksum", "gap", "alone beside"),
@@ -92,7 +92,7 @@ CLASSES = family(
     Fault("damage and losses in turn", "rtu spa dcon", lambda x: [] if x.wire.elapsed() % 20 < 4 else m.now_and_then(m.sends(m.bad_check), 4)(x), "damaged|no answer|away", "wire|noise|power", OTHER.replace("|power", "")),
     Fault("an optional register", "rtu tcp ascii", m.of_request(b"\x00\x28", m.sends(m.exception(2))), "", "", well=True),
     Fault("a NaN beside others", "rtu tcp", m.sends(m.pdu(lambda q: q[:2] + b"\x43\x66\x80\0\x7f\xc0\0\0" if len(q) == 10 else q)), "", "", well=True, points=FLOATS),
-    Fault("values that change", "dcon0", m.sends(lambda x: x.reply.replace(b"+01.5", b"+%02d.5" % (x.number * 7 % 60)) if x.request[:1] == b"#" else x.reply), "", "", well=True),
+    Fault("values that change", "dcon0", m.sends(lambda x: x.reply.replace(b"+01.5", b"+%02d.5" % (x.number * 7 % 60)) if x.request[:1] == b"#" else x.reply), "far from the one before", "recheck", "damaged|says itself"),
 )
 
 BLIND = family(

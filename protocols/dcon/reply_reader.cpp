@@ -29,12 +29,23 @@ std::optional<Exchanged> ReplyReader::Read(View request, View frame) const {
   const Settings& settings = requests_.SettingsFor(request);
   const auto command = ParseRequest(request, settings.checksum);
   if (!command) return std::nullopt;
+  if (IsOfOwnMode(request, frame)) {
+    DecodedReply late;
+    late.outcome = Outcome::unexpected;
+    late.reason = "the reply carries a checksum, and none was asked for";
+    return Exchanged{*command, std::move(late)};
+  }
   if (places_.IsSetting(command->text)) {
     return Exchanged{*command, DecodeConfirmation(*command, frame, settings)};
   }
   const std::size_t channels = places_.ChannelsOf(command->text, settings_);
   return Exchanged{*command,
                    DecodeReply(*command, PlannedForm(command->text), channels, frame, settings)};
+}
+
+bool ReplyReader::IsOfOwnMode(View request, View frame) const {
+  if (!settings_.checksum || frame.empty() || !requests_.IsInOtherMode(request)) return false;
+  return ChecksumFits(AsText(frame.first(frame.size() - 1)), kChecksum);
 }
 
 Answer ReplyReader::ReadingsOf(const Exchanged& exchanged) const {

@@ -43,6 +43,8 @@ class ReplyReader {
   Answer Interpret(View request, View frame, bool polled) const;
 
  private:
+  /// It has the right checksum, and its request asks for none: the late reply to an earlier one.
+  bool IsOfOwnMode(View request, View frame) const;
   std::optional<Form> PlannedForm(std::string_view command) const;
   void AddLabels(const Exchanged& exchanged, Answer& answer) const;
 

@@ -133,6 +133,13 @@ TEST_F(DiagnoseTest, WhatTheDeviceSaysOfItsPoints) {
   EXPECT_THAT(Say(), ElementsAre(::testing::EndsWith("look at what is behind the device")));
 }
 
+TEST_F(DiagnoseTest, ReadingsThatAreNeverConfirmedAreNoWordOfTheDevice) {
+  record_.points[1].reported = Quality::uncertain;
+  config_.lines[0].devices[1].points[1].recheck = config::Recheck::jump;
+  device().rechecks = 2;
+  EXPECT_THAT(Say(), ElementsAre(::testing::EndsWith("set recheck: off at it")));
+}
+
 TEST_F(DiagnoseTest, PointsThatItIsSilentToAreNamed) {
   record_.points[1].reported = {Quality::bad_configuration, Reason::not_fitted};
   Looked(device(), Symptom::silence, 9);

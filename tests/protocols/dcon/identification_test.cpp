@@ -161,6 +161,14 @@ TEST(DconIdentification, NothingThatMayWriteGoesOutInAnUnknownMode) {
   script.Run(Poll(0), {{"$012B7", ""}, {"@01A1", ">0001FF"}});
 }
 
+/// Its late reply to a question with a checksum comes behind one without.
+TEST(DconIdentification, AReplyWithAChecksumDoesNotShowThatTheChecksumIsOff) {
+  Script script(TwoInputs({{"checksum", true}}));
+  const Bytes request = ToBytes("$01M\r");
+  EXPECT_EQ(script.talk()->Check(request, ToBytes("!017017\r")), Outcome::ok);
+  EXPECT_EQ(script.talk()->Check(request, ToBytes("!01701751\r")), Outcome::unexpected);
+}
+
 TEST(DconIdentification, AModuleWithoutNameIsReadAfterOneSilentRound) {
   Script script(TwoInputs());
   script.Run(
