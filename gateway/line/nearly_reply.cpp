@@ -30,7 +30,7 @@ constexpr std::size_t kShortestReply = 3;
 constexpr std::size_t kBehind = 3;
 /// The shortest text whose end may be missing.
 constexpr std::size_t kShortestLine = 4;
-/// With these a number may go on or begin.
+/// Characters other than digits that a number, or the rest of one, may start with.
 constexpr std::string_view kSigns = "+-.";
 /// The characters of values and check values in a text.
 constexpr std::string_view kOfValues = "0123456789ABCDEF.+-/:";

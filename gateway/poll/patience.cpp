@@ -13,7 +13,7 @@ constexpr int kRepliesToForget = 100;
 constexpr int kPartTakenOff = 1024;
 constexpr Duration kLeastPatience = 1ms;
 
-/// What the ceiling leaves.
+/// How much longer than the reply time and the gap the line may wait before it reaches the ceiling.
 Duration RoomOf(const Member& member) {
   const LineTimes& times = member.times;
   return std::max<Duration>(times.ceiling - times.reply - times.gap, {});

@@ -58,7 +58,8 @@ std::optional<Probes::Look> Probes::LookAt(const Member& member, const Facts& fa
     if (waits) return Look{*waits, Kind::rested_look};
   }
   if (const auto when = next(facts.now, worst)) return Look{*when, kind};
-  // A client that waits for its answer is there now, but perhaps not when the line is idle again.
+  // A client is waiting for this member now, and may have given up by the next exchange, so as soon
+  // as the share is earned this probe may delay others.
   if (facts.client_waits(member)) return Look{std::max(facts.now, budget.earned_at()), kind};
   return std::nullopt;
 }

@@ -28,9 +28,10 @@ class Probes {
   static constexpr double kFirstShare = 0.2;
   static constexpr int kFirstLooks = 2;
   static constexpr Duration kFirstTime = 10s;
-  /// Some devices do not hear a request that comes soon behind other telegrams. Every third look at
-  /// a device waits until the line has been silent for so long. Where others leave no such time,
-  /// they wait.
+  /// Some devices miss a request that follows other telegrams too soon. After two looks without
+  /// such a silence the next one is sent after this long a silence, if possible. If the polls of
+  /// others leave no such gap, the look delays them as soon as the share for that is earned. Not on
+  /// Modbus TCP, nor for routed slaves.
   static constexpr Duration kRest = 300ms;
   static constexpr int kHastyLooks = 2;
   /// A device that cannot be probed may be able to later, when more is known of it.
@@ -90,12 +91,12 @@ class Probes {
   void OnIdle(Duration waited, Instant now);
   void OnClosed() { ended_ = {}; }
 
-  /// See LineStatus::notice_bound. One turn of all offline members. Each costs its worst case, a
-  /// rest of the line and the pause between probes, or the time that it takes to earn what others
-  /// waited for its last probe. A probe that makes others wait is sent only after an exchange of
-  /// theirs, so the longest of their periods is added once. If the polls leave too little room for
-  /// that, the turn that was measured counts. A share that is used up must be earned first. First
-  /// probes of others go before.
+  /// See LineStatus::notice_bound. One turn of all offline members. Each adds the longer of: its
+  /// worst case plus kRest and the pause between probes; or the time needed to earn what its last
+  /// probe cost the others. To the turn add the longest poll period (a probe that delays others is
+  /// sent only after an exchange), the time until a used-up share is earned, and the first looks
+  /// that are still to come. If the longest gap measured between two probes plus the worst case is
+  /// longer, that counts.
   Duration NoticeBound(Instant now) const;
 
  private:

@@ -132,7 +132,8 @@ class WhoseReply {
   /// For each device.
   static constexpr std::size_t kMostOdd = 16;
   static constexpr std::size_t kMostShown = 256;
-  /// A device that was silent to so many tasks of one request does not know it: no reply is owed.
+  /// A device that did not answer this many tasks with the same request is taken not to know it, so
+  /// it owes no reply.
   static constexpr int kUnknown = 3;
 
   /// It answers probes, and none of them is a proof: after a disturbance nothing shows whose its

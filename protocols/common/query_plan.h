@@ -2,8 +2,9 @@
 // in parts, rarely or not at all. Points come from the configuration, the news of requests from the
 // conversation; knows nothing of bytes.
 //
-// A device that starts may refuse everything for a while. So points that have answered before are
-// asked again every few seconds for an hour, and what was split is tried as a whole again.
+// A device that is starting up may refuse everything for a while. So points that have answered
+// before are asked again every few seconds for an hour, and what was split is tried as a whole
+// again.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -64,9 +65,9 @@ enum class PlanChange : std::uint8_t {
   restored,   ///< its points, so far set apart, are asked with their group again
 };
 
-/// Queries stand in this order: fast before slow before once, and `again` last; within a group the
-/// keys as they were added first; within a key by place. Numbers of queries hold until a call
-/// returns a change, and until Make and OnReconnect.
+/// Queries stand in this order: fast before slow before once, and `again` last; within a group
+/// in the order in which keys were first added, then by refusal (none first), then by place. The
+/// number of a query stays valid until a call reports a change, or until Make or OnReconnect.
 template <typename Key>
 class QueryPlan {
  public:
@@ -78,8 +79,8 @@ class QueryPlan {
     /// So many in a row are a verdict. More than one where a damaged reply may look like a refusal:
     /// of what has been answered before each is a failure like any other until then.
     int refusals = 1;
-    /// Whether a group is asked about as often as config::Group::again, so that doubts are settled
-    /// there.
+    /// Whether the group is read at least as often as config::Group::again. Then its doubtful
+    /// points need no sooner turn.
     Often is_often = IsFast;
   };
 
@@ -158,8 +159,8 @@ class QueryPlan {
   };
 
   Block<Key> BlockOf(const Item& item) const { return {keys_[item.key], item.begin, item.end, 1}; }
-  /// It was not answered with values, and that is no verdict yet: what is read seldom would wait
-  /// for it too long.
+  /// It was refused, or put off with a message such as "busy", and there is no verdict yet. At the
+  /// pace of its own group the verdict would take too long, so it is asked sooner.
   bool IsInDoubt(const Item& item) const {
     const bool refused = item.waits || (item.refusals > 0 && item.refusals < rules_.refusals);
     return refused && (item.refusal != 0 || !rules_.is_often(item.group));
@@ -179,14 +180,15 @@ class QueryPlan {
     if (daily) return config::Group::daily;
     return IsSeldom(item.group) ? item.group : config::Group::slow;
   }
-  /// Only items with the same number share a request: those of group `again` that were refused in
-  /// one row, without an answer between, are read together.
+  /// Items share a request only if this number is equal. For items of group `again` it numbers the
+  /// run of refusals with no answer in between; those of one run are read together.
   std::size_t RefusalOf(const Item& item) const {
     return IsAskedAgain(item) ? item.row : item.refusal;
   }
   bool Joins(const Item& first, const Block<Key>& block, const Item& next) const;
-  /// From the next Make on no query reads across its middle. `silent`: the device was, to the
-  /// whole. False: it cannot be split.
+  /// Cuts the query at its widest hole, or else in its middle; after the next Make no query reads
+  /// across the cut. `silent`: the device did not answer the whole query. False: it cannot be
+  /// split.
   bool Split(std::size_t query, bool silent);
   /// Removes the cuts for which `may_go` is true, so that the next Make joins the blocks again.
   /// False: no cut was removed.
@@ -356,7 +358,7 @@ PlanChange QueryPlan<Key>::OnHeard(std::size_t query, Instant now) {
   return Regroup(query);
 }
 
-/// Its points may belong to another group now.
+/// Lays the requests out again if a point of this query now belongs to another group.
 template <typename Key>
 PlanChange QueryPlan<Key>::Regroup(std::size_t query) {
   const auto stays = [&](std::size_t i) { return GroupOf(items_[i]) == queries_[query].group; };

@@ -1,5 +1,5 @@
-// When something that a device has refused is tried again: soon, because it may only have started,
-// and less and less often if it goes on refusing it.
+// When something that a device has refused is tried again: soon, because it may have only just
+// started up, and less and less often if it goes on refusing it.
 //
 //   refused at 0 s    tried and refused at 8 s, 24 s, 56 s …, at last once an hour
 //
@@ -20,7 +20,8 @@ class TryAgain {
   /// `first`: the first wait.
   explicit TryAgain(Duration first = 8s) : first_(first) {}
 
-  /// It was refused. Each time doubles the wait, unless one is under way.
+  /// It was refused: starts the first wait, or one twice as long as the last (at most kLongest).
+  /// Does nothing while a wait is running.
   void OnRefused(Instant now) {
     if (at_ && now < *at_) return;
     wait_ = wait_ == Duration::zero() ? first_ : std::min(2 * wait_, kLongest);
@@ -28,7 +29,7 @@ class TryAgain {
   }
   /// The wait is over.
   bool IsDue(Instant now) const { return at_ && now >= *at_; }
-  /// The same, once.
+  /// Like IsDue, but true only once: it also ends the wait.
   bool TakeDue(Instant now) {
     if (!IsDue(now)) return false;
     at_.reset();

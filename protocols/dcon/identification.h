@@ -45,9 +45,10 @@ class Identification {
   std::optional<Question> NextAnew(std::string_view command, Instant now);
   /// No question of the round is left.
   bool is_done() const { return done_; }
-  /// Whether it may go out now. A round of questions without any answer lets harmless ones. A
-  /// module that knows none of the questions gets others as well, if its checksum is to be off: one
-  /// whose checksum is on takes none but those that IsTakenCutShort names.
+  /// Whether the command may go out now: only after the round of questions, and if nothing wrong
+  /// was found. If the module did not answer them: harmless commands always, others only with
+  /// `checksum: false`, because a module whose checksum is on ignores them. The exception,
+  /// IsTakenCutShort, is for the caller to check.
   bool Allows(std::string_view command) const;
   /// Whether a module whose checksum is on would take the last two characters of this request for
   /// the checksum, and it is not known that the module's is off. Example: `#01+03.070` ends

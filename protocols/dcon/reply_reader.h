@@ -43,7 +43,8 @@ class ReplyReader {
   Answer Interpret(View request, View frame, bool polled) const;
 
  private:
-  /// It has the right checksum, and its request asks for none: the late reply to an earlier one.
+  /// The frame ends with a right checksum, but this request went out without one: it is a late
+  /// reply to an earlier request in the configured mode.
   bool IsOfOwnMode(View request, View frame) const;
   std::optional<Form> PlannedForm(std::string_view command) const;
   void AddLabels(const Exchanged& exchanged, Answer& answer) const;

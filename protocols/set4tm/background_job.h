@@ -60,7 +60,7 @@ class BackgroundJob {
   /// The PDU of Next was not answered.
   virtual void OnFailure(Instant now) = 0;
   virtual void OnReconnect() = 0;
-  /// Asks again for all that the meter has refused.
+  /// Lets everything that the meter has refused be asked again.
   virtual void ForgetRefusals() = 0;
   /// For the status; empty: there is nothing to say.
   virtual std::string Shown() const = 0;

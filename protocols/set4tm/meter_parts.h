@@ -27,7 +27,8 @@ struct MeterParts {
         session(settings) {}
 
   const config::Device& device;
-  /// Asks again for all that the meter has refused but points. `journals`: see MeterArchive.
+  /// Lets everything that the meter has refused be asked again, except points. `journals`: see
+  /// MeterArchive.
   void ForgetRefusals(bool journals) {
     identification.ForgetRefusals();
     archive.ForgetRefusals(journals);

@@ -14,7 +14,8 @@
 namespace baudgate {
 namespace {
 
-/// A pty that this process and, between Begin and the end, another one have open.
+/// A pty that this process holds open; after Begin a child process holds it too, until the test
+/// ends.
 class PortHolders : public ::testing::Test {
  protected:
   PortHolders() : master_(posix_openpt(O_RDWR | O_NOCTTY)) {

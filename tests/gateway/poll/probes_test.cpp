@@ -110,7 +110,7 @@ TEST_F(ProbesTest, OneThatHasNotAnsweredYetIsAskedSoonTwice) {
   EXPECT_EQ(probes_.OnTaken(a, At(at)), Probes::Kind::look);
 }
 
-/// Others want the line again at once, or leave it alone for long enough.
+/// First with no other device wanting the line, then with one that wants it again at once.
 TEST_F(ProbesTest, EveryThirdLookWaitsUntilTheLineHasBeenSilent) {
   PutOffline(a);
   const auto look = [this](Duration at, Duration idle_for) {

@@ -161,7 +161,7 @@ TEST(DconIdentification, NothingThatMayWriteGoesOutInAnUnknownMode) {
   script.Run(Poll(0), {{"$012B7", ""}, {"@01A1", ">0001FF"}});
 }
 
-/// Its late reply to a question with a checksum comes behind one without.
+/// The late reply to a question that had a checksum arrives after a question without one was sent.
 TEST(DconIdentification, AReplyWithAChecksumDoesNotShowThatTheChecksumIsOff) {
   Script script(TwoInputs({{"checksum", true}}));
   const Bytes request = ToBytes("$01M\r");
