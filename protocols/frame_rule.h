@@ -20,6 +20,8 @@ struct Shape {
   int tag = 0;                 ///< the protocol's own number of this form, for its frame rule
   std::size_t min_length = 0;  ///< of the whole frame, bytes
   std::size_t max_length = 0;
+
+  bool operator==(const Shape&) const = default;
 };
 
 /// What a frame rule needs beyond an Expectation, if the frames of a protocol are described in a
@@ -56,6 +58,8 @@ struct Expectation {
   /// value over one.
   std::vector<std::pair<std::size_t, std::size_t>> secrets{};
   std::shared_ptr<const FrameForms> forms{};
+
+  bool operator==(const Expectation&) const = default;
 };
 
 /// The answer of a frame rule to the bytes kept so far.

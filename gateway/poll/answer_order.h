@@ -65,6 +65,10 @@ class AnswerOrder {
   void OnCopy();
   /// Nothing is owed.
   void Reset() { answered_ = 1; }
+  /// What was sent before that is owed no reply any more, if nothing was sent since.
+  void ForgetBefore(Instant time) {
+    if (SentBefore(0).at < time) Reset();
+  }
 
   /// How many of the latest requests may still be answered.
   std::size_t Owed() const { return static_cast<std::size_t>(std::bit_width(answered_)) - 1; }

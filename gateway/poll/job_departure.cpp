@@ -40,7 +40,7 @@ NextStep JobDeparture::Decide(Job& job, Instant now) {
     const bool writes = job.As<Job::Write>() != nullptr;
     if (!writes || !whose_.IsProbedByWrites(device)) return NextStep::ProbeFirst();
     job.unprovable = true;
-    whose_.OnNoProof(device);
+    whose_.OnNoProof(device, now);
   }
   // A retry does not wait: a late reply to its first try is as good as its own.
   const Instant clear = late_.ClearAt(job.asked());

@@ -79,7 +79,10 @@ EndEffects::Write EndOfWrite(const Job& job, const Job::Write& write, const JobE
     if (ok || write.sent()) effects.unknown.push_back(one.point);
     if (ok) effects.confirmed.push_back(one);
   }
-  const std::string name(Name(points.outcome));
+  // Nothing of it was sent: what the conversation knows of the device says why.
+  const std::string& trouble = job.member->device->conversation->trouble().text;
+  const bool in_trouble = points.how == WriteEnd::not_sent && !trouble.empty();
+  const std::string name = in_trouble ? trouble : std::string(Name(points.outcome));
   const auto answer = [&](WriteEnd what, const std::string& why) {
     effects.result = {what, why.empty() && what != WriteEnd::ok ? name : why, false,
                       ok ? write.next : write.first, write.next};

@@ -77,7 +77,7 @@ JobFinish::After JobFinish::GoUnproved(std::unique_ptr<Job> probe, const std::st
                                        Instant now) {
   std::unique_ptr<Job> job = std::move(probe->postponed);
   job->unprovable = true;
-  whose_.OnNoProof(*job->member->device);
+  whose_.OnNoProof(*job->member->device, now);
   NextStep next = job->has_news() ? EndUnproved(*job, Outcome::busy, why, now) : GoOn(*job);
   return {std::move(job), std::move(next)};
 }

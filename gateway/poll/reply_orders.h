@@ -60,6 +60,11 @@ class ReplyOrders {
     Of(member).OnCopy();
     line_.OnCopy();
   }
+  /// See AnswerOrder.
+  void ForgetBefore(const Member& member, Instant time) {
+    Of(member).ForgetBefore(time);
+    line_.ForgetBefore(time);
+  }
   /// Nothing is owed by this device, and nothing by the server.
   void Reset(const Member& member) {
     Of(member).Reset();

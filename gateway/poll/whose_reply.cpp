@@ -286,8 +286,10 @@ void WhoseReply::OnReconnect(const Member& member) {
   state.silences.clear();
 }
 
-void WhoseReply::OnNoProof(const Device& device) {
-  if (device.conversation->Queries().empty()) orders_.Of(device).ForgetStrangers();
+void WhoseReply::OnNoProof(const Device& device, Instant now) {
+  if (!device.conversation->Queries().empty()) return;
+  orders_.Of(device).ForgetStrangers();
+  orders_.ForgetBefore(device, now - kOwedFor);
 }
 
 void WhoseReply::OnSecondReply(const Member& member) { orders_.OnCopy(member); }

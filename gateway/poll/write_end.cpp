@@ -26,7 +26,7 @@ Decimal Tolerance(const config::Point& point, const Decimal& written) {
 WriteEnd WriteEndOf(Outcome outcome, bool sent, bool may_have_acted) {
   switch (outcome) {
     case Outcome::ok:
-      return WriteEnd::ok;
+      return sent ? WriteEnd::ok : WriteEnd::not_sent;
     case Outcome::refused:
       return may_have_acted ? WriteEnd::unknown : WriteEnd::refused;
     case Outcome::unsupported:

@@ -4,6 +4,17 @@
 #include <algorithm>
 
 namespace baudgate {
+namespace {
+
+/// True if one frame rule finds the requests to devices with options `a` and to devices with
+/// options `b`. Example: false for two DCON modules of which one has its checksum on. Descriptions
+/// of telegrams are compared by their options, because each parse makes frame forms of its own.
+bool AreCutAlike(const Protocol& protocol, const config::Options& a, const config::Options& b) {
+  return a == b || protocol.expect({}, ParseOptions(protocol, a)) ==
+                       protocol.expect({}, ParseOptions(protocol, b));
+}
+
+}  // namespace
 
 Result<std::unique_ptr<Simulator>> SimulateLine(asio::io_context& io, const config::Line& line,
                                                 const config::Catalog& catalog,
@@ -12,10 +23,10 @@ Result<std::unique_ptr<Simulator>> SimulateLine(asio::io_context& io, const conf
   for (const config::Device& device : line.devices) {
     const Protocol* protocol = catalog.FindProtocol(device.protocol);
     if (protocol == nullptr) return Error{"protocol " + device.protocol + " is not installed"};
-    // Whose telegrams are described are told from others by their descriptions.
+    // A group hears only the requests that its first device's options find.
     const auto same = std::ranges::find_if(groups, [&](const TwinGroup& group) {
       return group.protocol == protocol &&
-             (protocol->describe == nullptr || group.devices.front().options == device.options);
+             AreCutAlike(*protocol, group.devices.front().options, device.options);
     });
     TwinGroup& group = same != groups.end() ? *same : groups.emplace_back(TwinGroup{protocol, {}});
     group.devices.push_back(device);

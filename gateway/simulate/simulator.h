@@ -22,7 +22,8 @@
 
 namespace baudgate {
 
-/// Devices of one bus that speak one protocol.
+/// Devices of one bus that speak one protocol, with requests that one frame rule finds: the options
+/// of the first device count for all.
 struct TwinGroup {
   const Protocol* protocol = nullptr;
   std::vector<config::Device> devices;

@@ -48,14 +48,19 @@ bool IsUsual(std::uint32_t bits) {
   return size == 0 || (size >= kLeastUsual && size <= kMostUsual);
 }
 
+/// The order of bytes that is set at the device; empty: none, or the one that it would have anyway.
+std::string SetOrder(const config::Device& device) {
+  const auto order = device.options.all().find("order");
+  if (!device.traits->has_byte_order || order == device.options.all().end()) return {};
+  const auto* const name = std::get_if<std::string>(&order->second);
+  return name == nullptr || *name == Name(config::WordOrder::abcd) ? std::string() : *name;
+}
+
 /// The order of bytes in which all of these numbers are usual ones. Empty: none, more than one, or
 /// the device has no such setting, or another one than the first.
 std::string OrderOf(const config::Device& device, const std::vector<Float>& numbers) {
   using enum config::WordOrder;
-  const auto order = device.options.all().find("order");
-  const bool first = order == device.options.all().end() ||
-                     order->second == config::OptionValue(std::string(Name(abcd)));
-  if (!device.traits->has_byte_order || !first) return {};
+  if (!device.traits->has_byte_order || !SetOrder(device).empty()) return {};
   std::string_view found;
   for (const config::WordOrder one : {cdab, badc, dcba}) {
     const std::string_view other = Name(one);
@@ -170,10 +175,16 @@ std::vector<std::string> AbsurdNumbers(const DeviceRecord& record, Now now) {
   }
   if (absurd == 0 || (why.empty() && !OffByOne(record, 2).empty())) return {};
   const std::string order = OrderOf(*record.device, floats);
-  const bool shifted = AreShifted(floats) && (order.empty() || floats.back().bits == 0);
-  if (why.empty()) {
-    why = shifted ? "read one register lower (or higher) they fit: correct their addresses" +
-                        (order.empty() ? "" : "; or set order: " + order)
+  const bool shifted = AreShifted(floats);
+  const std::string set = SetOrder(*record.device);
+  const bool either = shifted && floats.back().bits != 0 && (!order.empty() || !set.empty());
+  if (why.empty() && either) {
+    // The registers are the same for both, so one cure makes wrong numbers that look right.
+    why = (order.empty() ? "take order: " + set + " out" : "set order: " + order) +
+          ", or correct their addresses by one register: both make usual numbers, so compare with "
+          "its display";
+  } else if (why.empty()) {
+    why = shifted ? "read one register lower (or higher) they fit: correct their addresses"
           : order.empty()
               ? "check the order of their bytes (order), their type and their register"
               : "their bytes come in another order: set order: " + order + " in the configuration";

@@ -40,6 +40,17 @@ const char* RemedyFor(Reason reason) {
   }
 }
 
+/// The limit of the configuration that a reading of this reason may be beyond, by its key: "max",
+/// 100. A device's own over-range has the same reason. Nothing where the configuration sets none.
+std::optional<std::pair<const char*, Decimal>> LimitOf(const config::Point& point, Reason reason) {
+  if (point.access != config::Access::read) return std::nullopt;
+  const bool over = reason == Reason::over_range;
+  if (!over && reason != Reason::under_range) return std::nullopt;
+  const auto& limit = over ? point.writing.max : point.writing.min;
+  if (!limit) return std::nullopt;
+  return std::pair(over ? "max" : "min", *limit);
+}
+
 /// What stands where a number belongs.
 std::string NoNumber(const Finding& finding) {
   if (!finding.remedy.empty()) return ": " + WithRemedy(finding);
@@ -72,11 +83,18 @@ struct Doubts {
   std::size_t jumping = 0;  ///< of these: readings are compared, and may not have agreed
   std::size_t empty = 0;
   std::map<Reason, std::size_t> reasons;
-  std::string first;  ///< of those that are reported
+  std::string first;         ///< of those that are reported
+  std::size_t limited = 0;   ///< of those that are reported: LimitOf has a limit
+  std::string limit_remedy;  ///< for the first of these
 
   void AddReported(const Quality& quality, const config::Point& point) {
     ++reported;
     if (first.empty()) first = point.name;
+    if (const auto limit = LimitOf(point, quality.reason); limit && ++limited == 1) {
+      limit_remedy = fmt::format(
+          "beyond its range or the configured {0} ({1}): correct {0}, or look at the sensor",
+          limit->first, limit->second.ToText());
+    }
     if (quality.reason != Reason::none) {
       ++reasons[quality.reason];
     } else if (quality == Quality::bad_sensor_failure) {
@@ -173,8 +191,10 @@ std::string WhyUnreadable(const DeviceRecord& record, const Doubts& doubts) {
   return {};
 }
 
-/// The remedy, if all of these points have the same reason. Empty: they have several.
+/// The remedy, if all of these points have the same reason, or all may be beyond a limit of the
+/// configuration. Empty: they have several reasons.
 std::string RemedyForAll(const DeviceRecord& record, const Doubts& doubts) {
+  if (doubts.limited == doubts.reported) return ": " + doubts.limit_remedy;
   if (doubts.reasons.size() != 1 || doubts.reasons.begin()->second != doubts.reported) return {};
   const Reason reason = doubts.reasons.begin()->first;
   const char* const remedy = RemedyFor(reason);

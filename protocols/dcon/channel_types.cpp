@@ -51,7 +51,7 @@ bool Measures(std::uint8_t type, const ReadAddress& read, std::string_view unit,
   constexpr std::uint8_t kCounts = 0x50;
   constexpr std::uint8_t kFrequency = 0x51;
   if (read.form == Form::counter && read.command.starts_with('#')) {
-    return !(read.total && type == kFrequency) && !(unit == "Hz" && type == kCounts);
+    return !(read.total && type == kFrequency) && !(PlainUnit(unit) == "Hz" && type == kCounts);
   }
   const bool number = read.form == Form::numbers || read.form == Form::number;
   const bool input = read.command.starts_with('#') || read.command == kAskSample;

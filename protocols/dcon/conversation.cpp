@@ -141,6 +141,11 @@ Answer DconConversation::OnFrame(const Task& task, const Request& request, View 
                   : task.kind == Task::Kind::write ? TakeWritten(task, *exchanged, now)
                                                    : TakeRead(task, *exchanged, now);
   if (was_in_trouble != static_cast<bool>(trouble())) answer.then = Then::replan;
+  const bool ends = task.kind == Task::Kind::write && answer.then != Then::ask_again;
+  if (ends && request.prepares && answer.reason.empty()) {
+    answer.reason =
+        trouble() ? trouble().text : "the module has only now said what it is: try again";
+  }
   return answer;
 }
 

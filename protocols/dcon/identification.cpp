@@ -66,6 +66,8 @@ Identification::Identification(const config::Device& device, const Settings& set
     : device_(device), settings_(settings), channels_(device, settings) {
   for (const config::Point& point : device.points) {
     const auto read = ParseRead(point.read);
+    harmless_ = harmless_ && point.access == config::Access::read && read &&
+                IsHarmless(read->command);
     if (point.access == config::Access::write || !read) continue;
     joined_ = joined_ || (read->command == "#" && read->form == Form::numbers);
   }
@@ -165,6 +167,7 @@ void Identification::Advance(const Question& question) {
   if (done_ || kRound[static_cast<std::size_t>(step_)] != question) return;
   ++step_;
   done_ = step_ == static_cast<int>(kRound.size()) || (answered_ && step_ >= kOwnMode);
+  if (IsMute()) Sum();
 }
 
 void Identification::OnPolled() {
@@ -224,11 +227,20 @@ DeviceTrouble Identification::Judge(std::string_view configuration) {
   return {};
 }
 
+bool Identification::IsMute() const {
+  return done_ && !answered_ && !sure_ && settings_.checksum && !harmless_;
+}
+
 /// The worst of all that the module has said; of remarks all.
 void Identification::Sum() {
   const bool was_wrong = static_cast<bool>(trouble_);
   trouble_ = mode_ ? mode_ : kind_ ? kind_ : name_;
   if (trouble_) return;
+  if (IsMute()) {
+    trouble_.text =
+        "it does not say in which checksum mode it is ($AAM, $AA2), so writes are not sent: set "
+        "identify: false if its checksum is on";
+  }
   if (was_wrong) {
     // Meanwhile channels may have been set as well.
     asked_mask_ = false;

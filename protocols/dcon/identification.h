@@ -81,6 +81,8 @@ class Identification {
  private:
   void Begin();
   void Advance(const Question& question);
+  /// The module was silent to a whole round, so that some commands of its points are not sent.
+  bool IsMute() const;
   DeviceTrouble Judge(std::string_view configuration);
   void Sum();
   bool WantsMask() const;
@@ -88,6 +90,7 @@ class Identification {
   const config::Device& device_;
   const Settings& settings_;
   bool joined_ = false;  ///< `#` is polled: which channel a number is of follows from its place
+  bool harmless_ = true;  ///< all that its points send is harmless
   bool sure_ = false;    ///< of the checksum mode
 
   // The round of questions: under way, or done since OnReconnect.

@@ -40,6 +40,7 @@ Request Requests::Question(const Identification::Question& question) const {
   Request request =
       MakeRequest(BuildRequest(question.command, address_, settings.checksum), settings);
   request.expect.repeatable = false;
+  request.prepares = true;
   return request;
 }
 

@@ -1,11 +1,30 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/dcon/type_codes.h"
 
+#include <algorithm>
+#include <array>
+#include <string>
+
+#include "gateway/base/spelling.h"
+
 namespace baudgate::protocols::dcon {
 namespace {
 
-/// "°C" and "degC" are one.
-std::string_view Plain(std::string_view unit) { return unit == "°C" ? "degC" : unit; }
+struct Spelling {
+  std::string_view text;  ///< in lower case, without blanks
+  std::string_view unit;
+};
+
+constexpr std::array<Spelling, 10> kSpellings = {{{"v", "V"},
+                                                  {"volt", "V"},
+                                                  {"volts", "V"},
+                                                  {"mv", "mV"},
+                                                  {"ma", "mA"},
+                                                  {"c", "degC"},
+                                                  {"°c", "degC"},
+                                                  {"degc", "degC"},
+                                                  {"celsius", "degC"},
+                                                  {"hz", "Hz"}}};
 
 }  // namespace
 
@@ -36,14 +55,21 @@ std::string_view UnitOfType(std::uint8_t type) {
 
 bool IsAnalogOutput(std::uint8_t type) { return (type >= 0x30 && type <= 0x35) || type == 0x3F; }
 
+std::string_view PlainUnit(std::string_view unit) {
+  std::string text = config::Lower(unit);
+  std::erase(text, ' ');
+  const auto found = std::ranges::find(kSpellings, text, &Spelling::text);
+  return found == kSpellings.end() ? unit : found->unit;
+}
+
 bool IsUnitOfTypes(std::string_view unit) {
-  const std::string_view plain = Plain(unit);
+  const std::string_view plain = PlainUnit(unit);
   return plain == "V" || plain == "mV" || plain == "mA" || plain == "degC";
 }
 
 std::optional<double> FactorOfType(std::uint8_t type, std::string_view unit) {
   const std::string_view own = UnitOfType(type);
-  const std::string_view wanted = Plain(unit);
+  const std::string_view wanted = PlainUnit(unit);
   if (own.empty() || !IsUnitOfTypes(unit) || own == wanted) return 1;
   if (own == "mV" && wanted == "V") return 0.001;
   if (own == "V" && wanted == "mV") return 1000;

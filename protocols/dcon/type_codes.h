@@ -13,6 +13,11 @@ namespace baudgate::protocols::dcon {
 /// What numbers in engineering format count: "V", "mV", "mA", "degC"; empty: not known.
 std::string_view UnitOfType(std::uint8_t type);
 
+/// The unit in the spelling of UnitOfType, or "Hz". Letter case and blanks do not matter, so "volt"
+/// is "V", "MV" is "mV" and "°C" is "degC". A unit of another kind ("bar", "uV") is returned as it
+/// is written.
+std::string_view PlainUnit(std::string_view unit);
+
 /// What a number of a module of this type is multiplied with to be one in `unit`: 0.001 for mV
 /// where V is wanted. Empty: such a module cannot measure that. A unit that no type has ("bar")
 /// is the user's own, and takes the number as it is.

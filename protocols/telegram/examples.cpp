@@ -9,6 +9,7 @@
 #include "protocols/telegram/field.h"
 #include "protocols/telegram/forms.h"
 #include "protocols/telegram/reply.h"
+#include "protocols/telegram/units.h"
 
 namespace baudgate::protocols::telegram {
 namespace {
@@ -192,10 +193,6 @@ class ExampleCheck {
   MapReader map_;
   Bound known_;
 };
-
-bool IsUnit(std::string_view name) {
-  return name == "unit" || name.ends_with("_unit") || name.starts_with("unit_");
-}
 
 /// A number is in the unit that the first example says. If another one may come, `codes` say so.
 void TakeUnits(const Example& example, Telegram& telegram) {

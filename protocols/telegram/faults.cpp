@@ -7,6 +7,7 @@
 #include "protocols/telegram/field.h"
 #include "protocols/telegram/points.h"
 #include "protocols/telegram/settings.h"
+#include "protocols/telegram/units.h"
 
 namespace baudgate::protocols::telegram {
 namespace {
@@ -67,6 +68,7 @@ class FaultFinder {
     const Element* field = telegram->FindField(place->field);
     if (field == nullptr) return UnknownField(*telegram, place->field);
     CheckType(point, *place, *field);
+    CheckUnit(point, *telegram, *place, *field);
     CheckCalled(*telegram, place->call);
   }
 
@@ -93,6 +95,17 @@ class FaultFinder {
     if ((point.type == Type::string) == number) {
       Tell("has type " + std::string(config::Name(point.type)) + ", and the field '" + field.name +
            (number ? "' is a number" : "' is a text: write type: string(16)"));
+    }
+  }
+
+  /// A number that comes with its unit keeps this unit at the point.
+  void CheckUnit(const Point& point, const Telegram& telegram, const ReadPlace& place,
+                 const Element& field) {
+    if (place.select != ReadPlace::Select::whole || !field.format.is_number()) return;
+    Bound bound = bound_;
+    for (const auto& [name, text] : place.call.parameters) bound.insert_or_assign(name, text);
+    if (std::string wrong = WrongUnit(point, telegram, field, bound); !wrong.empty()) {
+      Tell(std::move(wrong));
     }
   }
 

@@ -16,7 +16,8 @@ TEST(WriteEndOf, WhatWasSentIsUnknownAndWhatWasNotIsNot) {
     EXPECT_EQ(WriteEndOf(outcome, false), WriteEnd::not_sent) << Name(outcome);
   }
   for (const bool sent : {true, false}) {
-    EXPECT_EQ(WriteEndOf(Outcome::ok, sent), WriteEnd::ok);
+    EXPECT_EQ(WriteEndOf(Outcome::ok, sent), sent ? WriteEnd::ok : WriteEnd::not_sent)
+        << "what is ok without it is a step before it";
     EXPECT_EQ(WriteEndOf(Outcome::refused, sent), WriteEnd::refused);
     EXPECT_EQ(WriteEndOf(Outcome::unsupported, sent), WriteEnd::refused);
     EXPECT_EQ(WriteEndOf(Outcome::busy, sent), WriteEnd::busy);

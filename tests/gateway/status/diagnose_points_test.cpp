@@ -133,6 +133,35 @@ TEST_F(DiagnoseTest, WhatTheDeviceSaysOfItsPoints) {
   EXPECT_THAT(Say(), ElementsAre(::testing::EndsWith("look at what is behind the device")));
 }
 
+TEST_F(DiagnoseTest, ALimitOfTheConfigurationIsNamedWhereEveryPointHasOne) {
+  std::vector<config::Point>& points = config_.lines[0].devices[1].points;
+  const auto beyond = [](Reason reason) { return Quality(Quality::bad_sensor_failure, reason); };
+  record_.points[1].reported = beyond(Reason::over_range);
+  points[1].writing.max = Decimal(100);
+  const std::string sensor = "look at the sensor, its wire and its range (a balance: its load)";
+  const std::string max =
+      ": beyond its range or the configured max (100): correct max, or look at the sensor";
+  points[1].access = config::Access::read;
+  EXPECT_THAT(Say(),
+              ElementsAre(::testing::EndsWith("(1 over range; " + points[1].name + ")" + max)));
+
+  points[1].access = config::Access::read_write;
+  EXPECT_THAT(Say(), ElementsAre(::testing::EndsWith(sensor))) << "it limits writes only";
+  points[1].access = config::Access::read;
+  record_.points[1].reported = beyond(Reason::under_range);
+  EXPECT_THAT(Say(), ElementsAre(::testing::EndsWith(sensor))) << "there is no min";
+  points[1].writing.min = Decimal(-5);
+  EXPECT_THAT(Say(), ElementsAre(::testing::HasSubstr("the configured min (-5): correct min, or")));
+
+  points[0].access = config::Access::read;
+  record_.points[0].reported = beyond(Reason::over_range);
+  EXPECT_THAT(Say(), ElementsAre(::testing::Not(::testing::HasSubstr("configured"))))
+      << "the first point has no max";
+  points[0].writing.max = Decimal(100);
+  EXPECT_THAT(Say(), ElementsAre(::testing::EndsWith(max))) << "both kinds, both with limits";
+  EXPECT_LE(Say()[0].size(), 160U) << Say()[0];
+}
+
 TEST_F(DiagnoseTest, ReadingsThatAreNeverConfirmedAreNoWordOfTheDevice) {
   record_.points[1].reported = Quality::uncertain;
   config_.lines[0].devices[1].points[1].recheck = config::Recheck::jump;
@@ -198,7 +227,17 @@ TEST_F(DiagnoseTest, NumbersThatAreReadOneRegisterTooFarAreNotSwapped) {
     its.points[i].offset = 0;
     record_.points[i].value = static_cast<double>(std::bit_cast<float>(read[i]));
   }
-  EXPECT_THAT(Say()[0], ::testing::HasSubstr("read one register lower"));
+  EXPECT_THAT(Say()[0], ::testing::EndsWith("read one register lower (or higher) they fit: correct "
+                                            "their addresses"));
+  // Another value follows. The registers are the same for both, so nothing tells one from the
+  // other.
+  record_.points[2].value = static_cast<double>(std::bit_cast<float>(0x00004220U));
+  EXPECT_THAT(Say()[0],
+              ::testing::EndsWith("set order: CDAB, or correct their addresses by one register: "
+                                  "both make usual numbers, so compare with its display"));
+  its.options.Set("order", std::string("CDAB"));
+  EXPECT_THAT(Say()[0], ::testing::HasSubstr("take order: CDAB out, or correct their addresses"));
+  its.options.Set("order", std::string("ABCD"));
   record_.points[2].value = {};
   record_.points[2].reported = {Quality::bad_configuration, Reason::not_fitted};
   EXPECT_THAT(Say(), ElementsAre("only the last address is refused (p2, holding 5): its addresses "

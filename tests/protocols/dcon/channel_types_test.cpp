@@ -1,6 +1,7 @@
 // Modules whose inputs have type codes of their own: what is asked, and what becomes of an input
 // that measures something else than its point says. Bytes: dcon reference, chapters 5 and 7.3.
 // SPDX-License-Identifier: Apache-2.0
+#include "protocols/dcon/type_codes.h"
 #include "tests/protocols/dcon/support.h"
 
 namespace baudgate::protocols::dcon {
@@ -214,6 +215,57 @@ TEST(DconChannelTypes, TheTwinHasThemAndTakesOthers) {
   EXPECT_EQ(answer.readings[1].quality, kNotThis);
 }
 
+/// A unit in other letters is converted or contradicted as the proper spelling is.
+TEST(DconTypes, UnitsAreKnownInOtherLetters) {
+  struct Row {
+    const char* unit;
+    std::optional<double> of_millivolts;  ///< the factor for type 0C; empty: not measured
+    std::optional<double> of_volts;       ///< 08
+    std::optional<double> of_milliamps;   ///< 0D
+    std::optional<double> of_degrees;     ///< 0E
+  };
+  constexpr std::nullopt_t kNone = std::nullopt;
+  const Row kRows[] = {
+      {"V", 0.001, 1, kNone, kNone},
+      {"v", 0.001, 1, kNone, kNone},
+      {"volt", 0.001, 1, kNone, kNone},
+      {"Volts", 0.001, 1, kNone, kNone},
+      {"mV", 1, 1000, kNone, kNone},
+      {"mv", 1, 1000, kNone, kNone},
+      {"MV", 1, 1000, kNone, kNone},
+      {"ma", kNone, kNone, 1, kNone},
+      {"mA ", kNone, kNone, 1, kNone},
+      {"°C", kNone, kNone, kNone, 1},
+      {"°c", kNone, kNone, kNone, 1},
+      {"degC", kNone, kNone, kNone, 1},
+      {"deg C", kNone, kNone, kNone, 1},
+      {"C", kNone, kNone, kNone, 1},
+      {"celsius", kNone, kNone, kNone, 1},
+      {"bar", 1, 1, 1, 1},
+      {"uV", 1, 1, 1, 1},
+      {"", 1, 1, 1, 1},
+  };
+  for (const Row& row : kRows) {
+    EXPECT_EQ(FactorOfType(0x0C, row.unit), row.of_millivolts) << row.unit;
+    EXPECT_EQ(FactorOfType(0x08, row.unit), row.of_volts) << row.unit;
+    EXPECT_EQ(FactorOfType(0x0D, row.unit), row.of_milliamps) << row.unit;
+    EXPECT_EQ(FactorOfType(0x0E, row.unit), row.of_degrees) << row.unit;
+  }
+}
+
+TEST(DconChannelTypes, AUnitInOtherLettersIsConvertedOrContradicted) {
+  Talk talk(DconProtocol(), Inputs(2, "volt"));
+  Module module;
+  module.replies.insert({{"$016", "!0103"},
+                         {"$018C0", "!01C0R0C"},
+                         {"$018C1", "!01C1R0D"},
+                         {"#01", ">+150.00+04.805"}});
+  const Answer answer = talk.Run(Poll(0), module.wire());
+  ASSERT_EQ(answer.readings.size(), 2U);
+  EXPECT_DOUBLE_EQ(ToDouble(answer.readings[0].value), 0.15) << "mV";
+  EXPECT_EQ(answer.readings[1].quality, kNotThis);
+}
+
 TEST(DconTypes, WhatNoListedTypeMeasuresIsDoubted) {
   const auto doubts = [](const std::string& read, const std::string& unit,
                          std::vector<std::string> types, Settable options = {}) {
@@ -229,7 +281,9 @@ TEST(DconTypes, WhatNoListedTypeMeasuresIsDoubted) {
   EXPECT_TRUE(doubts("#[0]", "mA", {}).empty());
   EXPECT_TRUE(doubts("$3", "degC", {"08"}).empty());
   EXPECT_TRUE(doubts("#[0]", "mA", {"08"}, {{"format", std::string("percent")}}).empty());
+  EXPECT_EQ(doubts("#[0]", "ma", {"08"}).size(), 1U);
   EXPECT_EQ(doubts("#0 counter", "Hz", {"50"}).size(), 1U);
+  EXPECT_EQ(doubts("#0 counter", "hz", {"50"}).size(), 1U);
   EXPECT_EQ(doubts("#0 total", "", {"51"}).size(), 1U);
   const auto found = doubts("#[0]", "mA", {"08", "09"});
   ASSERT_EQ(found.size(), 1U);

@@ -3,9 +3,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "gateway/base/text.h"
 #include "protocols/dcon/protocol.h"
 #include "protocols/modbus/protocol.h"
+#include "protocols/spabus/protocol.h"
 #include "tests/protocols/runs/rig.h"
 #include "tests/support/talk.h"
 
@@ -37,6 +40,10 @@ std::optional<Bytes> KnowsNoLoopback(View request) {
 
 std::optional<Bytes> AnswersDconWrites(View request) {
   return request[0] == '#' ? std::nullopt : std::optional(Bytes());
+}
+
+std::optional<Bytes> AnswersSpaWrites(View request) {
+  return request[2] == 'W' ? std::nullopt : std::optional(Bytes());
 }
 
 class OutputsAlone : public ::testing::TestWithParam<Card> {
@@ -128,9 +135,59 @@ INSTANTIATE_TEST_SUITE_P(
                            KnowsNoLoopback,
                            {{"probe", std::string("loopback")}},
                            "holding 9"},
+                      Card{"Spa", &SpabusProtocol(), "S1", config::Type::uint16,
+                           Value(std::int64_t{2}), AnswersSpaWrites},
                       Card{"Dcon", &DconProtocol(), "#0{+00.000 0..10}", config::Type::float32,
                            Value(4.5), AnswersDconWrites}),
     [](const auto& info) { return std::string(info.param.name); });
+
+/// A DCON card whose checksum is configured as `checksum`, with one relay to write.
+std::unique_ptr<VirtualLine> DconRelay(bool checksum) {
+  config::Line line;
+  line.name = "line";
+  line.protocol = "dcon";
+  line.serial = DconProtocol().serial;
+  config::Point relay = WritePoint("relay", "", "#10{bit}", config::Type::boolean);
+  relay.access = config::Access::write;
+  config::Device device = DeviceOf(DconProtocol(), "1", {relay}, {{"checksum", checksum}});
+  device.name = "card";
+  device.protocol = line.protocol;
+  line.options = device.options;
+  line.devices.push_back(device);
+  auto made = std::make_unique<VirtualLine>(line, std::vector{&DconProtocol()});
+  made->Open();
+  return made;
+}
+
+bool WasWritten(const VirtualLine& line) {
+  return std::ranges::any_of(line.sent,
+                             [](const auto& sent) { return sent.text.starts_with("#"); });
+}
+
+/// The checksum is on in the configuration and off in the module: the questions before the write
+/// show it, and no write goes out.
+TEST(OutputsOfDcon, AWriteThatWasNotSentIsNotConfirmed) {
+  const auto line = DconRelay(true);
+  line->twin(0).manner.instead = [](View request) -> std::optional<Bytes> {
+    return AsText(request) == "$01M\r" ? ToBytes("!017060\r") : Bytes();
+  };
+  for (int write = 0; write < 3; ++write) {
+    ASSERT_TRUE(line->Write(0, 0, Value(true), 5s));
+    line->RunFor(30s);
+    EXPECT_EQ(line->ends.back(), WriteEnd::not_sent) << write;
+  }
+  EXPECT_FALSE(WasWritten(*line));
+}
+
+/// Silent to each question, so that a command without its checksum might be another write.
+TEST(OutputsOfDcon, AModuleThatDoesNotTellItsModeIsNotWrittenToAndThatIsSaid) {
+  const auto line = DconRelay(true);
+  line->twin(0).manner.instead = [](View) { return std::optional(Bytes()); };
+  ASSERT_TRUE(line->Write(0, 0, Value(true), 5s));
+  line->RunFor(30s);
+  EXPECT_EQ(line->ends.back(), WriteEnd::not_sent);
+  EXPECT_FALSE(WasWritten(*line));
+}
 
 }  // namespace
 }  // namespace baudgate

@@ -426,6 +426,77 @@ TEST(TelegramUnits, AUnitWithoutCodesIsThatOfTheFirstExample) {
                   .ok());
 }
 
+struct UnitRow {
+  const char* receive;
+  const char* came;
+  const char* codes;  ///< of `unit`; empty: the unit of the example
+  const char* point;  ///< behind its type
+  bool wrong;
+};
+
+constexpr UnitRow kUnitRows[] = {
+    {"{w:decimal} {unit:word}", "12.5 g", "", "unit: g", false},
+    {"{w:decimal} {unit:word}", "12.5 g", "", "unit: kg", true},
+    {"{w:decimal} {unit:word}", "12.5 g", "unit: { 'g': good }", "unit: kg", true},
+    {"{w:decimal} {unit:word}", "12.5 g", "unit: { 'g': good }", "unit: ''", false},
+    {"{w:decimal} {unit:word}", "12.5 g", "unit: { 'g': good }", "unit: kg, scale: 0.001", false},
+    {"{w:decimal} {unit:word}", "12.5 C", "", "unit: K, offset: 273.15", false},
+    {"{w:decimal} {unit:word}", "12.5 C", "", "unit: K", true},
+    {"{w:decimal} {unit:word}", "12.5 C", "", "unit: '°C'", false},
+    {"{w:decimal} {unit:word}", "12.5 KG", "", "unit: kg", false},
+    {"{w:decimal} {unit:3text}", "12.5 g  ", "", "unit: 'g'", false},
+    {"{w:decimal} {unit:word}", "12.5 MPa", "", "unit: mPa", true},
+    {"{w:decimal} {unit:word}", "12.5 MBAR", "", "unit: mbar", false},
+    {"{w:decimal} {unit:word}", "12.5 N", "", "unit: kn", false},
+    {"{w:decimal} {unit:word}", "12.5 N", "", "unit: kN", true},
+    {"{w:decimal} {unit:word}", "12.5 1", "", "unit: kg", false},  // a number of a unit
+    {"{w:decimal} {unit:word}", "12.5 g", "unit: { 'g': good, 'kg': good }", "unit: kg", false},
+    {"{w:decimal} {unit:word}", "12.5 g", "unit: { 'g': good, 'kg': good }", "unit: t", true},
+    {"{w:decimal} {unit:word}", "12.5 g", "unit: { 'g': good, 'kg': bad }", "unit: kg", true},
+    {"{w:decimal},{s:char},{unit:word}", "12.5,S,g", "s: { 'S': good }", "unit: kg", true},
+    {"{w:decimal} {unit:word} {t:decimal} {t_unit:word}", "12.5 g 20.1 C", "", "unit: g", false},
+    {"{w:decimal} {unit:word} {t:decimal} {t_unit:word}", "12.5 g 20.1 C", "", "unit: C", true},
+    {"{t:decimal} {t_unit:word} {w:decimal}", "20.1 C 12.5", "", "unit: g", false},
+    {"{unit:word} {w:decimal}", "g 12.5", "", "unit: kg", true},
+};
+
+/// A point that names another unit than that which is good would show 99 g as 99 kg.
+TEST(TelegramUnits, APointHasTheUnitThatComesWithItsNumber) {
+  for (const UnitRow& row : kUnitRows) {
+    const std::string codes =
+        *row.codes != 0 ? std::string("    codes: { ") + row.codes + " }\n" : "";
+    const auto loaded = LoadText(
+        std::string("device: d\ntelegrams:\n  w:\n    send: 'W\\r'\n    receive: '") + row.receive +
+        "\\r'\n    reads: yes\n" + codes + "    example: { send: 'W\\r', receive: '" + row.came +
+        "\\r', w: 12.5 }\npoints: [ { name: p, read: w.w, type: float32, " + row.point + " } ]\n");
+    std::string said;
+    for (const auto& problem : loaded.problems) said += config::ToString(problem) + "\n";
+    EXPECT_EQ(!loaded.ok(), row.wrong) << row.receive << " " << row.point << "\n" << said;
+    if (!row.wrong) continue;
+    EXPECT_NE(said.find("point 'p' has unit '"), std::string::npos) << said;
+    EXPECT_NE(said.find("of telegram 'w' says '"), std::string::npos) << said;
+  }
+}
+
+/// A device overrides units and parameters of its profile.
+TEST(TelegramUnits, ADeviceThatOverridesTheUnitIsAskedToCorrectIt) {
+  const auto faults = [](const char* profile, const char* point, const char* unit,
+                         const config::Pairs& parameters) {
+    config::Device device = ShippedDevice(TelegramProtocol(), profile);
+    std::ranges::find(device.points, point, &config::Point::name)->unit = unit;
+    if (!parameters.empty()) device.options.Set("parameters", parameters);
+    return TelegramProtocol().faults(device).size();
+  };
+  EXPECT_EQ(faults("mt-sics", "weight", "g", {}), 0U);
+  EXPECT_EQ(faults("mt-sics", "weight", "kg", {}), 1U);
+  EXPECT_EQ(faults("mt-sics", "tare_weight", "kg", {}), 1U);
+  const char* const kWeather = "nmea-0183-weather";
+  EXPECT_EQ(faults(kWeather, "wind_speed", "kn", {}), 0U);
+  EXPECT_EQ(faults(kWeather, "wind_speed", "m/s", {}), 1U);
+  EXPECT_EQ(faults(kWeather, "wind_speed", "m/s", {{"speed_unit", "M"}}), 0U);
+  EXPECT_EQ(faults(kWeather, "wind_speed", "kn", {{"speed_unit", "M"}}), 1U);
+}
+
 TEST(TelegramUnits, ATextBesideANumberThatNothingJudgesIsDoubted) {
   const std::tuple<const char*, const char*, const char*, bool> kRows[] = {
       {"{w:decimal} {u:word}", "12.5 g", "", true},

@@ -1,0 +1,28 @@
+// Units that come with a number: "S S     100.00 g". The codes of a unit's field say which texts
+// are good, and a point that reads the number has to name the same unit.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "config/model/device.h"
+#include "protocols/telegram/description.h"
+
+namespace baudgate::protocols::telegram {
+
+/// True if a field of this name is a unit: "unit", "weight_unit", "unit_1".
+bool IsUnit(std::string_view name);
+
+/// True if a point with this unit may show a number that comes with `text`. Blanks and letter case
+/// do not matter ("KG", "kg"), except for milli and mega ("mPa" is not "MPa"). "C" and "F" are
+/// degrees ("°C", "degC"); the letters of NMEA 0183 are "kn", "km/h", "m/s" and "mph".
+bool IsSameUnit(std::string_view text, std::string_view unit);
+
+/// What is wrong with the unit of a point that reads the number `field` of `telegram`: no text that
+/// is good in the unit's field is the point's unit. Empty: nothing, or a `scale` or an `offset`
+/// converts the number. `bound`: address and parameters, those of the point included.
+std::string WrongUnit(const config::Point& point, const Telegram& telegram, const Element& field,
+                      const Bound& bound);
+
+}  // namespace baudgate::protocols::telegram
