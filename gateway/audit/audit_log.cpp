@@ -124,6 +124,17 @@ Result<Page> AuditLog::Read(const PageQuery& query) const {
   return page;
 }
 
+std::optional<std::vector<PastRequest>> AuditLog::PastRequests() const {
+  if (options_.file.empty()) return std::vector<PastRequest>();
+  {
+    const MutexLock lock(mutex_);
+    if (disk_.is_opening()) return std::nullopt;
+    if (disk_.is_stalled()) return std::vector<PastRequest>();
+  }
+  auto past = ReadRequests(options_.file);
+  return past ? std::move(*past) : std::vector<PastRequest>();
+}
+
 // ---------------------------------------------------------------- the writing thread
 
 Instant AuditLog::Round(bool last) {

@@ -57,6 +57,7 @@ class AuditLog final : public WriteLog, public AuditSource {
 
   AuditState state() const override;
   Result<Page> Read(const PageQuery& query) const override;
+  std::optional<std::vector<PastRequest>> PastRequests() const override;
 
  private:
   Instant Round(bool last);

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,13 @@ class AuditSource {
   virtual AuditState state() const = 0;
   /// Empty while the file is being opened, which may take as long as reading it.
   virtual Result<Page> Read(const PageQuery& query) const = 0;
+  /// See ReadRequests. Nothing while the file is being opened; none where it cannot be read.
+  virtual std::optional<std::vector<PastRequest>> PastRequests() const = 0;
 };
+
+/// `source` null: no records are kept.
+inline std::optional<std::vector<PastRequest>> PastRequestsOf(const AuditSource* source) {
+  return source != nullptr ? source->PastRequests() : std::vector<PastRequest>();
+}
 
 }  // namespace baudgate::audit

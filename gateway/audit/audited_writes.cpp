@@ -14,7 +14,8 @@ constexpr const char* kTelegramPoint = "telegram";
 
 /// Its first point stands for all.
 DeniedWrite NotTaken(const WriteCommand& command, WriteEnd end) {
-  DeniedWrite denied{.client = command.client, .device = command.device, .end = end};
+  DeniedWrite denied{
+      .client = command.client, .request = command.request, .device = command.device, .end = end};
   if (!command.writes().empty()) denied.point = command.writes().front().point;
   return denied;
 }
@@ -85,6 +86,7 @@ WriteRecord AuditedWrites::RecordOf(const WriteCommand& command, const PointWrit
   WriteRecord record = Named(Kind::point, command.device, write.point);
   record.time = record.last = now.wall;
   record.client = Clipped(command.client);
+  record.request = command.request;
   record.before = write.before;
   record.value = ToSample(point, {write.point, write.raw}).value;
   return record;
@@ -117,6 +119,7 @@ void AuditedWrites::OnNotTaken(const DeniedWrite& denied) {
   WriteRecord record = Named(Kind::denied, denied.device, denied.point);
   record.time = record.last = now.wall;
   record.client = Clipped(denied.client);
+  record.request = denied.request;
   record.value = denied.value;
   record.end = denied.end;
   record.reason = Clipped(denied.reason);

@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "gateway/base/text.h"
 #include "gateway/state/read_once.h"
 
 namespace baudgate::audit {
@@ -12,7 +13,9 @@ namespace {
 
 constexpr std::string_view kColumns =
     "SELECT seq, kind, time, last, client, line, device, point, old, first, new, outcome, reason, "
-    "took, count, settled FROM writes ";
+    "took, count, settled, request_client, request_seq, request FROM writes ";
+/// More than a gateway remembers (gateway/writes/request_book.h).
+constexpr int kRequests = 8192;
 
 Duration DurationOf(std::int64_t microseconds) {
   constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max() / 1000;
@@ -22,6 +25,15 @@ Duration DurationOf(std::int64_t microseconds) {
 Value ValueOf(Value value) {
   if (auto* text = std::get_if<std::string>(&value)) *text = Clipped(std::move(*text));
   return value;
+}
+
+/// Beyond 2^63 it is a text.
+std::uint64_t SeqOf(const Value& value) {
+  if (const auto* text = std::get_if<std::string>(&value)) {
+    return ParseInteger<std::uint64_t>(*text).value_or(0);
+  }
+  const auto* number = std::get_if<std::int64_t>(&value);
+  return number != nullptr ? static_cast<std::uint64_t>(*number) : 0;
 }
 
 WriteRecord RecordOf(const Statement& row) {
@@ -44,6 +56,9 @@ WriteRecord RecordOf(const Statement& row) {
   record.took = DurationOf(row.Number(13));
   record.count = static_cast<std::uint64_t>(std::max<std::int64_t>(row.Number(14), 1));
   if (!row.IsNull(15)) record.settled = row.Number(15);
+  if (!row.IsNull(16)) {
+    record.request = RequestId{text(16), SeqOf(row.At(17)), std::string(row.Text(18))};
+  }
   return record;
 }
 
@@ -74,6 +89,24 @@ Result<Page> ReadPage(Database& database, const PageQuery& query) {
     if (next <= page.next) return Error{"its rows are out of order: it is damaged"};
     page.next = next;
   }
+}
+
+Result<std::vector<PastRequest>> ReadRequests(const std::filesystem::path& file) {
+  return ReadOnce(file, nullptr, [](Database& database) -> Result<std::vector<PastRequest>> {
+    Statement rows(database, std::string(kColumns) +
+                                 "WHERE kind='point' AND request_client IS NOT NULL "
+                                 "ORDER BY seq DESC LIMIT " +
+                                 std::to_string(kRequests));
+    std::vector<PastRequest> requests;
+    for (;;) {
+      const Statement::Step step = rows.Next();
+      if (step == Statement::Step::failed) return Error{database.error()};
+      if (step == Statement::Step::done) return requests;
+      WriteRecord record = RecordOf(rows);
+      requests.push_back({std::move(*record.request), record.end.value_or(WriteEnd::unknown),
+                          std::move(record.reason), record.took});
+    }
+  });
 }
 
 Result<Page> ReadPage(const std::filesystem::path& file, const PageQuery& query, bool* damaged) {

@@ -32,6 +32,8 @@ struct Page {
 };
 
 Result<Page> ReadPage(Database& database, const PageQuery& query);
+/// The latest writes to points whose clients number their requests, the latest first.
+Result<std::vector<PastRequest>> ReadRequests(const std::filesystem::path& file);
 /// See ReadOnce.
 Result<Page> ReadPage(const std::filesystem::path& file, const PageQuery& query,
                       bool* damaged = nullptr);

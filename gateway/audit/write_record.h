@@ -13,6 +13,7 @@
 #include "gateway/base/time.h"
 #include "gateway/base/value.h"
 #include "gateway/base/write_result.h"
+#include "gateway/requests/request_id.h"
 
 namespace baudgate::audit {
 
@@ -43,6 +44,7 @@ struct WriteRecord {
   std::string reason;                   ///< one sentence; empty when ok
   Duration took{};                      ///< from when it was asked for to its end
   std::uint64_t count = 1;              ///< of repeats, this one included
+  std::optional<RequestId> request{};   ///< of repeats the first; empty: its client numbers nothing
   std::optional<std::int64_t> settled;  ///< its number among those that have ended; empty: not yet
 };
 

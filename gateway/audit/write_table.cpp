@@ -10,7 +10,8 @@ namespace {
 
 constexpr const char* kInsert =
     "INSERT INTO writes (kind, time, last, client, line, device, point, old, first, new, outcome, "
-    "reason, took, count, settled) VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)";
+    "reason, took, count, settled, request_client, request_seq, request) "
+    "VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)";
 constexpr const char* kUpdate =
     "UPDATE writes SET last=?, first=?, new=?, outcome=?, reason=?, took=?, count=?, settled=? "
     "WHERE seq=?";
@@ -144,6 +145,11 @@ bool WriteTable::Insert(Draft& draft) {
   insert_.Bind(13, record.took / 1us);
   insert_.Bind(14, static_cast<std::int64_t>(record.count));
   if (record.settled) insert_.Bind(15, *record.settled);
+  if (record.request) {
+    insert_.Bind(16, record.request->client);
+    insert_.Bind(17, Value(record.request->seq));
+    insert_.Bind(18, record.request->content);
+  }
   if (!insert_.Run()) return false;
   draft.record.seq = Whole(database_.First("SELECT last_insert_rowid()"));
   ++rows_[static_cast<std::size_t>(record.kind)];

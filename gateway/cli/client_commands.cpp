@@ -9,6 +9,7 @@
 
 #include "gateway/base/exit_code.h"
 #include "gateway/base/since.h"
+#include "gateway/base/text.h"
 #include "gateway/cli/bundle/support_bundle.h"
 #include "gateway/cli/bus_commands.h"
 #include "gateway/cli/client/alarms.h"
@@ -271,6 +272,15 @@ void AddWrite(CLI::App& app, Action& action) {
       ->required();
   command->add_flag("--confirm", options->confirm,
                     "Confirm the write of a point with 'select: yes'");
+  command
+      ->add_option("--request", options->request,
+                   "NAME/NUMBER of your own: the same again is answered, and not written twice")
+      ->check([](const std::string& text) {
+        const auto slash = text.rfind('/');
+        const bool named = slash != std::string::npos && slash > 0;
+        const bool numbered = named && ParseInteger<std::uint64_t>(text.substr(slash + 1));
+        return numbered ? std::string() : "'" + text + "' is not NAME/NUMBER, as in night/7";
+      });
   command->add_flag("--json", options->json, "Print one JSON object");
   AddSocket(*command, options->socket);
   command->callback([options, &action] {

@@ -75,7 +75,7 @@ const std::vector<Command>& Commands() {
   static const std::vector<Command> commands = {
       {"status", {{"target"}}, ShowStatus},
       {"read", {{"target"}}, Read},
-      {"write", {{"target"}, {"value"}, {"confirm", flag}}, Write},
+      {"write", {{"target"}, {"value"}, {"confirm", flag}, {"client"}, {"seq", whole}}, Write},
       {"may_write", {{"target"}, {"value"}}, MayWrite},
       {"ask", {{"target"}, {"telegram"}, {"write", flag}}, Ask},
       {"writes", {{"after", whole}, {"since_ms", whole}, {"order"}}, ShowWrites, true},

@@ -10,6 +10,13 @@
 namespace baudgate::control {
 namespace {
 
+constexpr std::size_t kLongestClient = 64;
+
+bool IsConfirmed(const Json& request) {
+  const auto confirm = request.find("confirm");
+  return confirm != request.end() && confirm->is_boolean() && confirm->get<bool>();
+}
+
 Json ToJson(const WriteResult& result) {
   return {{"end", Name(result.end)}, {"reason", result.reason}, {"read_back", result.read_back}};
 }
@@ -27,6 +34,22 @@ Json PointsAt(const PointStore& store, std::uint32_t device,
     }
   });
   return all;
+}
+
+/// Nothing: its client numbers nothing.
+Result<std::optional<RequestId>> IdOf(const Json& request) {
+  const std::string client = TextOf(request, "client");
+  const auto seq = request.find("seq");
+  if (client.empty() && seq == request.end()) return std::optional<RequestId>();
+  if (client.empty() || seq == request.end()) {
+    return Error{
+        "'client' and 'seq' of a write belong together: a name of your own, and a number "
+        "that counts its requests upwards"};
+  }
+  if (client.size() > kLongestClient) return Error{"'client' has 64 characters at most"};
+  return std::optional(RequestId{client, seq->get<std::uint64_t>(),
+                                 TextOf(request, "target") + " " + TextOf(request, "value") +
+                                     (IsConfirmed(request) ? " confirm" : "")});
 }
 
 }  // namespace
@@ -51,25 +74,69 @@ Result<Json> PointRequests::MayWrite(const config::Config& config, const Json& r
   return Json{{"may_write", !denial}, {"reason", denial ? denial->text : ""}};
 }
 
+bool PointRequests::IsFresh(const RequestId& id, Instant now, Answered answered) {
+  using What = RequestBook::Verdict::What;
+  RequestAnswer answer;
+  {
+    const MutexLock lock(mutex_);
+    const auto past = past_ ? past_() : std::vector<PastRequest>();
+    if (!past) {
+      answer = {WriteEnd::busy, "the record of earlier writes is being read; try again"};
+    } else {
+      for (const PastRequest& one : *past) book_.Restore(one, now);
+      past_ = nullptr;
+      auto verdict = book_.Begin(id, now);
+      if (verdict.what == What::fresh || verdict.what == What::under_way) {
+        waiting_.emplace_back(id, std::move(answered));
+        return verdict.what == What::fresh;
+      }
+      answer = std::move(verdict.answer);
+    }
+  }
+  answered(ToJson({answer.end, answer.reason}));
+  return false;
+}
+
+void PointRequests::Finish(const std::optional<RequestId>& id, const Answered& answered,
+                           const WriteResult& result, const Json& answer) {
+  if (!id) return answered(answer);
+  std::vector<Answered> waited;
+  {
+    const MutexLock lock(mutex_);
+    book_.End(id->client, id->seq, {result.end, result.reason});
+    std::erase_if(waiting_, [&](auto& one) {
+      if (one.first != *id) return false;
+      waited.push_back(std::move(one.second));
+      return true;
+    });
+  }
+  for (const Answered& one : waited) one(answer);
+}
+
 Status PointRequests::Write(const config::Config& config, const Json& request, const Writer& writer,
                             Instant now, Answered answered) {
   auto ask = AskOf(config, request);
   if (!ask) return Error{ask.error()};
+  const auto id = IdOf(request);
+  if (!id) return Error{id.error()};
   const config::Point& point = store_.device(ask->device).points[ask->parts.front().point];
-  const auto confirm = request.find("confirm");
-  ask->without_selection =
-      confirm != request.end() && confirm->is_boolean() && confirm->get<bool>();
+  ask->without_selection = IsConfirmed(request);
   ask->deadline = now + kWaitForDevice;
   ask->abandoned = writer.left;
-  ask->done = [answered](const WriteResult& result) { answered(ToJson(result)); };
+  ask->request = *id;
+  if (*id && !IsFresh(**id, now, answered)) return {};
+  ask->done = [this, id = *id, answered](const WriteResult& result) {
+    Finish(id, answered, result, ToJson(result));
+  };
   if (const auto denial = gate_.Submit(writer, std::move(*ask), now)) {
     const bool busy = denial->why == WriteDenial::Why::busy;
-    Json denied = ToJson({busy ? WriteEnd::busy : WriteEnd::denied, denial->text});
+    const WriteResult result{busy ? WriteEnd::busy : WriteEnd::denied, denial->text};
+    Json denied = ToJson(result);
     if (denial->why == WriteDenial::Why::not_selected) denied["needs"] = "confirm";
     if (denial->why == WriteDenial::Why::read_only && point.access != config::Access::read) {
       denied["needs"] = "write: allow";
     }
-    answered(std::move(denied));
+    Finish(*id, answered, result, denied);
   }
   return {};
 }

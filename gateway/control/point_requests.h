@@ -4,6 +4,10 @@
 //   {"command":"write","target":"bay-1.feeder-1.setting_group","value":"2"}
 //   {"end":"ok","reason":"","read_back":true}
 //
+//   {"command":"write","target":"bay-1.feeder-1.setting_group","value":"2","client":"night",
+//    "seq":7}
+//   the same answer again, and nothing is written a second time
+//
 //   {"command":"may_write","target":"bay-1.feeder-1.setting_group","value":"9"}
 //   {"may_write":false,"reason":"'setting_group': 9 is above the maximum, 1"}
 //
@@ -15,11 +19,16 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
+#include "gateway/base/guarded.h"
 #include "gateway/requests/write_command.h"
 #include "gateway/status/status_json.h"
 #include "gateway/status/target.h"
+#include "gateway/writes/request_book.h"
 #include "gateway/writes/write_gate.h"
 
 namespace baudgate::control {
@@ -29,12 +38,15 @@ class PointRequests {
   /// Takes the answer, once, on any thread.
   using Answered = std::function<void(Json)>;
 
-  /// All references outlive it, and what it has asked for.
-  PointRequests(const PointStore& store, CommandSink& sink)
-      : store_(store), sink_(sink), gate_(store, sink) {}
+  /// What was asked of earlier runs of the gateway, the latest first; nothing: not known yet.
+  using Past = std::function<std::optional<std::vector<PastRequest>>()>;
 
-  /// `target`: LINE.DEVICE.POINT; `value` in its unit; `confirm`: in place of a selection. An
-  /// error, one sentence, where nothing can be asked.
+  /// All references outlive it, and what it has asked for.
+  PointRequests(const PointStore& store, CommandSink& sink, Past past)
+      : store_(store), sink_(sink), past_(std::move(past)), gate_(store, sink) {}
+
+  /// `target`: LINE.DEVICE.POINT; `value` in its unit; `confirm`: in place of a selection; `client`
+  /// and `seq`: see RequestId. An error, one sentence, where nothing can be asked.
   Status Write(const config::Config& config, const Json& request, const Writer& writer, Instant now,
                Answered answered);
   /// Whether permission, limits and interlocks would let a confirmed write pass now. Nothing is
@@ -50,9 +62,20 @@ class PointRequests {
   /// The point and the value that are named; no deadline yet.
   Result<WriteAsk> AskOf(const config::Config& config, const Json& request) const;
 
+  /// A request with a number that came before is answered as the first one. True: it is new, and
+  /// `answered` waits for Finish.
+  bool IsFresh(const RequestId& id, Instant now, Answered answered);
+  void Finish(const std::optional<RequestId>& id, const Answered& answered,
+              const WriteResult& result, const Json& answer);
+
   const PointStore& store_;
   CommandSink& sink_;
+  Past past_;  ///< null: the book has it
   WriteGate gate_;
+  Mutex mutex_;
+  RequestBook book_ BAUDGATE_GUARDED_BY(mutex_);
+  /// Who waits for the end of a request with a number: it may have come more than once.
+  std::vector<std::pair<RequestId, Answered>> waiting_ BAUDGATE_GUARDED_BY(mutex_);
 };
 
 }  // namespace baudgate::control

@@ -274,8 +274,11 @@ Status Daemon::Impl::StartDds() {
     samples = std::make_shared<EventSamples>(config.name, events->feed(), events->cursors(),
                                              records.keeps_events());
   }
-  auto output =
-      DdsOutput::Start(config, store, Commands(), std::move(samples), records.keeps_events());
+  const audit::AuditSource* const audit =
+      records.write_path() != nullptr ? &records.write_path()->log() : nullptr;
+  auto output = DdsOutput::Start(
+      config, store, Commands(), [audit] { return audit::PastRequestsOf(audit); },
+      std::move(samples), records.keeps_events());
   if (!output) return Error{output.error()};
   dds = std::move(*output);
 #else

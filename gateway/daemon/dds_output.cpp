@@ -50,7 +50,7 @@ std::unordered_set<std::size_t> NamesOf(const config::Config& config) {
 }  // namespace
 
 Result<std::unique_ptr<DdsOutput>> DdsOutput::Start(const config::Config& config, PointStore& store,
-                                                    CommandSink& sink,
+                                                    CommandSink& sink, dds::WriteService::Past past,
                                                     std::shared_ptr<dds::EventSupply> events,
                                                     bool keeps_events) {
   std::unique_ptr<DdsOutput> output(new DdsOutput);
@@ -68,7 +68,8 @@ Result<std::unique_ptr<DdsOutput>> DdsOutput::Start(const config::Config& config
   if (!publisher) return Error{publisher.error()};
   output->publisher_ = std::move(*publisher);
   if (config.dds.write) {
-    output->writes_ = std::make_unique<dds::DdsWrites>(config, store, sink, writer);
+    output->writes_ =
+        std::make_unique<dds::DdsWrites>(config, store, sink, std::move(past), writer);
   }
   return output;
 }

@@ -23,9 +23,10 @@ class DdsOutput {
  public:
   /// All outlive it; writes go to `sink`. The error says which name or setting to change. A process
   /// that cannot be started is no error but a state.
-  /// `events` null: no events and no alarms. `keeps_events` false: only alarms are published.
+  /// `past`: see dds::WriteService. `events` null: no events and no alarms. `keeps_events` false:
+  /// only alarms are published.
   static Result<std::unique_ptr<DdsOutput>> Start(const config::Config& config, PointStore& store,
-                                                  CommandSink& sink,
+                                                  CommandSink& sink, dds::WriteService::Past past,
                                                   std::shared_ptr<dds::EventSupply> events,
                                                   bool keeps_events);
   ~DdsOutput();  ///< as Stop

@@ -22,6 +22,10 @@ struct WriteArrival {
   RequestSample request;
   WriterId writer;
   Instant received{};  ///< by the process that speaks DDS
+  /// By the clock of its client, as its time stamp says; 1970: it carries none.
+  WallTime published{};
+  /// It was published before there was a reader of requests to this gateway.
+  bool early = false;
   /// Its writer is not known to keep nothing: it may be older than this reader.
   bool lasting = false;
 };

@@ -22,6 +22,7 @@
 #include "gateway/base/time.h"
 #include "gateway/base/value.h"
 #include "gateway/base/write_result.h"
+#include "gateway/requests/request_id.h"
 #include "gateway/requests/write_state.h"
 
 namespace baudgate {
@@ -57,8 +58,9 @@ struct Telegram {
 };
 
 struct WriteCommand {
-  std::uint32_t device = 0;  ///< index in the point store
-  std::string client;        ///< its name: "192.0.2.5:40312", "user:root", "dds:GUID"
+  std::uint32_t device = 0;            ///< index in the point store
+  std::string client;                  ///< its name: "192.0.2.5:40312", "user:root", "dds:GUID"
+  std::optional<RequestId> request{};  ///< empty: its client numbers nothing
   std::variant<Writes, Reads, std::shared_ptr<Telegram>> kind;
   Instant deadline;            ///< nothing is sent later; what waits then ends as not_sent
   std::uint64_t sequence = 0;  ///< the line's own: its place among all writes to the line
@@ -111,7 +113,8 @@ struct WriteCommand {
 
 /// A write that the gateway refused: recorded like any other write.
 struct DeniedWrite {
-  std::string client{};      ///< as in WriteCommand
+  std::string client{};  ///< as in WriteCommand
+  std::optional<RequestId> request{};
   std::uint32_t device = 0;  ///< index in the point store
   std::optional<std::uint32_t>
       point{};           ///< index in the device's points; empty: a telegram, which never counts

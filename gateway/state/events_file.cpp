@@ -120,6 +120,11 @@ CREATE TABLE past (
   quality INTEGER
 );
 CREATE INDEX past_point ON past (point, time, seq);
+)sql",
+                                                                 R"sql(
+ALTER TABLE writes ADD COLUMN request_client TEXT;
+ALTER TABLE writes ADD COLUMN request_seq;
+ALTER TABLE writes ADD COLUMN request TEXT;
 )sql"};
 
 constexpr DatabaseKind kEvents = {kEventsApplication, kMigrations,

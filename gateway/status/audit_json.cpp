@@ -52,6 +52,10 @@ Json WriteJson(const audit::WriteRecord& record) {
   json["seq"] = record.seq;
   json["time"] = FormatWallTime(record.time);
   json["client"] = record.client;
+  json["request"] = nullptr;
+  if (record.request) {
+    json["request"] = {{"client", Harmless(record.request->client)}, {"seq", record.request->seq}};
+  }
   json["line"] = record.line;
   json["device"] = record.device;
   json["point"] = record.point;

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/dds/writes/request_book.h"
+#include "gateway/writes/request_book.h"
 
 #include <algorithm>
-#include <bit>
 #include <utility>
 
-namespace baudgate::dds {
+namespace baudgate {
 namespace {
 
 using What = RequestBook::Verdict::What;
@@ -14,23 +13,9 @@ RequestBook::Verdict Refused(WriteEnd end, std::string reason) {
   return {What::refused, {end, std::move(reason)}};
 }
 
-/// Bit by bit: a NaN is the same NaN.
-bool AskTheSame(const RequestSample& a, const RequestSample& b) {
-  return a.device == b.device && a.point == b.point && a.text == b.text && a.confirm == b.confirm &&
-         std::bit_cast<std::uint64_t>(a.value) == std::bit_cast<std::uint64_t>(b.value);
-}
-
-RequestSample WithoutTimes(RequestSample request) {
-  request.gateway.clear();
-  request.client.clear();
-  request.deadline_ms = 0;
-  request.not_after_ns = 0;
-  return request;
-}
-
 }  // namespace
 
-RequestBook::Verdict RequestBook::Begin(const RequestSample& request, Instant now) {
+RequestBook::Verdict RequestBook::Begin(const RequestId& request, Instant now) {
   Client* const client = PlaceFor(request.client, now);
   if (client == nullptr) {
     return Refused(WriteEnd::busy, "too many clients have asked within the last ten minutes");
@@ -39,7 +24,7 @@ RequestBook::Verdict RequestBook::Begin(const RequestSample& request, Instant no
   const auto known = client->entries.find(request.seq);
   if (known != client->entries.end()) {
     const Entry& entry = known->second;
-    if (!AskTheSame(entry.request, request)) {
+    if (entry.content != request.content) {
       return Refused(WriteEnd::denied, "this client has used this seq for another request");
     }
     return entry.answer ? Verdict{What::answered, *entry.answer} : Verdict{What::under_way, {}};
@@ -51,7 +36,7 @@ RequestBook::Verdict RequestBook::Begin(const RequestSample& request, Instant no
   }
   if (client->entries.size() >= kRemembered) ForgetOldest(*client);
   Entry& entry = client->entries[request.seq];
-  entry.request = WithoutTimes(request);
+  entry.content = request.content;
   if (client->under_way < kUnderWay) {
     ++client->under_way;
     return {};
@@ -59,6 +44,19 @@ RequestBook::Verdict RequestBook::Begin(const RequestSample& request, Instant no
   entry.answer = {WriteEnd::busy, std::to_string(kUnderWay) +
                                       " requests of this client are under way; wait for replies"};
   return {What::refused, *entry.answer};
+}
+
+void RequestBook::Restore(const PastRequest& past, Instant now) {
+  const bool known = clients_.contains(past.id.client);
+  if (!known && clients_.size() >= kClients) return;
+  Client& client = clients_[past.id.client];
+  if (!known) client.last = now;
+  if (client.entries.contains(past.id.seq)) return;
+  if (client.entries.size() >= kRemembered) {
+    client.forgotten = std::max(client.forgotten.value_or(0), past.id.seq);
+    return;
+  }
+  client.entries[past.id.seq] = {past.id.content, RequestAnswer{past.end, past.reason, past.took}};
 }
 
 void RequestBook::End(const std::string& client, std::uint64_t seq, RequestAnswer answer) {
@@ -93,4 +91,4 @@ void RequestBook::ForgetOldest(Client& client) {
   client.entries.erase(oldest);
 }
 
-}  // namespace baudgate::dds
+}  // namespace baudgate

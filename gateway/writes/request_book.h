@@ -5,8 +5,9 @@
 //   plc-1 7 setting_group 1    under way, and as of its end: ok, again
 //   plc-1 7 setting_group 2    denied: another one has that number
 //   plc-1 3 setting_group 1    denied, once 32 later ones have pushed 3 out
+//   a restart, plc-1 7 …       as before: Restore has told what the audit knows
 //
-// Bounded, and knows no clock. docs/dds.md, "Writing".
+// Bounded, and knows no clock. docs/writes.md, "The same request again".
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,14 +18,14 @@
 
 #include "gateway/base/time.h"
 #include "gateway/base/write_result.h"
-#include "gateway/dds/samples.h"
+#include "gateway/requests/request_id.h"
 
-namespace baudgate::dds {
+namespace baudgate {
 
 struct RequestAnswer {
   WriteEnd end = WriteEnd::ok;
   std::string reason;  ///< one sentence; empty when ok
-  std::uint32_t took_us = 0;
+  Duration took{};
 };
 
 class RequestBook {
@@ -45,7 +46,10 @@ class RequestBook {
     What what = What::fresh;
     RequestAnswer answer{};
   };
-  Verdict Begin(const RequestSample& request, Instant now);
+  Verdict Begin(const RequestId& request, Instant now);
+  /// A request of an earlier run. The latest first: of those for which there is no room, none is
+  /// fresh again.
+  void Restore(const PastRequest& past, Instant now);
   /// Ends a request that was fresh.
   void End(const std::string& client, std::uint64_t seq, RequestAnswer answer);
 
@@ -53,7 +57,7 @@ class RequestBook {
 
  private:
   struct Entry {
-    RequestSample request;  ///< what it asked for: without its times
+    std::string content;
     std::optional<RequestAnswer> answer;
   };
   struct Client {
@@ -69,4 +73,4 @@ class RequestBook {
   std::map<std::string, Client> clients_;
 };
 
-}  // namespace baudgate::dds
+}  // namespace baudgate

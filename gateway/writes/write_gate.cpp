@@ -51,6 +51,7 @@ std::optional<WriteDenial> WriteGate::Submit(const Writer& writer, WriteAsk ask,
   WriteCommand command;
   command.device = ask.device;
   command.client = writer.name;
+  command.request = std::move(ask.request);
   command.deadline = ask.deadline;
   command.abandoned = ask.abandoned;
   command.done = std::move(ask.done);
@@ -152,7 +153,8 @@ void WriteGate::Deny(const Writer& writer, const WriteAsk& ask, const std::strin
                      WriteEnd end) {
   bool first = true;
   for (const WriteAsk::Part& part : ask.parts) {
-    sink_.OnNotTaken({writer.name, ask.device, part.point, part.value, reason, end, first});
+    sink_.OnNotTaken(
+        {writer.name, ask.request, ask.device, part.point, part.value, reason, end, first});
     first = false;
   }
 }

@@ -50,7 +50,8 @@ struct WriteAsk {
   };
   std::uint32_t device = 0;  ///< index in the point store
   std::vector<Part> parts;
-  bool without_selection = false;  ///< the client has said twice that it means it
+  bool without_selection = false;      ///< the client has said twice that it means it
+  std::optional<RequestId> request{};  ///< see WriteCommand
   Instant deadline{};
   std::shared_ptr<const std::atomic<bool>> abandoned{};  ///< see WriteCommand
   std::function<void(const WriteResult&)> done{};

@@ -9,8 +9,8 @@
 
 #include "gateway/dds/cdr.h"
 #include "gateway/dds/link/link_message.h"
-#include "gateway/dds/writes/request_book.h"
 #include "gateway/dds/writes/request_value.h"
+#include "gateway/writes/request_book.h"
 #include "tests/fuzz/fuzz.h"
 #include "tests/fuzz/target.h"
 
@@ -56,7 +56,7 @@ class Requests {
  public:
   void Take(const RequestSample& request) {
     now_ += 1ms;
-    const auto verdict = book_.Begin(request, now_);
+    const auto verdict = book_.Begin(IdOf(request), now_);
     Require(book_.clients() <= RequestBook::kClients, "clients are bounded");
     if (verdict.what != What::fresh) return;
     const auto key = std::pair(request.client, request.seq);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "gateway/base/text.h"
 #include "gateway/base/time.h"
 #include "gateway/cli/client/control_client.h"
 #include "gateway/terminal/text_table.h"
@@ -94,10 +95,14 @@ int RunRead(const ReadOptions& options, std::ostream& out, std::ostream& err) {
 
 int RunWrite(const WriteOptions& options, std::ostream& out, std::ostream& err) {
   Json answer;
-  const Json request = {{"command", "write"},
-                        {"target", options.target},
-                        {"value", options.value},
-                        {"confirm", options.confirm}};
+  Json request = {{"command", "write"},
+                  {"target", options.target},
+                  {"value", options.value},
+                  {"confirm", options.confirm}};
+  if (const auto slash = options.request.rfind('/'); slash != std::string::npos) {
+    request["client"] = options.request.substr(0, slash);
+    request["seq"] = ParseInteger<std::uint64_t>(options.request.substr(slash + 1)).value_or(0);
+  }
   auto gateway = ConnectOrTell(options.socket, err);
   if (!gateway) return kNoDaemon;
   if (const int code = ReadAnswer(*gateway, request, answer, err); code != 0) {

@@ -22,6 +22,7 @@ struct WriteOptions {
   bool confirm = false;
   bool json = false;
   std::string socket;
+  std::string request{};  ///< "NAME/NUMBER"; empty: it has none
 };
 
 /// Asked, but not done: the device did not answer, or refused, or may not be written.

@@ -69,6 +69,7 @@ bool WriteTopics::OpenWriter() {
 
 bool WriteTopics::OpenReader() {
   const auto qos = Bounded<fast::DataReaderQos>(fast::VOLATILE_DURABILITY_QOS, kNamesOfRequests);
+  opened_ = ReadClocks().instant;
   reader_ = subscriber_->create_datareader(requests_, qos, this);
   return reader_ != nullptr;
 }
@@ -104,7 +105,7 @@ bool WriteTopics::TryWrite(const ReplySample& reply) {
 /// If a request could not be decoded, its gateway is empty.
 void WriteTopics::on_data_available(fast::DataReader* reader) {
   WriteArrival arrival;
-  fast::SampleInfo info;
+  fast::SampleInfo info{};
   while (reader->take_next_sample(&arrival.request, &info) == ReturnCode_t::RETCODE_OK) {
     if (!info.valid_data || arrival.request.gateway != gateway_) continue;
     if (full_) {
@@ -114,7 +115,11 @@ void WriteTopics::on_data_available(fast::DataReader* reader) {
     const Handle writer = HandleOf(info.publication_handle);
     arrival.writer = WriterOf(writer);
     arrival.lasting = !writers_.Has(writer);
-    arrival.received = std::chrono::steady_clock::now();
+    const Now now = ReadClocks();
+    arrival.received = now.instant;
+    arrival.published = WallTime(Duration(info.source_timestamp.to_ns()));
+    // Right even if the clock has been set since the reader was made.
+    arrival.early = arrival.published < now.wall - (now.instant - opened_.load());
     const MutexLock lock(mutex_);
     if (take_) take_(arrival);
   }

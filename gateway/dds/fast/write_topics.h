@@ -52,6 +52,7 @@ class WriteTopics final : private eprosima::fastdds::dds::DataReaderListener {
   eprosima::fastdds::dds::Topic* requests_ = nullptr;
   eprosima::fastdds::dds::DataWriter* writer_ = nullptr;  ///< of replies
   eprosima::fastdds::dds::DataReader* reader_ = nullptr;  ///< of requests
+  std::atomic<Instant> opened_ = Instant{};               ///< when `reader_` was made
   std::atomic<bool> full_ = false;
   std::atomic<std::uint64_t> dropped_ = 0;
   Mutex mutex_;

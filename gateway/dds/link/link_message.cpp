@@ -22,8 +22,10 @@ constexpr std::size_t kSecurityFiles = 7;
 constexpr std::uint32_t kMostInstances = 10'000'000;
 constexpr std::uint32_t kMostEventDevices = 1'000'000;
 constexpr int kLastDomain = 232;
-constexpr std::size_t kArrivalBytes =
-    12 + 4 + 8 + 1;  // participant, entity, time, lasting; then the sample
+// Participant, entity, time of arrival and of publication, flags; then the sample.
+constexpr std::size_t kArrivalBytes = 12 + 4 + 8 + 8 + 1;
+constexpr unsigned kLasting = 1;
+constexpr unsigned kEarly = 2;
 
 static_assert(kLinkHeaderBytes + 1 + kMaxKey + 6 + kMostInterfaces * (1 + kMaxAddress) + 1 + 1 +
                   config::kMostPeers * (1 + kMaxIpv4) + 1 +
@@ -236,7 +238,9 @@ Bytes EncodeRequest(const WriteArrival& arrival) {
   Bytes body(arrival.writer.publisher.bytes.begin(), arrival.writer.publisher.bytes.end());
   Append(body, arrival.writer.entity);
   Put(body, static_cast<std::uint64_t>(arrival.received.time_since_epoch().count()));
-  body.push_back(arrival.lasting ? 1 : 0);
+  Put(body, static_cast<std::uint64_t>(arrival.published.time_since_epoch().count()));
+  body.push_back(
+      static_cast<std::uint8_t>((arrival.lasting ? kLasting : 0U) | (arrival.early ? kEarly : 0U)));
   body.resize(kArrivalBytes + kMaxBytes<RequestSample>);
   const std::size_t size = Encode(arrival.request, std::span(body).subspan(kArrivalBytes));
   if (size == 0) return {};
@@ -318,11 +322,13 @@ Result<WriteArrival> DecodeRequest(View body) {
   }
   std::ranges::copy(body.first(12), arrival.writer.publisher.bytes.begin());
   std::ranges::copy(body.subspan(12, 4), arrival.writer.entity.begin());
-  Fields fields(body.subspan(16, 9));
+  Fields fields(body.subspan(16, kArrivalBytes - 16));
   arrival.received = Instant(Duration(static_cast<std::int64_t>(fields.Number<std::uint64_t>())));
-  const auto lasting = fields.Number<std::uint8_t>();
-  if (lasting > 1) return Error{"a damaged write request"};
-  arrival.lasting = lasting == 1;
+  arrival.published = WallTime(Duration(static_cast<std::int64_t>(fields.Number<std::uint64_t>())));
+  const auto flags = fields.Number<std::uint8_t>();
+  if (flags > (kLasting | kEarly)) return Error{"a damaged write request"};
+  arrival.lasting = (flags & kLasting) != 0;
+  arrival.early = (flags & kEarly) != 0;
   return arrival;
 }
 

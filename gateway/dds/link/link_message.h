@@ -3,8 +3,8 @@
 // link_server.h carry them.
 // SPDX-License-Identifier: Apache-2.0
 //
-//   02 05 5C 00 | 00 01 00 00 06 00 00 00 73 75 …
-//   kind point, version 5, 92 bytes follow | the sample as in gateway/dds/cdr.h
+//   02 06 5C 00 | 00 01 00 00 06 00 00 00 73 75 …
+//   kind point, version 6, 92 bytes follow | the sample as in gateway/dds/cdr.h
 //
 // All numbers are little-endian.
 #pragma once
@@ -23,7 +23,7 @@
 
 namespace baudgate::dds {
 
-inline constexpr std::uint8_t kLinkVersion = 5;
+inline constexpr std::uint8_t kLinkVersion = 6;
 inline constexpr std::size_t kLinkHeaderBytes = 4;
 /// No message is longer; a packet that is longer is refused.
 inline constexpr std::size_t kMaxLinkMessage = 8192;

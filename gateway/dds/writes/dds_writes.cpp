@@ -50,11 +50,12 @@ struct DdsWrites::Mail {
 };
 
 DdsWrites::DdsWrites(const config::Config& config, const PointStore& store, CommandSink& sink,
-                     std::shared_ptr<SampleWriter> writer)
+                     WriteService::Past past, std::shared_ptr<SampleWriter> writer)
     : writer_(std::move(writer)),
       mail_(std::make_shared<Mail>()),
       service_(
-          config, store, sink, [this](ReplySample reply) { replies_.push_back(std::move(reply)); },
+          config, store, sink, std::move(past),
+          [this](ReplySample reply) { replies_.push_back(std::move(reply)); },
           [mail = mail_](WriteService::Ticket ticket, const WriteResult& result) {
             mail->Add(std::move(ticket), result);
           }),

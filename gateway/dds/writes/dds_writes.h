@@ -15,9 +15,9 @@ namespace baudgate::dds {
 class DdsWrites {
  public:
   /// Requests that `writer` has, from now on, until StopTaking. `config`, `store` and `sink`
-  /// outlive it.
+  /// outlive it; so does what `past` looks at, see WriteService.
   DdsWrites(const config::Config& config, const PointStore& store, CommandSink& sink,
-            std::shared_ptr<SampleWriter> writer);
+            WriteService::Past past, std::shared_ptr<SampleWriter> writer);
   ~DdsWrites();  ///< as both
 
   /// Nothing goes to the sink after this. Idempotent.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/dds/writes/request_value.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <string>
 
@@ -32,6 +34,12 @@ Result<Value> ValueOf(const config::Point& point, const RequestSample& request) 
   const bool whole = std::trunc(request.value) == request.value;
   return ParseValue(point, whole ? std::to_string(static_cast<std::int64_t>(request.value))
                                  : FormatNumber(request.value));
+}
+
+RequestId IdOf(const RequestSample& request) {
+  return {request.client, request.seq,
+          fmt::format("{}\t{}\t{:a}\t{}\t{}", request.device, request.point, request.value,
+                      request.text, request.confirm ? "confirm" : "")};
 }
 
 }  // namespace baudgate::dds

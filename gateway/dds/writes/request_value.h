@@ -13,10 +13,13 @@
 #include "gateway/base/result.h"
 #include "gateway/base/value.h"
 #include "gateway/dds/samples.h"
+#include "gateway/requests/request_id.h"
 
 namespace baudgate::dds {
 
 /// The error says in one sentence what would be right.
 Result<Value> ValueOf(const config::Point& point, const RequestSample& request);
+/// What is asked for bit by bit, so that a NaN is the same NaN. Its times are no part of it.
+RequestId IdOf(const RequestSample& request);
 
 }  // namespace baudgate::dds

@@ -23,13 +23,15 @@ constexpr char kLasting[] =
 /// Beyond any deadline, and far from the ends of the numbers.
 constexpr Duration kMostAhead = 24h;
 
+Duration PatienceOf(const RequestSample& request) {
+  const Duration wanted = std::chrono::milliseconds(request.deadline_ms);
+  return request.deadline_ms == 0 ? kWaitForDevice : std::min(wanted, WriteService::kMostPatience);
+}
+
 /// Not after either of its two times; the clock of the machine may stand anywhere.
 Instant DeadlineOf(const WriteArrival& arrival, Now now) {
   const RequestSample& request = arrival.request;
-  const Duration wanted = std::chrono::milliseconds(request.deadline_ms);
-  const Duration patience =
-      request.deadline_ms == 0 ? kWaitForDevice : std::min(wanted, WriteService::kMostPatience);
-  const Instant deadline = arrival.received + patience;
+  const Instant deadline = arrival.received + PatienceOf(request);
   const std::int64_t wall = now.wall.time_since_epoch().count();
   if (request.not_after_ns == 0) return deadline;
   if (request.not_after_ns <= wall) return std::min(deadline, now.instant);
@@ -39,6 +41,21 @@ Instant DeadlineOf(const WriteArrival& arrival, Now now) {
 
 std::uint32_t Microseconds(Duration duration) {
   return static_cast<std::uint32_t>(std::clamp<std::int64_t>(duration / 1us, 0, UINT32_MAX));
+}
+
+/// Why it is not carried out now: the library may deliver what was meant for an earlier run.
+std::optional<std::string> WhyTooOld(const WriteArrival& arrival, WallTime now) {
+  constexpr char kSince[] = "; is the client's clock right? If it still applies, use a new seq";
+  if (arrival.published <= WallTime())
+    return "too old: it carries no time stamp" + std::string(kSince);
+  const std::string age = FormatAge(std::max<Duration>(now - arrival.published, {}));
+  if (arrival.early) {
+    return "too old: by its time stamp it was published " + age +
+           " ago, before this gateway listened for requests" + kSince;
+  }
+  if (now - arrival.published <= PatienceOf(arrival.request)) return std::nullopt;
+  return "too old: by its time stamp it was published " + age +
+         " ago, and its deadline has passed" + kSince;
 }
 
 /// For the record: no number is a text.
@@ -54,12 +71,22 @@ Writer WriterOf(const WriteArrival& arrival) { return {"dds:" + Text(arrival.wri
 }  // namespace
 
 WriteService::WriteService(const config::Config& config, const PointStore& store, CommandSink& sink,
-                           Answer answer, Ended ended)
+                           Past past, Answer answer, Ended ended)
     : config_(config),
       store_(store),
       gate_(store, sink),
+      past_(std::move(past)),
       answer_(std::move(answer)),
       ended_(std::move(ended)) {}
+
+bool WriteService::Remember(Instant now) {
+  if (past_ == nullptr) return true;
+  const auto past = past_();
+  if (!past) return false;
+  for (const PastRequest& one : *past) book_.Restore(one, now);
+  past_ = nullptr;
+  return true;
+}
 
 void WriteService::LearnDevices() {
   for (const std::uint32_t end = store_.device_count(); known_ < end; ++known_) {
@@ -80,7 +107,10 @@ void WriteService::Take(const WriteArrival& arrival, Now now) {
     Record(arrival, kLasting);
     return Reply(ticket, {WriteEnd::denied, kLasting});
   }
-  const RequestBook::Verdict verdict = book_.Begin(request, now.instant);
+  if (!Remember(now.instant)) {
+    return Reply(ticket, {WriteEnd::busy, "the record of earlier writes is being read; try again"});
+  }
+  const RequestBook::Verdict verdict = book_.Begin(IdOf(request), now.instant);
   switch (verdict.what) {
     case RequestBook::Verdict::What::refused:
       if (verdict.answer.end == WriteEnd::denied) Record(arrival, verdict.answer.reason);
@@ -102,6 +132,10 @@ std::optional<RequestAnswer> WriteService::Carry(const WriteArrival& arrival, No
   const RequestSample& request = arrival.request;
   const auto place = Find(request);
   if (!place) return RequestAnswer{WriteEnd::denied, place.error()};
+  if (auto why = WhyTooOld(arrival, now.wall)) {
+    Record(arrival, *why);
+    return RequestAnswer{WriteEnd::denied, std::move(*why)};
+  }
   auto value = ValueOf(store_.device(place->device).points[place->point], request);
   if (!value) {
     Record(arrival, value.error());
@@ -111,6 +145,7 @@ std::optional<RequestAnswer> WriteService::Carry(const WriteArrival& arrival, No
   ask.device = place->device;
   ask.parts.push_back({place->point, std::move(*value)});
   ask.without_selection = request.confirm;
+  ask.request = IdOf(request);
   ask.deadline = DeadlineOf(arrival, now);
   ask.done = [ended = ended_, ticket = Ticket{request.client, request.seq, arrival.received}](
                  const WriteResult& result) { ended(ticket, result); };
@@ -129,6 +164,7 @@ void WriteService::Record(const WriteArrival& arrival, const std::string& reason
   WriteAsk ask;
   ask.device = place->device;
   ask.parts.push_back({place->point, Asked(request)});
+  ask.request = IdOf(request);
   gate_.Deny(WriterOf(arrival), ask, reason);
 }
 
@@ -150,7 +186,7 @@ Result<WriteService::Place> WriteService::Find(const RequestSample& request) {
 }
 
 void WriteService::End(const Ticket& ticket, const WriteResult& result, Instant now) {
-  const RequestAnswer answer{result.end, result.reason, Microseconds(now - ticket.received)};
+  const RequestAnswer answer{result.end, result.reason, now - ticket.received};
   book_.End(ticket.client, ticket.seq, answer);
   Reply(ticket, answer);
 }
@@ -162,7 +198,7 @@ void WriteService::Reply(const Ticket& ticket, const RequestAnswer& answer) {
   reply.seq = ticket.seq;
   AssignBounded(reply.outcome, Name(answer.end), kMaxOutcome);
   AssignBounded(reply.reason, Harmless(answer.reason), kMaxReason);
-  reply.took_us = answer.took_us;
+  reply.took_us = Microseconds(answer.took);
   answer_(std::move(reply));
 }
 

@@ -10,13 +10,14 @@
 #include <optional>
 #include <string>
 #include <unordered_map>
+#include <vector>
 
 #include "config/model/config.h"
 #include "gateway/base/time.h"
 #include "gateway/dds/request_intake.h"
-#include "gateway/dds/writes/request_book.h"
 #include "gateway/requests/write_command.h"
 #include "gateway/store/point_store.h"
+#include "gateway/writes/request_book.h"
 #include "gateway/writes/write_gate.h"
 
 namespace baudgate::dds {
@@ -34,10 +35,12 @@ class WriteService {
   };
   using Answer = std::function<void(ReplySample reply)>;
   using Ended = std::function<void(Ticket ticket, const WriteResult& result)>;
+  /// What was asked of earlier runs of the gateway, the latest first; nothing: not known yet.
+  using Past = std::function<std::optional<std::vector<PastRequest>>()>;
 
   /// All outlive it. `answer` is called on the service's thread; `ended` on any, even when the
   /// service is gone: what it is told goes to End.
-  WriteService(const config::Config& config, const PointStore& store, CommandSink& sink,
+  WriteService(const config::Config& config, const PointStore& store, CommandSink& sink, Past past,
                Answer answer, Ended ended);
 
   void Take(const WriteArrival& arrival, Now now);
@@ -51,6 +54,8 @@ class WriteService {
     std::uint32_t point = 0;   ///< index in the device's points
   };
   Result<Place> Find(const RequestSample& request);
+  /// False: what was asked of earlier runs is not known yet.
+  bool Remember(Instant now);
   /// A reload may have brought more.
   void LearnDevices();
   /// That it was denied, where it names a point.
@@ -62,6 +67,7 @@ class WriteService {
   const config::Config& config_;
   const PointStore& store_;
   WriteGate gate_;
+  Past past_;  ///< null: the book has it
   const Answer answer_;
   const Ended ended_;
   std::unordered_map<std::string, std::uint32_t> devices_;  ///< by name

@@ -152,6 +152,21 @@ TEST_F(AuditLogTest, AFileThatIsBeingOpenedHasNothingYet) {
   EXPECT_EQ(page->next, 7);
 }
 
+TEST_F(AuditLogTest, WhatWasAskedBeforeIsKnownOnceTheFileIsOpen) {
+  {
+    const auto log = Start(file());
+    WriteRecord record = WrittenPoint("dds:a");
+    record.request = {"hmi-1", 7, "feeder-1 group 3"};
+    log->WaitFor(*log->Begin(record), Ever());
+  }
+  const auto log = Start(file());
+  std::optional<std::vector<PastRequest>> past;
+  while (!(past = log->PastRequests())) std::this_thread::yield();
+  ASSERT_EQ(past->size(), 1U);
+  EXPECT_EQ((*past)[0].end, WriteEnd::unknown);
+  EXPECT_TRUE(Start({})->PastRequests()->empty()) << "no place for records";
+}
+
 TEST_F(AuditLogTest, AFullDiskIsToldOnceAndTheRecordsFollow) {
   FaultyDisk disk;
   const auto log = Start("/events.db", disk.vfs());

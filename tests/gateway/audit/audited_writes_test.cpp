@@ -27,6 +27,8 @@ struct Lines final : CommandSink {
   std::vector<WriteCommand> commands;
 };
 
+const RequestId kRequest = {"hmi-1", 7, "feeder-1 group 3"};
+
 config::Config OneDevice() {
   config::Config config;
   config::Line line;
@@ -221,14 +223,15 @@ TEST_F(AuditedWritesTest, OneRecordAPoint) {
 
 TEST_F(AuditedWritesTest, DeniedOnesAreNotedAndPassedOn) {
   Make();
-  writes_->OnNotTaken({"192.0.2.9:1", 0, 2, Value(99.0), "not selected"});
+  writes_->OnNotTaken({"192.0.2.9:1", kRequest, 0, 2, Value(99.0), "not selected"});
   ASSERT_EQ(log_.noted.size(), 1U);
   EXPECT_EQ(log_.noted[0].kind, Kind::denied);
   EXPECT_EQ(log_.noted[0].end, WriteEnd::denied);
   EXPECT_EQ(log_.noted[0].point, "group");
   EXPECT_EQ(log_.noted[0].reason, "not selected");
+  EXPECT_EQ(log_.noted[0].request, kRequest);
   EXPECT_EQ(lines_.denied, 1);
-  writes_->OnNotTaken({"192.0.2.9:1", 0, 2, Value(99.0), "too many", WriteEnd::busy});
+  writes_->OnNotTaken({"192.0.2.9:1", {}, 0, 2, Value(99.0), "too many", WriteEnd::busy});
   EXPECT_EQ(log_.noted.at(1).kind, Kind::denied);
   EXPECT_EQ(log_.noted.at(1).end, WriteEnd::busy);
   writes_->OnNotTaken({.client = "user:anna", .value = std::string("3E **"), .reason = "no"});

@@ -6,6 +6,7 @@
 #include <sqlite3.h>
 
 #include <fstream>
+#include <limits>
 #include <map>
 
 #include "tests/gateway/audit/faulty_disk.h"
@@ -61,6 +62,54 @@ TEST_F(WriteTableTest, GivesBackWhatWasWritten) {
   EXPECT_EQ(rows[1].settled, std::nullopt);
   EXPECT_EQ(rows[1].value, Value(std::int64_t{1}));
   EXPECT_FALSE(HasValue(rows[1].before));
+}
+
+TEST_F(WriteTableTest, RequestsOfAnEarlierRunAreReadTheLatestFirst) {
+  constexpr std::uint64_t kHighest = std::numeric_limits<std::uint64_t>::max();
+  {
+    AuditFile audit(file());
+    AuditBook book;
+    Add(book, WrittenPoint("user:root"));
+    WriteRecord record = WrittenPoint("dds:a");
+    record.request = {"hmi-1", 7, "feeder-1 group 3"};
+    Add(book, record);
+    record.request = {"hmi-2", kHighest, "feeder-1 group 4"};
+    Add(book, record, std::nullopt);
+    WriteRecord denied = record;
+    denied.kind = Kind::denied;
+    Add(book, denied, WriteEnd::denied);
+    ASSERT_TRUE(Keep(audit, book));
+    EXPECT_EQ(ReadAll(file())[1].request, (RequestId{"hmi-1", 7, "feeder-1 group 3"}));
+  }
+  AuditFile again(file());
+  ASSERT_TRUE(again.Open()->ok);
+  const auto past = ReadRequests(file());
+  ASSERT_TRUE(past) << past.error();
+  ASSERT_EQ(past->size(), 2U) << "what was denied was never done";
+  EXPECT_EQ((*past)[0].id, (RequestId{"hmi-2", kHighest, "feeder-1 group 4"}));
+  EXPECT_EQ((*past)[0].end, WriteEnd::unknown) << "the gateway was stopped before it had ended";
+  EXPECT_EQ((*past)[1].id.seq, 7U);
+  EXPECT_EQ((*past)[1].end, WriteEnd::ok);
+  EXPECT_EQ((*past)[1].took, 12345us);
+}
+
+TEST_F(WriteTableTest, AFileOfTheVersionBeforeGetsTheColumnsOfRequests) {
+  ASSERT_TRUE(Open().ok);
+  {
+    Database database(file().string(), Database::Mode::write);
+    ASSERT_TRUE(database.Execute("ALTER TABLE writes DROP COLUMN request_client;"
+                                 "ALTER TABLE writes DROP COLUMN request_seq;"
+                                 "ALTER TABLE writes DROP COLUMN request;"
+                                 "PRAGMA user_version=1"));
+  }
+  AuditFile audit(file());
+  ASSERT_TRUE(audit.Open()->ok);
+  AuditBook book;
+  WriteRecord record = WrittenPoint("dds:a");
+  record.request = {"hmi-1", 7, "feeder-1 group 3"};
+  Add(book, record);
+  ASSERT_TRUE(Keep(audit, book));
+  EXPECT_EQ(ReadRequests(file())->size(), 1U);
 }
 
 TEST_F(WriteTableTest, IsDurableAndSaysWhatItIs) {
@@ -201,7 +250,7 @@ TEST_F(WriteTableTest, StrangeRowsAreReadAsWhatTheyCanBe) {
   Database database(file().string(), Database::Mode::write);
   ASSERT_TRUE(database.Execute(
       "INSERT INTO writes VALUES (1,'odd',-9223372036854775808,9223372036854775807,x'00FF',1,2,3,"
-      "x'01','text',9e999,'OK','',-5,-7,'x')"));
+      "x'01','text',9e999,'OK','',-5,-7,'x',x'00','-1',7)"));
   const auto rows = ReadAll(database);
   ASSERT_EQ(rows.size(), 1U);
   EXPECT_EQ(rows[0].end, WriteEnd::unknown) << "what is not known is no success";

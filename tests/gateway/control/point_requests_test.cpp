@@ -62,6 +62,19 @@ TEST_F(PointRequestsTest, AWriteGoesToTheLineAndItsEndComesBack) {
   EXPECT_EQ(Write("setting", "-7"), R"({"end":"unknown","reason":"no reply","read_back":false})");
 }
 
+TEST_F(PointRequestsTest, TheSameRequestAgainIsNotWrittenAgain) {
+  const char* const night = R"(,"client":"night","seq":7)";
+  EXPECT_EQ(Write("setting", "7", night), R"({"end":"ok","reason":"","read_back":true})");
+  EXPECT_EQ(Write("setting", "7", night), R"({"end":"ok","reason":"","read_back":false})");
+  EXPECT_THAT(lines_.calls(), ElementsAre("user:anna writes 0=7 of device 2"));
+  EXPECT_THAT(Write("setting", "8", night), HasSubstr("this seq for another request"));
+  EXPECT_THAT(Write("trip", "on", R"(,"client":"night","seq":8)"), HasSubstr("\"needs\""));
+  EXPECT_THAT(Write("setting", "7", R"(,"client":"night")"), HasSubstr("belong together"));
+  EXPECT_THAT(Write("setting", "7", R"(,"seq":9)"), HasSubstr("belong together"));
+  EXPECT_THAT(lines_.calls(), ElementsAre("user:anna writes 0=7 of device 2",
+                                          HasSubstr("user:anna may not write true")));
+}
+
 TEST_F(PointRequestsTest, WhatIsDeniedSaysWhatItNeeds) {
   EXPECT_THAT(Write("setting", "11"), HasSubstr(R"({"end":"denied","reason":"'setting': 11 is)"));
   EXPECT_THAT(Write("trip", "on"), HasSubstr(R"("needs":"confirm")"));

@@ -1,6 +1,6 @@
 // Requests by client and number: what comes twice is answered twice and never done twice.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/dds/writes/request_book.h"
+#include "gateway/writes/request_book.h"
 
 #include <gmock/gmock.h>
 
@@ -8,29 +8,26 @@
 
 #include "tests/support/times.h"
 
-namespace baudgate::dds {
+namespace baudgate {
 namespace {
 
 using ::testing::HasSubstr;
 using What = RequestBook::Verdict::What;
 
-RequestSample RequestOf(std::uint64_t seq, const std::string& client = "plc-1") {
-  RequestSample request;
-  request.gateway = "g", request.client = client, request.seq = seq;
-  request.device = "feeder-1", request.point = "setting_group", request.value = 1;
-  return request;
+RequestId RequestOf(std::uint64_t seq, const std::string& client = "plc-1") {
+  return {client, seq, "feeder-1 setting_group 1"};
 }
 
 class RequestBookTest : public ::testing::Test {
  protected:
-  What Begin(const RequestSample& request) {
+  What Begin(const RequestId& request) {
     last_ = book_.Begin(request, now_);
     return last_.what;
   }
   /// Begun and done.
   void Do(std::uint64_t seq, const std::string& client = "plc-1") {
     ASSERT_EQ(Begin(RequestOf(seq, client)), What::fresh) << client << ' ' << seq;
-    book_.End(client, seq, {WriteEnd::ok, "", 7});
+    book_.End(client, seq, {WriteEnd::ok, "", 7us});
   }
 
   RequestBook book_;
@@ -41,48 +38,48 @@ class RequestBookTest : public ::testing::Test {
 TEST_F(RequestBookTest, ADuplicateIsAnsweredAndNotRepeated) {
   EXPECT_EQ(Begin(RequestOf(7)), What::fresh);
   EXPECT_EQ(Begin(RequestOf(7)), What::under_way);
-  book_.End("plc-1", 7, {WriteEnd::differs, "shows 2", 250});
+  book_.End("plc-1", 7, {WriteEnd::differs, "shows 2", 250us});
   for (int again = 0; again < 3; ++again) {
     now_ += 1h;
     EXPECT_EQ(Begin(RequestOf(7)), What::answered);
     EXPECT_EQ(last_.answer.end, WriteEnd::differs);
     EXPECT_EQ(last_.answer.reason, "shows 2");
-    EXPECT_EQ(last_.answer.took_us, 250U);
+    EXPECT_EQ(last_.answer.took, 250us);
   }
   EXPECT_EQ(Begin(RequestOf(7, "plc-2")), What::fresh) << "another client's numbers are its own";
 }
 
 TEST_F(RequestBookTest, TheSameNumberForAnotherRequestIsRefused) {
   Do(7);
-  const auto changed = [](auto change) {
-    RequestSample request = RequestOf(7);
-    change(request);
-    return request;
-  };
-  const RequestSample others[] = {
-      changed([](RequestSample& r) { r.value = 2; }),
-      changed([](RequestSample& r) { r.value = -1; }),
-      changed([](RequestSample& r) { r.text = "1"; }),
-      changed([](RequestSample& r) { r.device = "feeder-2"; }),
-      changed([](RequestSample& r) { r.point = "trip"; }),
-      changed([](RequestSample& r) { r.confirm = true; }),
-  };
-  for (const RequestSample& other : others) {
-    EXPECT_EQ(Begin(other), What::refused);
-    EXPECT_EQ(last_.answer.end, WriteEnd::denied);
-    EXPECT_THAT(last_.answer.reason, HasSubstr("another request"));
-  }
-  // Its times may be others when it is repeated.
-  EXPECT_EQ(Begin(changed([](RequestSample& r) { r.deadline_ms = 9, r.not_after_ns = 9; })),
-            What::answered);
+  EXPECT_EQ(Begin({"plc-1", 7, "feeder-1 setting_group 2"}), What::refused);
+  EXPECT_EQ(last_.answer.end, WriteEnd::denied);
+  EXPECT_THAT(last_.answer.reason, HasSubstr("another request"));
+  EXPECT_EQ(Begin(RequestOf(7)), What::answered);
 }
 
-TEST_F(RequestBookTest, ANaNIsTheSameNaN) {
-  RequestSample request = RequestOf(7);
-  request.value = std::numeric_limits<double>::quiet_NaN();
-  request.text = "12345678901234567890";
-  EXPECT_EQ(Begin(request), What::fresh);
-  EXPECT_EQ(Begin(request), What::under_way);
+TEST_F(RequestBookTest, WhatAnEarlierRunWasAskedIsNotDoneAgain) {
+  // The audit has them, the latest first.
+  for (std::uint64_t seq = 40; seq > 0; --seq) {
+    book_.Restore({RequestOf(seq), WriteEnd::ok, "", 3ms}, now_);
+  }
+  EXPECT_EQ(Begin(RequestOf(40)), What::answered);
+  EXPECT_EQ(last_.answer.end, WriteEnd::ok);
+  EXPECT_EQ(last_.answer.took, 3ms);
+  EXPECT_EQ(Begin({"plc-1", 40, "feeder-1 setting_group 2"}), What::refused);
+  EXPECT_EQ(Begin(RequestOf(9)), What::answered);
+  EXPECT_EQ(Begin(RequestOf(8)), What::refused) << "there was no room for it";
+  EXPECT_EQ(Begin(RequestOf(41)), What::fresh);
+  // It is under way here, whatever the audit says of it.
+  book_.Restore({RequestOf(41), WriteEnd::unknown, "stopped"}, now_);
+  EXPECT_EQ(Begin(RequestOf(41)), What::under_way);
+}
+
+TEST_F(RequestBookTest, WhatEarlierRunsWereAskedTakesNoMoreRoom) {
+  for (std::size_t i = 0; i < 2 * RequestBook::kClients; ++i) {
+    book_.Restore({RequestOf(1, "plc-" + std::to_string(i)), WriteEnd::ok, ""}, now_);
+  }
+  EXPECT_EQ(book_.clients(), RequestBook::kClients);
+  EXPECT_EQ(Begin(RequestOf(1, "plc-0")), What::answered) << "the latest";
 }
 
 TEST_F(RequestBookTest, WhatIsForgottenIsRefusedAndNeverRepeated) {
@@ -146,10 +143,10 @@ TEST_F(RequestBookTest, ClientsAreBoundedAndTheRecentOnesKept) {
 TEST_F(RequestBookTest, AnEndOfNothingDoesNothing) {
   book_.End("plc-1", 7, {});
   Do(7);
-  book_.End("plc-1", 7, {WriteEnd::refused, "late", 0});
+  book_.End("plc-1", 7, {WriteEnd::refused, "late"});
   EXPECT_EQ(Begin(RequestOf(7)), What::answered);
   EXPECT_EQ(last_.answer.end, WriteEnd::ok);
 }
 
 }  // namespace
-}  // namespace baudgate::dds
+}  // namespace baudgate

@@ -31,14 +31,14 @@ LinkOpen AnOpen() {
 }
 
 constexpr char kOpen[] =
-    "01 05 4E 00 05 73 75 62 2D 37 07 00 00 00 98 3A 00 00 02 09 31 32 37 2E 30 2E 30 2E 31 03 3A "
+    "01 06 4E 00 05 73 75 62 2D 37 07 00 00 00 98 3A 00 00 02 09 31 32 37 2E 30 2E 30 2E 31 03 3A "
     "3A "
     "31 00 01 08 31 30 2E 30 2E 30 2E 37 01 08 31 30 2E 30 2E 30 2E 38 23 2E "
     "01 08 31 30 2E 30 2E 30 2E 39 F2 1C 88 13 00 00 1F 00 00 00 01 05 00 00 00 00";
 // 3 subscribers, 1,234 samples, 2^32 refused, 5 requests and 6 events dropped; 7 participants,
 // 12,345 datagrams; 16 reasons: 38 fragments, 2 participants too many of one address.
 constexpr char kCounts[] =
-    "42 05 C5 00 03 00 00 00 D2 04 00 00 00 00 00 00 00 00 00 00 01 00 00 00 05 00 00 00 00 00 00 "
+    "42 06 C5 00 03 00 00 00 D2 04 00 00 00 00 00 00 00 00 00 00 01 00 00 00 05 00 00 00 00 00 00 "
     "00 06 00 00 00 00 00 00 00 07 00 00 00 39 30 00 "
     "00 00 00 00 00 10 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 26 "
     "00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 "
@@ -47,10 +47,12 @@ constexpr char kCounts[] =
     "00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 "
     "01 08 31 30 2E 30 2E 30 2E 39 F2 1C 01 06 6E 6F 74 20 6D 65";
 
-// A request of writer 01 … 10, which is not volatile, received at 1,000,000,007 ns.
+// A request of writer 01 … 10, which is not volatile, received at 1,000,000,007 ns, and published
+// at 1,000,000,011 ns, before its reader was there.
 constexpr char kRequest[] =
-    "43 05 85 00 01 02 03 04 05 06 07 08 09 0A 0B 0C 0D 0E 0F 10 07 CA 9A 3B "
-    "00 00 00 00 01 00 01 00 00 06 00 00 00 73 75 62 2D 37 00 00 00 06 00 00 00 "
+    "43 06 8D 00 01 02 03 04 05 06 07 08 09 0A 0B 0C 0D 0E 0F 10 07 CA 9A 3B "
+    "00 00 00 00 0B CA 9A 3B 00 00 00 00 03 00 01 00 00 06 00 00 00 73 75 62 2D 37 00 00 00 06 00 "
+    "00 00 "
     "70 6C 63 2D 31 00 00 00 2A 00 00 00 00 00 00 00 09 00 00 00 66 65 65 64 "
     "65 72 2D 31 00 00 00 00 0E 00 00 00 73 65 74 74 69 6E 67 5F 67 72 6F 75 "
     "70 00 00 00 00 00 00 00 00 00 00 00 00 00 F0 3F 02 00 00 00 32 00 01 00 "
@@ -71,7 +73,8 @@ WriteArrival AnArrival() {
   arrival.writer.publisher.bytes = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12};
   arrival.writer.entity = {13, 14, 15, 16};
   arrival.received = Instant(1'000'000'007ns);
-  arrival.lasting = true;
+  arrival.published = WallTime(1'000'000'011ns);
+  arrival.lasting = arrival.early = true;
   return arrival;
 }
 
@@ -86,12 +89,14 @@ TEST(LinkMessage, RequestsAndRepliesBothWays) {
   EXPECT_EQ(back->request, AnArrival().request);
   EXPECT_EQ(back->writer, AnArrival().writer);
   EXPECT_EQ(back->received, AnArrival().received);
+  EXPECT_EQ(back->published, AnArrival().published);
   EXPECT_TRUE(back->lasting);
+  EXPECT_TRUE(back->early);
   for (std::size_t size = 0; size < message->body.size(); ++size) {
     EXPECT_FALSE(DecodeRequest(message->body.first(size)).ok()) << size;
   }
   Bytes neither(message->body.begin(), message->body.end());
-  neither[24] = 2;
+  neither[32] = 4;
   EXPECT_FALSE(DecodeRequest(neither).ok());
   WriteArrival beyond = AnArrival();
   beyond.request.point = std::string(kMaxKey + 1, 'p');
@@ -100,7 +105,7 @@ TEST(LinkMessage, RequestsAndRepliesBothWays) {
   const ReplySample reply{"sub-7", "plc-1", 42, "ok", "", 12345};
   Bytes answer(kMaxLinkMessage);
   answer.resize(EncodeSample(LinkKind::reply, reply, answer));
-  EXPECT_EQ(ToHex(View(answer).first(8)), "06 05 38 00 00 01 00 00");
+  EXPECT_EQ(ToHex(View(answer).first(8)), "06 06 38 00 00 01 00 00");
   ReplySample reply_back;
   ASSERT_TRUE(Decode(ParseLink(answer)->body, reply_back));
   EXPECT_EQ(reply_back, reply);
@@ -179,7 +184,7 @@ TEST(LinkMessage, SamplesBothWays) {
   point.gateway = "g", point.device = "d", point.point = "p", point.value = 2.5, point.seq = 9;
   Bytes packet(kMaxLinkMessage);
   packet.resize(EncodeSample(LinkKind::point, point, packet));
-  EXPECT_EQ(ToHex(View(packet).first(8)), "02 05 48 00 00 01 00 00");
+  EXPECT_EQ(ToHex(View(packet).first(8)), "02 06 48 00 00 01 00 00");
   PointSample back;
   ASSERT_TRUE(Decode(ParseLink(packet)->body, back));
   EXPECT_EQ(back, point);
@@ -198,7 +203,7 @@ TEST(LinkMessage, SamplesBothWays) {
   const GatewaySample gateway{"g", -1, "1.2.3"};
   packet.resize(kMaxLinkMessage);
   packet.resize(EncodeSample(LinkKind::gateway, gateway, packet));
-  EXPECT_EQ(ToHex(View(packet).first(8)), "04 05 1E 00 00 01 00 00");
+  EXPECT_EQ(ToHex(View(packet).first(8)), "04 06 1E 00 00 01 00 00");
   GatewaySample gateway_back;
   ASSERT_TRUE(Decode(ParseLink(packet)->body, gateway_back));
   EXPECT_EQ(gateway_back, gateway);
@@ -208,7 +213,7 @@ TEST(LinkMessage, EventsBothWays) {
   const EventSample event{"sub-7", "feeder-1", 4711, 1, 2, 3, 4, 5, "stage I> started"};
   Bytes packet(kMaxLinkMessage);
   packet.resize(EncodeSample(LinkKind::event, event, packet));
-  EXPECT_EQ(ToHex(View(packet).first(8)), "07 05 59 00 00 01 00 00");
+  EXPECT_EQ(ToHex(View(packet).first(8)), "07 06 59 00 00 01 00 00");
   const auto message = ParseLink(packet);
   ASSERT_TRUE(message.ok()) << message.error();
   EXPECT_EQ(message->kind, LinkKind::event);
@@ -285,13 +290,13 @@ struct Wrong {
 TEST(LinkMessage, WhatIsWrongIsNamed) {
   for (const Wrong& wrong : {
            Wrong{"", "0 bytes"},
-           Wrong{"05 05 00", "3 bytes"},
-           Wrong{"05 03 00 00", "version 3, not 5"},
-           Wrong{"00 05 00 00", "unknown kind 0"},
-           Wrong{"09 05 00 00", "unknown kind 9"},
-           Wrong{"45 05 00 00", "unknown kind 69"},
-           Wrong{"05 05 01 00", "0 bytes that says it has 1"},
-           Wrong{"05 05 00 01 00", "1 bytes that says it has 256"},
+           Wrong{"05 06 00", "3 bytes"},
+           Wrong{"05 03 00 00", "version 3, not 6"},
+           Wrong{"00 06 00 00", "unknown kind 0"},
+           Wrong{"09 06 00 00", "unknown kind 9"},
+           Wrong{"45 06 00 00", "unknown kind 69"},
+           Wrong{"05 06 01 00", "0 bytes that says it has 1"},
+           Wrong{"05 06 00 01 00", "1 bytes that says it has 256"},
        }) {
     const auto message = ParseLink(*ParseHex(wrong.bytes));
     ASSERT_FALSE(message.ok()) << wrong.bytes;

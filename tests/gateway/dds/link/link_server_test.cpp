@@ -86,7 +86,7 @@ TEST_F(LinkServerTest, AnEventThatIsNotTakenIsTriedAgainBeforeThoseBehindIt) {
   EXPECT_THAT(writer_->events, SizeIs(1)) << "not before a second";
   server_.Answer(kStart + 2s);
   EXPECT_THAT(writer_->events, ElementsAre(Event(1), Event(2), Event(3)));
-  EXPECT_THAT(Take(*ParseHex("07 05 04 00 00 01 00 00")).error(), HasSubstr("damaged sample"));
+  EXPECT_THAT(Take(*ParseHex("07 06 04 00 00 01 00 00")).error(), HasSubstr("damaged sample"));
 }
 
 TEST_F(LinkServerTest, EventsThatAreNeverTakenAreBoundedAndCounted) {
@@ -125,7 +125,7 @@ TEST_F(LinkServerTest, HandsRequestsOnAndPublishesReplies) {
   const ReplySample reply{"g", "c", 7, "ok", "", 1};
   ASSERT_TRUE(Take(LinkKind::reply, reply));
   EXPECT_THAT(writer_->replies, ElementsAre(reply));
-  EXPECT_THAT(Take(*ParseHex("06 05 01 00 00")).error(), HasSubstr("damaged reply"));
+  EXPECT_THAT(Take(*ParseHex("06 06 01 00 00")).error(), HasSubstr("damaged reply"));
 }
 
 TEST_F(LinkServerTest, ListensForNoRequestsWhereWritingIsDenied) {
@@ -192,10 +192,10 @@ TEST_F(LinkServerTest, TheEndIsTheEnd) {
 TEST_F(LinkServerTest, WhatIsWrongClosesTheLink) {
   EXPECT_THAT(Take(LinkKind::point, Point("p")).error(), HasSubstr("before its request to open"));
   EXPECT_THAT(Take(*ParseHex("01 01 00 00")).error(), HasSubstr("version 1"));
-  EXPECT_THAT(Take(*ParseHex("01 05 01 00 00")).error(), HasSubstr("damaged request"));
+  EXPECT_THAT(Take(*ParseHex("01 06 01 00 00")).error(), HasSubstr("damaged request"));
   Open();
   EXPECT_THAT(Take(EncodeBare(LinkKind::opened)).error(), HasSubstr("must not send"));
-  EXPECT_THAT(Take(*ParseHex("02 05 04 00 00 01 00 00")).error(), HasSubstr("damaged sample"));
+  EXPECT_THAT(Take(*ParseHex("02 06 04 00 00 01 00 00")).error(), HasSubstr("damaged sample"));
   Bytes long_version(kMaxLinkMessage);
   long_version.resize(
       EncodeSample(LinkKind::gateway, GatewaySample{"g", 7, std::string(32, 'v')}, long_version));

@@ -78,7 +78,7 @@ class DdsWritesTest : public ::testing::Test {
   PointStore store_{config_};
   ConfirmingSink sink_;
   std::shared_ptr<PlayedWriter> writer_ = std::make_shared<PlayedWriter>();
-  DdsWrites writes_{config_, store_, sink_, writer_};
+  DdsWrites writes_{config_, store_, sink_, {}, writer_};
 };
 
 TEST_F(DdsWritesTest, RepliesComeInTheirOrderAlsoWhereThereWasNoRoom) {

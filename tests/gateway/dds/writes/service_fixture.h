@@ -40,6 +40,8 @@ inline config::Config ServiceConfig() {
   return config;
 }
 
+inline constexpr WallTime kAsked{1'800'000'000s};
+
 inline WriteArrival Ask(std::uint64_t seq, const std::string& point, double value) {
   WriteArrival arrival;
   arrival.request.gateway = "substation-7";
@@ -48,6 +50,7 @@ inline WriteArrival Ask(std::uint64_t seq, const std::string& point, double valu
   arrival.request.device = "feeder-1";
   arrival.request.point = point;
   arrival.request.value = value;
+  arrival.published = kAsked;
   arrival.writer.publisher.bytes = {1, 0x0F, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11};
   arrival.writer.entity = {0, 0, 1, 2};
   return arrival;

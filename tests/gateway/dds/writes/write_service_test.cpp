@@ -6,6 +6,7 @@
 
 #include <limits>
 
+#include "gateway/dds/writes/request_value.h"
 #include "tests/gateway/dds/writes/service_fixture.h"
 
 namespace baudgate::dds {
@@ -48,8 +49,12 @@ class WriteServiceTest : public ::testing::Test {
   KeepingSink sink_;
   std::vector<ReplySample> replies_;
   std::vector<std::pair<WriteService::Ticket, WriteResult>> ended_;
-  Now now_{Instant(1h), WallTime(1'800'000'000s)};
-  WriteService service_{config_, store_, sink_,
+  Now now_{Instant(1h), testing::kAsked};
+  std::optional<std::vector<PastRequest>> past_ = std::vector<PastRequest>();
+  WriteService service_{config_,
+                        store_,
+                        sink_,
+                        [this] { return past_; },
                         [this](ReplySample reply) { replies_.push_back(std::move(reply)); },
                         [this](WriteService::Ticket ticket, const WriteResult& result) {
                           ended_.emplace_back(std::move(ticket), result);
@@ -99,6 +104,51 @@ TEST_F(WriteServiceTest, ADuplicateIsSentOnce) {
   EXPECT_THAT(sink_.commands, IsEmpty());
   ASSERT_THAT(sink_.denied, SizeIs(1)) << "recorded, too";
   EXPECT_EQ(sink_.denied[0].value, Value(2.0));
+}
+
+TEST_F(WriteServiceTest, WhatAnEarlierRunWasAskedIsAnsweredAndNotSent) {
+  past_->push_back({IdOf(Ask(7, "setting", 2.5).request), WriteEnd::ok, "", 42ms});
+  past_->push_back({IdOf(Ask(6, "setting", 2.5).request), WriteEnd::unknown, "it was stopped"});
+  EXPECT_EQ(Take(Ask(7, "setting", 2.5)),
+            (ReplySample{"substation-7", "plc-1", 7, "ok", "", 42'000}));
+  EXPECT_EQ(Take(Ask(6, "setting", 2.5)).outcome, "unknown");
+  EXPECT_EQ(Take(Ask(7, "setting", 3)).outcome, "denied") << "this number was for another one";
+  EXPECT_THAT(sink_.commands, IsEmpty());
+  Take(Ask(8, "setting", 2.5));
+  ASSERT_THAT(sink_.commands, SizeIs(1));
+  EXPECT_EQ(sink_.commands[0].request, IdOf(Ask(8, "setting", 2.5).request));
+}
+
+TEST_F(WriteServiceTest, NothingIsSentBeforeThePastIsKnown) {
+  past_.reset();
+  EXPECT_EQ(Take(Ask(7, "setting", 2.5)).outcome, "busy");
+  past_ = {{IdOf(Ask(7, "setting", 2.5).request), WriteEnd::ok, ""}};
+  EXPECT_EQ(Take(Ask(7, "setting", 2.5)).outcome, "ok");
+  EXPECT_THAT(sink_.commands, IsEmpty());
+}
+
+/// What the library kept for an earlier reader, and hands to this one.
+TEST_F(WriteServiceTest, ARequestThatIsTooOldIsDeniedAndRecorded) {
+  WriteArrival early = Ask(1, "setting", 1);
+  early.early = true;
+  EXPECT_THAT(Take(early).reason, HasSubstr("too old: by its time stamp it was published"));
+  WriteArrival slow = Ask(2, "setting", 1);
+  slow.published -= 5001ms;
+  EXPECT_THAT(Take(slow).reason, HasSubstr("its deadline has passed"));
+  WriteArrival patient = Ask(3, "setting", 1);
+  patient.request.deadline_ms = 1000;
+  patient.published -= 1001ms;
+  EXPECT_EQ(Take(patient).outcome, "denied");
+  WriteArrival timeless = Ask(4, "setting", 1);
+  timeless.published = {};
+  EXPECT_THAT(Take(timeless).reason, HasSubstr("no time stamp"));
+  EXPECT_THAT(sink_.commands, IsEmpty());
+  EXPECT_THAT(sink_.denied, SizeIs(4));
+  EXPECT_EQ(Take(early).outcome, "denied") << "repeated, it stays so";
+  WriteArrival in_time = Ask(5, "setting", 1);
+  in_time.published -= 4999ms;
+  Take(in_time);
+  EXPECT_THAT(sink_.commands, SizeIs(1));
 }
 
 TEST_F(WriteServiceTest, WhatTheRulesForbidIsDeniedAndRecorded) {

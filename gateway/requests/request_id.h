@@ -1,0 +1,33 @@
+// Who asks for a write, and under which number: a client that gets no answer repeats its request
+// unchanged, and it is carried out once. The identity passes the gate and the line as a part of the
+// command and stands in the audit, from which a gateway that starts learns what was asked before.
+// gateway/writes/request_book.h compares.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "gateway/base/time.h"
+#include "gateway/base/write_result.h"
+
+namespace baudgate {
+
+struct RequestId {
+  std::string client;     ///< a name that the client has chosen
+  std::uint64_t seq = 0;  ///< counts its requests upwards
+  /// What it asks for: "feeder-1 setting_group 1 confirm". Under one number it never differs.
+  std::string content;
+
+  bool operator==(const RequestId&) const = default;
+};
+
+/// A request of an earlier run, as the audit has it.
+struct PastRequest {
+  RequestId id;
+  WriteEnd end = WriteEnd::unknown;
+  std::string reason;
+  Duration took{};
+};
+
+}  // namespace baudgate
