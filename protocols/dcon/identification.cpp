@@ -66,8 +66,8 @@ Identification::Identification(const config::Device& device, const Settings& set
     : device_(device), settings_(settings), channels_(device, settings) {
   for (const config::Point& point : device.points) {
     const auto read = ParseRead(point.read);
-    harmless_ = harmless_ && point.access == config::Access::read && read &&
-                IsHarmless(read->command);
+    harmless_ =
+        harmless_ && point.access == config::Access::read && read && IsHarmless(read->command);
     if (point.access == config::Access::write || !read) continue;
     joined_ = joined_ || (read->command == "#" && read->form == Form::numbers);
   }

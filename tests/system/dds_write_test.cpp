@@ -40,10 +40,16 @@ class DdsWrites : public Station {
   void StartAll(const std::string& dds, const std::string& io = "allow") {
     io_ = StartTwin("io", "icpdas-i-7024", "0x1F");
     relay_ = StartTwin("relay", "spaj140c", "2");
-    daemon_ = StartDaemon(Yaml(dds, io));
-    client_ = std::make_unique<ModbusClient>(port());
+    Run(dds, io);
     ASSERT_TRUE(EventuallyFloat(*client_, kIo, 0, 1.5F));
     ASSERT_TRUE(Eventually([&] { return client_->Register(kRelay, 100) == 0; }));
+  }
+
+  /// The gateway, again after an end.
+  void Run(const std::string& dds, const std::string& io = "allow") {
+    daemon_.reset();
+    daemon_ = StartDaemon(Yaml(dds, io));
+    client_ = std::make_unique<ModbusClient>(port());
   }
 
   std::vector<std::string> Words(const std::string& device, const std::string& point,
@@ -145,6 +151,66 @@ TEST_F(DdsWrites, DuplicatesAreAnsweredOnceMoreAlsoByANewProcess) {
   EXPECT_EQ(Ask("io-1", "output_0", {"--value", "2.25"}), "1 ok \n");
   EXPECT_THAT(Ask("io-1", "output_0", {"--value", "2.5"}), HasSubstr("1 denied this client has"));
   EXPECT_EQ(client_->Float(kIo, 0), 4.0F) << "done once";
+}
+
+TEST_F(DdsWrites, TheSameRequestIsNotWrittenAgainByTheNextRun) {
+  StartAll("write: allow, ");
+  EXPECT_EQ(Ask("io-1", "output_0", {"--seq", "7", "--value", "2.25"}), "7 ok \n");
+  daemon_->Signal(SIGTERM);
+  ASSERT_EQ(daemon_->WaitForEnd(), 0);
+  Run("write: allow, ");
+  EXPECT_EQ(client_->WriteRegisters(kIo, 0, {0x4080, 0}), kNoException);  // 4.0 by somebody else
+  EXPECT_EQ(Ask("io-1", "output_0", {"--seq", "7", "--value", "2.25"}), "7 ok \n");
+  EXPECT_THAT(Ask("io-1", "output_0", {"--seq", "7", "--value", "2.5"}),
+              HasSubstr("7 denied this client has"));
+  EXPECT_EQ(client_->Float(kIo, 0), 4.0F) << "done once";
+  std::vector<Json> records;
+  ASSERT_TRUE(Eventually([&] { return (records = Records()).size() == 3; })) << records.size();
+  EXPECT_EQ(records[0]["request"], (Json{{"client", "plc-1"}, {"seq", 7}}));
+  EXPECT_EQ(records[1]["request"], nullptr) << "by Modbus";
+}
+
+/// A client that gets no answer asks again, unchanged, every two seconds. Its gateway is killed
+/// while the device has the request.
+TEST_F(DdsWrites, WhatAKillHasInterruptedIsUnknownToTheNextRun) {
+  StartAll("write: allow, ");
+  io_->Signal(SIGSTOP);
+  Child asks(Words("io-1", "output_0", {"--seq", "7", "--value", "2.25", "--seconds", "60"}),
+             directory());
+  ASSERT_TRUE(Eventually([&] {
+    const auto records = Records();
+    return records.size() == 1 && records[0]["outcome"] == "pending";
+  }));
+  daemon_->Signal(SIGKILL);
+  daemon_->WaitForEnd();
+  io_->Signal(SIGCONT);
+  Run("write: allow, ");
+  ASSERT_TRUE(Eventually([&] { return asks.Output().find("7 ") != std::string::npos; }));
+  EXPECT_THAT(asks.Output(), HasSubstr("7 unknown the gateway was stopped before it had ended"));
+  EXPECT_EQ(Records().size(), 1U);
+}
+
+/// The reader of a gateway that was killed has not acknowledged it: Cyclone hands it to the next
+/// one.
+TEST_F(DdsWrites, WhatADeadGatewayWasAskedIsNotDoneByTheNextOne) {
+  StartAll("write: allow, ");
+  Child asks(
+      Words("io-1", "output_0", {"--value", "9", "--deadline", "1000", "--once", "--pause", "3"}),
+      directory());
+  ASSERT_TRUE(Eventually([&] { return asks.Output().starts_with("matched\n"); }));
+  const pid_t process = Process();
+  daemon_->Signal(SIGSTOP);
+  ASSERT_EQ(::kill(process, SIGSTOP), 0);
+  ASSERT_TRUE(Eventually([&] { return asks.Errors().find("has asked") != std::string::npos; }));
+  daemon_->Signal(SIGKILL);
+  ::kill(process, SIGKILL);
+  daemon_->WaitForEnd();
+  Run("write: allow, ");
+  EXPECT_EQ(Ask("io-1", "output_0", {"--client", "plc-2", "--value", "2.25"}), "1 ok \n");
+  EXPECT_TRUE(Eventually([&] {
+    return asks.Output().find("1 denied too old") != asks.Output().npos;
+  })) << asks.Output();
+  EXPECT_EQ(client_->Float(kIo, 0), 2.25F);
 }
 
 TEST_F(DdsWrites, AreDeniedByDefault) {

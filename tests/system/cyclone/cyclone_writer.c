@@ -1,6 +1,8 @@
 // A client that writes, on Cyclone DDS, for tests: knows baudgate only by its published IDL and
 // topic names. It asks --count times with seq, seq + 1, …, each --repeat times, and waits for the
-// reply to each before it goes on, asking again every two seconds; replies go to standard output, one a line:
+// reply to each before it goes on, asking again every two seconds. With --once it asks only once,
+// --pause seconds after it has matched, and says so on standard error. Replies go to standard
+// output, one a line:
 //   SEQ OUTCOME REASON
 // With --flood it asks without waiting, then prints what comes. With --early its writer is transient
 // local and asks at once, whether a gateway is there or not; then it prints "matched" when one is.
@@ -15,9 +17,9 @@
 #include "dds/dds.h"
 
 struct options {
-  long domain, count, repeat, seconds, deadline_ms, not_after_s;
+  long domain, count, repeat, seconds, deadline_ms, not_after_s, pause;
   unsigned long long seq;
-  bool confirm, flood, early, not_after;
+  bool confirm, flood, early, once, not_after;
   baudgate_v1_WriteRequest request;
 };
 
@@ -34,6 +36,7 @@ static bool parse_flag(const char* word, struct options* o) {
   if (strcmp(word, "--confirm") == 0) return o->confirm = true;
   if (strcmp(word, "--flood") == 0) return o->flood = true;
   if (strcmp(word, "--early") == 0) return o->early = true;
+  if (strcmp(word, "--once") == 0) return o->once = true;
   return false;
 }
 
@@ -57,7 +60,8 @@ static bool parse_word(const char* word, const char* value, struct options* o) {
     long* to;
   } numbers[] = {{"--domain", &o->domain},   {"--count", &o->count},
                  {"--repeat", &o->repeat},   {"--seconds", &o->seconds},
-                 {"--deadline", &o->deadline_ms}, {"--not-after", &o->not_after_s}};
+                 {"--deadline", &o->deadline_ms}, {"--not-after", &o->not_after_s},
+                 {"--pause", &o->pause}};
   for (size_t i = 0; i < sizeof numbers / sizeof numbers[0]; ++i) {
     if (strcmp(word, numbers[i].word) != 0) continue;
     *numbers[i].to = strtol(value, NULL, 10);
@@ -147,13 +151,15 @@ static bool converse(dds_entity_t writer, dds_entity_t reader, const struct opti
     }
     return !o->early;
   }
+  dds_sleepfor(DDS_SECS((int64_t)o->pause));
   for (long i = 0; i < o->count * o->repeat; ++i) {
     const long number = i / o->repeat;
     if (!ask(writer, o, number)) return false;
+    if (o->once) fprintf(stderr, "cyclone_writer: has asked\n");
     dds_time_t again = dds_time() + DDS_SECS(2);
     for (came = false; !came; dds_sleepfor(DDS_MSECS(5))) {
       if (dds_time() > end) return false;
-      if (dds_time() > again) {
+      if (!o->once && dds_time() > again) {
         fprintf(stderr, "cyclone_writer: asks again\n");
         again = dds_time() + DDS_SECS(2);
         if (!ask(writer, o, number)) return false;
