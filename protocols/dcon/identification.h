@@ -89,9 +89,9 @@ class Identification {
 
   const config::Device& device_;
   const Settings& settings_;
-  bool joined_ = false;  ///< `#` is polled: which channel a number is of follows from its place
+  bool joined_ = false;   ///< `#` is polled: which channel a number is of follows from its place
   bool harmless_ = true;  ///< all that its points send is harmless
-  bool sure_ = false;    ///< of the checksum mode
+  bool sure_ = false;     ///< of the checksum mode
 
   // The round of questions: under way, or done since OnReconnect.
   bool done_ = false;

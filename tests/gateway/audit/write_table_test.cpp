@@ -97,10 +97,11 @@ TEST_F(WriteTableTest, AFileOfTheVersionBeforeGetsTheColumnsOfRequests) {
   ASSERT_TRUE(Open().ok);
   {
     Database database(file().string(), Database::Mode::write);
-    ASSERT_TRUE(database.Execute("ALTER TABLE writes DROP COLUMN request_client;"
-                                 "ALTER TABLE writes DROP COLUMN request_seq;"
-                                 "ALTER TABLE writes DROP COLUMN request;"
-                                 "PRAGMA user_version=1"));
+    ASSERT_TRUE(
+        database.Execute("ALTER TABLE writes DROP COLUMN request_client;"
+                         "ALTER TABLE writes DROP COLUMN request_seq;"
+                         "ALTER TABLE writes DROP COLUMN request;"
+                         "PRAGMA user_version=1"));
   }
   AuditFile audit(file());
   ASSERT_TRUE(audit.Open()->ok);
