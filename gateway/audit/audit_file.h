@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "gateway/audit/write_page.h"
 #include "gateway/audit/write_table.h"
 #include "gateway/state/events_connection.h"
 
@@ -37,6 +38,11 @@ class AuditFile {
 
   /// See WriteTable. Of a file that is open.
   const std::set<Target>& unsettled() const { return table_->unsettled(); }
+
+  /// See ReadRequests. Of a file that is open.
+  Result<std::vector<PastRequest>> PastRequestsAt(WallTime now) {
+    return ReadRequests(connection_.database(), now);
+  }
 
   bool is_open() const { return table_.has_value(); }
   const std::filesystem::path& path() const { return connection_.path(); }

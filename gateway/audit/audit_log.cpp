@@ -124,15 +124,13 @@ Result<Page> AuditLog::Read(const PageQuery& query) const {
   return page;
 }
 
-std::optional<std::vector<PastRequest>> AuditLog::PastRequests() const {
-  if (options_.file.empty()) return std::vector<PastRequest>();
-  {
-    const MutexLock lock(mutex_);
-    if (disk_.is_opening()) return std::nullopt;
-    if (disk_.is_stalled()) return std::vector<PastRequest>();
-  }
-  auto past = ReadRequests(options_.file);
-  return past ? std::move(*past) : std::vector<PastRequest>();
+std::optional<PastRequests> AuditLog::Past() const {
+  if (options_.file.empty()) return PastRequests();
+  const MutexLock lock(mutex_);
+  if (past_) return PastRequests{*past_, true};
+  // Without a record nothing is written then.
+  if (options_.require || !disk_.is_failing()) return std::nullopt;
+  return PastRequests{{}, false};
 }
 
 // ---------------------------------------------------------------- the writing thread
@@ -170,8 +168,11 @@ void AuditLog::WriteDue(FileWatch::Look look) {
     if (!opened->put_aside.empty()) options_.warn("audit: " + opened->put_aside);
     if (opened->lost) options_.warn("audit: " + *opened->lost);
     if (!opened->ok) status = Error{opened->error};
-    if (opened->ok && !std::exchange(was_open_, true) && options_.unsettled) {
-      options_.unsettled(file_.unsettled());
+    if (opened->ok && !std::exchange(was_open_, true)) {
+      if (options_.unsettled) options_.unsettled(file_.unsettled());
+      auto past = file_.PastRequestsAt(options_.clocks().wall);
+      const MutexLock lock(mutex_);
+      past_ = past ? std::move(*past) : std::vector<PastRequest>();
     }
     const MutexLock lock(mutex_);
     if (opened->new_file) book_.NewFile();

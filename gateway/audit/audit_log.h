@@ -57,7 +57,7 @@ class AuditLog final : public WriteLog, public AuditSource {
 
   AuditState state() const override;
   Result<Page> Read(const PageQuery& query) const override;
-  std::optional<std::vector<PastRequest>> PastRequests() const override;
+  std::optional<PastRequests> Past() const override;
 
  private:
   Instant Round(bool last);
@@ -76,6 +76,8 @@ class AuditLog final : public WriteLog, public AuditSource {
   AuditBook book_ BAUDGATE_GUARDED_BY(mutex_);
   Repeats repeats_ BAUDGATE_GUARDED_BY(mutex_){book_};
   DiskCondition disk_ BAUDGATE_GUARDED_BY(mutex_);
+  /// What was asked of earlier runs; empty: the file was not open yet.
+  std::optional<std::vector<PastRequest>> past_ BAUDGATE_GUARDED_BY(mutex_);
   Instant look_at_ BAUDGATE_GUARDED_BY(mutex_){};  // a round is due at this time in any case
   mutable FileWatch watch_ BAUDGATE_GUARDED_BY(mutex_);
   Worker worker_;

@@ -28,13 +28,14 @@ class AuditSource {
   virtual AuditState state() const = 0;
   /// Empty while the file is being opened, which may take as long as reading it.
   virtual Result<Page> Read(const PageQuery& query) const = 0;
-  /// See ReadRequests. Nothing while the file is being opened; none where it cannot be read.
-  virtual std::optional<std::vector<PastRequest>> PastRequests() const = 0;
+  /// What was asked of earlier runs. Nothing: it is not known yet, and nothing may be written that
+  /// may have been asked before.
+  virtual std::optional<PastRequests> Past() const = 0;
 };
 
 /// `source` null: no records are kept.
-inline std::optional<std::vector<PastRequest>> PastRequestsOf(const AuditSource* source) {
-  return source != nullptr ? source->PastRequests() : std::vector<PastRequest>();
+inline std::optional<PastRequests> PastOf(const AuditSource* source) {
+  return source != nullptr ? source->Past() : PastRequests();
 }
 
 }  // namespace baudgate::audit

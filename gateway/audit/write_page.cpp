@@ -16,6 +16,7 @@ constexpr std::string_view kColumns =
     "took, count, settled, request_client, request_seq, request FROM writes ";
 /// More than a gateway remembers (gateway/writes/request_book.h).
 constexpr int kRequests = 8192;
+constexpr int kRequestsOfAClient = 33;
 
 Duration DurationOf(std::int64_t microseconds) {
   constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max() / 1000;
@@ -91,22 +92,24 @@ Result<Page> ReadPage(Database& database, const PageQuery& query) {
   }
 }
 
-Result<std::vector<PastRequest>> ReadRequests(const std::filesystem::path& file) {
-  return ReadOnce(file, nullptr, [](Database& database) -> Result<std::vector<PastRequest>> {
-    Statement rows(database, std::string(kColumns) +
-                                 "WHERE kind='point' AND request_client IS NOT NULL "
-                                 "ORDER BY seq DESC LIMIT " +
-                                 std::to_string(kRequests));
-    std::vector<PastRequest> requests;
-    for (;;) {
-      const Statement::Step step = rows.Next();
-      if (step == Statement::Step::failed) return Error{database.error()};
-      if (step == Statement::Step::done) return requests;
-      WriteRecord record = RecordOf(rows);
-      requests.push_back({std::move(*record.request), record.end.value_or(WriteEnd::unknown),
-                          std::move(record.reason), record.took});
-    }
-  });
+Result<std::vector<PastRequest>> ReadRequests(Database& database, WallTime now) {
+  Statement rows(database, std::string(kColumns) +
+                               "WHERE seq IN (SELECT seq FROM (SELECT seq, ROW_NUMBER() OVER "
+                               "(PARTITION BY request_client ORDER BY seq DESC) AS place FROM "
+                               "writes WHERE kind='point' AND request_client IS NOT NULL) "
+                               "WHERE place<=" +
+                               std::to_string(kRequestsOfAClient) + ") ORDER BY seq DESC LIMIT " +
+                               std::to_string(kRequests));
+  std::vector<PastRequest> requests;
+  for (;;) {
+    const Statement::Step step = rows.Next();
+    if (step == Statement::Step::failed) return Error{database.error()};
+    if (step == Statement::Step::done) return requests;
+    WriteRecord record = RecordOf(rows);
+    requests.push_back({std::move(*record.request), record.end.value_or(WriteEnd::unknown),
+                        std::move(record.reason), record.took,
+                        std::max<Duration>(now - record.time, {})});
+  }
 }
 
 Result<Page> ReadPage(const std::filesystem::path& file, const PageQuery& query, bool* damaged) {

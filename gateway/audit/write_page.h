@@ -32,8 +32,9 @@ struct Page {
 };
 
 Result<Page> ReadPage(Database& database, const PageQuery& query);
-/// The latest writes to points whose clients number their requests, the latest first.
-Result<std::vector<PastRequest>> ReadRequests(const std::filesystem::path& file);
+/// The latest writes to points of each client that numbers its requests, the latest first. `now`:
+/// for their age.
+Result<std::vector<PastRequest>> ReadRequests(Database& database, WallTime now);
 /// See ReadOnce.
 Result<Page> ReadPage(const std::filesystem::path& file, const PageQuery& query,
                       bool* damaged = nullptr);

@@ -278,7 +278,8 @@ void AddWrite(CLI::App& app, Action& action) {
       ->check([](const std::string& text) {
         const auto slash = text.rfind('/');
         const bool named = slash != std::string::npos && slash > 0;
-        const bool numbered = named && ParseInteger<std::uint64_t>(text.substr(slash + 1));
+        const auto number = ParseInteger<std::int64_t>(text.substr(slash + 1));
+        const bool numbered = named && number && *number >= 0;
         return numbered ? std::string() : "'" + text + "' is not NAME/NUMBER, as in night/7";
       });
   command->add_flag("--json", options->json, "Print one JSON object");

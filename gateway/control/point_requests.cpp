@@ -46,6 +46,7 @@ Result<std::optional<RequestId>> IdOf(const Json& request) {
         "'client' and 'seq' of a write belong together: a name of your own, and a number "
         "that counts its requests upwards"};
   }
+  if (!seq->is_number_unsigned()) return Error{"'seq' is a number from 0 on"};
   if (client.size() > kLongestClient) return Error{"'client' has 64 characters at most"};
   return std::optional(RequestId{client, seq->get<std::uint64_t>(),
                                  TextOf(request, "target") + " " + TextOf(request, "value") +
@@ -79,12 +80,12 @@ bool PointRequests::IsFresh(const RequestId& id, Instant now, Answered answered)
   RequestAnswer answer;
   {
     const MutexLock lock(mutex_);
-    const auto past = past_ ? past_() : std::vector<PastRequest>();
+    const auto past = past_ ? past_() : PastRequests();
     if (!past) {
       answer = {WriteEnd::busy, "the record of earlier writes is being read; try again"};
     } else {
-      for (const PastRequest& one : *past) book_.Restore(one, now);
-      past_ = nullptr;
+      for (const PastRequest& one : past->all) book_.Restore(one, now);
+      if (past->complete) past_ = nullptr;
       auto verdict = book_.Begin(id, now);
       if (verdict.what == What::fresh || verdict.what == What::under_way) {
         waiting_.emplace_back(id, std::move(answered));

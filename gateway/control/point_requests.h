@@ -6,7 +6,7 @@
 //
 //   {"command":"write","target":"bay-1.feeder-1.setting_group","value":"2","client":"night",
 //    "seq":7}
-//   the same answer again, and nothing is written a second time
+//   the same "end" again, and nothing is written a second time
 //
 //   {"command":"may_write","target":"bay-1.feeder-1.setting_group","value":"9"}
 //   {"may_write":false,"reason":"'setting_group': 9 is above the maximum, 1"}
@@ -38,12 +38,12 @@ class PointRequests {
   /// Takes the answer, once, on any thread.
   using Answered = std::function<void(Json)>;
 
-  /// What was asked of earlier runs of the gateway, the latest first; nothing: not known yet.
-  using Past = std::function<std::optional<std::vector<PastRequest>>()>;
+  /// See audit::AuditSource.
+  using Past = std::function<std::optional<PastRequests>()>;
 
   /// All references outlive it, and what it has asked for.
   PointRequests(const PointStore& store, CommandSink& sink, Past past)
-      : store_(store), sink_(sink), past_(std::move(past)), gate_(store, sink) {}
+      : store_(store), sink_(sink), gate_(store, sink), past_(std::move(past)) {}
 
   /// `target`: LINE.DEVICE.POINT; `value` in its unit; `confirm`: in place of a selection; `client`
   /// and `seq`: see RequestId. An error, one sentence, where nothing can be asked.
@@ -70,9 +70,9 @@ class PointRequests {
 
   const PointStore& store_;
   CommandSink& sink_;
-  Past past_;  ///< null: the book has it
   WriteGate gate_;
   Mutex mutex_;
+  Past past_ BAUDGATE_GUARDED_BY(mutex_);  ///< null: the book has it
   RequestBook book_ BAUDGATE_GUARDED_BY(mutex_);
   /// Who waits for the end of a request with a number: it may have come more than once.
   std::vector<std::pair<RequestId, Answered>> waiting_ BAUDGATE_GUARDED_BY(mutex_);

@@ -28,7 +28,7 @@ std::string NoCommand(const std::string& name) {
 
 RequestHandler::RequestHandler(const config::Config& config, const PointStore& store,
                                LineControl& control, CommandSink& sink, GatewayInfo info)
-    : points_(store, sink, [audit = info.audit] { return audit::PastRequestsOf(audit); }),
+    : points_(store, sink, [audit = info.audit] { return audit::PastOf(audit); }),
       gateway_(std::make_shared<Gateway>(Gateway{
           {std::shared_ptr<void>(), &config}, store, control, sink, std::move(info), points_})) {}
 

@@ -277,8 +277,8 @@ Status Daemon::Impl::StartDds() {
   const audit::AuditSource* const audit =
       records.write_path() != nullptr ? &records.write_path()->log() : nullptr;
   auto output = DdsOutput::Start(
-      config, store, Commands(), [audit] { return audit::PastRequestsOf(audit); },
-      std::move(samples), records.keeps_events());
+      config, store, Commands(), [audit] { return audit::PastOf(audit); }, std::move(samples),
+      records.keeps_events());
   if (!output) return Error{output.error()};
   dds = std::move(*output);
 #else

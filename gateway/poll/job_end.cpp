@@ -64,6 +64,9 @@ PointsEnd EndOfPoints(const Job& job, const Job::Write& write, const JobEnd& end
   points.outcome = points.keeps_told ? write.told->outcome : last;
   points.how = write.withheld ? EndWithheld(write)
                               : WriteEndOf(points.outcome, write.sent(), write.may_have_acted);
+  // What was sent before it can be sent, so the conversation withholds the write itself.
+  const bool withheld = points.outcome == Outcome::unsupported && job.was_sent && !write.sent();
+  if (withheld) points.how = WriteEnd::not_sent;
   points.open = closing || cut_short;
   return points;
 }
@@ -80,9 +83,9 @@ EndEffects::Write EndOfWrite(const Job& job, const Job::Write& write, const JobE
     if (ok) effects.confirmed.push_back(one);
   }
   // Nothing of it was sent: what the conversation knows of the device says why.
-  const std::string& trouble = job.member->device->conversation->trouble().text;
-  const bool in_trouble = points.how == WriteEnd::not_sent && !trouble.empty();
-  const std::string name = in_trouble ? trouble : std::string(Name(points.outcome));
+  const DeviceTrouble& trouble = job.member->device->conversation->trouble();
+  const bool in_trouble = points.how == WriteEnd::not_sent && trouble;
+  const std::string name = in_trouble ? trouble.text : std::string(Name(points.outcome));
   const auto answer = [&](WriteEnd what, const std::string& why) {
     effects.result = {what, why.empty() && what != WriteEnd::ok ? name : why, false,
                       ok ? write.next : write.first, write.next};

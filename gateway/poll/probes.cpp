@@ -8,6 +8,13 @@
 
 namespace baudgate {
 
+namespace {
+
+/// So long after its last look a device does not wait for a rest of the line any more.
+constexpr Duration kLongestWait = 2s;
+
+}  // namespace
+
 void Probes::OnOpened() {
   first_looks_ = ProbeBudget(kFirstShare);
   looks_ = ProbeBudget();
@@ -52,8 +59,11 @@ std::optional<Probes::Look> Probes::LookAt(const Member& member, const Facts& fa
   const bool rest = !first && member.device != nullptr && !member.protocol->tcp &&
                     states_[member].hasty_looks >= kHastyLooks;
   if (rest) {
+    // Writes and readings in the background may leave no such rest although no poll is due.
+    const State& state = states_[member];
+    const bool long_ago = state.probed_at && facts.now - *state.probed_at >= kLongestWait;
     const auto rested = next(std::max(facts.now, facts.idle_since + kRest), worst);
-    if (rested) return Look{*rested, kind};
+    if (rested && (!long_ago || *rested <= facts.now)) return Look{*rested, kind};
     const auto waits = next(facts.now, kRest + worst);
     if (waits) return Look{*waits, Kind::rested_look};
   }

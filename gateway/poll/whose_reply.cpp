@@ -289,7 +289,7 @@ void WhoseReply::OnReconnect(const Member& member) {
 void WhoseReply::OnNoProof(const Device& device, Instant now) {
   if (!device.conversation->Queries().empty()) return;
   orders_.Of(device).ForgetStrangers();
-  orders_.ForgetBefore(device, now - kOwedFor);
+  orders_.ForgetBefore(device, now - std::max<Duration>(kOwedFor, 2 * device.times.ceiling));
 }
 
 void WhoseReply::OnSecondReply(const Member& member) { orders_.OnCopy(member); }

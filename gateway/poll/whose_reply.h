@@ -100,8 +100,8 @@ class WhoseReply {
   /// A proof was wanted, and the device cannot be probed. A read needs none: it is asked again
   /// until its reply must be its own. A write cannot be asked again. So if the device has no reads,
   /// replies that it may owe to another master are taken for lost, and replies to requests of this
-  /// gateway kOwedFor after the latest one. Until then a reply that may answer an earlier request
-  /// confirms nothing.
+  /// gateway some time after the latest one (kOwedFor). Until then a reply that may answer an
+  /// earlier request confirms nothing.
   void OnNoProof(const Device& device, Instant now);
 
   /// After its reply came a second, different one: one of the two belongs to another request.
@@ -136,7 +136,8 @@ class WhoseReply {
   /// A device that did not answer this many tasks with the same request is taken not to know it, so
   /// it owes no reply.
   static constexpr int kUnknown = 3;
-  /// How long a device without reads owes a reply that nothing can prove to be lost.
+  /// How long a device without reads owes a reply that nothing can prove to be lost; at least twice
+  /// its ceiling.
   static constexpr Duration kOwedFor = 10s;
 
   /// It answers probes, and none of them is a proof: after a disturbance nothing shows whose its

@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "gateway/base/time.h"
 #include "gateway/base/write_result.h"
@@ -28,6 +29,12 @@ struct PastRequest {
   WriteEnd end = WriteEnd::unknown;
   std::string reason;
   Duration took{};
+  Duration age{};  ///< since it was asked for
+};
+
+struct PastRequests {
+  std::vector<PastRequest> all;  ///< the latest first
+  bool complete = true;          ///< false: the file cannot be read at present
 };
 
 }  // namespace baudgate

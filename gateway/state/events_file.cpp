@@ -23,7 +23,10 @@ CREATE TABLE writes (
   reason  TEXT NOT NULL,
   took    INTEGER NOT NULL,
   count   INTEGER NOT NULL,
-  settled INTEGER
+  settled INTEGER,
+  request_client TEXT,
+  request_seq,
+  request TEXT
 );
 CREATE INDEX writes_point ON writes (kind, line, device, point, seq);
 CREATE UNIQUE INDEX writes_settled ON writes (settled);
@@ -120,11 +123,6 @@ CREATE TABLE past (
   quality INTEGER
 );
 CREATE INDEX past_point ON past (point, time, seq);
-)sql",
-                                                                 R"sql(
-ALTER TABLE writes ADD COLUMN request_client TEXT;
-ALTER TABLE writes ADD COLUMN request_seq;
-ALTER TABLE writes ADD COLUMN request TEXT;
 )sql"};
 
 constexpr DatabaseKind kEvents = {kEventsApplication, kMigrations,

@@ -14,7 +14,7 @@ namespace baudgate {
 /// Written into the file, so that it is not taken for another program's: "BGev".
 inline constexpr std::int64_t kEventsApplication = 0x42476576;
 /// The version of the tables; one more for each change of them.
-inline constexpr std::int64_t kEventsVersion = 2;
+inline constexpr std::int64_t kEventsVersion = 1;
 
 using OpenedEvents = OpenedDatabase;
 

@@ -50,7 +50,7 @@ void RequestBook::Restore(const PastRequest& past, Instant now) {
   const bool known = clients_.contains(past.id.client);
   if (!known && clients_.size() >= kClients) return;
   Client& client = clients_[past.id.client];
-  if (!known) client.last = now;
+  if (!known) client.last = now - std::min(past.age, kKept);
   if (client.entries.contains(past.id.seq)) return;
   if (client.entries.size() >= kRemembered) {
     client.forgotten = std::max(client.forgotten.value_or(0), past.id.seq);

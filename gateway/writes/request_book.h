@@ -7,7 +7,7 @@
 //   plc-1 3 setting_group 1    denied, once 32 later ones have pushed 3 out
 //   a restart, plc-1 7 …       as before: Restore has told what the audit knows
 //
-// Bounded, and knows no clock. docs/writes.md, "The same request again".
+// Bounded; the caller passes the time. docs/writes.md, "The same request again".
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -47,8 +47,8 @@ class RequestBook {
     RequestAnswer answer{};
   };
   Verdict Begin(const RequestId& request, Instant now);
-  /// A request of an earlier run. The latest first: of those for which there is no room, none is
-  /// fresh again.
+  /// A request of an earlier run. The latest first: of a client's requests for which there is no
+  /// room, none is fresh again.
   void Restore(const PastRequest& past, Instant now);
   /// Ends a request that was fresh.
   void End(const std::string& client, std::uint64_t seq, RequestAnswer answer);

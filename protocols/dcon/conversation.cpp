@@ -56,6 +56,7 @@ Outcome DconConversation::Check(View request, View frame) const {
 
 Result<Request> DconConversation::Ask(const Task& task, Instant now) {
   questions_.SetAsked(std::nullopt);
+  if (std::exchange(withheld_, false)) return Error{trouble().text};
   if (IsHostDue(now)) return requests_.Broadcast(kHostIsThere);
   if (task.kind == Task::Kind::probe) return AskProbe();
   if (task.kind == Task::Kind::poll && questions_.anew()) {
@@ -294,6 +295,8 @@ Then DconConversation::OnQuestionFailed(const Task& task, const Identification::
   } else {
     identification_.OnNothing(question, strange);
   }
+  withheld_ = task.kind == Task::Kind::write && identification_.IsMute();
+  if (withheld_) return Then::ask_again;
   return behind_read ? Then::done : questions_.AfterQuestion(CommandOf(task));
 }
 

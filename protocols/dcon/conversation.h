@@ -79,6 +79,7 @@ class DconConversation : public Conversation {
   const ReplyReader reader_;
   WriteJob writes_;
   Sampling sampling_;
+  bool withheld_ = false;  ///< a write: the module has not told its mode, and that is said next
   int counted_again_ = 0;  ///< how often in this poll
 };
 

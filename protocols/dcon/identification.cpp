@@ -66,8 +66,7 @@ Identification::Identification(const config::Device& device, const Settings& set
     : device_(device), settings_(settings), channels_(device, settings) {
   for (const config::Point& point : device.points) {
     const auto read = ParseRead(point.read);
-    harmless_ =
-        harmless_ && point.access == config::Access::read && read && IsHarmless(read->command);
+    only_others_ = only_others_ && !(read && IsHarmless(read->command));
     if (point.access == config::Access::write || !read) continue;
     joined_ = joined_ || (read->command == "#" && read->form == Form::numbers);
   }
@@ -228,7 +227,7 @@ DeviceTrouble Identification::Judge(std::string_view configuration) {
 }
 
 bool Identification::IsMute() const {
-  return done_ && !answered_ && !sure_ && settings_.checksum && !harmless_;
+  return done_ && !answered_ && !sure_ && settings_.checksum && only_others_;
 }
 
 /// The worst of all that the module has said; of remarks all.

@@ -54,6 +54,9 @@ class Identification {
   /// the checksum, and it is not known that the module's is off. Example: `#01+03.070` ends
   /// with the right checksum of `#01+03.0`, which sets another value.
   bool IsTakenCutShort(View request) const;
+  /// The module was silent to a whole round, so that writes are not sent. If something harmless is
+  /// read, that shows its mode.
+  bool IsMute() const;
   /// Whether the module would take the command for a read in whichever mode it is.
   static bool IsHarmless(std::string_view command);
 
@@ -81,17 +84,15 @@ class Identification {
  private:
   void Begin();
   void Advance(const Question& question);
-  /// The module was silent to a whole round, so that some commands of its points are not sent.
-  bool IsMute() const;
   DeviceTrouble Judge(std::string_view configuration);
   void Sum();
   bool WantsMask() const;
 
   const config::Device& device_;
   const Settings& settings_;
-  bool joined_ = false;   ///< `#` is polled: which channel a number is of follows from its place
-  bool harmless_ = true;  ///< all that its points send is harmless
-  bool sure_ = false;     ///< of the checksum mode
+  bool joined_ = false;      ///< `#` is polled: which channel a number is of follows from its place
+  bool only_others_ = true;  ///< nothing that its points read with is harmless
+  bool sure_ = false;        ///< of the checksum mode
 
   // The round of questions: under way, or done since OnReconnect.
   bool done_ = false;

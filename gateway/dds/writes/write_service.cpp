@@ -44,18 +44,23 @@ std::uint32_t Microseconds(Duration duration) {
 }
 
 /// Why it is not carried out now: the library may deliver what was meant for an earlier run.
+/// Whether it does can be told only if the clock of the client is right.
 std::optional<std::string> WhyTooOld(const WriteArrival& arrival, WallTime now) {
-  constexpr char kSince[] = "; is the client's clock right? If it still applies, use a new seq";
+  constexpr char kAdvice[] = "; is the client's clock right? If it still applies, use a new seq";
   if (arrival.published <= WallTime())
-    return "too old: it carries no time stamp" + std::string(kSince);
+    return "too old: it carries no time stamp" + std::string(kAdvice);
+  if (arrival.published - now > PatienceOf(arrival.request)) {
+    return "its time stamp is " + FormatAge(arrival.published - now) +
+           " ahead of this machine's clock, so its age is not known" + kAdvice;
+  }
   const std::string age = FormatAge(std::max<Duration>(now - arrival.published, {}));
   if (arrival.early) {
     return "too old: by its time stamp it was published " + age +
-           " ago, before this gateway listened for requests" + kSince;
+           " ago, before this gateway listened for requests" + kAdvice;
   }
   if (now - arrival.published <= PatienceOf(arrival.request)) return std::nullopt;
   return "too old: by its time stamp it was published " + age +
-         " ago, and its deadline has passed" + kSince;
+         " ago, and its deadline has passed" + kAdvice;
 }
 
 /// For the record: no number is a text.
@@ -83,8 +88,8 @@ bool WriteService::Remember(Instant now) {
   if (past_ == nullptr) return true;
   const auto past = past_();
   if (!past) return false;
-  for (const PastRequest& one : *past) book_.Restore(one, now);
-  past_ = nullptr;
+  for (const PastRequest& one : past->all) book_.Restore(one, now);
+  if (past->complete) past_ = nullptr;
   return true;
 }
 

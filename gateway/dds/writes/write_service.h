@@ -35,8 +35,8 @@ class WriteService {
   };
   using Answer = std::function<void(ReplySample reply)>;
   using Ended = std::function<void(Ticket ticket, const WriteResult& result)>;
-  /// What was asked of earlier runs of the gateway, the latest first; nothing: not known yet.
-  using Past = std::function<std::optional<std::vector<PastRequest>>()>;
+  /// See audit::AuditSource.
+  using Past = std::function<std::optional<PastRequests>()>;
 
   /// All outlive it. `answer` is called on the service's thread; `ended` on any, even when the
   /// service is gone: what it is told goes to End.

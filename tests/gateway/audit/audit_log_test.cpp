@@ -160,11 +160,20 @@ TEST_F(AuditLogTest, WhatWasAskedBeforeIsKnownOnceTheFileIsOpen) {
     log->WaitFor(*log->Begin(record), Ever());
   }
   const auto log = Start(file());
-  std::optional<std::vector<PastRequest>> past;
-  while (!(past = log->PastRequests())) std::this_thread::yield();
-  ASSERT_EQ(past->size(), 1U);
-  EXPECT_EQ((*past)[0].end, WriteEnd::unknown);
-  EXPECT_TRUE(Start({})->PastRequests()->empty()) << "no place for records";
+  std::optional<PastRequests> past;
+  while (!(past = log->Past())) std::this_thread::yield();
+  ASSERT_EQ(past->all.size(), 1U);
+  EXPECT_TRUE(past->complete);
+  EXPECT_EQ(past->all[0].end, WriteEnd::unknown);
+  EXPECT_TRUE(Start({})->Past()->all.empty()) << "no place for records";
+}
+
+TEST_F(AuditLogTest, WhileTheFileCanNotBeReadThePastIsNotKnown) {
+  const auto log = Start(file() / "no folder");
+  Await(*log, Disk::failing);
+  const auto past = log->Past();
+  ASSERT_TRUE(past) << "best effort: writes go on";
+  EXPECT_FALSE(past->complete);
 }
 
 TEST_F(AuditLogTest, AFullDiskIsToldOnceAndTheRecordsFollow) {

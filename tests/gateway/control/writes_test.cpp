@@ -23,7 +23,7 @@ using ::testing::Not;
 /// Pages of two.
 struct FakeAudit final : audit::AuditSource {
   audit::AuditState state() const override { return shown; }
-  std::optional<std::vector<PastRequest>> PastRequests() const override { return past; }
+  std::optional<PastRequests> Past() const override { return past; }
   Result<audit::Page> Read(const audit::PageQuery& query) const override {
     if (hangs) {
       reading.release();
@@ -46,7 +46,7 @@ struct FakeAudit final : audit::AuditSource {
   mutable std::counting_semaphore<> reading{0};
   mutable std::counting_semaphore<> goes_on{0};
   std::string trouble;
-  std::optional<std::vector<PastRequest>> past = std::vector<PastRequest>();
+  std::optional<PastRequests> past = PastRequests();
   std::vector<audit::WriteRecord> records;
 };
 

@@ -135,6 +135,19 @@ TEST_F(ProbesTest, EveryThirdLookWaitsUntilTheLineHasBeenSilent) {
   EXPECT_EQ(look(80s, 0s), Probes::Kind::look);
 }
 
+/// Writes that come every 250 ms: no poll is due, and yet the line never rests.
+TEST_F(ProbesTest, ARestThatNeverComesIsNotWaitedForWithoutEnd) {
+  PutOffline(a);
+  for (const Duration at : {0s, 1s}) {
+    const Probes::Kind kind = probes_.OnTaken(a, At(at));
+    probes_.OnEnd(a, kind, kStart + at);
+    probes_.OnIdle(0ms, kStart + at + 200ms);
+  }
+  EXPECT_EQ(probes_.NextAt(At(2s)), kStart + 2s + Probes::kRest);
+  EXPECT_EQ(probes_.NextAt(At(3s)), kStart + 3s);
+  EXPECT_EQ(probes_.OnTaken(a, At(3s)), Probes::Kind::rested_look);
+}
+
 TEST_F(ProbesTest, LaterItTakesTurnsAsOthersDo) {
   PutOffline(a);
   PutOffline(b);

@@ -13,7 +13,6 @@
 namespace baudgate::dds {
 namespace {
 
-using testing::Ask;
 using testing::ServiceConfig;
 
 /// Where replies go, and where requests come from.
@@ -72,6 +71,12 @@ class ConfirmingSink final : public CommandSink {
   std::atomic<int> done = 0;
 };
 
+WriteArrival AskNow(std::uint64_t seq, const std::string& point, double value) {
+  WriteArrival arrival = testing::Ask(seq, point, value);
+  arrival.published = ReadClocks().wall;
+  return arrival;
+}
+
 class DdsWritesTest : public ::testing::Test {
  protected:
   const config::Config config_ = ServiceConfig();
@@ -84,7 +89,7 @@ class DdsWritesTest : public ::testing::Test {
 TEST_F(DdsWritesTest, RepliesComeInTheirOrderAlsoWhereThereWasNoRoom) {
   writer_->FindNoRoom(3);
   for (std::uint64_t seq = 1; seq <= 5; ++seq) {
-    ASSERT_TRUE(writer_->Request(Ask(seq, "setting", 1)));
+    ASSERT_TRUE(writer_->Request(AskNow(seq, "setting", 1)));
   }
   const auto replies = writer_->WaitFor(5);
   for (std::size_t i = 0; i < 5; ++i) {
@@ -97,16 +102,16 @@ TEST_F(DdsWritesTest, RepliesComeInTheirOrderAlsoWhereThereWasNoRoom) {
 }
 
 TEST_F(DdsWritesTest, NothingIsTakenAfterTheEnd) {
-  ASSERT_TRUE(writer_->Request(Ask(1, "setting", 1)));
+  ASSERT_TRUE(writer_->Request(AskNow(1, "setting", 1)));
   writer_->WaitFor(1);
   writes_.StopTaking();
-  EXPECT_FALSE(writer_->Request(Ask(2, "setting", 1)));
+  EXPECT_FALSE(writer_->Request(AskNow(2, "setting", 1)));
   writes_.Stop();
   EXPECT_EQ(sink_.done, 1);
 }
 
 TEST_F(DdsWritesTest, OfAFloodSomeAreCountedOnly) {
-  for (std::uint64_t seq = 1; seq <= 10'000; ++seq) writer_->Request(Ask(seq, "setting", 1));
+  for (std::uint64_t seq = 1; seq <= 10'000; ++seq) writer_->Request(AskNow(seq, "setting", 1));
   writer_->WaitFor(1);
   writes_.StopTaking();
   writes_.Stop();

@@ -50,7 +50,7 @@ class WriteServiceTest : public ::testing::Test {
   std::vector<ReplySample> replies_;
   std::vector<std::pair<WriteService::Ticket, WriteResult>> ended_;
   Now now_{Instant(1h), testing::kAsked};
-  std::optional<std::vector<PastRequest>> past_ = std::vector<PastRequest>();
+  std::optional<PastRequests> past_ = PastRequests();
   WriteService service_{config_,
                         store_,
                         sink_,
@@ -107,8 +107,8 @@ TEST_F(WriteServiceTest, ADuplicateIsSentOnce) {
 }
 
 TEST_F(WriteServiceTest, WhatAnEarlierRunWasAskedIsAnsweredAndNotSent) {
-  past_->push_back({IdOf(Ask(7, "setting", 2.5).request), WriteEnd::ok, "", 42ms});
-  past_->push_back({IdOf(Ask(6, "setting", 2.5).request), WriteEnd::unknown, "it was stopped"});
+  past_->all.push_back({IdOf(Ask(7, "setting", 2.5).request), WriteEnd::ok, "", 42ms});
+  past_->all.push_back({IdOf(Ask(6, "setting", 2.5).request), WriteEnd::unknown, "it was stopped"});
   EXPECT_EQ(Take(Ask(7, "setting", 2.5)),
             (ReplySample{"substation-7", "plc-1", 7, "ok", "", 42'000}));
   EXPECT_EQ(Take(Ask(6, "setting", 2.5)).outcome, "unknown");
@@ -122,7 +122,7 @@ TEST_F(WriteServiceTest, WhatAnEarlierRunWasAskedIsAnsweredAndNotSent) {
 TEST_F(WriteServiceTest, NothingIsSentBeforeThePastIsKnown) {
   past_.reset();
   EXPECT_EQ(Take(Ask(7, "setting", 2.5)).outcome, "busy");
-  past_ = {{IdOf(Ask(7, "setting", 2.5).request), WriteEnd::ok, ""}};
+  past_ = PastRequests{{{IdOf(Ask(7, "setting", 2.5).request), WriteEnd::ok, ""}}, true};
   EXPECT_EQ(Take(Ask(7, "setting", 2.5)).outcome, "ok");
   EXPECT_THAT(sink_.commands, IsEmpty());
 }
@@ -139,11 +139,14 @@ TEST_F(WriteServiceTest, ARequestThatIsTooOldIsDeniedAndRecorded) {
   patient.request.deadline_ms = 1000;
   patient.published -= 1001ms;
   EXPECT_EQ(Take(patient).outcome, "denied");
+  WriteArrival ahead = Ask(6, "setting", 1);
+  ahead.published += 5001ms;
+  EXPECT_THAT(Take(ahead).reason, HasSubstr("ahead of this machine's clock"));
   WriteArrival timeless = Ask(4, "setting", 1);
   timeless.published = {};
   EXPECT_THAT(Take(timeless).reason, HasSubstr("no time stamp"));
   EXPECT_THAT(sink_.commands, IsEmpty());
-  EXPECT_THAT(sink_.denied, SizeIs(4));
+  EXPECT_THAT(sink_.denied, SizeIs(5));
   EXPECT_EQ(Take(early).outcome, "denied") << "repeated, it stays so";
   WriteArrival in_time = Ask(5, "setting", 1);
   in_time.published -= 4999ms;
