@@ -7,7 +7,6 @@
 #include "gateway/base/deadline.h"
 
 namespace baudgate {
-
 namespace {
 
 /// So long after its last look a device does not wait for a rest of the line any more.
