@@ -76,7 +76,7 @@ class AuditLog final : public WriteLog, public AuditSource {
   AuditBook book_ BAUDGATE_GUARDED_BY(mutex_);
   Repeats repeats_ BAUDGATE_GUARDED_BY(mutex_){book_};
   DiskCondition disk_ BAUDGATE_GUARDED_BY(mutex_);
-  /// What was asked of earlier runs; empty: the file was not open yet.
+  /// The requests of earlier runs. Not set until the file has been opened.
   std::optional<std::vector<PastRequest>> past_ BAUDGATE_GUARDED_BY(mutex_);
   Instant look_at_ BAUDGATE_GUARDED_BY(mutex_){};  // a round is due at this time in any case
   mutable FileWatch watch_ BAUDGATE_GUARDED_BY(mutex_);

@@ -28,8 +28,8 @@ class AuditSource {
   virtual AuditState state() const = 0;
   /// Empty while the file is being opened, which may take as long as reading it.
   virtual Result<Page> Read(const PageQuery& query) const = 0;
-  /// What was asked of earlier runs. Nothing: it is not known yet, and nothing may be written that
-  /// may have been asked before.
+  /// The requests of earlier runs. Not set: they are not known yet. Until then a request with a
+  /// number must not be carried out, because an earlier run may have done so.
   virtual std::optional<PastRequests> Past() const = 0;
 };
 

@@ -44,7 +44,7 @@ struct WriteRecord {
   std::string reason;                   ///< one sentence; empty when ok
   Duration took{};                      ///< from when it was asked for to its end
   std::uint64_t count = 1;              ///< of repeats, this one included
-  std::optional<RequestId> request{};   ///< of repeats the first; empty: its client numbers nothing
+  std::optional<RequestId> request{};   ///< of repeats the first; empty if there was no number
   std::optional<std::int64_t> settled;  ///< its number among those that have ended; empty: not yet
 };
 

@@ -36,7 +36,7 @@ Json PointsAt(const PointStore& store, std::uint32_t device,
   return all;
 }
 
-/// Nothing: its client numbers nothing.
+/// Empty if the client gave neither name nor number.
 Result<std::optional<RequestId>> IdOf(const Json& request) {
   const std::string client = TextOf(request, "client");
   const auto seq = request.find("seq");

@@ -74,7 +74,7 @@ class PointRequests {
   Mutex mutex_;
   Past past_ BAUDGATE_GUARDED_BY(mutex_);  ///< null: the book has it
   RequestBook book_ BAUDGATE_GUARDED_BY(mutex_);
-  /// Who waits for the end of a request with a number: it may have come more than once.
+  /// The clients that wait for the end of a numbered request. A request that came twice has two.
   std::vector<std::pair<RequestId, Answered>> waiting_ BAUDGATE_GUARDED_BY(mutex_);
 };
 

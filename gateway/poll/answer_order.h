@@ -65,7 +65,7 @@ class AnswerOrder {
   void OnCopy();
   /// Nothing is owed.
   void Reset() { answered_ = 1; }
-  /// What was sent before that is owed no reply any more, if nothing was sent since.
+  /// If the latest request was sent before this time, no reply is expected any more.
   void ForgetBefore(Instant time) {
     if (SentBefore(0).at < time) Reset();
   }

@@ -64,7 +64,7 @@ PointsEnd EndOfPoints(const Job& job, const Job::Write& write, const JobEnd& end
   points.outcome = points.keeps_told ? write.told->outcome : last;
   points.how = write.withheld ? EndWithheld(write)
                               : WriteEndOf(points.outcome, write.sent(), write.may_have_acted);
-  // What was sent before it can be sent, so the conversation withholds the write itself.
+  // Requests that prepare the write went out, and then the conversation refused to send the write.
   const bool withheld = points.outcome == Outcome::unsupported && job.was_sent && !write.sent();
   if (withheld) points.how = WriteEnd::not_sent;
   points.open = closing || cut_short;

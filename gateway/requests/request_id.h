@@ -1,6 +1,6 @@
-// Who asks for a write, and under which number: a client that gets no answer repeats its request
-// unchanged, and it is carried out once. The identity passes the gate and the line as a part of the
-// command and stands in the audit, from which a gateway that starts learns what was asked before.
+// The identity of a write request: the client's name and its own number. A client that gets no
+// answer repeats its request unchanged, and the gateway carries it out only once. The identity is a
+// part of the command and is written to the audit. A gateway reads it from there at its start.
 // gateway/writes/request_book.h compares.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -17,7 +17,8 @@ namespace baudgate {
 struct RequestId {
   std::string client;     ///< a name that the client has chosen
   std::uint64_t seq = 0;  ///< counts its requests upwards
-  /// What it asks for: "feeder-1 setting_group 1 confirm". Under one number it never differs.
+  /// What the client asks for: "feeder-1 setting_group 1 confirm". A request with the same number
+  /// and another content is refused.
   std::string content;
 
   bool operator==(const RequestId&) const = default;

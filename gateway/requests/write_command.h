@@ -60,7 +60,7 @@ struct Telegram {
 struct WriteCommand {
   std::uint32_t device = 0;            ///< index in the point store
   std::string client;                  ///< its name: "192.0.2.5:40312", "user:root", "dds:GUID"
-  std::optional<RequestId> request{};  ///< empty: its client numbers nothing
+  std::optional<RequestId> request{};  ///< empty if the client gave no number
   std::variant<Writes, Reads, std::shared_ptr<Telegram>> kind;
   Instant deadline;            ///< nothing is sent later; what waits then ends as not_sent
   std::uint64_t sequence = 0;  ///< the line's own: its place among all writes to the line

@@ -15,7 +15,7 @@ namespace {
 constexpr std::string_view kUnitBehind = "_unit";
 constexpr std::string_view kUnitInFront = "unit_";
 
-/// What a device says, and what points call that unit: letters of NMEA 0183 for a speed.
+/// Letters with which NMEA 0183 names the unit of a speed, and that unit as points have it.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 4> kLettersOfUnits = {
     {{"N", "kn"}, {"K", "km/h"}, {"M", "m/s"}, {"S", "mph"}}};
 

@@ -19,8 +19,8 @@ bool IsUnit(std::string_view name);
 /// degrees ("°C", "degC"); the letters of NMEA 0183 are "kn", "km/h", "m/s" and "mph".
 bool IsSameUnit(std::string_view text, std::string_view unit);
 
-/// What is wrong with the unit of a point that reads the number `field` of `telegram`: no text that
-/// is good in the unit's field is the point's unit. Empty: nothing, or a `scale` or an `offset`
+/// For a point that reads the number `field` of `telegram`: an error sentence if the number is good
+/// only with other units than the point's. Empty if the units agree, or if a `scale` or an `offset`
 /// converts the number. `bound`: address and parameters, those of the point included.
 std::string WrongUnit(const config::Point& point, const Telegram& telegram, const Element& field,
                       const Bound& bound);

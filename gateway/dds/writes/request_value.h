@@ -19,7 +19,8 @@ namespace baudgate::dds {
 
 /// The error says in one sentence what would be right.
 Result<Value> ValueOf(const config::Point& point, const RequestSample& request);
-/// What is asked for bit by bit, so that a NaN is the same NaN. Its times are no part of it.
+/// Its content has every bit of the value, so two NaNs are equal. It has neither of the two times,
+/// which may differ when a client repeats its request.
 RequestId IdOf(const RequestSample& request);
 
 }  // namespace baudgate::dds

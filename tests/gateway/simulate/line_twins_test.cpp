@@ -32,7 +32,8 @@ config::Device Module(const std::string& address, bool checksum) {
   return device;
 }
 
-/// What the twins of `line` answer to each of `requests`; the wait for an answer ends after 10 s.
+/// The replies of the twins of `line` to `requests`, one for each. A reply that has not ended
+/// within 10 s is what had come by then.
 std::vector<std::string> Replies(const config::Line& line, const std::vector<Bytes>& requests) {
   config::Catalog catalog;
   catalog.protocols["dcon"] = &DconProtocol();

@@ -127,7 +127,8 @@ TEST_F(WriteServiceTest, NothingIsSentBeforeThePastIsKnown) {
   EXPECT_THAT(sink_.commands, IsEmpty());
 }
 
-/// What the library kept for an earlier reader, and hands to this one.
+/// The DDS library of a client may keep requests for a reader that has gone, and send them to the
+/// reader of the next run.
 TEST_F(WriteServiceTest, ARequestThatIsTooOldIsDeniedAndRecorded) {
   WriteArrival early = Ask(1, "setting", 1);
   early.early = true;
