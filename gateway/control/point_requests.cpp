@@ -80,19 +80,12 @@ bool PointRequests::IsFresh(const RequestId& id, Instant now, Answered answered)
   RequestAnswer answer;
   {
     const MutexLock lock(mutex_);
-    const auto past = past_ ? past_() : PastRequests();
-    if (!past) {
-      answer = {WriteEnd::busy, "the record of earlier writes is being read; try again"};
-    } else {
-      for (const PastRequest& one : past->all) book_.Restore(one, now);
-      if (past->complete) past_ = nullptr;
-      auto verdict = book_.Begin(id, now);
-      if (verdict.what == What::fresh || verdict.what == What::under_way) {
-        waiting_.emplace_back(id, std::move(answered));
-        return verdict.what == What::fresh;
-      }
-      answer = std::move(verdict.answer);
+    auto verdict = book_.Begin(id, now);
+    if (verdict.what == What::fresh || verdict.what == What::under_way) {
+      waiting_.emplace_back(id, std::move(answered));
+      return verdict.what == What::fresh;
     }
+    answer = std::move(verdict.answer);
   }
   answered(ToJson({answer.end, answer.reason}));
   return false;

@@ -38,12 +38,9 @@ class PointRequests {
   /// Takes the answer, once, on any thread.
   using Answered = std::function<void(Json)>;
 
-  /// See audit::AuditSource.
-  using Past = std::function<std::optional<PastRequests>()>;
-
   /// All references outlive it, and what it has asked for.
-  PointRequests(const PointStore& store, CommandSink& sink, Past past)
-      : store_(store), sink_(sink), gate_(store, sink), past_(std::move(past)) {}
+  PointRequests(const PointStore& store, CommandSink& sink, RequestBook::Past past)
+      : store_(store), sink_(sink), gate_(store, sink), book_(std::move(past)) {}
 
   /// `target`: LINE.DEVICE.POINT; `value` in its unit; `confirm`: in place of a selection; `client`
   /// and `seq`: see RequestId. An error, one sentence, where nothing can be asked.
@@ -72,7 +69,6 @@ class PointRequests {
   CommandSink& sink_;
   WriteGate gate_;
   Mutex mutex_;
-  Past past_ BAUDGATE_GUARDED_BY(mutex_);  ///< null: the book has it
   RequestBook book_ BAUDGATE_GUARDED_BY(mutex_);
   /// The clients that wait for the end of a numbered request. A request that came twice has two.
   std::vector<std::pair<RequestId, Answered>> waiting_ BAUDGATE_GUARDED_BY(mutex_);

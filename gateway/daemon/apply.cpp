@@ -151,7 +151,7 @@ std::vector<std::string> Daemon::Impl::Apply(config::Config next,
   std::vector<std::string> missing;
   if (modbus) missing = modbus->Apply(*running, Targets(), renewal);
 #ifdef BAUDGATE_WITH_DDS
-  if (dds) dds->OnReload(*running);
+  if (dds) dds->OnReload();
 #endif
   ApplyHistory(*before);
   if (web) {

@@ -6,7 +6,6 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <unordered_set>
 
 #include "config/model/config.h"
 #include "gateway/base/result.h"
@@ -23,16 +22,16 @@ class DdsOutput {
  public:
   /// All outlive it; writes go to `sink`. The error says which name or setting to change. A process
   /// that cannot be started is no error but a state.
-  /// `past`: see dds::WriteService. `events` null: no events and no alarms. `keeps_events` false:
+  /// `past`: see RequestBook. `events` null: no events and no alarms. `keeps_events` false:
   /// only alarms are published.
   static Result<std::unique_ptr<DdsOutput>> Start(const config::Config& config, PointStore& store,
-                                                  CommandSink& sink, dds::WriteService::Past past,
+                                                  CommandSink& sink, RequestBook::Past past,
                                                   std::shared_ptr<dds::EventSupply> events,
                                                   bool keeps_events);
   ~DdsOutput();  ///< as Stop
 
-  /// A reload: the store has other devices, those of `config`.
-  void OnReload(const config::Config& config);
+  /// A reload: the store has other devices.
+  void OnReload();
   /// Why `next` needs a restart before all of it can be published; empty: it needs none.
   std::optional<std::string> WhyNot(const config::Config& next) const;
 
@@ -47,8 +46,6 @@ class DdsOutput {
   DdsOutput() = default;
 
   bool has_events_ = false;
-  dds::LinkOpen opened_;                  ///< with room for reloads
-  std::unordered_set<std::size_t> seen_;  ///< hashes of the names of published points
   std::unique_ptr<dds::ProcessLink> link_;
   std::unique_ptr<dds::DdsWrites> writes_;  // null: writes are denied
   std::unique_ptr<dds::DdsPublisher> publisher_;

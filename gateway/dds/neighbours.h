@@ -2,12 +2,23 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
 #include "config/model/network.h"
 
 namespace baudgate::dds {
+
+/// Readers of each topic that are connected now.
+struct Subscribers {
+  std::uint32_t points = 0;
+  std::uint32_t devices = 0;
+  std::uint32_t events = 0;
+  std::uint32_t alarms = 0;
+
+  bool operator==(const Subscribers&) const = default;
+};
 
 struct Neighbours {
   static constexpr std::size_t kMostReached = 64;

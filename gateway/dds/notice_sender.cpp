@@ -2,8 +2,6 @@
 #include "gateway/dds/notice_sender.h"
 
 #include <algorithm>
-#include <type_traits>
-#include <utility>
 
 #include "gateway/base/version.h"
 
@@ -16,22 +14,24 @@ constexpr Duration kEndTime = 700ms;
 
 }  // namespace
 
-NoticeSender::NoticeSender(const std::string& gateway, PointEnds ends, PacedWriter& paced,
-                           EventSupply* events, Now now)
+NoticeSender::NoticeSender(const config::Config& config, const PointStore& store,
+                           PacedWriter& paced, EventSupply* events, Now now)
     : paced_(paced),
       gateway_due_(now.instant),
-      ends_(std::move(ends)),
+      ends_(config, store),
+      device_ends_(config, store),
       events_(events),
       events_due_(now.instant + kDiscoveryTime),
       alarms_(events),
       alarms_due_(events_due_) {
-  gateway_.gateway = gateway;
+  gateway_.gateway = config.name;
   gateway_.start_time_ns = now.wall.time_since_epoch().count();
   AssignBounded(gateway_.version, kVersion, kMaxVersion);
 }
 
 void NoticeSender::StartAnew(Instant now) {
   ends_.Clear();
+  device_ends_.Clear();
   gateway_due_ = now;
   events_.StartAnew();
   alarms_.StartAnew();
@@ -40,7 +40,8 @@ void NoticeSender::StartAnew(Instant now) {
 
 bool NoticeSender::Send(Instant now) {
   return SendGateway(now) && SendFrom(ends_, ends_due_, now) &&
-         SendFrom(events_, events_due_, now) && SendFrom(alarms_, alarms_due_, now);
+         SendFrom(device_ends_, ends_due_, now) && SendFrom(events_, events_due_, now) &&
+         SendFrom(alarms_, alarms_due_, now);
 }
 
 /// False: the pace or the writer does not allow it now.
@@ -74,7 +75,7 @@ bool NoticeSender::SendFrom(Sender& sender, Instant& due, Instant now) {
 }
 
 Instant NoticeSender::Due() {
-  const Instant ends = ends_.empty() ? Instant::max() : ends_due_;
+  const Instant ends = EndsAreTold() ? Instant::max() : ends_due_;
   const Instant events = events_.Next() == nullptr ? Instant::max() : events_due_;
   const Instant alarms = alarms_.Next() == nullptr ? Instant::max() : alarms_due_;
   return std::min({gateway_due_, ends, events, alarms});
@@ -83,8 +84,7 @@ Instant NoticeSender::Due() {
 std::optional<Instant> NoticeSender::End(Instant now) {
   if (!end_by_) end_by_ = now + kEndTime;
   if (const auto next = EndOf(events_, now)) return next;
-  if (const auto next = EndOf(alarms_, now)) return next;
-  return EndOf(ends_, now);
+  return EndOf(alarms_, now);
 }
 
 /// Sends what has happened until now. Returns when to go on; empty: all is sent, or cannot be.
@@ -92,11 +92,10 @@ template <typename Sender>
 std::optional<Instant> NoticeSender::EndOf(Sender& sender, Instant now) {
   while (const auto* sample = sender.Next()) {
     if (now >= *end_by_) return std::nullopt;
-    if (!paced_.MayWriteAtEnd(now)) return paced_.ReadyAtEnd();
-    const Sent sent = paced_.WriteAtEnd(*sample);
-    if (sent == Sent::later) return now + PacedWriter::kLongestHold;
-    // An event or an alarm that is refused holds up those behind it; the end of a point does not.
-    if (sent == Sent::refused && !std::is_same_v<Sender, PointEnds>) return std::nullopt;
+    if (!paced_.MayWrite(now)) return paced_.ReadyAt();
+    const Sent sent = paced_.Write(*sample, now);
+    if (sent == Sent::later) return paced_.ReadyAt();
+    if (sent == Sent::refused) return std::nullopt;
     sender.OnSent();
   }
   return std::nullopt;

@@ -21,13 +21,15 @@ class NoticeSender {
   /// Subscribers that are already there find a new gateway within this time.
   static constexpr Duration kDiscoveryTime = 500ms;
 
-  /// Writer and events outlive this. `now` is told as the gateway's start. `events`: null: there
+  /// All outlive this. `now` is told as the gateway's start. `events`: null: there
   /// are none.
-  NoticeSender(const std::string& gateway, PointEnds ends, PacedWriter& paced, EventSupply* events,
-               Now now);
+  NoticeSender(const config::Config& config, const PointStore& store, PacedWriter& paced,
+               EventSupply* events, Now now);
 
   void StartAnew(Instant now);
   PointEnds& ends() { return ends_; }
+  DeviceEnds& device_ends() { return device_ends_; }
+  bool EndsAreTold() const { return ends_.empty() && device_ends_.empty(); }
   /// Also those that were refused.
   void SendEndsAt(Instant at) { ends_due_ = at; }
 
@@ -36,10 +38,9 @@ class NoticeSender {
   /// When what is left may be sent.
   Instant Due();
 
-  /// Sends all that is left, as far as the pace of the end allows, for at most 700 ms. Returns when
-  /// to go on; empty: all is told, or cannot be.
+  /// Sends the events and alarms until now, as far as the pace allows, for at most 700 ms. Returns
+  /// when to go on; empty: all are sent, or cannot be.
   std::optional<Instant> End(Instant now);
-  bool is_ending() const { return end_by_.has_value(); }
   /// Behind End: subscribers have confirmed everything.
   void Confirm() { events_.Confirm(); }
 
@@ -57,6 +58,7 @@ class NoticeSender {
   GatewaySample gateway_;
   Instant gateway_due_;  ///< Instant::max(): it has been sent
   PointEnds ends_;
+  DeviceEnds device_ends_;
   Instant ends_due_{};  ///< not before
   EventSender events_;
   Instant events_due_;  ///< not before

@@ -10,17 +10,11 @@ namespace {
 constexpr Duration kPaceInterval = 50us;
 constexpr std::uint32_t kPaceBurst = 100;
 constexpr Duration kShortestHold = 1ms;
-// At a stop there is about a second for all samples.
-constexpr Duration kEndInterval = 20us;
-constexpr std::uint32_t kEndBurst = 100;
 
 }  // namespace
 
 PacedWriter::PacedWriter(SampleWriter& writer, Log log)
-    : writer_(writer),
-      log_(std::move(log)),
-      pacer_(kPaceInterval, kPaceBurst),
-      end_pacer_(kEndInterval, kEndBurst) {}
+    : writer_(writer), log_(std::move(log)), pacer_(kPaceInterval, kPaceBurst) {}
 
 void PacedWriter::Note(Sent sent, std::string_view whose, const std::string& name, Instant now) {
   if (sent == Sent::later) {

@@ -40,13 +40,6 @@ class PacedWriter {
     }
     return sent;
   }
-  /// At a stop what is left goes out faster, and is neither counted nor reported.
-  bool MayWriteAtEnd(Instant now) { return end_pacer_.Take(now); }
-  template <typename Sample>
-  Sent WriteAtEnd(const Sample& sample) {
-    return writer_.Write(sample);
-  }
-  Instant ReadyAtEnd() const { return end_pacer_.ReadyAt(); }
 
   Instant ReadyAt() const { return std::max(held_until_, pacer_.ReadyAt()); }
   /// There is a new receiver.
@@ -62,7 +55,6 @@ class PacedWriter {
   SampleWriter& writer_;
   const Log log_;
   Pacer pacer_;
-  Pacer end_pacer_;
   Instant held_until_{};
   Duration hold_{};            ///< doubles while there is no room
   std::uint64_t failing_ = 0;  ///< failures since the last success; the edge is logged

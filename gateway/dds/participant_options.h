@@ -13,6 +13,7 @@
 namespace baudgate::dds {
 
 struct ParticipantOptions {
+  std::string name = "baudgate";        ///< of the participant, for tools: that of the gateway
   int domain = 0;                       ///< 0…232
   std::vector<std::string> interfaces;  ///< addresses of this machine; empty or 0.0.0.0 = all
   std::size_t participants = 256;       ///< others in the domain; those beyond are not let in

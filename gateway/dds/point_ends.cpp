@@ -2,6 +2,8 @@
 #include "gateway/dds/point_ends.h"
 
 #include <functional>
+#include <string_view>
+#include <unordered_set>
 
 #include "gateway/dds/fill_samples.h"
 
@@ -28,6 +30,25 @@ const PointSample* PointEnds::Next() {
     FillPoint(record, ref.point, PointState::Of(value, Quality::bad_not_connected), sample_);
   };
   store_.Read(ref.device, std::cref(look));
+  return &sample_;
+}
+
+void DeviceEnds::TakeBack() {
+  std::unordered_set<std::string_view> there;
+  for (std::uint32_t device = 0; device < store_.device_count(); ++device) {
+    if (!store_.gone(device)) there.insert(store_.device(device).name);
+  }
+  std::erase_if(gone_,
+                [&](std::uint32_t device) { return there.contains(store_.device(device).name); });
+}
+
+const DeviceSample* DeviceEnds::Next() {
+  if (gone_.empty()) return nullptr;
+  sample_ = {};
+  sample_.gateway = config_.name;
+  const auto look = [this](const DeviceRecord& record) { FillDevice(record, sample_); };
+  store_.Read(gone_.front(), std::cref(look));
+  sample_.state = static_cast<std::uint16_t>(DeviceState::disabled);
   return &sample_;
 }
 

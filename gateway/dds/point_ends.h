@@ -1,5 +1,6 @@
-// The points that nobody reads any more and whose end subscribers have to be told: the last value
-// of each goes out once more, not connected. Pure; gateway/dds/notice_sender.h sends.
+// The points and devices that a reload has taken out, and whose end subscribers have to be told:
+// the last value of each point goes out once more, not connected, and the last counters of each
+// device, disabled. Pure; gateway/dds/notice_sender.h sends.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -37,6 +38,30 @@ class PointEnds {
   const PointStore& store_;
   std::deque<PointRef> gone_;
   PointSample sample_;  ///< of the first
+};
+
+class DeviceEnds {
+ public:
+  /// Both outlive this.
+  DeviceEnds(const config::Config& config, const PointStore& store)
+      : config_(config), store_(store) {}
+
+  /// Its number in the store; it is gone there.
+  void Add(std::uint32_t device) { gone_.push_back(device); }
+  void Clear() { gone_.clear(); }
+  /// A device that is there again, or still, under its name has no end.
+  void TakeBack();
+
+  bool empty() const { return gone_.empty(); }
+  /// As PointEnds.
+  const DeviceSample* Next();
+  void OnSent() { gone_.pop_front(); }
+
+ private:
+  const config::Config& config_;
+  const PointStore& store_;
+  std::deque<std::uint32_t> gone_;
+  DeviceSample sample_;
 };
 
 }  // namespace baudgate::dds

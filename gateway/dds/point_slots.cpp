@@ -8,6 +8,7 @@ namespace baudgate::dds {
 PointSlots::PointSlots(const PointStore& store) : first_{0} {
   for (std::uint32_t device = 0; device < store.device_count(); ++device) {
     const std::size_t points = store.gone(device) ? 0 : store.device(device).points.size();
+    there_.push_back(!store.gone(device));
     first_.push_back(first_.back() + static_cast<std::uint32_t>(points));
   }
 }
@@ -16,6 +17,27 @@ PointRef PointSlots::RefOf(std::uint32_t slot) const {
   const auto after = std::ranges::upper_bound(first_, slot);
   const auto device = static_cast<std::uint32_t>(after - first_.begin()) - 1;
   return {device, slot - first_[device]};
+}
+
+Room CountOf(const PointStore& store) {
+  Room room;
+  room.events = 1;  // the gateway has some itself, at least alarms
+  for (std::uint32_t device = 0; device < store.device_count(); ++device) {
+    if (store.gone(device)) continue;
+    const config::Device& its = store.device(device);
+    room.points += static_cast<std::uint32_t>(its.points.size());
+    ++room.devices;
+    if (its.events || its.point_events) ++room.events;
+  }
+  return room;
+}
+
+Room RoomFor(const PointStore& store) {
+  constexpr std::uint32_t kSpare = 512;
+  Room room = CountOf(store);
+  room.points += room.points / 4 + kSpare;
+  room.devices += room.devices / 4 + kSpare / 8;
+  return room;
 }
 
 std::string NameOf(const PointStore& store, PointRef ref) {

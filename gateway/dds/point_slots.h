@@ -8,6 +8,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "gateway/dds/sample_writer.h"
 #include "gateway/store/change_feed.h"
 #include "gateway/store/point_store.h"
 
@@ -20,12 +21,20 @@ class PointSlots {
   std::uint32_t size() const { return first_.back(); }
   /// Devices that the store had when the points were numbered.
   std::uint32_t devices() const { return static_cast<std::uint32_t>(first_.size()) - 1; }
+  /// It was in the store then.
+  bool Has(std::uint32_t device) const { return there_[device]; }
   std::uint32_t SlotOf(PointRef ref) const { return first_[ref.device] + ref.point; }
   PointRef RefOf(std::uint32_t slot) const;
 
  private:
+  std::vector<bool> there_;           ///< by device
   std::vector<std::uint32_t> first_;  ///< by device, and one more: the number of points
 };
+
+/// What `store` has now.
+Room CountOf(const PointStore& store);
+/// The same with some to spare for what reloads add.
+Room RoomFor(const PointStore& store);
 
 /// "device.point"
 std::string NameOf(const PointStore& store, PointRef ref);

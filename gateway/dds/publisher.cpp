@@ -114,8 +114,7 @@ void DdsPublisher::Renew(std::uint64_t session) {
 Instant DdsPublisher::End() {
   if (writer_->session() != session_) return kWhenWoken;  // nobody is there who has anything
   while (const auto next = sender_.End(ReadClocks().instant)) std::this_thread::sleep_until(*next);
-  const bool heard = writer_->subscribers() > 0;
-  if (writer_->WaitAcknowledged(kAcknowledgeTime) && heard) sender_.Confirm();
+  if (writer_->WaitAcknowledged(kAcknowledgeTime)) sender_.Confirm();
   return kWhenWoken;
 }
 

@@ -18,7 +18,7 @@
 namespace baudgate::dds {
 
 struct DdsCounters : SampleCounters {
-  std::uint32_t subscribers = 0;  ///< readers of the points topic, now
+  Subscribers subscribers;
   DatagramCounters datagrams{};
 };
 
@@ -42,7 +42,8 @@ class DdsPublisher {
 
   /// A reload: the store has other devices; taken in soon.
   void OnReload();
-  /// Tells subscribers that all points are gone and ends; within about a second. Idempotent.
+  /// Hands over the last events, and ends when the DDS process has told subscribers that all points
+  /// are gone; within about a second and a half. Idempotent.
   void Stop();
 
   DdsCounters counters() const {

@@ -27,10 +27,12 @@ SampleSender::SampleSender(const config::Config& config, const PointStore& store
                            SampleWriter& writer, PacedWriter::Log log, Now now, EventSupply* events)
     : config_(config),
       store_(store),
+      writer_(writer),
+      room_(RoomFor(store)),
       slots_(store),
       plan_(NewPlan(now.instant)),
       paced_(writer, std::move(log)),
-      notices_(config.name, PointEnds(config, store), paced_, events, now) {}
+      notices_(config, store, paced_, events, now) {}
 
 /// Plans only the points that have numbers: a reload may be adding devices to the store meanwhile.
 PublishPlan SampleSender::NewPlan(Instant now) const {
@@ -53,13 +55,27 @@ void SampleSender::OnReload(Instant now) {
   plan_ = NewPlan(now);
   round_ = {};
   for (const std::uint32_t slot : notices_.ends().TakeBack(slots_)) plan_.MarkSent(slot);
+  notices_.device_ends().TakeBack();
   notices_.SendEndsAt(now);
+  reopen_ = reopen_ || !notices_.EndsAreTold() || !room_.Holds(CountOf(store_));
+}
+
+/// False: the writer cannot do it now.
+bool SampleSender::Reopen() {
+  const Room room = RoomFor(store_);
+  if (writer_.Reopen(room) != Sent::yes) return false;
+  room_ = room;
+  reopen_ = false;
+  return true;
 }
 
 /// All that subscribers have been told of.
 void SampleSender::AddEnds() {
   for (std::uint32_t slot = 0; slot < slots_.size(); ++slot) {
     if (plan_.WasSent(slot)) notices_.ends().Add(slots_.RefOf(slot));
+  }
+  for (std::uint32_t device = 0; device < slots_.devices(); ++device) {
+    if (slots_.Has(device) && store_.gone(device)) notices_.device_ends().Add(device);
   }
 }
 
@@ -83,6 +99,7 @@ bool SampleSender::idle() const {
 
 Instant SampleSender::Send(Instant now) {
   if (!notices_.Send(now)) return paced_.ReadyAt();
+  if (reopen_ && notices_.EndsAreTold() && !Reopen()) return now + PacedWriter::kLongestHold;
   if (!SendRound(now)) return paced_.ReadyAt();
   // What has changed meanwhile goes before the next few that are due: it does not wait for the
   // whole start-up image.
@@ -196,11 +213,6 @@ bool SampleSender::SendDevice(std::uint32_t device, Instant now) {
     plan_.DeviceFailed(device, now);
   }
   return true;
-}
-
-std::optional<Instant> SampleSender::End(Instant now) {
-  if (!notices_.is_ending()) AddEnds();
-  return notices_.End(now);
 }
 
 }  // namespace baudgate::dds

@@ -41,8 +41,9 @@ class SampleSender {
   void StartAnew(Instant now);
 
   /// A reload: the configuration has changed, and the store may have other devices. The end of
-  /// points that are gone is due first. Everything else is due again, also what was added and is
-  /// not sent yet.
+  /// points and devices that are gone is due first; then the writers are replaced, so that late
+  /// subscribers do not hear of them. Everything else is due again, also what was added and is not
+  /// sent yet.
   void OnReload(Instant now);
 
   /// Takes over what has changed; also when nothing has. Only while idle, and before each Send
@@ -55,10 +56,9 @@ class SampleSender {
   /// again at the latest; `now`: at once.
   Instant Send(Instant now);
 
-  /// Tells subscribers that nobody reads the points any more: each that was ever sent goes out once
-  /// more with its last value, not connected, as far as the pace allows. Returns when to go on;
-  /// empty: all is told, or the 700 ms for it are over (the end of the writer tells the rest).
-  std::optional<Instant> End(Instant now);
+  /// Sends the events and alarms until now, as far as the pace allows. Returns when to go on;
+  /// empty: all are sent, or cannot be. The end of the points is told by the DDS process.
+  std::optional<Instant> End(Instant now) { return notices_.End(now); }
   /// Behind End: subscribers have confirmed everything.
   void Confirm() { notices_.Confirm(); }
 
@@ -89,6 +89,7 @@ class SampleSender {
 
   PublishPlan NewPlan(Instant now) const;
   void AddEnds();
+  bool Reopen();
   bool SendRound(Instant now);
   void TakeDue(Instant now);
   void StageNextDevice(Instant now);
@@ -98,6 +99,9 @@ class SampleSender {
 
   const config::Config& config_;
   const PointStore& store_;
+  SampleWriter& writer_;
+  Room room_;  ///< that the writer has
+  bool reopen_ = false;
   PointSlots slots_;
   PublishPlan plan_;
   PacedWriter paced_;

@@ -14,6 +14,18 @@
 
 namespace baudgate::dds {
 
+/// How many instances the writers have room for.
+struct Room {
+  std::uint32_t points = 0;
+  std::uint32_t devices = 0;
+  /// Devices that have events, and the gateway; 0: there is no such topic, and none of alarms.
+  std::uint32_t events = 0;
+
+  bool Holds(const Room& other) const {
+    return other.points <= points && other.devices <= devices && other.events <= events;
+  }
+};
+
 /// What became of a sample.
 enum class Sent : std::uint8_t {
   yes,
@@ -35,11 +47,15 @@ class SampleWriter {
   virtual Sent Write(const AlarmSample&) { return Sent::refused; }
   /// To a request that OnRequest was told of.
   virtual Sent Write(const ReplySample&) { return Sent::refused; }
-  /// The last call: waits until all subscribers have everything; false after `most`, and
-  /// where nobody knows.
+  /// The last call. Behind a link the DDS process tells the end of all points first. Waits until
+  /// all subscribers have everything; false after `most`, and where nobody knows. Behind a link
+  /// true also means that somebody reads the events.
   virtual bool WaitAcknowledged(Duration most) = 0;
-  /// Readers of the points topic that are connected now.
-  virtual std::uint32_t subscribers() const = 0;
+  /// Replaces the writers of samples by new ones with `room`, which know nothing of what was sent
+  /// before: so names that no longer exist are gone for subscribers, and take no room. Begins
+  /// another session().
+  virtual Sent Reopen([[maybe_unused]] const Room& room) { return Sent::yes; }
+  virtual Subscribers subscribers() const = 0;
   /// What the library was given of what came to its ports.
   virtual DatagramCounters datagrams() const { return {}; }
   virtual Neighbours neighbours() const { return {}; }

@@ -133,8 +133,9 @@ struct ReplySample {
   bool operator==(const ReplySample&) const = default;
 };
 
-/// Puts `text` into `to` so that it fits `bound` bytes: what is too long is cut at a UTF-8 boundary
-/// and ends in "…", so that a reader sees that something is missing. A NUL ends the text.
+/// Puts `text` into `to` as UTF-8 of at most `bound` bytes: each byte that is no UTF-8 becomes
+/// U+FFFD, and what is too long is cut and ends in "…", so that a reader sees that something is
+/// wrong or missing. A NUL ends the text.
 void AssignBounded(std::string& to, std::string_view text, std::size_t bound);
 
 }  // namespace baudgate::dds

@@ -46,6 +46,9 @@ std::optional<Job::Write> EffectApplier::OnEnd(Job& done, EndEffects effects, co
     ledger_.devices.OnPoll(*device, query, answered, done.had_failure);
   }
   if (effects.repeat) upkeep_.Repeat(*device, *effects.repeat, now);
+  if (effects.repeat_soon) {
+    agenda_.schedule.Repeat(member.place, *effects.repeat_soon, now + config::kAgainPeriod);
+  }
   if (!effects.read_again.empty()) upkeep_.ReadBack(*device, effects.read_again);
   if (!effects.doubt.empty() && member.in_use) upkeep_.Doubt(*device, effects.doubt, now);
   if (effects.polls_first && device != nullptr) agenda_.schedule.GoFirst(member.place);

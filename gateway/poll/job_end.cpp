@@ -23,6 +23,9 @@ void EndOfPoll(const Job& job, const Job::Poll& poll, const JobEnd& end, EndEffe
   }
   if (job.judges_member) effects.poll = EndEffects::Poll{job.task.query, answered};
   if (IsUnread(job, end) && IsSeldom(poll.group)) effects.repeat = poll.group;
+  // It was not asked, or its reply may be that to another request. That ends soon, and the next
+  // turn of a slow group would be too late.
+  if (!job.judges_member || end.outcome == Outcome::unexpected) effects.repeat_soon = poll.group;
 }
 
 void EndOfReadBack(const Job& job, const JobEnd& end, EndEffects& effects) {

@@ -104,7 +104,12 @@ Json DdsJson(int domain, const dds::LinkState& state, Instant now) {
   Json json;
   json["domain"] = domain;
   json["state"] = Name(state.phase);
-  json["subscribers"] = state.subscribers;
+  const dds::Subscribers& readers = state.subscribers;
+  json["subscribers"] = readers.points;
+  json["readers"] = {{"points", readers.points},
+                     {"devices", readers.devices},
+                     {"events", readers.events},
+                     {"alarms", readers.alarms}};
   json["samples"] = state.written;
   json["refused"] = state.refused;
   json["times_lost"] = state.times_lost;

@@ -16,6 +16,9 @@ RequestBook::Verdict Refused(WriteEnd end, std::string reason) {
 }  // namespace
 
 RequestBook::Verdict RequestBook::Begin(const RequestId& request, Instant now) {
+  if (!ReadPast(now)) {
+    return Refused(WriteEnd::busy, "the record of earlier writes is being read; try again");
+  }
   Client* const client = PlaceFor(request.client, now);
   if (client == nullptr) {
     return Refused(WriteEnd::busy, "too many clients have asked within the last ten minutes");
@@ -46,6 +49,17 @@ RequestBook::Verdict RequestBook::Begin(const RequestId& request, Instant now) {
   return {What::refused, *entry.answer};
 }
 
+/// False: it is not known yet.
+bool RequestBook::ReadPast(Instant now) {
+  if (past_ == nullptr) return true;
+  const auto past = past_();
+  if (!past) return false;
+  for (const PastRequest& one : past->all) Restore(one, now);
+  if (past->complete) past_ = nullptr;
+  return true;
+}
+
+/// The latest come first: of a client's requests for which there is no room, none is fresh again.
 void RequestBook::Restore(const PastRequest& past, Instant now) {
   const bool known = clients_.contains(past.id.client);
   if (!known && clients_.size() >= kClients) return;

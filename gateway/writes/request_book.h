@@ -5,16 +5,18 @@
 //   plc-1 7 setting_group 1    under way, and as of its end: ok, again
 //   plc-1 7 setting_group 2    denied: another one has that number
 //   plc-1 3 setting_group 1    denied, once 32 later ones have pushed 3 out
-//   a restart, plc-1 7 …       as before: Restore has told what the audit knows
+//   a restart, plc-1 7 …       as before: the audit knows it
 //
 // Bounded; the caller passes the time. docs/writes.md, "The same request again".
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "gateway/base/time.h"
 #include "gateway/base/write_result.h"
@@ -46,10 +48,13 @@ class RequestBook {
     What what = What::fresh;
     RequestAnswer answer{};
   };
+  /// The requests of earlier runs; empty: they are not known yet. See audit::AuditSource.
+  using Past = std::function<std::optional<PastRequests>()>;
+  /// Null: there are none.
+  explicit RequestBook(Past past = {}) : past_(std::move(past)) {}
+
+  /// Refused as busy while requests of earlier runs are not known.
   Verdict Begin(const RequestId& request, Instant now);
-  /// A request of an earlier run. The latest first: of a client's requests for which there is no
-  /// room, none is fresh again.
-  void Restore(const PastRequest& past, Instant now);
   /// Ends a request that was fresh.
   void End(const std::string& client, std::uint64_t seq, RequestAnswer answer);
 
@@ -67,9 +72,12 @@ class RequestBook {
     Instant last{};
   };
 
+  bool ReadPast(Instant now);
+  void Restore(const PastRequest& past, Instant now);
   Client* PlaceFor(const std::string& client, Instant now);
   static void ForgetOldest(Client& client);
 
+  Past past_;  // null: clients_ has it
   std::map<std::string, Client> clients_;
 };
 

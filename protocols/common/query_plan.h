@@ -74,7 +74,10 @@ class QueryPlan {
   struct Rules {
     /// Whether a request for `block` may read `next` as well: a place of the same key that begins
     /// in the block or behind it, and is not yet wholly in it. Left out: never.
-    std::function<bool(const Block<Key>& block, const Block<Key>& next)> may_join;
+    std::function<bool(const Block<Key>& block, const Block<Key>& next)> may_join{};
+    /// Whether a request for this key reads every place from its first to its last, and not only
+    /// those of its points. Left out: always.
+    std::function<bool(const Key& key)> reads_between{};
     WhenRefused refused = WhenRefused::ask_rarely;
     /// So many in a row are a verdict. More than one where a damaged reply may look like a refusal:
     /// of what has been answered before each is a failure like any other until then.
@@ -124,7 +127,8 @@ class QueryPlan {
   /// not been answered since OnReconnect count as a refusal.
   PlanChange OnSilent(std::size_t query, Instant now);
 
-  /// What was refused is asked again. False: nothing was.
+  /// What was refused is asked with its group again, except points of group `again`, which would
+  /// wait longer there. False: nothing was.
   bool ForgetRefusals();
   /// The device may be another one now: what was refused is asked again, and blocks are whole
   /// again. A block that it was silent to, and has never answered, stays split: silence costs time.
@@ -209,7 +213,7 @@ class QueryPlan {
     item.waits = item.silent = item.lasting = false;
     item.refused_since.reset();
   }
-  /// Calls `change` for every item that the query reads, or would read were it of its group.
+  /// Calls `change` for every item that the query reads, of whatever group.
   template <typename Change>
   void ForItemsOf(std::size_t query, Change change);
 
@@ -315,6 +319,10 @@ template <typename Key>
 template <typename Change>
 void QueryPlan<Key>::ForItemsOf(std::size_t query, Change change) {
   const Block<Key> block = blocks_[query];
+  if (rules_.reads_between && !rules_.reads_between(block.key)) {
+    for (const std::size_t i : members_[query]) change(items_[i]);
+    return;
+  }
   for (Item& item : items_) {
     if (block.Covers(BlockOf(item))) change(item);
   }
@@ -494,6 +502,7 @@ template <typename Key>
 bool QueryPlan<Key>::ForgetRefusals() {
   bool refused = false;
   for (Item& item : items_) {
+    if (IsAskedAgain(item)) continue;
     refused = item.refusal != 0 || refused;
     ClearRefusal(item);
   }

@@ -43,6 +43,7 @@ PduPlan PointFields::MakePlan(bool masked, Often is_often) const {
                     [](const Block<Bytes>& block, const Block<Bytes>&) {
                       return block.key == kMasked && block.items < kMostMaskedFloats;
                     },
+                .reads_between = [](const Bytes& key) { return key != kMasked; },
                 .refused = WhenRefused::drop,
                 .is_often = std::move(is_often)});
   std::set<std::size_t> planned;

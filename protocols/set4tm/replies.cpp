@@ -115,7 +115,7 @@ Answer MeterReplies::TakeStatus(Step& step) {
   const auto code = CodeOf(*step.reply.status);
   if (step.asked == RequestKind::open) {
     const bool probes = step.task.kind == Task::Kind::probe;
-    return parts_.session.TakeOpened(code, std::move(answer), probes, step.now);
+    return Unread(step, parts_.session.TakeOpened(code, std::move(answer), probes, step.now));
   }
   // What is asked for once more was not done.
   if (step.asked == RequestKind::write && code != kChannelClosed && code != kRepeat)
@@ -135,8 +135,15 @@ Answer MeterReplies::TakeStatus(Step& step) {
     return parts_.session.TakeNoSerial(std::move(answer));
   }
   if (step.task.kind == Task::Kind::background) parts_.archive.OnFailure(step.now);
-  if (IsOwn(step) && parts_.reads.OnHeard(step.task.query, step.now)) answer.then = Then::replan;
-  return std::move(answer);
+  return Unread(step, std::move(answer));
+}
+
+/// The meter has answered what goes before the read, or the read itself, with no values: the points
+/// do not wait for the next turn of their group, which may be tomorrow.
+Answer MeterReplies::Unread(const Step& step, Answer answer) {
+  const bool ends = step.task.kind == Task::Kind::poll && answer.then == Then::done;
+  if (ends && parts_.reads.OnHeard(step.task.query, step.now)) answer.then = Then::replan;
+  return answer;
 }
 
 const MeterReplies::Row& MeterReplies::RowOf(RequestKind kind) {

@@ -31,6 +31,7 @@ class MeterReplies {
   static const Row& RowOf(RequestKind kind);
 
   /// The reply answers the poll's own query.
+  Answer Unread(const Step& step, Answer answer);
   bool IsOwn(const Step& step) const;
 
   static Answer Plain(MeterReplies& its, Step& step);

@@ -104,7 +104,8 @@ class Subscriber {
 };
 
 std::unique_ptr<dds::SampleWriter> BareWriter() {
-  auto writer = dds::CreateFastWriter({.domain = kDomain, .interfaces = {"127.0.0.1"}}, 8, 1);
+  auto writer = dds::CreateFastWriter({.domain = kDomain, .interfaces = {"127.0.0.1"}},
+                                      {.points = 8, .devices = 1});
   if (!writer) std::exit(4);
   return std::move(*writer);
 }

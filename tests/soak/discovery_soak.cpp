@@ -57,7 +57,8 @@ struct Plan {
 /// Publishes `life` as the value of all its points, then 100 samples a second for ever; one a
 /// second where the rest is measured.
 void BeGateway(const Plan& plan, std::size_t which, std::size_t life) {
-  auto writer = CreateFastWriter(plan.Participant(), plan.points, 1);
+  auto writer = CreateFastWriter(plan.Participant(),
+                                 {.points = static_cast<std::uint32_t>(plan.points), .devices = 1});
   if (!writer) {
     std::fprintf(stderr, "%s\n", writer.error().c_str());
     return;

@@ -27,6 +27,17 @@ class EventsOnDds : public EventStation {
         "--seconds",    "60"};
     return std::make_unique<Child>(words, directory());
   }
+  /// The example of the package baudgate-dev.
+  std::unique_ptr<Child> Example() const {
+    constexpr char kLoopback[] =
+        "<General><Interfaces><NetworkInterface address=\"127.0.0.1\"/></Interfaces>"
+        "<AllowMulticast>false</AllowMulticast></General>"
+        "<Discovery><ParticipantIndex>auto</ParticipantIndex>"
+        "<Peers><Peer address=\"127.0.0.1\"/></Peers></Discovery>";
+    const std::vector<std::string> words = {EXAMPLE_EVENTS, std::to_string(domain())};
+    return std::make_unique<Child>(words, directory(),
+                                   Child::Environment{{"CYCLONEDDS_URI", kLoopback}});
+  }
   static std::vector<Json> Heard(const Child& watch) {
     std::vector<Json> heard;
     const std::string text = watch.Output();
@@ -78,8 +89,9 @@ TEST_F(EventsOnDds, OfAGatewayThatIsKilledAreAllHeard) {
   const auto relay = StartRelay("every:150ms,count=4,numbered");
   const auto watch = Watch();
   const auto cyclone = Cyclone(100'000);
+  const auto example = Example();
   auto daemon = StartDaemon(Yaml(", events: on", "", true));
-  for (int round = 0; round < 4; ++round) {
+  for (int round = 0; round < 6; ++round) {
     const std::uint64_t now = Newest();
     ASSERT_TRUE(Eventually([&] { return Newest() > now + 8; })) << daemon->Errors();
     if (round % 2 == 0) {
@@ -111,6 +123,54 @@ TEST_F(EventsOnDds, OfAGatewayThatIsKilledAreAllHeard) {
     if (line.starts_with("again ")) continue;
     EXPECT_EQ(std::stoull(line), ++number) << line;
   }
+  // Events of different devices may come in another order.
+  const auto printed = [&] {
+    std::multiset<std::uint64_t> printed;
+    const std::string output = example->Output();
+    std::istringstream said(output.substr(0, output.rfind('\n') + 1));
+    for (std::string line; std::getline(said, line);) {
+      const std::uint64_t seq = std::stoull(line.substr(line.find(' ')));
+      if (seq <= last) printed.insert(seq);
+    }
+    return printed;
+  };
+  EXPECT_TRUE(Eventually([&] { return printed().size() >= last; }))
+      << printed().size() << " of " << last << example->Errors();
+  for (std::uint64_t seq = 1; seq <= last; ++seq) EXPECT_EQ(printed().count(seq), 1U) << seq;
+}
+
+/// A subscriber of points alone says nothing about events, and one of events alone confirms them.
+TEST_F(EventsOnDds, AnOrderlyEndLosesNoneAndRepeatsNoneThatWasConfirmed) {
+  const auto relay = StartRelay("every:300ms,count=2,numbered");
+  auto daemon = StartDaemon(Yaml(", events: on", "", true));
+  const auto end = [&] {
+    daemon->Signal(SIGTERM);
+    EXPECT_EQ(daemon->WaitForEnd(), 0);
+  };
+  const auto restart = [&] { daemon = StartDaemon(Yaml(", events: on", "", true)); };
+  {
+    const auto points = Start({"watch", "--json", "--domain", std::to_string(domain())});
+    ASSERT_TRUE(Eventually([&] { return Newest() > 6 && !points->Output().empty(); }));
+    end();
+  }
+  restart();
+  const std::uint64_t so_far = Newest();
+  const auto watch = Watch();
+  const auto numbers = [&] {
+    std::vector<std::uint64_t> numbers;
+    for (const Json& event : Heard(*watch)) numbers.push_back(event["seq"]);
+    return numbers;
+  };
+  ASSERT_TRUE(Eventually([&] { return numbers().size() >= so_far; })) << daemon->Errors();
+  EXPECT_EQ(numbers().front(), 1U) << "nobody had heard of them";
+  EXPECT_EQ(Status()["dds"]["readers"]["events"], 1);
+  for (int round = 0; round < 2; ++round) {
+    end();
+    restart();
+    const std::uint64_t more = Newest() + 4;
+    ASSERT_TRUE(Eventually([&] { return numbers().back() >= more; })) << daemon->Errors();
+  }
+  for (std::size_t i = 0; i < numbers().size(); ++i) EXPECT_EQ(numbers()[i], i + 1);
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <sstream>
 
 #include "gateway/base/bytes.h"
@@ -210,11 +211,52 @@ TEST_F(DdsProcess, ADatagramThatEndsTheLibraryEndsNeitherGatewayNorWatch) {
   EXPECT_EQ(watch->WaitForEnd(), 0);
 }
 
-TEST_F(DdsProcess, ItDoesNotOutliveTheDaemon) {
+/// Nobody reads the points any more, so no last sample may look good.
+TEST_F(DdsProcess, ADaemonThatIsKilledLeavesNoGoodValueAndNoProcess) {
   Begin();
+  const auto watch =
+      Start({"watch", "--domain", std::to_string(domain()), "--gateway", gateway(), "--json"});
+  const auto samples = [&](std::uint16_t quality) {
+    std::multiset<std::string> found;
+    std::istringstream lines(watch->Output());
+    for (std::string line; std::getline(lines, line);) {
+      const Json sample = Json::parse(line, nullptr, false);
+      if (sample.is_object() && sample.value("quality", 0) == quality) {
+        found.insert(sample["device"].get<std::string>() + "." +
+                     sample["point"].get<std::string>());
+      }
+    }
+    return found;
+  };
+  ASSERT_TRUE(Eventually([&] { return samples(0xC0).contains("io-1.input_1"); }));
   const pid_t process = Process();
   daemon->Signal(SIGKILL);
+  EXPECT_TRUE(Eventually([&] { return samples(0x08).size() >= points_; })) << watch->Output();
+  EXPECT_EQ(samples(0x08).count("io-1.input_1"), 1U) << "once";
   EXPECT_TRUE(Eventually([&] { return ::kill(process, 0) != 0; }));
+}
+
+/// Names that are no longer used would use up the room: each rename takes some hundred new ones.
+TEST_F(DdsProcess, NamesThatNoLongerExistAreGone) {
+  Begin();
+  std::string yaml = YamlWithSocket();
+  std::string name = "meter-1";
+  for (int round = 0; round < 6; ++round) {
+    const std::string next = "renamed-" + std::to_string(round);
+    for (std::size_t at = 0; (at = yaml.find(name, at)) != std::string::npos; at += next.size()) {
+      yaml.replace(at, name.size(), next);
+    }
+    Write("baudgate.yaml", yaml);
+    const Finished reload = Command({"reload", "--socket", socket()});
+    ASSERT_EQ(reload.code, 0) << reload.output << reload.errors;
+    name = next;
+  }
+  EXPECT_TRUE(Eventually([&] { return SeqOf(name, "voltage_l1").has_value(); })) << "and no others";
+  const Finished devices = Command({"watch", "--domain", std::to_string(domain()), "--gateway",
+                                    gateway(), "--any", "--json", "--seconds", "3"});
+  EXPECT_THAT(devices.output, HasSubstr("\"" + name + "\""));
+  EXPECT_THAT(devices.output, Not(HasSubstr("\"meter-1\"")));
+  EXPECT_THAT(devices.output, Not(HasSubstr("\"renamed-4\"")));
 }
 
 /// As systemd does it: somebody else starts the process, which finds the gateway's socket.

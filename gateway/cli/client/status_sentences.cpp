@@ -48,12 +48,24 @@ std::string HeadSentence(const Json& status) {
                      MillisecondsText(status.at("uptime_ms")), lines.size(), devices, alive);
 }
 
+/// "3 subscribers"; where the readers of other topics are not as many: "1 subscriber of points, 2
+/// of events".
+std::string Subscribers(const Json& dds) {
+  const std::uint64_t points = Number(dds, "subscribers");
+  std::string text = Plural(points, "subscriber");
+  std::string others;
+  for (const char* topic : {"devices", "events", "alarms"}) {
+    const std::uint64_t readers = Number(PartOf(dds, "readers"), topic);
+    if (readers > points) others += fmt::format(", {} of {}", readers, topic);
+  }
+  return others.empty() ? text : text + " of points" + others;
+}
+
 std::string DdsSentence(const Json& status) {
   const Json& dds = DdsOf(status);
   if (dds.is_null() || !dds.at("advice").empty()) return {};
   const std::uint64_t refused = Number(dds, "refused");
-  return fmt::format("DDS domain {}: {}, {}{}{}", Number(dds, "domain"),
-                     Plural(Number(dds, "subscribers"), "subscriber"),
+  return fmt::format("DDS domain {}: {}, {}{}{}", Number(dds, "domain"), Subscribers(dds),
                      Plural(Number(dds, "samples"), "sample"),
                      refused == 0 ? "" : fmt::format(", {} not taken by the library", refused),
                      Text(dds, "state") == "starting" ? ", the process is starting" : "");

@@ -22,6 +22,7 @@
 #include "gateway/dds/fast/participant.h"
 #include "gateway/dds/fast/types.h"
 #include "gateway/dds/fast/write_topics.h"
+#include "gateway/dds/point_slots.h"
 
 namespace baudgate::dds {
 namespace {
@@ -100,6 +101,8 @@ class MatchCounter : public fast::DataWriterListener {
     current_ = static_cast<std::uint32_t>(std::max(0, status.current_count));
   }
   std::uint32_t current() const { return current_; }
+  /// The writer is gone, and nobody is told.
+  void Clear() { current_ = 0; }
 
  private:
   std::atomic<std::uint32_t> current_ = 0;
@@ -110,19 +113,24 @@ class TopicWriters {
  public:
   bool Open(fast::DomainParticipant& participant, fast::Publisher& publisher,
             fast::TopicDataType* type, const char* name, std::size_t instances,
-            fast::DataWriterListener* listener, std::size_t depth = 1) {
+            std::size_t depth = 1) {
     const fast::TypeSupport support(type);
     if (support.register_type(&participant) != ReturnCode_t::RETCODE_OK) return false;
-    auto* topic = participant.create_topic(name, support.get_type_name(), fast::TOPIC_QOS_DEFAULT);
-    if (topic == nullptr) return false;
-    while (writers_.size() < WritersFor(instances)) {
-      auto* writer = publisher.create_datawriter(topic, WriterQos(RoomFor(instances), depth),
-                                                 writers_.empty() ? listener : nullptr);
-      if (writer == nullptr) return false;
-      writers_.push_back(writer);
-    }
-    return true;
+    topic_ = participant.create_topic(name, support.get_type_name(), fast::TOPIC_QOS_DEFAULT);
+    return topic_ != nullptr && Fill(publisher, instances, depth);
   }
+
+  /// Ends the writers and makes others, unless there is no such topic.
+  bool Reopen(fast::Publisher& publisher, std::size_t instances, std::size_t depth = 1) {
+    if (topic_ == nullptr) return true;
+    Clear();
+    for (fast::DataWriter* writer : writers_) publisher.delete_datawriter(writer);
+    writers_.clear();
+    readers_.Clear();
+    return Fill(publisher, instances, depth);
+  }
+
+  std::uint32_t readers() const { return readers_.current(); }
 
   // The library takes no const samples; it only reads them.
   template <typename Sample>
@@ -152,12 +160,24 @@ class TopicWriters {
   }
 
  private:
+  bool Fill(fast::Publisher& publisher, std::size_t instances, std::size_t depth) {
+    while (writers_.size() < WritersFor(instances)) {
+      auto* writer = publisher.create_datawriter(topic_, WriterQos(RoomFor(instances), depth),
+                                                 writers_.empty() ? &readers_ : nullptr);
+      if (writer == nullptr) return false;
+      writers_.push_back(writer);
+    }
+    return true;
+  }
+
   template <typename Sample>
   fast::DataWriter& Of(const Sample& sample) {
     if (writers_.size() == 1) return *writers_.front();
     return *writers_[Scatter(sample) % writers_.size()];
   }
 
+  MatchCounter readers_;
+  fast::Topic* topic_ = nullptr;
   std::vector<fast::DataWriter*> writers_;
 };
 
@@ -175,19 +195,28 @@ class FastWriter : public SampleWriter {
     DeleteParticipant(participant_);
   }
 
-  bool Open(std::size_t points, std::size_t devices, std::size_t events) {
-    auto* publisher = participant_->create_publisher(fast::PUBLISHER_QOS_DEFAULT);
-    return publisher != nullptr &&
-           points_.Open(*participant_, *publisher, NewPointType(), kPointTopic, points,
-                        &matches_) &&
-           devices_.Open(*participant_, *publisher, NewDeviceType(), kDeviceTopic, devices,
-                         nullptr) &&
-           gateways_.Open(*participant_, *publisher, NewGatewayType(), kGatewayTopic, 1, nullptr) &&
-           (events == 0 || events_.Open(*participant_, *publisher, NewEventType(), kEventTopic,
-                                        devices, nullptr, EventDepth(events))) &&
-           (events == 0 || alarms_.Open(*participant_, *publisher, NewAlarmType(), kAlarmTopic,
-                                        kMostAlarms, nullptr));
+  bool Open(const Room& room) {
+    publisher_ = participant_->create_publisher(fast::PUBLISHER_QOS_DEFAULT);
+    const auto open = [this](TopicWriters& writers, auto... rest) {
+      return writers.Open(*participant_, *publisher_, rest...);
+    };
+    return publisher_ != nullptr && open(points_, NewPointType(), kPointTopic, room.points) &&
+           open(devices_, NewDeviceType(), kDeviceTopic, room.devices) &&
+           open(gateways_, NewGatewayType(), kGatewayTopic, 1) &&
+           (room.events == 0 ||
+            (open(events_, NewEventType(), kEventTopic, room.devices, EventDepth(room.events)) &&
+             open(alarms_, NewAlarmType(), kAlarmTopic, kMostAlarms)));
   }
+
+  Sent Reopen(const Room& room) override {
+    const bool opened = points_.Reopen(*publisher_, room.points) &&
+                        devices_.Reopen(*publisher_, room.devices) &&
+                        events_.Reopen(*publisher_, room.devices, EventDepth(room.events)) &&
+                        alarms_.Reopen(*publisher_, kMostAlarms);
+    if (opened) ++session_;
+    return opened ? Sent::yes : Sent::refused;
+  }
+  std::uint64_t session() const override { return session_; }
 
   Sent Write(const PointSample& sample) override {
     if (requests_) requests_->Renew();
@@ -219,7 +248,9 @@ class FastWriter : public SampleWriter {
            alarms_.WaitAcknowledged(deadline);
   }
 
-  std::uint32_t subscribers() const override { return matches_.current(); }
+  Subscribers subscribers() const override {
+    return {points_.readers(), devices_.readers(), events_.readers(), alarms_.readers()};
+  }
   DatagramCounters datagrams() const override { return DatagramsOf(*participant_); }
   Neighbours neighbours() const override {
     Neighbours neighbours = NeighboursOf(*participant_, options_);
@@ -237,9 +268,10 @@ class FastWriter : public SampleWriter {
   }
 
  private:
-  MatchCounter matches_;
   const std::unique_ptr<DiscoveryListener> listener_;  // of the participant
   fast::DomainParticipant* participant_;
+  fast::Publisher* publisher_ = nullptr;
+  std::atomic<std::uint64_t> session_ = 1;
   const ParticipantOptions options_;
   TopicWriters points_;
   TopicWriters devices_;
@@ -252,15 +284,14 @@ class FastWriter : public SampleWriter {
 }  // namespace
 
 Result<std::unique_ptr<SampleWriter>> CreateFastWriter(const ParticipantOptions& options,
-                                                       std::size_t points, std::size_t devices,
-                                                       const std::string& requests_for,
-                                                       std::size_t events) {
+                                                       const Room& room,
+                                                       const std::string& requests_for) {
   auto listener = std::make_unique<DiscoveryListener>(kRequestTopic);
   auto participant = CreateParticipant(options, listener.get(), Role::publishes);
   if (!participant) return Error{participant.error()};
   auto writer = std::make_unique<FastWriter>(*participant, options, std::move(listener));
-  if (!writer->Open(points, devices, events)) {
-    return Error{"dds: no writer for " + std::to_string(points) + " points could be made" +
+  if (!writer->Open(room)) {
+    return Error{"dds: no writer for " + std::to_string(room.points) + " points could be made" +
                  (options.security.on() ? "; do " + options.security.permissions +
                                               " let this gateway publish baudgate/*?"
                                         : "")};
@@ -277,11 +308,7 @@ Result<std::unique_ptr<SampleWriter>> CreateFastWriter(const ParticipantOptions&
 
 Result<std::unique_ptr<SampleWriter>> CreateFastWriter(const config::Config& config,
                                                        const PointStore& store) {
-  std::size_t points = 0;
-  for (std::uint32_t device = 0; device < store.device_count(); ++device) {
-    points += store.device(device).points.size();
-  }
-  return CreateFastWriter(ParticipantOf(config.dds), points, store.device_count(),
+  return CreateFastWriter(ParticipantOf(config.dds), RoomFor(store),
                           config.dds.write ? config.name : std::string());
 }
 

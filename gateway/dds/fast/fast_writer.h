@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstddef>
 #include <memory>
 
 #include "config/model/config.h"
@@ -13,14 +12,12 @@
 
 namespace baudgate::dds {
 
-/// Writers of all topics, with room for this many instances; participant and writers end with the
-/// object. `requests_for`: the name of the gateway whose write requests are listened for; empty:
-/// none are. `events`: devices that have events; 0: none, and no such topic. The error says what in
+/// Writers of all topics; participant and writers end with the object. `requests_for`: the name of
+/// the gateway whose write requests are listened for; empty: none are. The error says what in
 /// `dds:` to change.
 Result<std::unique_ptr<SampleWriter>> CreateFastWriter(const ParticipantOptions& options,
-                                                       std::size_t points, std::size_t devices,
-                                                       const std::string& requests_for = {},
-                                                       std::size_t events = 0);
+                                                       const Room& room,
+                                                       const std::string& requests_for = {});
 /// For all points and devices of `store`, as `config.dds` has it.
 Result<std::unique_ptr<SampleWriter>> CreateFastWriter(const config::Config& config,
                                                        const PointStore& store);

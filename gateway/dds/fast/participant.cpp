@@ -114,7 +114,7 @@ std::shared_ptr<DatagramGate> GateFor(const ParticipantOptions& options, Secured
 Status Settle(const ParticipantOptions& options, fast::DomainParticipantQos& qos) {
   const auto security = AddSecurity(options.security, ReadClocks().wall, qos.properties());
   if (!security) return Error{security.error()};
-  qos.name("baudgate");
+  qos.name(options.name);
   auto& transport = qos.transport();
   transport.user_transports.clear();
   transport.use_builtin_transports = false;

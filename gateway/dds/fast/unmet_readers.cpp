@@ -41,9 +41,7 @@ constexpr Policy kPolicies[] = {
     {"a PARTITION",
      [](const fast::ReaderQos& qos) {
        const auto names = qos.m_partition.names();
-       return !names.empty() && std::ranges::none_of(names, [](const std::string& name) {
-         return name.empty() || name == "*";
-       });
+       return !names.empty() && std::ranges::none_of(names, &std::string::empty);
      }},
     {"DURABILITY beyond TRANSIENT_LOCAL",
      [](const fast::ReaderQos& qos) {

@@ -74,10 +74,10 @@ void LinkKeeper::Ended(std::string reason, Instant now) {
   state_.opened = false;
   state_.phase = LinkState::Phase::waiting;
   state_.reason = std::move(reason);
-  state_.subscribers = 0;
+  state_.subscribers = {};
   state_.datagrams.participants = 0;
   state_.remarks.clear();
-  before_ = {.subscribers = 0,
+  before_ = {.subscribers = {},
              .written = state_.written,
              .refused = state_.refused,
              .dropped = state_.requests_dropped,

@@ -24,6 +24,9 @@ constexpr std::uint32_t kMostEventDevices = 1'000'000;
 constexpr int kLastDomain = 232;
 // Participant, entity, time of arrival and of publication, flags; then the sample.
 constexpr std::size_t kArrivalBytes = 12 + 4 + 8 + 8 + 1;
+// In the order of the wire.
+constexpr std::uint32_t Subscribers::*kReaders[] = {&Subscribers::points, &Subscribers::devices,
+                                                    &Subscribers::events, &Subscribers::alarms};
 constexpr unsigned kLasting = 1;
 constexpr unsigned kEarly = 2;
 
@@ -33,7 +36,7 @@ static_assert(kLinkHeaderBytes + 1 + kMaxKey + 6 + kMostInterfaces * (1 + kMaxAd
                   16 + 1 + kSecurityFiles * (1 + kMaxPath) <=
               kMaxLinkMessage);
 static_assert(kLinkHeaderBytes + kMaxBytes<PointSample> <= kMaxLinkMessage);
-static_assert(kLinkHeaderBytes + 64 + kRefusals * 8 + Neighbours::kMostReached * (3 + kMaxIpv4) +
+static_assert(kLinkHeaderBytes + 76 + kRefusals * 8 + Neighbours::kMostReached * (3 + kMaxIpv4) +
                   Neighbours::kMostRemarks * (1 + kMaxRemark) <=
               kMaxLinkMessage);
 
@@ -185,10 +188,10 @@ Bytes EncodeOpen(const LinkOpen& open) {
   PutTexts(body, open.participant.peers, config::kMostPeers, kMaxIpv4);
   PutPlaces(body, open.participant.discovery_servers, config::kMostDiscoveryServers);
   PutPlaces(body, open.participant.reached, Neighbours::kMostReached);
-  Put(body, open.points);
-  Put(body, open.devices);
+  Put(body, open.room.points);
+  Put(body, open.room.devices);
   body.push_back(open.requests ? 1 : 0);
-  Put(body, open.events);
+  Put(body, open.room.events);
   PutSecurity(body, open.participant.security);
   return Packet(LinkKind::open, body);
 }
@@ -199,7 +202,7 @@ Bytes EncodeFailed(const std::string& sentence) {
 
 Bytes EncodeCounts(const LinkCounts& counts) {
   Bytes body;
-  Put(body, counts.subscribers);
+  for (const auto readers : kReaders) Put(body, counts.subscribers.*readers);
   Put(body, counts.written);
   Put(body, counts.refused);
   Put(body, counts.dropped);
@@ -279,15 +282,15 @@ Result<LinkOpen> DecodeOpen(View body) {
   open.participant.peers = fields.Texts(config::kMostPeers, kMaxIpv4);
   open.participant.discovery_servers = TakePlaces(fields, config::kMostDiscoveryServers);
   open.participant.reached = TakePlaces(fields, Neighbours::kMostReached);
-  open.points = fields.Number<std::uint32_t>();
-  open.devices = fields.Number<std::uint32_t>();
+  open.room.points = fields.Number<std::uint32_t>();
+  open.room.devices = fields.Number<std::uint32_t>();
   const auto requests = fields.Number<std::uint8_t>();
-  open.events = fields.Number<std::uint32_t>();
+  open.room.events = fields.Number<std::uint32_t>();
   if (!TakeSecurity(fields, open.participant.security) || !fields.AllTaken() ||
       domain > kLastDomain || open.participant.lease < config::kShortestLease ||
       open.participant.lease > config::kLongestLease || multicast > 1 ||
-      open.points > kMostInstances || open.devices > kMostInstances || requests > 1 ||
-      open.events > kMostEventDevices) {
+      open.room.points > kMostInstances || open.room.devices > kMostInstances || requests > 1 ||
+      open.room.events > kMostEventDevices) {
     return damaged;
   }
   open.participant.domain = static_cast<int>(domain);
@@ -299,7 +302,9 @@ Result<LinkOpen> DecodeOpen(View body) {
 Result<LinkCounts> DecodeCounts(View body) {
   Fields fields(body);
   LinkCounts counts;
-  counts.subscribers = fields.Number<std::uint32_t>();
+  for (const auto readers : kReaders) {
+    counts.subscribers.*readers = fields.Number<std::uint32_t>();
+  }
   counts.written = fields.Number<std::uint64_t>();
   counts.refused = fields.Number<std::uint64_t>();
   counts.dropped = fields.Number<std::uint64_t>();

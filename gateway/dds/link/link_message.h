@@ -3,8 +3,8 @@
 // link_server.h carry them.
 // SPDX-License-Identifier: Apache-2.0
 //
-//   02 06 5C 00 | 00 01 00 00 06 00 00 00 73 75 …
-//   kind point, version 6, 92 bytes follow | the sample as in gateway/dds/cdr.h
+//   02 07 5C 00 | 00 01 00 00 06 00 00 00 73 75 …
+//   kind point, version 7, 92 bytes follow | the sample as in gateway/dds/cdr.h
 //
 // All numbers are little-endian.
 #pragma once
@@ -19,22 +19,25 @@
 #include "gateway/dds/neighbours.h"
 #include "gateway/dds/participant_options.h"
 #include "gateway/dds/request_intake.h"
+#include "gateway/dds/sample_writer.h"
 #include "gateway/dds/samples.h"
 
 namespace baudgate::dds {
 
-inline constexpr std::uint8_t kLinkVersion = 6;
+inline constexpr std::uint8_t kLinkVersion = 7;
 inline constexpr std::size_t kLinkHeaderBytes = 4;
 /// No message is longer; a packet that is longer is refused.
 inline constexpr std::size_t kMaxLinkMessage = 8192;
+/// The process takes this long at most to tell the ends of all points.
+inline constexpr Duration kEndTime = 700ms;
 
 enum class LinkKind : std::uint8_t {
   // From the daemon.
-  open = 1,     ///< first, once: what to take part in, and how much to make room for
+  open = 1,     ///< first: what to take part in; later: replace the writers, with other room
   point = 2,    ///< a sample to publish
   device = 3,   ///< the same
   gateway = 4,  ///< the same
-  end = 5,      ///< wait until subscribers have everything, then leave
+  end = 5,      ///< tell the end of all points, wait until subscribers have it, then leave
   reply = 6,    ///< what became of a write request: publish it
   event = 7,    ///< a sample to publish
   alarm = 8,    ///< the same
@@ -43,22 +46,19 @@ enum class LinkKind : std::uint8_t {
   failed = 65,   ///< the other answer: a sentence that says what to change
   counts = 66,   ///< at a change, and once a second as a sign of life
   request = 67,  ///< somebody asks for a point to be written
-  left = 68,     ///< the answer to end, where subscribers have everything
+  left = 68,     ///< the answer to end, where subscribers have everything, events included
 };
 
 struct LinkOpen {
   std::string gateway;  ///< its name
   ParticipantOptions participant;
-  std::uint32_t points = 0;
-  std::uint32_t devices = 0;
+  Room room;
   bool requests = false;  ///< listen for write requests to `gateway`
-  /// Devices that have events, and the gateway; 0: there is no such topic, and none of alarms.
-  std::uint32_t events = 0;
 };
 
 /// Since the process has opened.
 struct LinkCounts {
-  std::uint32_t subscribers = 0;     ///< readers of the points topic, now
+  Subscribers subscribers;
   std::uint64_t written = 0;         ///< samples
   std::uint64_t refused = 0;         ///< samples that the library did not take
   std::uint64_t dropped = 0;         ///< write requests that found no room

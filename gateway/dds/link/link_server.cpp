@@ -3,6 +3,7 @@
 
 #include <utility>
 
+#include "gateway/base/quality.h"
 #include "gateway/dds/cdr.h"
 
 namespace baudgate::dds {
@@ -13,8 +14,14 @@ constexpr Duration kAtMostEvery = 100ms;  // counts that change all the time
 constexpr Duration kAcknowledgeTime = 250ms;
 constexpr Duration kEventRetry = 1s;
 constexpr std::size_t kMostEvents = 1000;  // that wait for it
+// There are kEndTime for the ends of all points: 50 a millisecond, and 100 at once.
+constexpr Duration kEndInterval = 20us;
+constexpr std::uint32_t kEndBurst = 100;
 
 }  // namespace
+
+LinkServer::LinkServer(MakeWriter make, std::function<void()> wake)
+    : make_(std::move(make)), requests_(std::move(wake)), end_pacer_(kEndInterval, kEndBurst) {}
 
 Status LinkServer::Take(View packet) {
   const auto message = ParseLink(packet);
@@ -22,8 +29,11 @@ Status LinkServer::Take(View packet) {
   if (message->kind == LinkKind::open) return Open(message->body);
   if (!writer_) return Error{"the daemon sent something before its request to open"};
   switch (message->kind) {
-    case LinkKind::point:
-      return Publish(message->body, point_);
+    case LinkKind::point: {
+      const Status published = Publish(message->body, point_);
+      if (published) Remember(message->body);
+      return published;
+    }
     case LinkKind::device:
       return Publish(message->body, device_);
     case LinkKind::gateway:
@@ -35,11 +45,6 @@ Status LinkServer::Take(View packet) {
     case LinkKind::reply:
       return Reply(message->body);
     case LinkKind::end:
-      RetryEvents(events_retry_);
-      if (writer_->WaitAcknowledged(kAcknowledgeTime) && events_.empty()) {
-        answer_ = EncodeBare(LinkKind::left);
-      }
-      writer_.reset();
       ended_ = true;
       return {};
     default:
@@ -48,9 +53,9 @@ Status LinkServer::Take(View packet) {
 }
 
 Status LinkServer::Open(View body) {
-  if (writer_) return Error{"the daemon asked twice to open"};
   const auto open = DecodeOpen(body);
   if (!open) return Error{"the daemon sent " + open.error()};
+  if (writer_) return Reopen(open->room);
   auto writer = make_(*open);
   if (!writer) {
     answer_ = EncodeFailed(writer.error());
@@ -65,6 +70,42 @@ Status LinkServer::Open(View body) {
   }
   answer_ = EncodeBare(LinkKind::opened);
   return {};
+}
+
+Status LinkServer::Reopen(const Room& room) {
+  writer_->WaitAcknowledged(kAcknowledgeTime);
+  if (writer_->Reopen(room) != Sent::yes) return Error{"DDS has no writers for these points"};
+  answer_ = EncodeBare(LinkKind::opened);
+  return {};
+}
+
+/// Of the sample that was decoded into point_.
+void LinkServer::Remember(View body) {
+  const std::string name = point_.device + '\0' + point_.point;
+  if (point_.quality == Quality(Quality::bad_not_connected).word()) {
+    latest_.erase(name);
+  } else {
+    latest_[name].assign(body.begin(), body.end());
+  }
+}
+
+std::optional<Instant> LinkServer::Leave(Instant now) {
+  if (!writer_) return std::nullopt;
+  if (!leave_by_) leave_by_ = now + kEndTime;
+  while (!latest_.empty() && now < *leave_by_) {
+    if (!end_pacer_.Take(now)) return end_pacer_.ReadyAt();
+    Decode(latest_.begin()->second, point_);
+    point_.quality = Quality(Quality::bad_not_connected).word();
+    writer_->Write(point_);
+    latest_.erase(latest_.begin());
+  }
+  RetryEvents(events_retry_);
+  const bool events_read = writer_->subscribers().events > 0;
+  if (writer_->WaitAcknowledged(kAcknowledgeTime) && events_read && events_.empty()) {
+    answer_ = EncodeBare(LinkKind::left);
+  }
+  writer_.reset();
+  return std::nullopt;
 }
 
 template <typename Sample>

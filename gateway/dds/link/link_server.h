@@ -8,10 +8,12 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <unordered_map>
 
 #include "gateway/base/result.h"
 #include "gateway/base/time.h"
 #include "gateway/dds/link/link_message.h"
+#include "gateway/dds/pacer.h"
 #include "gateway/dds/sample_writer.h"
 
 namespace baudgate::dds {
@@ -20,8 +22,7 @@ class LinkServer {
  public:
   using MakeWriter = std::function<Result<std::unique_ptr<SampleWriter>>(const LinkOpen& open)>;
   /// `wake`: on any thread, when NextRequest has something.
-  explicit LinkServer(MakeWriter make, std::function<void()> wake = {})
-      : make_(std::move(make)), requests_(std::move(wake)) {}
+  explicit LinkServer(MakeWriter make, std::function<void()> wake = {});
 
   /// Good: go on. An error: the link must be closed; its sentence says why.
   Status Take(View packet);
@@ -30,11 +31,18 @@ class LinkServer {
   Instant NextAnswer() const;
   /// The packet with the next write request.
   std::optional<Bytes> NextRequest();
-  /// The daemon said that this is the end, and subscribers have been waited for.
+  /// The daemon said that this is the end: Leave is to be called.
   bool ended() const { return ended_; }
+  /// Nobody reads the points any more, whether the daemon said so or is gone: the last sample of
+  /// each goes out once more, not connected, unless it said that already. Then waits for
+  /// subscribers, at most a quarter of a second, and closes the writers. Returns when to call it
+  /// again; empty: done.
+  std::optional<Instant> Leave(Instant now);
 
  private:
   Status Open(View body);
+  Status Reopen(const Room& room);
+  void Remember(View body);
   template <typename Sample>
   Status Publish(View body, Sample& sample);
   Status Reply(View body);
@@ -48,6 +56,10 @@ class LinkServer {
   const MakeWriter make_;
   RequestIntake requests_;  // outlives the writer, whose threads fill it
   std::unique_ptr<SampleWriter> writer_;
+  /// The latest sample of each point that is not "not connected", encoded; by device and point.
+  std::unordered_map<std::string, Bytes> latest_;
+  Pacer end_pacer_;
+  std::optional<Instant> leave_by_;
   PointSample point_;  ///< kept to save its memory
   DeviceSample device_;
   GatewaySample gateway_;

@@ -9,6 +9,7 @@
 
 #include "gateway/base/time.h"
 #include "gateway/dds/datagram_counters.h"
+#include "gateway/dds/neighbours.h"
 
 namespace baudgate::dds {
 
@@ -25,9 +26,9 @@ struct LinkState {
   std::string reason;                   ///< why there is none: "it was ended by signal 6"
   std::optional<Instant> next_start{};  ///< of `waiting`; empty: it comes when somebody starts it
   std::uint32_t times_lost = 0;         ///< how often one that was there was lost
-  std::uint32_t subscribers = 0;        ///< readers of the points topic, now
-  std::uint64_t written = 0;            ///< samples, by all processes so far
-  std::uint64_t refused = 0;            ///< samples that the library did not take, likewise
+  Subscribers subscribers;
+  std::uint64_t written = 0;  ///< samples, by all processes so far
+  std::uint64_t refused = 0;  ///< samples that the library did not take, likewise
   /// Where `dds: { write: allow }` stands: write requests that were looked at, and those that came
   /// too fast to be.
   std::optional<std::uint64_t> requests{};

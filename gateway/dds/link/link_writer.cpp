@@ -6,7 +6,8 @@
 namespace baudgate::dds {
 namespace {
 
-constexpr Duration kGoodbye = 250ms;  // participant and writers of the process take leave
+// The ends of the points, then participant and writers of the process take leave.
+constexpr Duration kGoodbye = kEndTime + 250ms;
 constexpr Duration kRoomPause = 5ms;  // until a full socket is tried again
 
 }  // namespace
@@ -53,7 +54,19 @@ bool LinkWriter::WaitAcknowledged(Duration most) {
   return left_;
 }
 
-std::uint32_t LinkWriter::subscribers() const {
+Sent LinkWriter::Reopen(const Room& room) {
+  const MutexLock lock(mutex_);
+  open_.room = room;
+  if (socket_ < 0) return Sent::later;
+  return SendPacket(socket_, EncodeOpen(open_)) == PacketSent::yes ? Sent::yes : Sent::later;
+}
+
+LinkOpen LinkWriter::open() const {
+  const MutexLock lock(mutex_);
+  return open_;
+}
+
+Subscribers LinkWriter::subscribers() const {
   const MutexLock lock(mutex_);
   return subscribers_;
 }
@@ -91,13 +104,13 @@ void LinkWriter::Detach() {
   {
     const MutexLock lock(mutex_);
     socket_ = -1;
-    subscribers_ = 0;
+    subscribers_ = {};
   }
   detached_.notify_all();
   TellSession();
 }
 
-void LinkWriter::SetSubscribers(std::uint32_t subscribers) {
+void LinkWriter::SetSubscribers(const Subscribers& subscribers) {
   const MutexLock lock(mutex_);
   subscribers_ = subscribers;
 }

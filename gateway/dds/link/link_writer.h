@@ -17,24 +17,30 @@ namespace baudgate::dds {
 /// from its own.
 class LinkWriter : public SampleWriter {
  public:
+  explicit LinkWriter(LinkOpen open = {}) : open_(std::move(open)) {}
+
   Sent Write(const PointSample& sample) override;
   Sent Write(const DeviceSample& sample) override;
   Sent Write(const GatewaySample& sample) override;
   Sent Write(const EventSample& sample) override;
   Sent Write(const AlarmSample& sample) override;
   Sent Write(const ReplySample& reply) override;
-  /// Tells the process that this is the end, and waits until it has left: as long again as it needs
-  /// for its own goodbye.
+  /// Tells the process that this is the end, and waits until it has left: longer by what it needs
+  /// for the ends of the points and for its own goodbye.
   bool WaitAcknowledged(Duration most) override;
-  std::uint32_t subscribers() const override;
+  Sent Reopen(const Room& room) override;
+  Subscribers subscribers() const override;
   std::uint64_t session() const override;
   void OnSession(const std::function<void()>& changed) override;
   void OnRequest(TakeRequest take) override;
 
-  /// Samples go to this socket from now on, which stays open until Detach.
+  /// What the next process is asked to open.
+  LinkOpen open() const;
+  /// Samples go to this socket from now on, which stays open until Detach. Again with the same one:
+  /// the process has replaced its writers.
   void Attach(int socket);
   void Detach();
-  void SetSubscribers(std::uint32_t subscribers);
+  void SetSubscribers(const Subscribers& subscribers);
   /// The process has left, and subscribers have everything.
   void SetLeft();
   /// From the process.
@@ -49,10 +55,11 @@ class LinkWriter : public SampleWriter {
   void TellSession() const;
 
   mutable Mutex mutex_;
+  LinkOpen open_ BAUDGATE_GUARDED_BY(mutex_);
   std::condition_variable detached_;
   int socket_ BAUDGATE_GUARDED_BY(mutex_) = -1;
   std::uint64_t sessions_ BAUDGATE_GUARDED_BY(mutex_) = 0;
-  std::uint32_t subscribers_ BAUDGATE_GUARDED_BY(mutex_) = 0;
+  Subscribers subscribers_ BAUDGATE_GUARDED_BY(mutex_);
   bool ending_ BAUDGATE_GUARDED_BY(mutex_) = false;
   bool left_ BAUDGATE_GUARDED_BY(mutex_) = false;
   std::array<std::uint8_t, kMaxLinkMessage> packet_ BAUDGATE_GUARDED_BY(mutex_){};

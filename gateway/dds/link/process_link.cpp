@@ -45,6 +45,7 @@ Result<std::unique_ptr<ProcessLink>> ProcessLink::Create(ProcessLinkOptions opti
 ProcessLink::ProcessLink(ProcessLinkOptions options, Log log)
     : options_(std::move(options)),
       log_(std::move(log)),
+      writer_(std::make_shared<LinkWriter>(options_.open)),
       keeper_(options_.socket.empty()),
       wake_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)),
       worker_("dds link", [this](bool last) { return Round(last); }) {}
@@ -133,7 +134,7 @@ void ProcessLink::Welcome(Instant now) {
 void ProcessLink::Talk(Descriptor socket, Instant now) {
   socket_ = std::move(socket);
   keeper_.Started(now);
-  LinkOpen open = options_.open;
+  LinkOpen open = writer_->open();
   open.participant.reached = keeper_.reached();
   SendPacket(socket_.get(), EncodeOpen(open));  // an empty socket has room for one packet
 }

@@ -70,7 +70,7 @@ class ProcessLink {
 
   const ProcessLinkOptions options_;
   const Log log_;
-  const std::shared_ptr<LinkWriter> writer_ = std::make_shared<LinkWriter>();
+  const std::shared_ptr<LinkWriter> writer_;
   LinkKeeper keeper_;
   Descriptor wake_;
   Descriptor listener_;

@@ -116,8 +116,8 @@ void JudgeArgument(Filter& filter, long call, std::uint32_t value, bool wanted) 
 
 }  // namespace
 
-bool DieWith(pid_t parent) {
-  ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+bool EndWith(pid_t parent) {
+  ::prctl(PR_SET_PDEATHSIG, SIGTERM);
   return ::getppid() == parent;
 }
 

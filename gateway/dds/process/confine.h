@@ -18,8 +18,8 @@ inline constexpr bool kSanitized = true;
 inline constexpr bool kSanitized = false;
 #endif
 
-/// Dies with `parent`. False: it is dead already.
-bool DieWith(pid_t parent);
+/// SIGTERM when `parent` dies. False: it is dead already.
+bool EndWith(pid_t parent);
 
 /// Address space in bytes; no core files.
 Status LimitMemory(std::uint64_t bytes);

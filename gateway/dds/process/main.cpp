@@ -53,10 +53,17 @@ void Say(const std::string& sentence) {
   std::fprintf(stderr, "baudgate-dds: %s\n", sentence.c_str());
 }
 
-/// While it lives, systemd's watchdog has patience: the library opens without giving signs of life.
+/// Ends this process if its loop hangs, after the gateway has given it up: nobody else would if the
+/// gateway is dead, and subscribers would take the last samples for true.
+void Live(Duration most = LinkKeeper::kGivenUp + 5s) { ::alarm(static_cast<unsigned>(most / 1s)); }
+
+/// While it lives, the watchdogs have patience: the library opens without giving signs of life.
 class SlowWhile {
  public:
-  SlowWhile() : watched_(sd_watchdog_enabled(0, &usual_) > 0) { Allow(LinkKeeper::kOpening / 1us); }
+  SlowWhile() : watched_(sd_watchdog_enabled(0, &usual_) > 0) {
+    Live(LinkKeeper::kOpening);
+    Allow(LinkKeeper::kOpening / 1us);
+  }
   ~SlowWhile() { Allow(static_cast<std::int64_t>(usual_)); }
   SlowWhile(const SlowWhile&) = delete;
   SlowWhile& operator=(const SlowWhile&) = delete;
@@ -79,12 +86,13 @@ Result<ServeEnd> ServeOne(const Descriptor& link, const StopSignals& stop) {
       [&](const LinkOpen& open) {
         const SlowWhile opening;
         options = open.participant;
-        interfaces.emplace(open.participant.interfaces, FindOwnAddresses());
-        return CreateFastWriter(open.participant, open.points, open.devices,
-                                open.requests ? open.gateway : std::string(), open.events);
+        options.name = open.gateway;
+        interfaces.emplace(options.interfaces, FindOwnAddresses());
+        return CreateFastWriter(options, open.room, open.requests ? open.gateway : std::string());
       },
       [&wake] { wake.Ring(); });
   const auto alive = [&]() -> Status {
+    Live();
     sd_notify(0, "WATCHDOG=1");
     if (!interfaces) return {};
     const OwnAddresses own = FindOwnAddresses();
@@ -93,7 +101,9 @@ Result<ServeEnd> ServeOne(const Descriptor& link, const StopSignals& stop) {
     if (changed) return Error{*changed + ": DDS begins anew"};
     return {};
   };
-  return Serve(link, server, wake, stop.descriptor(), alive);
+  auto end = Serve(link, server, wake, stop.descriptor(), alive);
+  Live(0s);
+  return end;
 }
 
 /// 0: as much memory as there is.
@@ -107,7 +117,7 @@ Status Confine(std::uint64_t memory) {
 
 /// As a child of the daemon: one link, and what is wrong ends the process.
 int ServeParent(const Options& options, const StopSignals& stop) {
-  if (options.parent != 0 && !DieWith(options.parent)) return kExitDone;
+  if (options.parent != 0 && !EndWith(options.parent)) return kExitDone;
   if (const Status status = Confine(options.memory); !status) {
     Say(status.error());
     return kExitCanNot;

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <memory>
+#include <thread>
 
 #include "gateway/base/time.h"
 
@@ -29,6 +30,12 @@ bool SendRequests(const Descriptor& link, LinkServer& server, std::optional<Byte
   }
 }
 
+ServeEnd TakeLeave(const Descriptor& link, LinkServer& server, ServeEnd why) {
+  while (const auto next = server.Leave(ReadClocks().instant)) std::this_thread::sleep_until(*next);
+  if (const auto left = server.Answer(ReadClocks().instant)) SendPacket(link.get(), *left);
+  return why;
+}
+
 }  // namespace
 
 WakeUp::WakeUp() : event_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {}
@@ -46,6 +53,7 @@ void WakeUp::Clear() const {
 Result<ServeEnd> Serve(const Descriptor& link, LinkServer& server, const WakeUp& wake, int stop,
                        const std::function<Status()>& alive) {
   const auto buffer = std::make_unique<PacketBuffer>();
+  const auto leave = [&](ServeEnd why) { return TakeLeave(link, server, why); };
   std::array<pollfd, 3> waited{
       {{link.get(), POLLIN, 0}, {stop, POLLIN, 0}, {wake.descriptor(), POLLIN, 0}}};
   std::optional<Bytes> held;
@@ -54,26 +62,23 @@ Result<ServeEnd> Serve(const Descriptor& link, LinkServer& server, const WakeUp&
     for (int i = 0; i < kMostPacketsAtOnce; ++i) {
       const ReceivedPacket received = ReceivePacket(link.get(), *buffer);
       if (received.got == PacketGot::nothing_yet) break;
-      if (received.got == PacketGot::closed) return ServeEnd::closed;
+      if (received.got == PacketGot::closed) return leave(ServeEnd::closed);
       if (const Status status = server.Take(received.packet); !status) return Error{status.error()};
-      if (server.ended()) {
-        if (const auto left = server.Answer(ReadClocks().instant)) SendPacket(link.get(), *left);
-        return ServeEnd::ended;
-      }
+      if (server.ended()) return leave(ServeEnd::ended);
     }
     wake.Clear();
-    if (!SendRequests(link, server, held)) return ServeEnd::closed;
+    if (!SendRequests(link, server, held)) return leave(ServeEnd::closed);
     const Instant now = ReadClocks().instant;
     if (const auto answer = server.Answer(now)) {
       // A daemon that does not read this second reads the next counts.
-      if (SendPacket(link.get(), *answer) == PacketSent::closed) return ServeEnd::closed;
+      if (SendPacket(link.get(), *answer) == PacketSent::closed) return leave(ServeEnd::closed);
     }
     if (now >= next_alive) {
       next_alive = now + 1s;
       if (const Status status = alive(); !status) return Error{status.error()};
     }
     ::poll(waited.data(), waited.size(), static_cast<int>(kLook / 1ms));
-    if ((waited[1].revents & POLLIN) != 0) return ServeEnd::stopped;
+    if ((waited[1].revents & POLLIN) != 0) return leave(ServeEnd::stopped);
   }
 }
 

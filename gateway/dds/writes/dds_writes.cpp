@@ -50,7 +50,7 @@ struct DdsWrites::Mail {
 };
 
 DdsWrites::DdsWrites(const config::Config& config, const PointStore& store, CommandSink& sink,
-                     WriteService::Past past, std::shared_ptr<SampleWriter> writer)
+                     RequestBook::Past past, std::shared_ptr<SampleWriter> writer)
     : writer_(std::move(writer)),
       mail_(std::make_shared<Mail>()),
       service_(

@@ -17,7 +17,7 @@ class DdsWrites {
   /// Requests that `writer` has, from now on, until StopTaking. `config`, `store` and `sink`
   /// outlive it; so does what `past` looks at, see WriteService.
   DdsWrites(const config::Config& config, const PointStore& store, CommandSink& sink,
-            WriteService::Past past, std::shared_ptr<SampleWriter> writer);
+            RequestBook::Past past, std::shared_ptr<SampleWriter> writer);
   ~DdsWrites();  ///< as both
 
   /// Nothing goes to the sink after this. Idempotent.

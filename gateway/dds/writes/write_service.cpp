@@ -76,22 +76,13 @@ Writer WriterOf(const WriteArrival& arrival) { return {"dds:" + Text(arrival.wri
 }  // namespace
 
 WriteService::WriteService(const config::Config& config, const PointStore& store, CommandSink& sink,
-                           Past past, Answer answer, Ended ended)
+                           RequestBook::Past past, Answer answer, Ended ended)
     : config_(config),
       store_(store),
       gate_(store, sink),
-      past_(std::move(past)),
       answer_(std::move(answer)),
-      ended_(std::move(ended)) {}
-
-bool WriteService::Remember(Instant now) {
-  if (past_ == nullptr) return true;
-  const auto past = past_();
-  if (!past) return false;
-  for (const PastRequest& one : past->all) book_.Restore(one, now);
-  if (past->complete) past_ = nullptr;
-  return true;
-}
+      ended_(std::move(ended)),
+      book_(std::move(past)) {}
 
 void WriteService::LearnDevices() {
   for (const std::uint32_t end = store_.device_count(); known_ < end; ++known_) {
@@ -111,9 +102,6 @@ void WriteService::Take(const WriteArrival& arrival, Now now) {
   if (arrival.lasting) {
     Record(arrival, kLasting);
     return Reply(ticket, {WriteEnd::denied, kLasting});
-  }
-  if (!Remember(now.instant)) {
-    return Reply(ticket, {WriteEnd::busy, "the record of earlier writes is being read; try again"});
   }
   const RequestBook::Verdict verdict = book_.Begin(IdOf(request), now.instant);
   switch (verdict.what) {

@@ -35,13 +35,11 @@ class WriteService {
   };
   using Answer = std::function<void(ReplySample reply)>;
   using Ended = std::function<void(Ticket ticket, const WriteResult& result)>;
-  /// See audit::AuditSource.
-  using Past = std::function<std::optional<PastRequests>()>;
 
   /// All outlive it. `answer` is called on the service's thread; `ended` on any, even when the
   /// service is gone: what it is told goes to End.
-  WriteService(const config::Config& config, const PointStore& store, CommandSink& sink, Past past,
-               Answer answer, Ended ended);
+  WriteService(const config::Config& config, const PointStore& store, CommandSink& sink,
+               RequestBook::Past past, Answer answer, Ended ended);
 
   void Take(const WriteArrival& arrival, Now now);
   void End(const Ticket& ticket, const WriteResult& result, Instant now);
@@ -54,8 +52,6 @@ class WriteService {
     std::uint32_t point = 0;   ///< index in the device's points
   };
   Result<Place> Find(const RequestSample& request);
-  /// False: what was asked of earlier runs is not known yet.
-  bool Remember(Instant now);
   /// A reload may have brought more.
   void LearnDevices();
   /// That it was denied, where it names a point.
@@ -67,7 +63,6 @@ class WriteService {
   const config::Config& config_;
   const PointStore& store_;
   WriteGate gate_;
-  Past past_;  ///< null: the book has it
   const Answer answer_;
   const Ended ended_;
   std::unordered_map<std::string, std::uint32_t> devices_;  ///< by name

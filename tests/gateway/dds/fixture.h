@@ -6,17 +6,20 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <condition_variable>
 #include <functional>
 #include <map>
 #include <mutex>
 #include <set>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "config/model/config.h"
 #include "gateway/dds/fast/fast_writer.h"
 #include "gateway/dds/fast/subscriber.h"
+#include "gateway/dds/link/link_server.h"
 #include "gateway/dds/publisher.h"
 #include "gateway/store/point_store.h"
 
@@ -119,12 +122,65 @@ inline SubscriberOptions TestSubscriber() {
   return {.participant = {.domain = TestDomain(), .interfaces = {"127.0.0.1"}}};
 }
 
+/// The gateway and the DDS process in one: samples go through the messages of the link.
+class ThroughLink : public SampleWriter {
+ public:
+  explicit ThroughLink(std::unique_ptr<SampleWriter> writer)
+      : held_(std::move(writer)), writer_(held_.get()) {
+    EXPECT_TRUE(server_.Take(EncodeOpen({})));
+    server_.Answer(Instant());
+  }
+  Sent Write(const PointSample& sample) override { return Put(LinkKind::point, sample); }
+  Sent Write(const DeviceSample& sample) override { return Put(LinkKind::device, sample); }
+  Sent Write(const GatewaySample& sample) override { return Put(LinkKind::gateway, sample); }
+  bool WaitAcknowledged(Duration) override {
+    writer_ = nullptr;
+    while (const auto next = server_.Leave(ReadClocks().instant)) {
+      std::this_thread::sleep_until(*next);
+    }
+    return server_.Answer(ReadClocks().instant) == EncodeBare(LinkKind::left);
+  }
+  Sent Reopen(const Room& room) override {
+    LinkOpen open;
+    open.room = room;
+    EXPECT_TRUE(server_.Take(EncodeOpen(open)));
+    server_.Answer(ReadClocks().instant);
+    return Sent::yes;
+  }
+  Subscribers subscribers() const override {
+    const SampleWriter* const writer = writer_;
+    return writer == nullptr ? Subscribers{} : writer->subscribers();
+  }
+  DatagramCounters datagrams() const override {
+    const SampleWriter* const writer = writer_;
+    return writer == nullptr ? DatagramCounters{} : writer->datagrams();
+  }
+  std::uint64_t session() const override {
+    const SampleWriter* const writer = writer_;
+    return writer == nullptr ? 0 : writer->session();
+  }
+
+ private:
+  template <typename Sample>
+  Sent Put(LinkKind kind, const Sample& sample) {
+    Bytes packet(kMaxLinkMessage);
+    packet.resize(EncodeSample(kind, sample, packet));
+    EXPECT_TRUE(server_.Take(packet));
+    return Sent::yes;
+  }
+
+  std::unique_ptr<SampleWriter> held_;  // until the server opens it
+  std::atomic<SampleWriter*> writer_;
+  LinkServer server_{[this](const LinkOpen&) { return Result(std::move(held_)); }};
+};
+
 /// A publisher on Fast DDS; null and a failure of the test when there can be none.
 inline std::unique_ptr<DdsPublisher> Publish(const config::Config& config, PointStore& store) {
   auto writer = CreateFastWriter(config, store);
   EXPECT_TRUE(writer.ok()) << writer.error();
   if (!writer.ok()) return nullptr;
-  auto publisher = DdsPublisher::Create(config, store, std::move(*writer));
+  auto publisher =
+      DdsPublisher::Create(config, store, std::make_unique<ThroughLink>(std::move(*writer)));
   EXPECT_TRUE(publisher.ok()) << publisher.error();
   return publisher.ok() ? std::move(*publisher) : nullptr;
 }

@@ -86,7 +86,7 @@ TEST_F(FloodTest, WritersAndReadersOfMadeUpTopics) {
 
 TEST_F(FloodTest, AHundredRightReadersOfOneParticipantAreMatched) {
   Send(Announcer(true).More(100, kPointTopic));
-  while (publisher_->counters().subscribers != 101) ASSERT_TRUE(SampleArrives());
+  while (publisher_->counters().subscribers.points != 101) ASSERT_TRUE(SampleArrives());
 }
 
 TEST_F(FloodTest, DamagedTypes) {

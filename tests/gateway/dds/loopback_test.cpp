@@ -62,7 +62,7 @@ TEST(Loopback, TwoThousandPointsArriveWhole) {
   }));
   EXPECT_EQ(heard.rejected, 0U);
   EXPECT_EQ(publisher->counters().failed, 0U);
-  EXPECT_EQ(publisher->counters().subscribers, 1U);
+  EXPECT_EQ(publisher->counters().subscribers.points, 1U);
 }
 
 TEST(Loopback, ALargeGatewayIsOneGatewayAndArrivesWhole) {
@@ -73,7 +73,7 @@ TEST(Loopback, ALargeGatewayIsOneGatewayAndArrivesWhole) {
   auto publisher = Publish(config, store);
   ASSERT_TRUE(heard.WaitFor([&] { return heard.points.size() == 9000; }));
   EXPECT_TRUE(heard.WaitFor([&] { return heard.gateways == 1; }));
-  EXPECT_EQ(publisher->counters().subscribers, 1U);
+  EXPECT_EQ(publisher->counters().subscribers.points, 1U);
   publisher.reset();
   EXPECT_TRUE(heard.WaitFor([&] { return heard.gone.size() == 9000 && heard.gateways == 0; }));
 }
@@ -122,6 +122,36 @@ TEST(Loopback, AtAnOrderlyStopTheLastSamplesAreNotConnected) {
   for (const auto& [key, why] : heard.gone) EXPECT_EQ(why, Gone::no_writers) << key.second;
 }
 
+TEST(Loopback, WhatAReloadTakesOutIsGoneForThoseThatAreThereAndForThoseThatComeLater) {
+  const config::Config config = MakeConfig(2, 3);
+  PointStore store(config);
+  Published heard;
+  const auto subscriber = Subscribe(heard);
+  const auto publisher = Publish(config, store);
+  const auto has = [](Published& in, std::size_t points, std::size_t devices) {
+    return in.WaitFor([&, points, devices] {
+      return in.points.size() == points && in.devices.size() == devices;
+    });
+  };
+  ASSERT_TRUE(has(heard, 6, 2));
+  std::vector<config::Line> lines(5, config.lines[0]);
+  for (int round = 0; round < 5; ++round) {
+    config::Line& line = lines[static_cast<std::size_t>(round)];
+    line.devices[0].name = "renamed-" + std::to_string(round);
+    store.Append(line);
+    store.Retire(static_cast<std::uint32_t>(round));
+    publisher->OnReload();
+    const Published::Key now{line.devices[0].name, "p2"};
+    ASSERT_TRUE(heard.WaitFor([&] { return heard.points.contains(now); }));
+    EXPECT_TRUE(has(heard, 6, 2)) << "round " << round;
+  }
+  Published late;
+  const auto another = Subscribe(late);
+  EXPECT_TRUE(has(late, 6, 2));
+  EXPECT_TRUE(late.devices.contains("feeder-1"));
+  EXPECT_TRUE(late.devices.contains("renamed-4"));
+}
+
 TEST(Loopback, ASubscriberIsToldWhenTheGatewayWasStarted) {
   const config::Config config = MakeConfig(1, 1);
   PointStore store(config);
@@ -141,7 +171,7 @@ TEST(Loopback, ASubscriberIsToldWhenTheGatewayWasStarted) {
 TEST(Loopback, AWriterThatLeavesWithoutAWordIsReportedAsSuch) {
   Published heard;
   const auto subscriber = Subscribe(heard);
-  auto writer = CreateFastWriter(TestSubscriber().participant, 1, 1);
+  auto writer = CreateFastWriter(TestSubscriber().participant, {.points = 1, .devices = 1});
   ASSERT_TRUE(writer.ok()) << writer.error();
   PointSample sample;
   sample.gateway = "g", sample.device = "d", sample.point = "p";

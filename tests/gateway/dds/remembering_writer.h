@@ -20,7 +20,11 @@ class RememberingWriter : public SampleWriter {
   Sent Write(const ReplySample& reply) override { return Keep(replies, reply); }
   void OnRequest(TakeRequest take) override { on_request = std::move(take); }
   bool WaitAcknowledged(Duration) override { return true; }
-  std::uint32_t subscribers() const override { return 0; }
+  Sent Reopen(const Room& room) override {
+    if (answer == Sent::yes) reopened.push_back(room);
+    return answer;
+  }
+  Subscribers subscribers() const override { return there; }
   DatagramCounters datagrams() const override { return counted; }
 
   /// The latest sample of a point; null when there is none.
@@ -36,6 +40,8 @@ class RememberingWriter : public SampleWriter {
   std::vector<EventSample> events;
   std::vector<AlarmSample> alarms;
   std::vector<ReplySample> replies;
+  std::vector<Room> reopened;
+  Subscribers there;
   TakeRequest on_request;
   DatagramCounters counted;
   int asked = 0;            ///< how often anything was given to it

@@ -48,13 +48,6 @@ struct Sending {
     now.instant += time;
     now.wall += time;
   }
-  /// Returns how long the end took.
-  Duration End() {
-    const Instant began = now.instant;
-    while (const auto next = sender.End(now.instant)) Pass(*next - now.instant);
-    return now.instant - began;
-  }
-
   Now now{Instant() + 1h, WallTime(77s)};
   const config::Config config;
   PointStore store;
@@ -257,40 +250,6 @@ TEST(SampleSender, RepeatsWhatWasRefusedAndSaysSoOnce) {
           Pair(log::Level::info, "samples are taken again; 20 were refused and repeated")));
 }
 
-TEST(SampleSender, TheLastSampleKeepsTheValueAndIsNotConnected) {
-  Sending run(MakeConfig(2, 2));
-  run.RunFor(0ms);
-  run.Set(1, 0, 2.5);
-  run.RunFor(10ms);
-  run.writer.points.clear();
-  EXPECT_EQ(run.End(), 0ms);
-  ASSERT_THAT(run.writer.points, SizeIs(4));
-  for (const PointSample& sample : run.writer.points) EXPECT_EQ(sample.quality, 0x08);
-  const PointSample& last = run.writer.points[2];
-  EXPECT_EQ(last.device + "." + last.point, "feeder-1.p0");
-  EXPECT_EQ(last.value, 2.5);
-  EXPECT_EQ(last.unit, "A");
-  EXPECT_EQ(last.seq, 1U) << "it is no new reading";
-  EXPECT_GT(last.source_time_ns, 0);
-}
-
-TEST(SampleSender, TellsNoEndOfWhatNobodyHasHeardOf) {
-  Sending run(MakeConfig(2, 2));
-  EXPECT_EQ(run.End(), 0ms);
-  EXPECT_THAT(run.writer.points, SizeIs(0));
-}
-
-TEST(SampleSender, TheEndIsPacedAndTakesNotLong) {
-  Sending run(MakeConfig(100, 1000));
-  run.RunFor(10s);
-  ASSERT_GE(run.writer.points.size(), 100'000U);
-  run.writer.points.clear();
-  const Duration took = run.End();
-  EXPECT_GE(took, 700ms);
-  EXPECT_LE(took, 702ms);
-  EXPECT_GE(run.writer.points.size(), 34'000U) << "50 a millisecond";
-}
-
 TEST(SampleSender, KeepsWhatTheWriterWantsLaterAndSendsTheLatest) {
   Sending run(MakeConfig(2, 2));
   run.RunFor(1ms);
@@ -334,13 +293,6 @@ TEST(SampleSender, WhoeverComesNextGetsEverythingAndSeqGoesOn) {
   EXPECT_EQ(run.writer.points.front().seq, 2U);
 }
 
-TEST(SampleSender, AnEndThatNobodyTakesIsGivenUp) {
-  Sending run(MakeConfig(2, 3));
-  run.RunFor(1ms);
-  run.writer.answer = Sent::later;
-  EXPECT_LE(run.End(), 720ms);
-}
-
 /// A reload takes one device out, begins one anew and lets one go on.
 TEST(SampleSender, TellsTheEndOfWhatIsGoneAndGoesOnWithTheRest) {
   Sending run(MakeConfig(2, 1));
@@ -367,9 +319,51 @@ TEST(SampleSender, TellsTheEndOfWhatIsGoneAndGoesOnWithTheRest) {
   run.Set(2, 0, 3.5);
   run.RunFor(100ms);
   EXPECT_THAT(run.writer.points, SizeIs(4));
+}
+
+/// A late subscriber gets what the writers still hold, and names that no longer exist must not use
+/// up their room.
+TEST(SampleSender, AReloadThatTakesPointsOutReplacesTheWritersBehindTheirEnds) {
+  Sending run(MakeConfig(2, 1));
+  run.RunFor(1s);
+  config::Line line = run.config.lines[0];
+  line.devices[0].name = "renamed";
+  run.store.Append(line);
+  run.store.Retire(0);
+  run.writer.devices.clear();
+  run.sender.OnReload(run.now.instant);
+  run.RunFor(0ms);
+  ASSERT_THAT(run.writer.devices, SizeIs(::testing::Ge(1U)));
+  EXPECT_EQ(run.writer.devices.front().device, "feeder-0");
+  EXPECT_EQ(run.writer.devices.front().state, static_cast<int>(DeviceState::disabled));
+  ASSERT_THAT(run.writer.reopened, SizeIs(1));
+  EXPECT_EQ(run.writer.reopened[0].points, 2U + 512) << "what is gone needs no room";
+  run.sender.OnReload(run.now.instant);
+  run.RunFor(1s);
+  EXPECT_THAT(run.writer.reopened, SizeIs(1)) << "nothing is gone now";
+}
+
+TEST(SampleSender, AReloadThatAddsPointsReplacesTheWritersOnlyForRoom) {
+  Sending run(MakeConfig(1, 1));
+  run.RunFor(1s);
+  config::Line few = MakeConfig(1, 10).lines[0];
+  few.devices[0].name = "few";
+  run.store.Append(few);
+  run.sender.OnReload(run.now.instant);
+  run.RunFor(1s);
+  EXPECT_THAT(run.writer.reopened, SizeIs(0));
+  config::Line many = MakeConfig(1, 600).lines[0];
+  many.devices[0].name = "many";
+  run.store.Append(many);
+  run.writer.answer = Sent::later;
+  run.sender.OnReload(run.now.instant);
+  run.RunFor(1s);
+  run.writer.answer = Sent::yes;
   run.writer.points.clear();
-  run.End();
-  EXPECT_THAT(run.writer.points, SizeIs(2)) << "what is gone has no second end";
+  run.RunFor(1s);
+  ASSERT_THAT(run.writer.reopened, SizeIs(1));
+  EXPECT_GE(run.writer.reopened[0].points, 611U);
+  EXPECT_THAT(run.writer.points, SizeIs(611));
 }
 
 /// All points of a device are gone: 1000 ends, more than the pace and the writer take at once.
@@ -399,18 +393,7 @@ TEST(SampleSender, TellsEachEndEvenIfThereIsNoRoomForItAtFirst) {
     run.writer.answer = Sent::yes;
     run.RunFor(2s);
     EXPECT_EQ(run.ends(), 1000U);
-    run.writer.points.clear();
-    run.End();
-    EXPECT_EQ(run.ends(), 0U) << "once";
   }
-}
-
-TEST(SampleSender, AnEndThatIsNotToldYetIsToldAtTheStop) {
-  Leaving run;
-  run.RunFor(1ms);
-  run.writer.answer = Sent::yes;
-  run.End();
-  EXPECT_EQ(run.ends(), 1000U);
 }
 
 TEST(SampleSender, TellsNoEndOfWhatHasComeBackMeanwhile) {
@@ -423,8 +406,6 @@ TEST(SampleSender, TellsNoEndOfWhatHasComeBackMeanwhile) {
   run.RunFor(2s);
   EXPECT_EQ(run.ends(), 0U);
   EXPECT_EQ(run.writer.Latest("p0")->value, 2.5);
-  run.End();
-  EXPECT_EQ(run.ends(), 1000U);
 }
 
 TEST(SampleSender, ANewReceiverIsToldNoEnds) {

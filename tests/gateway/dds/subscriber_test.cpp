@@ -43,7 +43,7 @@ TEST(Subscriber, FiveThousandPointsComeInAFewTakes) {
     if (sample.seq == 0) first.set_value(), go_on.get_future().wait();
     note(sample, origin);
   };
-  auto writer = CreateFastWriter(TestSubscriber().participant, kPoints, 1);
+  auto writer = CreateFastWriter(TestSubscriber().participant, {.points = kPoints, .devices = 1});
   ASSERT_TRUE(writer.ok()) << writer.error();
   const auto subscriber = DdsSubscriber::Create(TestSubscriber(), callbacks);
   ASSERT_TRUE(subscriber.ok()) << subscriber.error();

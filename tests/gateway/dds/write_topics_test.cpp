@@ -23,7 +23,8 @@ using testing::WriteClient;
 class Gateway {
  public:
   Gateway() {
-    auto made = CreateFastWriter(TestSubscriber().participant, 10, 1, "substation-7");
+    auto made = CreateFastWriter(TestSubscriber().participant, {.points = 10, .devices = 1},
+                                 "substation-7");
     EXPECT_TRUE(made.ok()) << made.error();
     writer_ = std::move(*made);
     writer_->OnRequest([this](WriteArrival arrival) {

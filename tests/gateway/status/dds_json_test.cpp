@@ -20,7 +20,7 @@ LinkState Up() {
   LinkState state;
   state.phase = LinkState::Phase::up;
   state.heard = kNow.instant - 300ms;
-  state.subscribers = 3;
+  state.subscribers = {.points = 3, .events = 1};
   state.written = 1234;
   return state;
 }
@@ -31,7 +31,7 @@ LinkState Lost() {
   state.reason = "was ended by signal 6";
   state.next_start = kNow.instant + 2s;
   state.times_lost = 3;
-  state.subscribers = 0;
+  state.subscribers = {};
   return state;
 }
 
@@ -48,7 +48,8 @@ std::string Shown(const LinkState& state, const std::string& target = {}) {
 TEST(DdsJson, Fields) {
   EXPECT_EQ(
       DdsJson(7, Up(), kNow.instant).dump(),
-      R"({"domain":7,"state":"up","subscribers":3,"samples":1234,"refused":0,)"
+      R"({"domain":7,"state":"up","subscribers":3,)"
+      R"("readers":{"points":3,"devices":0,"events":1,"alarms":0},"samples":1234,"refused":0,)"
       R"("times_lost":0,"last_end":null,"heard_ms":300,"next_start_ms":null,)"
       R"("requests":null,"events":null,"datagrams":{"let_in":0,"refused":{"not_rtps":0,"length":0,"fragment":0,)"
       R"("vendor_submessage":0,"data":0,"parameters":0,"numbers":0,"window":0,"security":0,)"

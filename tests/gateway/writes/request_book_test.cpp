@@ -59,8 +59,13 @@ TEST_F(RequestBookTest, TheSameNumberForAnotherRequestIsRefused) {
 
 TEST_F(RequestBookTest, WhatAnEarlierRunWasAskedIsNotDoneAgain) {
   // The audit has them, the latest first.
+  std::optional<PastRequests> past;
+  book_ = RequestBook([&past] { return past; });
+  EXPECT_EQ(Begin(RequestOf(40)), What::refused);
+  EXPECT_EQ(last_.answer.end, WriteEnd::busy) << "it is not known yet";
+  past = PastRequests{{}, false};
   for (std::uint64_t seq = 40; seq > 0; --seq) {
-    book_.Restore({RequestOf(seq), WriteEnd::ok, "", 3ms}, now_);
+    past->all.push_back({RequestOf(seq), WriteEnd::ok, "", 3ms});
   }
   EXPECT_EQ(Begin(RequestOf(40)), What::answered);
   EXPECT_EQ(last_.answer.end, WriteEnd::ok);
@@ -70,16 +75,18 @@ TEST_F(RequestBookTest, WhatAnEarlierRunWasAskedIsNotDoneAgain) {
   EXPECT_EQ(Begin(RequestOf(8)), What::refused) << "there was no room for it";
   EXPECT_EQ(Begin(RequestOf(41)), What::fresh);
   // It is under way here, whatever the audit says of it.
-  book_.Restore({RequestOf(41), WriteEnd::unknown, "stopped"}, now_);
+  past->all = {{RequestOf(41), WriteEnd::unknown, "stopped"}};
   EXPECT_EQ(Begin(RequestOf(41)), What::under_way);
 }
 
 TEST_F(RequestBookTest, WhatEarlierRunsWereAskedTakesNoMoreRoom) {
+  PastRequests past;
   for (std::size_t i = 0; i < 2 * RequestBook::kClients; ++i) {
-    book_.Restore({RequestOf(1, "plc-" + std::to_string(i)), WriteEnd::ok, ""}, now_);
+    past.all.push_back({RequestOf(1, "plc-" + std::to_string(i)), WriteEnd::ok, ""});
   }
-  EXPECT_EQ(book_.clients(), RequestBook::kClients);
+  book_ = RequestBook([&past] { return std::optional(past); });
   EXPECT_EQ(Begin(RequestOf(1, "plc-0")), What::answered) << "the latest";
+  EXPECT_EQ(book_.clients(), RequestBook::kClients);
 }
 
 TEST_F(RequestBookTest, WhatIsForgottenIsRefusedAndNeverRepeated) {

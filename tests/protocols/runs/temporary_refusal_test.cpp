@@ -55,6 +55,11 @@ class TemporaryRefusal : public ::testing::TestWithParam<Setup> {
       return refuses ? std::optional(RefusalOf(GetParam(), request)) : std::nullopt;
     };
   }
+  void Silence(bool silent) {
+    line().twin(0).manner.instead = [silent](View) -> std::optional<Bytes> {
+      return silent ? std::optional(Bytes{}) : std::nullopt;
+    };
+  }
   VirtualLine& line() { return rig_->line(); }
   std::size_t RequestsIn(Duration time) {
     const std::size_t before = line().sent.size();
@@ -87,6 +92,35 @@ TEST_P(TemporaryRefusal, IsSoonOver) {
     line().RunFor(30s);
     EXPECT_NEAR(static_cast<double>(RequestsIn(2min)), usual, 0.1 * usual)
         << "after " << FormatDuration(time);
+  }
+}
+
+/// A device that starts again and again: it refuses everything, is silent, in every second round
+/// refuses again, and answers for a while.
+TEST_P(TemporaryRefusal, AmongSilencesIsSoonOver) {
+  struct Cycle {
+    Duration refused{};
+    Duration silent{};
+    Duration good{};
+  };
+  for (const Cycle& cycle : {Cycle{30s, 30s, 30s}, Cycle{60s, 30s, 40s}, Cycle{45s, 60s, 35s}}) {
+    for (int round = 0; round < 4; ++round) {
+      Refuse(true);
+      line().RunFor(cycle.refused);
+      Silence(true);
+      line().RunFor(cycle.silent);
+      if (round % 2 == 1) {
+        Refuse(true);
+        line().RunFor(cycle.refused);
+      }
+      Refuse(false);
+      const auto is_found = [&] { return Answers(line().StatusOf(0).state); };
+      ASSERT_TRUE(line().RunUntil(is_found, 2min)) << "round " << round << ": not looked for";
+      EXPECT_TRUE(line().RunUntil([&] { return rig_->AllGood(0); }, 30s))
+          << "round " << round << ", refused for " << FormatDuration(cycle.refused) << ": "
+          << NotGood();
+      line().RunFor(cycle.good);
+    }
   }
 }
 

@@ -35,7 +35,8 @@ AlarmSample Alarm(std::uint64_t number, std::uint16_t state) {
 }
 
 TEST(AlarmTopic, LateSubscribersGetEachAsItIs) {
-  auto writer = CreateFastWriter(TestSubscriber().participant, 10, 2, {}, 2);
+  auto writer =
+      CreateFastWriter(TestSubscriber().participant, {.points = 10, .devices = 2, .events = 2});
   ASSERT_TRUE(writer.ok()) << writer.error();
   constexpr std::uint64_t kAlarms = 5000;  // more than one writer of the library takes
   for (std::uint64_t number = 1; number <= kAlarms; ++number) {
@@ -66,7 +67,8 @@ TEST(AlarmTopic, LateSubscribersGetEachAsItIs) {
 }
 
 TEST(AlarmTopic, IsReadByAnotherVendor) {
-  auto writer = CreateFastWriter(TestSubscriber().participant, 10, 2, {}, 2);
+  auto writer =
+      CreateFastWriter(TestSubscriber().participant, {.points = 10, .devices = 2, .events = 2});
   ASSERT_TRUE(writer.ok()) << writer.error();
   ASSERT_EQ((*writer)->Write(Alarm(1, 1)), Sent::yes);
   ASSERT_EQ((*writer)->Write(Alarm(1, 2)), Sent::yes);
@@ -89,7 +91,7 @@ TEST(AlarmTopic, IsReadByAnotherVendor) {
 }
 
 TEST(AlarmTopic, IsNotThereWhereNobodyHasEvents) {
-  auto writer = CreateFastWriter(TestSubscriber().participant, 10, 2);
+  auto writer = CreateFastWriter(TestSubscriber().participant, {.points = 10, .devices = 2});
   ASSERT_TRUE(writer.ok()) << writer.error();
   EXPECT_EQ((*writer)->Write(Alarm(1, 1)), Sent::refused);
 }

@@ -35,6 +35,7 @@ static void ask_liveliness(dds_qos_t* qos) {
   dds_qset_liveliness(qos, DDS_LIVELINESS_AUTOMATIC, DDS_SECS(5));
 }
 static void ask_partition(dds_qos_t* qos) { dds_qset_partition1(qos, "plant"); }
+static void ask_any_partition(dds_qos_t* qos) { dds_qset_partition1(qos, "*"); }
 static void ask_transient(dds_qos_t* qos) { dds_qset_durability(qos, DDS_DURABILITY_TRANSIENT); }
 static void ask_order(dds_qos_t* qos) {
   dds_qset_destination_order(qos, DDS_DESTINATIONORDER_BY_SOURCE_TIMESTAMP);
@@ -53,6 +54,7 @@ static const struct {
   void (*ask)(dds_qos_t* qos);
 } policies[] = {{"deadline", false, ask_deadline},        {"exclusive", false, ask_exclusive},
                 {"liveliness", false, ask_liveliness},    {"partition", true, ask_partition},
+                {"any_partition", true, ask_any_partition},
                 {"transient", false, ask_transient},      {"order", false, ask_order},
                 {"presentation", true, ask_presentation}, {"xcdr2", false, ask_xcdr2}};
 

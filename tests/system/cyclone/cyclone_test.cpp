@@ -162,7 +162,7 @@ TEST(Cyclone, AReaderThatAsksForWhatIsNotOfferedIsNamedUntilItLeaves) {
   ParticipantOptions options;
   options.domain = TestDomain();
   options.interfaces = {"127.0.0.1"};
-  const auto writer = CreateFastWriter(options, 1, 1);
+  const auto writer = CreateFastWriter(options, {.points = 1, .devices = 1});
   ASSERT_TRUE(writer) << writer.error();
   PointSample sample;
   sample.gateway = "g", sample.device = "d", sample.point = "p";
@@ -193,6 +193,14 @@ TEST(Cyclone, AReaderThatAsksForWhatIsNotOfferedIsNamedUntilItLeaves) {
     }
     EXPECT_EQ(subscriber->Wait(), 1) << "no sample came";
   }
+  EXPECT_TRUE(testing::Eventually([&] { return remarks().empty(); }));
+  CycloneSubscriber any_partition("--count 1 --seconds 3 --qos any_partition");
+  EXPECT_TRUE(testing::Eventually([&] { return remarks().size() == 1; }))
+      << "Cyclone DDS takes it for matched, and it gets nothing";
+  EXPECT_THAT(remarks(), ::testing::Contains(::testing::HasSubstr("asks for a PARTITION")));
+  while (any_partition.Line()) {
+  }
+  EXPECT_EQ(any_partition.Wait(), 1) << "no sample came";
   CycloneSubscriber good("--count 1 --seconds 5");
   EXPECT_TRUE(good.Line()) << "what an ordinary reader gets";
   EXPECT_TRUE(testing::Eventually([&] { return remarks().empty(); })) << "behind their lease";

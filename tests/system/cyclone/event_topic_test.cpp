@@ -62,7 +62,8 @@ class Events {
 };
 
 TEST(EventTopic, LateSubscribersGetTheNewestThousandOfEachDevice) {
-  auto writer = CreateFastWriter(TestSubscriber().participant, 10, 2, {}, 2);
+  auto writer =
+      CreateFastWriter(TestSubscriber().participant, {.points = 10, .devices = 2, .events = 2});
   ASSERT_TRUE(writer.ok()) << writer.error();
   for (std::uint64_t seq = 1; seq <= 1300; ++seq) {
     ASSERT_EQ((*writer)->Write(Event(seq, seq == 7 ? "quiet" : "busy")), Sent::yes) << seq;
@@ -83,7 +84,8 @@ TEST(EventTopic, LateSubscribersGetTheNewestThousandOfEachDevice) {
 }
 
 TEST(EventTopic, IsReadByAnotherVendor) {
-  auto writer = CreateFastWriter(TestSubscriber().participant, 10, 2, {}, 2);
+  auto writer =
+      CreateFastWriter(TestSubscriber().participant, {.points = 10, .devices = 2, .events = 2});
   ASSERT_TRUE(writer.ok()) << writer.error();
   for (std::uint64_t seq = 1; seq <= 300; ++seq) {
     ASSERT_EQ((*writer)->Write(Event(seq, "feeder-1")), Sent::yes);
@@ -110,7 +112,7 @@ TEST(EventTopic, IsReadByAnotherVendor) {
 }
 
 TEST(EventTopic, IsNotThereWhereNoDeviceHasEvents) {
-  auto writer = CreateFastWriter(TestSubscriber().participant, 10, 2);
+  auto writer = CreateFastWriter(TestSubscriber().participant, {.points = 10, .devices = 2});
   ASSERT_TRUE(writer.ok()) << writer.error();
   EXPECT_EQ((*writer)->Write(Event(1, "feeder-1")), Sent::refused);
 }

@@ -49,7 +49,7 @@ class FakeDiscoveryServer : public ::testing::Test {
 };
 
 TEST_F(FakeDiscoveryServer, OfAGateway) {
-  const auto writer = CreateFastWriter(options_, 1, 1);
+  const auto writer = CreateFastWriter(options_, {.points = 1, .devices = 1});
   ASSERT_TRUE(writer) << writer.error();
   const auto heard = Receive();
   ASSERT_TRUE(heard) << heard.error();

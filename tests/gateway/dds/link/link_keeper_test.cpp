@@ -26,7 +26,7 @@ Duration UntilStart(LinkKeeper& keeper, Instant& now) {
 /// `passed` datagrams, `fragments` refused, from as many participants as were let in.
 LinkCounts Counts(std::uint32_t subscribers, std::uint64_t written, std::uint64_t refused,
                   std::uint32_t passed, std::uint64_t fragments) {
-  LinkCounts counts{.subscribers = subscribers, .written = written, .refused = refused};
+  LinkCounts counts{.subscribers = {.points = subscribers}, .written = written, .refused = refused};
   counts.datagrams.passed = counts.datagrams.participants = passed;
   counts.datagrams.refused[static_cast<std::size_t>(Refusal::fragment)] = fragments;
   return counts;
@@ -88,7 +88,7 @@ TEST(LinkKeeper, SilenceIsShownAfterTwoSecondsAndEndedAfterTen) {
   EXPECT_EQ(keeper.state().phase, Phase::up);
   EXPECT_EQ(keeper.Look(kStart + 3s), Wish::nothing);
   EXPECT_EQ(keeper.state().phase, Phase::silent);
-  EXPECT_EQ(keeper.state().subscribers, 3U);
+  EXPECT_EQ(keeper.state().subscribers.points, 3U);
   EXPECT_EQ(keeper.NextLook(), kStart + 11s);
   EXPECT_EQ(keeper.Look(kStart + 11s - 1ns), Wish::nothing);
   EXPECT_EQ(keeper.Look(kStart + 11s), Wish::give_up);
@@ -125,13 +125,13 @@ TEST(LinkKeeper, CountsGoOnOverProcesses) {
   keeper.Counted(Counts(2, 90, 0, 40, 3), kStart);
   keeper.Counted(Counts(2, 100, 1, 50, 4), kStart);
   keeper.Ended("was ended by signal 9", kStart);
-  EXPECT_EQ(keeper.state().subscribers, 0U);
+  EXPECT_EQ(keeper.state().subscribers.points, 0U);
   EXPECT_EQ(keeper.state().datagrams.passed, 50U);
   EXPECT_EQ(keeper.state().datagrams.participants, 0U);
   keeper.Started(kStart + 1s);
   keeper.Opened(kStart + 1s);
   keeper.Counted(Counts(1, 20, 2, 7, 5), kStart + 1s);
-  EXPECT_EQ(keeper.state().subscribers, 1U);
+  EXPECT_EQ(keeper.state().subscribers.points, 1U);
   EXPECT_EQ(keeper.state().written, 120U);
   EXPECT_EQ(keeper.state().refused, 3U);
   EXPECT_EQ(keeper.state().datagrams.passed, 57U);

@@ -24,21 +24,21 @@ LinkOpen AnOpen() {
                           .peers = {"10.0.0.7"},
                           .discovery_servers = {{"10.0.0.8", 11811}},
                           .reached = {{"10.0.0.9", 7410}}},
-          .points = 5000,
-          .devices = 31,
-          .requests = true,
-          .events = 5};
+          .room = {.points = 5000, .devices = 31, .events = 5},
+          .requests = true};
 }
 
 constexpr char kOpen[] =
-    "01 06 4E 00 05 73 75 62 2D 37 07 00 00 00 98 3A 00 00 02 09 31 32 37 2E 30 2E 30 2E 31 03 3A "
+    "01 07 4E 00 05 73 75 62 2D 37 07 00 00 00 98 3A 00 00 02 09 31 32 37 2E 30 2E 30 2E 31 03 3A "
     "3A "
     "31 00 01 08 31 30 2E 30 2E 30 2E 37 01 08 31 30 2E 30 2E 30 2E 38 23 2E "
     "01 08 31 30 2E 30 2E 30 2E 39 F2 1C 88 13 00 00 1F 00 00 00 01 05 00 00 00 00";
-// 3 subscribers, 1,234 samples, 2^32 refused, 5 requests and 6 events dropped; 7 participants,
-// 12,345 datagrams; 16 reasons: 38 fragments, 2 participants too many of one address.
+// Readers: 3 of points, 2 of devices, 1 of events, 4 of alarms; 1,234 samples, 2^32 refused, 5
+// requests and 6 events dropped; 7 participants, 12,345 datagrams; 16 reasons: 38 fragments, 2
+// participants too many of one address.
 constexpr char kCounts[] =
-    "42 06 C5 00 03 00 00 00 D2 04 00 00 00 00 00 00 00 00 00 00 01 00 00 00 05 00 00 00 00 00 00 "
+    "42 07 D1 00 03 00 00 00 02 00 00 00 01 00 00 00 04 00 00 00 D2 04 00 00 00 00 00 00 00 00 00 "
+    "00 01 00 00 00 05 00 00 00 00 00 00 "
     "00 06 00 00 00 00 00 00 00 07 00 00 00 39 30 00 "
     "00 00 00 00 00 10 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 26 "
     "00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 "
@@ -50,7 +50,7 @@ constexpr char kCounts[] =
 // A request of writer 01 … 10, which is not volatile, received at 1,000,000,007 ns, and published
 // at 1,000,000,011 ns, before its reader was there.
 constexpr char kRequest[] =
-    "43 06 8D 00 01 02 03 04 05 06 07 08 09 0A 0B 0C 0D 0E 0F 10 07 CA 9A 3B "
+    "43 07 8D 00 01 02 03 04 05 06 07 08 09 0A 0B 0C 0D 0E 0F 10 07 CA 9A 3B "
     "00 00 00 00 0B CA 9A 3B 00 00 00 00 03 00 01 00 00 06 00 00 00 73 75 62 2D 37 00 00 00 06 00 "
     "00 00 "
     "70 6C 63 2D 31 00 00 00 2A 00 00 00 00 00 00 00 09 00 00 00 66 65 65 64 "
@@ -105,7 +105,7 @@ TEST(LinkMessage, RequestsAndRepliesBothWays) {
   const ReplySample reply{"sub-7", "plc-1", 42, "ok", "", 12345};
   Bytes answer(kMaxLinkMessage);
   answer.resize(EncodeSample(LinkKind::reply, reply, answer));
-  EXPECT_EQ(ToHex(View(answer).first(8)), "06 06 38 00 00 01 00 00");
+  EXPECT_EQ(ToHex(View(answer).first(8)), "06 07 38 00 00 01 00 00");
   ReplySample reply_back;
   ASSERT_TRUE(Decode(ParseLink(answer)->body, reply_back));
   EXPECT_EQ(reply_back, reply);
@@ -127,10 +127,10 @@ TEST(LinkMessage, OpenBothWays) {
   EXPECT_EQ(open->participant.peers, AnOpen().participant.peers);
   EXPECT_EQ(open->participant.discovery_servers, AnOpen().participant.discovery_servers);
   EXPECT_EQ(open->participant.reached, AnOpen().participant.reached);
-  EXPECT_EQ(open->points, 5000U);
-  EXPECT_EQ(open->devices, 31U);
+  EXPECT_EQ(open->room.points, 5000U);
+  EXPECT_EQ(open->room.devices, 31U);
   EXPECT_TRUE(open->requests);
-  EXPECT_EQ(open->events, 5U);
+  EXPECT_EQ(open->room.events, 5U);
 }
 
 TEST(LinkMessage, OpenWithSecurityBothWays) {
@@ -166,8 +166,11 @@ TEST(LinkMessage, OpenWithSecurityBothWays) {
 }
 
 TEST(LinkMessage, CountsBothWays) {
-  LinkCounts counts{
-      .subscribers = 3, .written = 1234, .refused = 1ULL << 32, .dropped = 5, .events_dropped = 6};
+  LinkCounts counts{.subscribers = {3, 2, 1, 4},
+                    .written = 1234,
+                    .refused = 1ULL << 32,
+                    .dropped = 5,
+                    .events_dropped = 6};
   counts.datagrams.passed = 12345;
   counts.datagrams.participants = 7;
   counts.datagrams.refused[static_cast<std::size_t>(Refusal::fragment)] = 38;
@@ -184,7 +187,7 @@ TEST(LinkMessage, SamplesBothWays) {
   point.gateway = "g", point.device = "d", point.point = "p", point.value = 2.5, point.seq = 9;
   Bytes packet(kMaxLinkMessage);
   packet.resize(EncodeSample(LinkKind::point, point, packet));
-  EXPECT_EQ(ToHex(View(packet).first(8)), "02 06 48 00 00 01 00 00");
+  EXPECT_EQ(ToHex(View(packet).first(8)), "02 07 48 00 00 01 00 00");
   PointSample back;
   ASSERT_TRUE(Decode(ParseLink(packet)->body, back));
   EXPECT_EQ(back, point);
@@ -203,7 +206,7 @@ TEST(LinkMessage, SamplesBothWays) {
   const GatewaySample gateway{"g", -1, "1.2.3"};
   packet.resize(kMaxLinkMessage);
   packet.resize(EncodeSample(LinkKind::gateway, gateway, packet));
-  EXPECT_EQ(ToHex(View(packet).first(8)), "04 06 1E 00 00 01 00 00");
+  EXPECT_EQ(ToHex(View(packet).first(8)), "04 07 1E 00 00 01 00 00");
   GatewaySample gateway_back;
   ASSERT_TRUE(Decode(ParseLink(packet)->body, gateway_back));
   EXPECT_EQ(gateway_back, gateway);
@@ -213,7 +216,7 @@ TEST(LinkMessage, EventsBothWays) {
   const EventSample event{"sub-7", "feeder-1", 4711, 1, 2, 3, 4, 5, "stage I> started"};
   Bytes packet(kMaxLinkMessage);
   packet.resize(EncodeSample(LinkKind::event, event, packet));
-  EXPECT_EQ(ToHex(View(packet).first(8)), "07 06 59 00 00 01 00 00");
+  EXPECT_EQ(ToHex(View(packet).first(8)), "07 07 59 00 00 01 00 00");
   const auto message = ParseLink(packet);
   ASSERT_TRUE(message.ok()) << message.error();
   EXPECT_EQ(message->kind, LinkKind::event);
@@ -290,13 +293,13 @@ struct Wrong {
 TEST(LinkMessage, WhatIsWrongIsNamed) {
   for (const Wrong& wrong : {
            Wrong{"", "0 bytes"},
-           Wrong{"05 06 00", "3 bytes"},
-           Wrong{"05 03 00 00", "version 3, not 6"},
-           Wrong{"00 06 00 00", "unknown kind 0"},
-           Wrong{"09 06 00 00", "unknown kind 9"},
-           Wrong{"45 06 00 00", "unknown kind 69"},
-           Wrong{"05 06 01 00", "0 bytes that says it has 1"},
-           Wrong{"05 06 00 01 00", "1 bytes that says it has 256"},
+           Wrong{"05 07 00", "3 bytes"},
+           Wrong{"05 03 00 00", "version 3, not 7"},
+           Wrong{"00 07 00 00", "unknown kind 0"},
+           Wrong{"09 07 00 00", "unknown kind 9"},
+           Wrong{"45 07 00 00", "unknown kind 69"},
+           Wrong{"05 07 01 00", "0 bytes that says it has 1"},
+           Wrong{"05 07 00 01 00", "1 bytes that says it has 256"},
        }) {
     const auto message = ParseLink(*ParseHex(wrong.bytes));
     ASSERT_FALSE(message.ok()) << wrong.bytes;
@@ -309,7 +312,7 @@ TEST(LinkMessage, CountsOfOtherReasonsAreRefused) {
   Bytes body = *ParseHex(kCounts);
   body.erase(body.begin(), body.begin() + kLinkHeaderBytes);
   ASSERT_TRUE(DecodeCounts(body).ok());
-  body[48] = 14;
+  body[60] = 14;
   EXPECT_FALSE(DecodeCounts(body).ok());
   body.resize(body.size() + 8);
   EXPECT_FALSE(DecodeCounts(body).ok());

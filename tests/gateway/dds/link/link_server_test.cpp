@@ -17,6 +17,16 @@ using ::testing::HasSubstr;
 using testing::RememberingWriter;
 using ::testing::SizeIs;
 
+/// Its points outlive it.
+class KeepingWriter : public RememberingWriter {
+ public:
+  explicit KeepingWriter(std::vector<PointSample>& kept) : kept_(kept) {}
+  ~KeepingWriter() override { kept_ = std::move(points); }
+
+ private:
+  std::vector<PointSample>& kept_;
+};
+
 class LinkServerTest : public ::testing::Test {
  protected:
   Status Take(const Bytes& packet) { return server_.Take(packet); }
@@ -27,7 +37,8 @@ class LinkServerTest : public ::testing::Test {
     return server_.Take(packet);
   }
   void Open() {
-    ASSERT_TRUE(Take(EncodeOpen({.gateway = "g", .participant = {}, .points = 5, .devices = 2})));
+    ASSERT_TRUE(
+        Take(EncodeOpen({.gateway = "g", .participant = {}, .room = {.points = 5, .devices = 2}})));
     ASSERT_EQ(*server_.Answer(kStart), EncodeBare(LinkKind::opened));
   }
   static PointSample Point(const std::string& name) {
@@ -37,13 +48,14 @@ class LinkServerTest : public ::testing::Test {
   }
 
   RememberingWriter* writer_ = nullptr;
+  std::vector<PointSample> written_;  // by a writer that has ended
   std::string refusal_;
   LinkOpen asked_;
   int woken_ = 0;
   LinkServer server_{[this](const LinkOpen& open) -> Result<std::unique_ptr<SampleWriter>> {
                        asked_ = open;
                        if (!refusal_.empty()) return Error{refusal_};
-                       auto writer = std::make_unique<RememberingWriter>();
+                       auto writer = std::make_unique<KeepingWriter>(written_);
                        writer_ = writer.get();
                        return std::unique_ptr<SampleWriter>(std::move(writer));
                      },
@@ -53,7 +65,7 @@ class LinkServerTest : public ::testing::Test {
 TEST_F(LinkServerTest, OpensOnceAndPublishes) {
   EXPECT_EQ(server_.Answer(kStart), std::nullopt);
   Open();
-  EXPECT_EQ(asked_.points, 5U);
+  EXPECT_EQ(asked_.room.points, 5U);
   ASSERT_TRUE(Take(LinkKind::point, Point("p")));
   DeviceSample device;
   device.device = "d";
@@ -63,7 +75,18 @@ TEST_F(LinkServerTest, OpensOnceAndPublishes) {
   const GatewaySample gateway{"g", 7, "1.2.3"};
   ASSERT_TRUE(Take(LinkKind::gateway, gateway));
   EXPECT_THAT(writer_->gateways, ElementsAre(gateway));
-  EXPECT_THAT(Take(EncodeOpen({})).error(), HasSubstr("twice"));
+}
+
+TEST_F(LinkServerTest, OpenedAgainItReplacesTheWriters) {
+  Open();
+  LinkOpen open;
+  open.room = {.points = 7, .devices = 3, .events = 1};
+  ASSERT_TRUE(Take(EncodeOpen(open)));
+  EXPECT_EQ(*server_.Answer(kStart), EncodeBare(LinkKind::opened));
+  ASSERT_THAT(writer_->reopened, SizeIs(1));
+  EXPECT_EQ(writer_->reopened[0].points, 7U);
+  writer_->answer = Sent::refused;
+  EXPECT_THAT(Take(EncodeOpen(open)).error(), HasSubstr("no writers"));
 }
 
 EventSample Event(std::uint64_t seq) {
@@ -86,7 +109,7 @@ TEST_F(LinkServerTest, AnEventThatIsNotTakenIsTriedAgainBeforeThoseBehindIt) {
   EXPECT_THAT(writer_->events, SizeIs(1)) << "not before a second";
   server_.Answer(kStart + 2s);
   EXPECT_THAT(writer_->events, ElementsAre(Event(1), Event(2), Event(3)));
-  EXPECT_THAT(Take(*ParseHex("07 06 04 00 00 01 00 00")).error(), HasSubstr("damaged sample"));
+  EXPECT_THAT(Take(*ParseHex("07 07 04 00 00 01 00 00")).error(), HasSubstr("damaged sample"));
 }
 
 TEST_F(LinkServerTest, EventsThatAreNeverTakenAreBoundedAndCounted) {
@@ -112,7 +135,7 @@ WriteArrival Arrival(std::uint64_t seq, Instant received) {
 
 TEST_F(LinkServerTest, HandsRequestsOnAndPublishesReplies) {
   ASSERT_TRUE(Take(EncodeOpen(
-      {.gateway = "g", .participant = {}, .points = 5, .devices = 2, .requests = true})));
+      {.gateway = "g", .participant = {}, .room = {.points = 5, .devices = 2}, .requests = true})));
   EXPECT_EQ(server_.NextRequest(), std::nullopt);
   ASSERT_TRUE(writer_->on_request);
   writer_->on_request(Arrival(7, kStart));
@@ -125,7 +148,7 @@ TEST_F(LinkServerTest, HandsRequestsOnAndPublishesReplies) {
   const ReplySample reply{"g", "c", 7, "ok", "", 1};
   ASSERT_TRUE(Take(LinkKind::reply, reply));
   EXPECT_THAT(writer_->replies, ElementsAre(reply));
-  EXPECT_THAT(Take(*ParseHex("06 06 01 00 00")).error(), HasSubstr("damaged reply"));
+  EXPECT_THAT(Take(*ParseHex("06 07 01 00 00")).error(), HasSubstr("damaged reply"));
 }
 
 TEST_F(LinkServerTest, ListensForNoRequestsWhereWritingIsDenied) {
@@ -135,7 +158,7 @@ TEST_F(LinkServerTest, ListensForNoRequestsWhereWritingIsDenied) {
 
 TEST_F(LinkServerTest, AFloodOfRequestsIsBoundedAndCounted) {
   ASSERT_TRUE(Take(EncodeOpen(
-      {.gateway = "g", .participant = {}, .points = 5, .devices = 2, .requests = true})));
+      {.gateway = "g", .participant = {}, .room = {.points = 5, .devices = 2}, .requests = true})));
   for (std::uint64_t seq = 0; seq < 10'000; ++seq) writer_->on_request(Arrival(seq, kStart));
   std::uint64_t handed = 0;
   while (server_.NextRequest()) ++handed;
@@ -168,7 +191,7 @@ TEST_F(LinkServerTest, CountsAreASignOfLifeOnceASecond) {
   ASSERT_TRUE(answer);
   EXPECT_EQ(
       *answer,
-      EncodeCounts({.subscribers = 0, .written = 1, .refused = 0, .datagrams = writer_->counted}));
+      EncodeCounts({.subscribers = {}, .written = 1, .refused = 0, .datagrams = writer_->counted}));
   EXPECT_EQ(server_.Answer(kStart + 1s), std::nullopt);
   EXPECT_TRUE(server_.Answer(kStart + 2s));
 }
@@ -179,23 +202,60 @@ TEST_F(LinkServerTest, ARefusedSampleIsToldSoon) {
   ASSERT_TRUE(Take(LinkKind::point, Point("p")));
   EXPECT_EQ(server_.NextAnswer(), kStart + 100ms);
   EXPECT_EQ(*server_.Answer(kStart + 100ms),
-            EncodeCounts({.subscribers = 0, .written = 0, .refused = 1}));
+            EncodeCounts({.subscribers = {}, .written = 0, .refused = 1}));
 }
 
-TEST_F(LinkServerTest, TheEndIsTheEnd) {
+TEST_F(LinkServerTest, LeftIsSaidOnlyWhereSomebodyReadsTheEvents) {
+  for (const Subscribers& there : {Subscribers{}, {.points = 3}, {.points = 1, .events = 1}}) {
+    Open();
+    writer_->there = there;
+    ASSERT_TRUE(Take(EncodeBare(LinkKind::end)));
+    EXPECT_TRUE(server_.ended());
+    EXPECT_EQ(server_.Leave(kStart), std::nullopt);
+    const auto left = server_.Answer(kStart);
+    EXPECT_EQ(left.has_value(), there.events > 0);
+    EXPECT_EQ(left.value_or(EncodeBare(LinkKind::left)), EncodeBare(LinkKind::left));
+  }
+}
+
+TEST_F(LinkServerTest, TheLastSampleKeepsTheValueAndIsNotConnected) {
   Open();
-  ASSERT_TRUE(Take(EncodeBare(LinkKind::end)));
-  EXPECT_TRUE(server_.ended());
-  EXPECT_EQ(*server_.Answer(kStart), EncodeBare(LinkKind::left)) << "subscribers have everything";
+  PointSample sample = Point("p");
+  sample.value = 2.5, sample.quality = 0xC0, sample.seq = 7;
+  ASSERT_TRUE(Take(LinkKind::point, Point("p")));
+  ASSERT_TRUE(Take(LinkKind::point, sample));
+  PointSample told = Point("ended");
+  ASSERT_TRUE(Take(LinkKind::point, told));
+  told.quality = 0x08;
+  ASSERT_TRUE(Take(LinkKind::point, told));
+  writer_->points.clear();
+  EXPECT_EQ(server_.Leave(kStart), std::nullopt);
+  sample.quality = 0x08;
+  EXPECT_THAT(written_, ElementsAre(sample)) << "each once";
+  EXPECT_EQ(server_.Leave(kStart), std::nullopt);
+  EXPECT_THAT(written_, SizeIs(1));
+}
+
+TEST_F(LinkServerTest, TheEndIsPacedAndTakesNotLong) {
+  Open();
+  for (int i = 0; i < 100'000; ++i) {
+    ASSERT_TRUE(Take(LinkKind::point, Point("p" + std::to_string(i))));
+  }
+  writer_->points.clear();
+  Instant now = kStart;
+  while (const auto next = server_.Leave(now)) now = *next;
+  EXPECT_GE(now - kStart, 700ms);
+  EXPECT_LE(now - kStart, 702ms);
+  EXPECT_GE(written_.size(), 34'000U) << "50 a millisecond";
 }
 
 TEST_F(LinkServerTest, WhatIsWrongClosesTheLink) {
   EXPECT_THAT(Take(LinkKind::point, Point("p")).error(), HasSubstr("before its request to open"));
   EXPECT_THAT(Take(*ParseHex("01 01 00 00")).error(), HasSubstr("version 1"));
-  EXPECT_THAT(Take(*ParseHex("01 06 01 00 00")).error(), HasSubstr("damaged request"));
+  EXPECT_THAT(Take(*ParseHex("01 07 01 00 00")).error(), HasSubstr("damaged request"));
   Open();
   EXPECT_THAT(Take(EncodeBare(LinkKind::opened)).error(), HasSubstr("must not send"));
-  EXPECT_THAT(Take(*ParseHex("02 06 04 00 00 01 00 00")).error(), HasSubstr("damaged sample"));
+  EXPECT_THAT(Take(*ParseHex("02 07 04 00 00 01 00 00")).error(), HasSubstr("damaged sample"));
   Bytes long_version(kMaxLinkMessage);
   long_version.resize(
       EncodeSample(LinkKind::gateway, GatewaySample{"g", 7, std::string(32, 'v')}, long_version));

@@ -121,7 +121,7 @@ class ProcessLinkAtASocket : public ::testing::Test {
   void SetUp() override {
     ProcessLinkOptions options;
     options.open.gateway = "substation-7";
-    options.open.points = 5;
+    options.open.room.points = 5;
     options.socket = path_;
     auto link = ProcessLink::Create(options, lines_.Log());
     ASSERT_TRUE(link.ok()) << link.error();

@@ -84,8 +84,8 @@ TEST(ConfineDeathTest, MemoryIsLimited) {
 #endif
 
 TEST(Confine, WhoeverIsNotOurParentIsDead) {
-  EXPECT_TRUE(DieWith(::getppid()));
-  EXPECT_FALSE(DieWith(::getpid()));
+  EXPECT_TRUE(EndWith(::getppid()));
+  EXPECT_FALSE(EndWith(::getpid()));
 }
 
 }  // namespace

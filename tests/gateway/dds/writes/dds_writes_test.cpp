@@ -29,7 +29,7 @@ class PlayedWriter : public SampleWriter {
     return Sent::yes;
   }
   bool WaitAcknowledged(Duration) override { return true; }
-  std::uint32_t subscribers() const override { return 0; }
+  Subscribers subscribers() const override { return {}; }
   void OnRequest(TakeRequest take) override {
     const std::lock_guard lock(mutex_);
     take_ = std::move(take);
