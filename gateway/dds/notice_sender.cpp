@@ -10,7 +10,7 @@ namespace {
 
 constexpr Duration kRetry = 1s;
 constexpr std::size_t kBatch = 64;
-constexpr Duration kEndTime = 700ms;
+constexpr Duration kLastEvents = 700ms;  // for those until now, at the end
 
 }  // namespace
 
@@ -29,10 +29,12 @@ NoticeSender::NoticeSender(const config::Config& config, const PointStore& store
   AssignBounded(gateway_.version, kVersion, kMaxVersion);
 }
 
-void NoticeSender::StartAnew(Instant now) {
-  ends_.Clear();
-  device_ends_.Clear();
-  gateway_due_ = now;
+void NoticeSender::StartAnew(Instant now, bool same) {
+  if (!same) {
+    ends_.Clear();
+    device_ends_.Clear();
+    gateway_due_ = now;
+  }
   events_.StartAnew();
   alarms_.StartAnew();
   alarms_due_ = events_due_ = now + kDiscoveryTime;
@@ -82,7 +84,7 @@ Instant NoticeSender::Due() {
 }
 
 std::optional<Instant> NoticeSender::End(Instant now) {
-  if (!end_by_) end_by_ = now + kEndTime;
+  if (!end_by_) end_by_ = now + kLastEvents;
   if (const auto next = EndOf(events_, now)) return next;
   return EndOf(alarms_, now);
 }

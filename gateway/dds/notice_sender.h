@@ -26,7 +26,8 @@ class NoticeSender {
   NoticeSender(const config::Config& config, const PointStore& store, PacedWriter& paced,
                EventSupply* events, Now now);
 
-  void StartAnew(Instant now);
+  /// `same`: the receiver is the same, and only its writers of samples are others.
+  void StartAnew(Instant now, bool same = false);
   PointEnds& ends() { return ends_; }
   DeviceEnds& device_ends() { return device_ends_; }
   bool EndsAreTold() const { return ends_.empty() && device_ends_.empty(); }

@@ -73,8 +73,15 @@ bool PublishPlan::WantsDevice(std::uint32_t device, DeviceState state, Instant n
 }
 
 void PublishPlan::DeviceSent(std::uint32_t device, DeviceState state, Instant now) {
-  devices_[device] = {now, state, false};
+  devices_[device] = {now, state, false, true};
   due_devices_.Set(device, now + Period(device));
+}
+
+void PublishPlan::KeepMarks(const PublishPlan& before) {
+  for (std::size_t i = 0; i < points_.size(); ++i) points_[i].was_sent = before.points_[i].was_sent;
+  for (std::size_t i = 0; i < devices_.size(); ++i) {
+    devices_[i].was_sent = before.devices_[i].was_sent;
+  }
 }
 
 void PublishPlan::DeviceFailed(std::uint32_t device, Instant now) {

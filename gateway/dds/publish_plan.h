@@ -46,8 +46,11 @@ class PublishPlan {
   void PointSent(std::uint32_t slot, const PointState& state, Instant now);
   /// Whether subscribers have ever been told of it, so that they have to be told of its end.
   bool WasSent(std::uint32_t slot) const { return points_[slot].was_sent; }
+  bool DeviceWasSent(std::uint32_t device) const { return devices_[device].was_sent; }
   /// By a plan before this one.
   void MarkSent(std::uint32_t slot) { points_[slot].was_sent = true; }
+  /// All that the plan before this one, of the same points and devices, has sent.
+  void KeepMarks(const PublishPlan& before);
   /// It is tried again after `retry`, or when it changes.
   void PointFailed(std::uint32_t slot, Instant now);
 
@@ -55,6 +58,8 @@ class PublishPlan {
   bool WantsDevice(std::uint32_t device, DeviceState state, Instant now);
   void DeviceSent(std::uint32_t device, DeviceState state, Instant now);
   void DeviceFailed(std::uint32_t device, Instant now);
+  /// It is in the plan for its number alone.
+  void DeviceGone(std::uint32_t device) { due_devices_.Set(device, Instant::max()); }
 
   /// At most `most` points whose heartbeat (or first sending, or retry) is due; WantsPoint says yes
   /// to them until they are sent.
@@ -74,6 +79,7 @@ class PublishPlan {
     Instant sent_at = Instant::min();
     DeviceState sent = DeviceState::never_seen;
     bool forced = true;
+    bool was_sent = false;
   };
 
   Duration Period(std::uint32_t slot) const;

@@ -112,9 +112,13 @@ void DdsPublisher::Renew(std::uint64_t session) {
 }
 
 Instant DdsPublisher::End() {
-  if (writer_->session() != session_) return kWhenWoken;  // nobody is there who has anything
-  while (const auto next = sender_.End(ReadClocks().instant)) std::this_thread::sleep_until(*next);
-  if (writer_->WaitAcknowledged(kAcknowledgeTime)) sender_.Confirm();
+  const bool known = writer_->session() == session_;  // else the receiver has no event yet
+  while (known) {
+    const auto next = sender_.End(ReadClocks().instant);
+    if (!next) break;
+    std::this_thread::sleep_until(*next);
+  }
+  if (writer_->WaitAcknowledged(kAcknowledgeTime) && known) sender_.Confirm();
   return kWhenWoken;
 }
 

@@ -43,7 +43,7 @@ class DdsPublisher {
   /// A reload: the store has other devices; taken in soon.
   void OnReload();
   /// Hands over the last events, and ends when the DDS process has told subscribers that all points
-  /// are gone; within about a second and a half. Idempotent.
+  /// are gone; within two seconds. Idempotent.
   void Stop();
 
   DdsCounters counters() const {

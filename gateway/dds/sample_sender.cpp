@@ -43,15 +43,18 @@ PublishPlan SampleSender::NewPlan(Instant now) const {
 }
 
 void SampleSender::StartAnew(Instant now) {
-  plan_ = NewPlan(now);
+  const bool same = std::exchange(reopened_, false);
+  PublishPlan plan = NewPlan(now);
+  if (same) plan.KeepMarks(plan_);
+  plan_ = std::move(plan);
   round_ = {};
   paced_.ForgetHold();
-  notices_.StartAnew(now);
+  notices_.StartAnew(now, same);
 }
 
 void SampleSender::OnReload(Instant now) {
-  AddEnds();
-  slots_ = PointSlots(store_);
+  const PointSlots before = std::exchange(slots_, PointSlots(store_));
+  AddEnds(before);
   plan_ = NewPlan(now);
   round_ = {};
   for (const std::uint32_t slot : notices_.ends().TakeBack(slots_)) plan_.MarkSent(slot);
@@ -66,16 +69,18 @@ bool SampleSender::Reopen() {
   if (writer_.Reopen(room) != Sent::yes) return false;
   room_ = room;
   reopen_ = false;
+  reopened_ = true;
   return true;
 }
 
 /// All that subscribers have been told of.
-void SampleSender::AddEnds() {
-  for (std::uint32_t slot = 0; slot < slots_.size(); ++slot) {
-    if (plan_.WasSent(slot)) notices_.ends().Add(slots_.RefOf(slot));
+void SampleSender::AddEnds(const PointSlots& before) {
+  for (std::uint32_t slot = 0; slot < before.size(); ++slot) {
+    if (plan_.WasSent(slot)) notices_.ends().Add(before.RefOf(slot));
   }
-  for (std::uint32_t device = 0; device < slots_.devices(); ++device) {
-    if (slots_.Has(device) && store_.gone(device)) notices_.device_ends().Add(device);
+  for (std::uint32_t device = 0; device < before.devices(); ++device) {
+    const bool gone = before.Has(device) && !slots_.Has(device);
+    if (gone && plan_.DeviceWasSent(device)) notices_.device_ends().Add(device);
   }
 }
 
@@ -100,6 +105,8 @@ bool SampleSender::idle() const {
 Instant SampleSender::Send(Instant now) {
   if (!notices_.Send(now)) return paced_.ReadyAt();
   if (reopen_ && notices_.EndsAreTold() && !Reopen()) return now + PacedWriter::kLongestHold;
+  // There may be no room yet for what the reload has added.
+  if (reopen_ && notices_.Due() <= now) return now;
   if (!SendRound(now)) return paced_.ReadyAt();
   // What has changed meanwhile goes before the next few that are due: it does not wait for the
   // whole start-up image.
@@ -190,8 +197,8 @@ void SampleSender::Unstage() {
 /// False: the pace or the writer does not allow it now.
 bool SampleSender::SendDevice(std::uint32_t device, Instant now) {
   DeviceState state{};
-  if (store_.gone(device)) {  // it is in the plan for its number alone
-    plan_.DeviceSent(device, state, now);
+  if (store_.gone(device)) {
+    plan_.DeviceGone(device);
     return true;
   }
   bool wanted = false;

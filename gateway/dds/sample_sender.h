@@ -36,8 +36,8 @@ class SampleSender {
   SampleSender(const config::Config& config, const PointStore& store, SampleWriter& writer,
                PacedWriter::Log log, Now now, EventSupply* events = nullptr);
 
-  /// The receiver of the samples knows nothing yet: forgets what was sent; everything is due at
-  /// `now` again.
+  /// The receiver of the samples knows nothing yet: everything is due at `now` again. What was sent
+  /// is forgotten, unless it is the same receiver with other writers.
   void StartAnew(Instant now);
 
   /// A reload: the configuration has changed, and the store may have other devices. The end of
@@ -88,7 +88,7 @@ class SampleSender {
   };
 
   PublishPlan NewPlan(Instant now) const;
-  void AddEnds();
+  void AddEnds(const PointSlots& before);
   bool Reopen();
   bool SendRound(Instant now);
   void TakeDue(Instant now);
@@ -100,8 +100,9 @@ class SampleSender {
   const config::Config& config_;
   const PointStore& store_;
   SampleWriter& writer_;
-  Room room_;  ///< that the writer has
-  bool reopen_ = false;
+  Room room_;              ///< that the writer has
+  bool reopen_ = false;    ///< the writers are to be replaced
+  bool reopened_ = false;  ///< they are, and its next session has not begun
   PointSlots slots_;
   PublishPlan plan_;
   PacedWriter paced_;

@@ -21,9 +21,8 @@ struct Room {
   /// Devices that have events, and the gateway; 0: there is no such topic, and none of alarms.
   std::uint32_t events = 0;
 
-  bool Holds(const Room& other) const {
-    return other.points <= points && other.devices <= devices && other.events <= events;
-  }
+  /// Of points and devices. `events` only divides the room for events.
+  bool Holds(const Room& other) const { return other.points <= points && other.devices <= devices; }
 };
 
 /// What became of a sample.
@@ -53,7 +52,7 @@ class SampleWriter {
   virtual bool WaitAcknowledged(Duration most) = 0;
   /// Replaces the writers of samples by new ones with `room`, which know nothing of what was sent
   /// before: so names that no longer exist are gone for subscribers, and take no room. Begins
-  /// another session().
+  /// another session(); until then nothing is taken.
   virtual Sent Reopen([[maybe_unused]] const Room& room) { return Sent::yes; }
   virtual Subscribers subscribers() const = 0;
   /// What the library was given of what came to its ports.

@@ -13,7 +13,7 @@ void EffectApplier::OnReply(const Job& job, Device& device, Answer answer, Insta
   if (effects.rechecked) ledger_.devices.OnRecheck(device);
   if (effects.unconfirmed) ledger_.devices.OnUnconfirmed(device);
   for (const QueryRef& query : effects.read_soon) agenda_.write_queue.AddReadBack(query);
-  for (const config::Group group : effects.repeat) upkeep_.Repeat(device, group, now);
+  for (const config::Group group : effects.repeat) upkeep_.Repeat(device, group, false, now);
   if (effects.stored) owed_.readings.OnStored(*effects.stored);
   if (effects.hold_events) {
     agenda_.schedule.HoldEvents(device.place);
@@ -45,9 +45,8 @@ std::optional<Job::Write> EffectApplier::OnEnd(Job& done, EndEffects effects, co
     const auto& [query, answered] = *effects.poll;
     ledger_.devices.OnPoll(*device, query, answered, done.had_failure);
   }
-  if (effects.repeat) upkeep_.Repeat(*device, *effects.repeat, now);
-  if (effects.repeat_soon) {
-    agenda_.schedule.Repeat(member.place, *effects.repeat_soon, now + config::kAgainPeriod);
+  if (effects.repeat) {
+    upkeep_.Repeat(*device, effects.repeat->group, effects.repeat->soon, now);
   }
   if (!effects.read_again.empty()) upkeep_.ReadBack(*device, effects.read_again);
   if (!effects.doubt.empty() && member.in_use) upkeep_.Doubt(*device, effects.doubt, now);

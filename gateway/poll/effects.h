@@ -59,16 +59,21 @@ struct EndEffects {
     WriteResult result{};
   };
 
+  /// A group in which something was not read.
+  struct Repeat {
+    config::Group group{};
+    bool soon = false;  ///< it was not asked, or its reply may be that to another request
+  };
+
   std::optional<Background> background;
   std::optional<FastPoll> fast_poll;
   std::optional<Poll> poll;
-  std::optional<config::Group> repeat;       ///< a seldom group that was not read
-  std::optional<config::Group> repeat_soon;  ///< a group that was not read for want of a proof
-  std::vector<std::size_t> read_again;       ///< points of a read-back whose query was gone
-  std::vector<std::size_t> doubt;            ///< these points are uncertain
-  bool polls_first = false;                  ///< go before the next write to the device
-  bool judges_member = true;                 ///< the end says whether the member answers
-  bool wrote = false;                        ///< its request may have changed the device
+  std::optional<Repeat> repeat;
+  std::vector<std::size_t> read_again;  ///< points of a read-back whose query was gone
+  std::vector<std::size_t> doubt;       ///< these points are uncertain
+  bool polls_first = false;             ///< go before the next write to the device
+  bool judges_member = true;            ///< the end says whether the member answers
+  bool wrote = false;                   ///< its request may have changed the device
   std::vector<std::pair<RoutedRequest, RoutedReply>> replies;
   std::optional<Write> write;
 };

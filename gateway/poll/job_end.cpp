@@ -22,17 +22,17 @@ void EndOfPoll(const Job& job, const Job::Poll& poll, const JobEnd& end, EndEffe
     effects.fast_poll = EndEffects::FastPoll{job.wire, answered, poll.last_of_round};
   }
   if (job.judges_member) effects.poll = EndEffects::Poll{job.task.query, answered};
-  if (IsUnread(job, end) && IsSeldom(poll.group)) effects.repeat = poll.group;
-  // It was not asked, or its reply may be that to another request. That ends soon, and the next
-  // turn of a slow group would be too late.
-  if (!job.judges_member || end.outcome == Outcome::unexpected) effects.repeat_soon = poll.group;
+  const bool soon = !job.judges_member || end.outcome == Outcome::unexpected;
+  if (soon || (IsUnread(job, end) && IsSeldom(poll.group))) {
+    effects.repeat = EndEffects::Repeat{poll.group, soon};
+  }
 }
 
 void EndOfReadBack(const Job& job, const JobEnd& end, EndEffects& effects) {
   if (job.points.empty()) return;
   if (job.unplanned) effects.read_again = job.points;
   const config::Group group = job.member->device->config->points[job.points.front()].group;
-  if (IsUnread(job, end) && IsSeldom(group)) effects.repeat = group;
+  if (IsUnread(job, end) && IsSeldom(group)) effects.repeat = EndEffects::Repeat{group};
   // Other points of the same register may have changed, too.
   if (!ProvesLife(end.outcome)) effects.doubt = job.points;
 }

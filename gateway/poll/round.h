@@ -8,22 +8,29 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <utility>
 #include <vector>
 
+#include "config/model/point.h"
 #include "gateway/base/time.h"
 
 namespace baudgate {
 
 struct Round {
+  static constexpr Duration kSoonest = config::kAgainPeriod;
+
   std::vector<std::size_t> queries{};
   Duration period{};                 ///< zero: once
   std::optional<Instant> due{};      ///< start of the next round; empty: none
   std::size_t cursor = 0;            ///< next query; queries.size(): no round in progress
   std::uint64_t turn = 0;            ///< when it was last served, counted in picks
   bool due_early = false;            ///< due earlier than by its period
+  bool repeats_soon = false;         ///< RepeatSoon was called since the round began
+  Duration soon = kSoonest;          ///< after which it is repeated next by RepeatSoon
   bool blocked = false;              ///< never due
   std::optional<Instant> planned{};  ///< blocked: when it would be due
   struct Before {
@@ -57,7 +64,8 @@ struct Round {
   /// Due at once, unless it is blocked.
   void Restart(Instant now) {
     if (!blocked) due = now;
-    due_early = false;
+    due_early = repeats_soon = false;
+    soon = kSoonest;
     Stop();
   }
   /// Due at `at`, if that is earlier; once until it begins.
@@ -65,6 +73,13 @@ struct Round {
     if (due_early || (due && *due <= at)) return;
     due = at;
     due_early = true;
+  }
+
+  /// Due after 8 s; if that round ends so too, after 16 s, 32 s …, but not after more than `most`.
+  void RepeatSoon(Instant now, Duration most) {
+    if (std::exchange(repeats_soon, true)) return;
+    Repeat(now + std::min(soon, most));
+    soon = std::min(2 * soon, most);
   }
 
   /// Periods that have passed whole since it was due.
@@ -76,6 +91,7 @@ struct Round {
   std::uint32_t StartIfDue(Instant now) {
     if (active() || queries.empty() || !due || *due > now) return 0;
     due_early = false;
+    if (!std::exchange(repeats_soon, false)) soon = kSoonest;
     cursor = 0;
     if (period == Duration::zero()) {
       due.reset();

@@ -119,6 +119,10 @@ void Schedule::Repeat(std::size_t index, config::Group group, Instant at) {
   devices_[index].rounds[NumberOf(group)].Repeat(at);
 }
 
+void Schedule::RepeatSoon(std::size_t index, config::Group group, Instant now, Duration most) {
+  devices_[index].rounds[NumberOf(group)].RepeatSoon(now, most);
+}
+
 void Schedule::Hasten(std::size_t index, Instant now) {
   Device& device = devices_[index];
   const Instant at = std::max(now, device.hasten_from);

@@ -69,8 +69,11 @@ class Schedule {
   void GoOn(std::size_t device, Instant now);
   /// Nothing of the device is due until Restart: it is offline or disabled.
   void Suspend(std::size_t device);
-  /// Group `once` or `daily` is due again at `at`: some of it could not be read.
+  /// The group is due again at `at`, because some of it could not be read.
   void Repeat(std::size_t device, config::Group group, Instant at);
+  /// The group is due again in 8 s, because a query of it has got no answer of its own. If that
+  /// goes on, after 16 s, 32 s … `most`.
+  void RepeatSoon(std::size_t device, config::Group group, Instant now, Duration most);
   /// All groups of the device are due again: what they read may have changed. At once, but if that
   /// comes often, at most twice in kHastenAgain: a client that writes all the time must not fill
   /// the line.

@@ -317,9 +317,11 @@ void Upkeep::DoubtSeldom(Device& device, Instant now) {
   agenda_.schedule.Repeat(device.place, config::Group::daily, now + SlowOf(device));
 }
 
-void Upkeep::Repeat(const Device& device, config::Group group, Instant now) {
+void Upkeep::Repeat(const Device& device, config::Group group, bool soon, Instant now) {
   const Duration least = group == config::Group::daily ? kDailyAgain : Duration::zero();
-  agenda_.schedule.Repeat(device.place, group, now + std::max(SlowOf(device), least));
+  const Duration most = IsSeldom(group) ? std::max(SlowOf(device), least) : kLongest;
+  if (soon) return agenda_.schedule.RepeatSoon(device.place, group, now, most);
+  agenda_.schedule.Repeat(device.place, group, now + most);
 }
 
 /// It may be another device: what was learned of it no longer holds, and its values are uncertain

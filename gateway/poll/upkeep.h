@@ -77,8 +77,8 @@ class Upkeep {
   void ShowLine(Instant now) { ledger_.line.Show(agenda_.probes.NoticeBound(now)); }
 
   /// What could not be read once is tried again after the slow period, at least every hour; of the
-  /// daily group the whole round, at most every 5 min.
-  void Repeat(const Device& device, config::Group group, Instant now);
+  /// daily group the whole round, at most every 5 min. `soon`: after 8 s, 16 s … until then.
+  void Repeat(const Device& device, config::Group group, bool soon, Instant now);
 
  private:
   /// Points of the device that may show something else after `request`; empty: not known.

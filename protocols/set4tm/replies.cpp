@@ -123,8 +123,8 @@ Answer MeterReplies::TakeStatus(Step& step) {
   if (step.asked == RequestKind::link && step.task.kind != Task::Kind::probe) {
     return parts_.session.TakePasswordRefused(std::move(answer), step.now);
   }
-  if (code == kChannelClosed) return parts_.session.TakeClosed(std::move(answer));
-  if (code == kRepeat) return parts_.session.TakeRepeat(std::move(answer));
+  if (code == kChannelClosed) return Unread(step, parts_.session.TakeClosed(std::move(answer)));
+  if (code == kRepeat) return Unread(step, parts_.session.TakeRepeat(std::move(answer)));
   const bool refused = code == kNotAllowed || code == kLevelTooLow;
   if (refused) parts_.refused.OnRefused(step.now);
   if (refused || step.asked == RequestKind::trial) {

@@ -30,8 +30,8 @@ class MeterReplies {
   static const Row kRows[];
   static const Row& RowOf(RequestKind kind);
 
-  /// The reply answers the poll's own query.
   Answer Unread(const Step& step, Answer answer);
+  /// The reply answers the poll's own query.
   bool IsOwn(const Step& step) const;
 
   static Answer Plain(MeterReplies& its, Step& step);

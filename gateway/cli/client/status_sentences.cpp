@@ -48,8 +48,8 @@ std::string HeadSentence(const Json& status) {
                      MillisecondsText(status.at("uptime_ms")), lines.size(), devices, alive);
 }
 
-/// "3 subscribers"; where the readers of other topics are not as many: "1 subscriber of points, 2
-/// of events".
+/// "3 subscribers"; where another topic has more readers than the points: "1 subscriber of points,
+/// 2 of events".
 std::string Subscribers(const Json& dds) {
   const std::uint64_t points = Number(dds, "subscribers");
   std::string text = Plural(points, "subscriber");

@@ -52,7 +52,7 @@ std::size_t WritersFor(std::size_t instances) {
 }
 
 /// Room in each writer: names are spread by a hash, so some writers get more than their part.
-std::size_t RoomFor(std::size_t instances) {
+std::size_t InstancesEach(std::size_t instances) {
   const std::size_t writers = WritersFor(instances);
   const std::size_t part = (instances + writers - 1) / writers;
   return kSpareInstances + (writers == 1 ? part : part + part / 4);
@@ -162,7 +162,7 @@ class TopicWriters {
  private:
   bool Fill(fast::Publisher& publisher, std::size_t instances, std::size_t depth) {
     while (writers_.size() < WritersFor(instances)) {
-      auto* writer = publisher.create_datawriter(topic_, WriterQos(RoomFor(instances), depth),
+      auto* writer = publisher.create_datawriter(topic_, WriterQos(InstancesEach(instances), depth),
                                                  writers_.empty() ? &readers_ : nullptr);
       if (writer == nullptr) return false;
       writers_.push_back(writer);

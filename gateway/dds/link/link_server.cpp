@@ -101,7 +101,7 @@ std::optional<Instant> LinkServer::Leave(Instant now) {
   }
   RetryEvents(events_retry_);
   const bool events_read = writer_->subscribers().events > 0;
-  if (writer_->WaitAcknowledged(kAcknowledgeTime) && events_read && events_.empty()) {
+  if (writer_->WaitAcknowledged(kAcknowledgeTime) && ended_ && events_read && events_.empty()) {
     answer_ = EncodeBare(LinkKind::left);
   }
   writer_.reset();

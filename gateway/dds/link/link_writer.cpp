@@ -15,7 +15,7 @@ constexpr Duration kRoomPause = 5ms;  // until a full socket is tried again
 template <typename Sample>
 Sent LinkWriter::Put(LinkKind kind, const Sample& sample) {
   const MutexLock lock(mutex_);
-  if (socket_ < 0) return Sent::later;
+  if (socket_ < 0 || reopening_) return Sent::later;
   const std::size_t size = EncodeSample(kind, sample, packet_);
   return size == 0 ? Sent::refused : SendHeld(size);
 }
@@ -57,8 +57,9 @@ bool LinkWriter::WaitAcknowledged(Duration most) {
 Sent LinkWriter::Reopen(const Room& room) {
   const MutexLock lock(mutex_);
   open_.room = room;
-  if (socket_ < 0) return Sent::later;
-  return SendPacket(socket_, EncodeOpen(open_)) == PacketSent::yes ? Sent::yes : Sent::later;
+  if (socket_ < 0 || reopening_) return Sent::later;
+  reopening_ = SendPacket(socket_, EncodeOpen(open_)) == PacketSent::yes;
+  return reopening_ ? Sent::yes : Sent::later;
 }
 
 LinkOpen LinkWriter::open() const {
@@ -96,6 +97,7 @@ void LinkWriter::Attach(int socket) {
     const MutexLock lock(mutex_);
     socket_ = socket;
     ++sessions_;
+    left_ = reopening_ = false;
   }
   TellSession();
 }
@@ -104,6 +106,7 @@ void LinkWriter::Detach() {
   {
     const MutexLock lock(mutex_);
     socket_ = -1;
+    reopening_ = false;
     subscribers_ = {};
   }
   detached_.notify_all();

@@ -62,6 +62,8 @@ class LinkWriter : public SampleWriter {
   Subscribers subscribers_ BAUDGATE_GUARDED_BY(mutex_);
   bool ending_ BAUDGATE_GUARDED_BY(mutex_) = false;
   bool left_ BAUDGATE_GUARDED_BY(mutex_) = false;
+  /// Until the process has replaced its writers nothing goes out: they know nothing of it.
+  bool reopening_ BAUDGATE_GUARDED_BY(mutex_) = false;
   std::array<std::uint8_t, kMaxLinkMessage> packet_ BAUDGATE_GUARDED_BY(mutex_){};
   mutable Mutex telling_;
   std::function<void()> on_session_ BAUDGATE_GUARDED_BY(telling_);

@@ -57,11 +57,16 @@ void Say(const std::string& sentence) {
 /// gateway is dead, and subscribers would take the last samples for true.
 void Live(Duration most = LinkKeeper::kGivenUp + 5s) { ::alarm(static_cast<unsigned>(most / 1s)); }
 
+/// Stops the clock of Live, behind what is destroyed before it.
+struct LivesNoMore {
+  ~LivesNoMore() { Live(0s); }
+};
+
 /// While it lives, the watchdogs have patience: the library opens without giving signs of life.
 class SlowWhile {
  public:
   SlowWhile() : watched_(sd_watchdog_enabled(0, &usual_) > 0) {
-    Live(LinkKeeper::kOpening);
+    Live(LinkKeeper::kOpening + 5s);
     Allow(LinkKeeper::kOpening / 1us);
   }
   ~SlowWhile() { Allow(static_cast<std::int64_t>(usual_)); }
@@ -78,6 +83,7 @@ class SlowWhile {
 };
 
 Result<ServeEnd> ServeOne(const Descriptor& link, const StopSignals& stop) {
+  const LivesNoMore last;
   const WakeUp wake;
   std::optional<InterfaceWatch> interfaces;
   ParticipantOptions options;
@@ -101,9 +107,7 @@ Result<ServeEnd> ServeOne(const Descriptor& link, const StopSignals& stop) {
     if (changed) return Error{*changed + ": DDS begins anew"};
     return {};
   };
-  auto end = Serve(link, server, wake, stop.descriptor(), alive);
-  Live(0s);
-  return end;
+  return Serve(link, server, wake, stop.descriptor(), alive);
 }
 
 /// 0: as much memory as there is.

@@ -29,10 +29,10 @@ class WakeUp {
   Descriptor event_;
 };
 
-/// Until the link ends; then subscribers are told the end of all points, unless something was wrong
-/// with it, which is the error. `alive` is called at least once a
-/// second, by the thread that reads the link; an error of it ends the link. `wake` rings when the
-/// server has a request.
+/// Serves until the link ends. Then subscribers are told the end of all points. The error says what
+/// was wrong with the link; the daemon begins anew, so no end is told. `alive` is called at least
+/// once a second, by the thread that reads the link; an error of it ends the link. `wake` rings
+/// when the server has a request.
 Result<ServeEnd> Serve(const Descriptor& link, LinkServer& server, const WakeUp& wake, int stop,
                        const std::function<Status()>& alive);
 

@@ -1,6 +1,7 @@
 // A subscriber of the events of baudgate on Cyclone DDS: prints each event once. After a restart of
-// the gateway the last 1,000 events may come again, and events of different devices may come in
-// another order than they happened. So the largest number is remembered for each gateway and device.
+// the gateway or of its DDS process, and after some reloads, the last 1,000 events come again, and
+// events of different devices may come in another order than they happened. So the largest number is
+// remembered for each gateway and device.
 //   events [domain]
 // SPDX-License-Identifier: Apache-2.0
 #include <stdio.h>

@@ -343,6 +343,35 @@ TEST(SampleSender, AReloadThatTakesPointsOutReplacesTheWritersBehindTheirEnds) {
   EXPECT_THAT(run.writer.reopened, SizeIs(1)) << "nothing is gone now";
 }
 
+/// The second reload comes before the session of the replaced writers.
+TEST(SampleSender, WhatIsGoneByAReloadRightBehindAnotherIsTold) {
+  for (const bool reload_first : {true, false}) {
+    Sending run(MakeConfig(2, 1));
+    run.RunFor(1s);
+    config::Line first = run.config.lines[0];
+    first.devices[0].name = "renamed";
+    run.store.Append(first);
+    run.store.Retire(0);
+    run.sender.OnReload(run.now.instant);
+    run.RunFor(0ms);
+    ASSERT_THAT(run.writer.reopened, SizeIs(1));
+    run.writer.points.clear();
+    config::Line second = first;
+    second.devices.resize(1);
+    run.store.Append(second);
+    run.store.Retire(1);
+    if (reload_first) run.sender.OnReload(run.now.instant);
+    run.sender.StartAnew(run.now.instant);
+    if (!reload_first) run.sender.OnReload(run.now.instant);
+    run.RunFor(1s);
+    const auto is_end = [](const PointSample& sample) {
+      return sample.device == "feeder-1" && sample.quality == 0x08;
+    };
+    EXPECT_EQ(std::ranges::count_if(run.writer.points, is_end), 1) << reload_first;
+    EXPECT_THAT(run.writer.reopened, SizeIs(2));
+  }
+}
+
 TEST(SampleSender, AReloadThatAddsPointsReplacesTheWritersOnlyForRoom) {
   Sending run(MakeConfig(1, 1));
   run.RunFor(1s);

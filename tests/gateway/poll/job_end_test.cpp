@@ -79,7 +79,7 @@ TEST_F(JobEndTest, OfAReadWhoseQueryIsGone) {
   EXPECT_TRUE(End(Make(Job::ReadBack{}), Outcome::ok).read_again.empty());
   Job once = Make(Job::Poll{config::Group::once, true});
   once.unplanned = true;
-  EXPECT_EQ(End(std::move(once), Outcome::ok).repeat, config::Group::once);
+  EXPECT_EQ(End(std::move(once), Outcome::ok).repeat->group, config::Group::once);
 }
 
 TEST_F(JobEndTest, OfABackgroundTask) {

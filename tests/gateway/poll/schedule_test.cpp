@@ -56,6 +56,28 @@ TEST(Schedule, IntervalsOfTheirOwnStandOnGridsOfTheirOwn) {
   EXPECT_EQ(schedule.Missed(0, kStart + 1s + 50ms), 10U) << "what is not asked is missed";
 }
 
+TEST(Schedule, AGroupWithoutAnAnswerOfItsOwnIsRepeatedSoonAndThenLessAndLessOften) {
+  Schedule schedule;
+  schedule.SetQueries(schedule.AddDevice(1s, 1h), {Group::slow, Group::slow});
+  schedule.Restart(0, kStart);
+  Instant now = kStart;
+  const auto round = [&](bool answered) {
+    for (int query = 0; query < 2; ++query) {
+      EXPECT_TRUE(schedule.Next(now));
+      if (!answered) schedule.RepeatSoon(0, Group::slow, now, 1min);
+    }
+    const Duration wait = *schedule.NextDue() - now;
+    now += wait;
+    return wait;
+  };
+  for (const Duration wait : {8s, 16s, 32s, 60s, 60s}) EXPECT_EQ(round(false), wait);
+  EXPECT_EQ(round(true), 1h);
+  EXPECT_EQ(round(false), 8s) << "it was answered in between";
+  EXPECT_EQ(round(false), 16s);
+  schedule.Restart(0, now);
+  EXPECT_EQ(round(false), 8s);
+}
+
 TEST(Schedule, AFailingDeviceWaitsUntilNoHealthyOneIsDue) {
   Schedule schedule;
   for (std::size_t device = 0; device < 2; ++device) {

@@ -218,6 +218,13 @@ TEST_F(LinkServerTest, LeftIsSaidOnlyWhereSomebodyReadsTheEvents) {
   }
 }
 
+TEST_F(LinkServerTest, AnEndThatTheDaemonHasNotSaidConfirmsNothing) {
+  Open();
+  writer_->there = {.points = 1, .events = 1};
+  EXPECT_EQ(server_.Leave(kStart), std::nullopt);
+  EXPECT_EQ(server_.Answer(kStart), std::nullopt) << "its last events may not have been read";
+}
+
 TEST_F(LinkServerTest, TheLastSampleKeepsTheValueAndIsNotConnected) {
   Open();
   PointSample sample = Point("p");

@@ -99,6 +99,21 @@ TEST_F(LinkWriterTest, TheEndIsTold) {
   EXPECT_EQ(ParseLink(received.packet)->kind, LinkKind::end);
 }
 
+TEST_F(LinkWriterTest, NothingGoesOutUntilTheProcessHasReplacedItsWriters) {
+  EXPECT_EQ(writer_.Reopen({.points = 7}), Sent::later);
+  EXPECT_EQ(writer_.open().room.points, 7U) << "the next process is asked for it";
+  writer_.Attach(ends_.first.get());
+  EXPECT_EQ(writer_.Reopen({.points = 8}), Sent::yes);
+  const ReceivedPacket received = ReceivePacket(ends_.second.get(), buffer_);
+  ASSERT_EQ(received.got, PacketGot::packet);
+  EXPECT_EQ(DecodeOpen(ParseLink(received.packet)->body)->room.points, 8U);
+  EXPECT_EQ(writer_.Write(Point(1)), Sent::later);
+  EXPECT_EQ(writer_.Reopen({.points = 9}), Sent::later);
+  writer_.Attach(ends_.first.get());
+  EXPECT_EQ(writer_.session(), 2U);
+  EXPECT_EQ(writer_.Write(Point(2)), Sent::yes);
+}
+
 TEST(PacketSocket, APacketBeyondTheLongestIsSeenAsSuch) {
   auto ends = std::move(*MakePacketPair());
   const Bytes large(kMaxLinkMessage * 2, 1);
