@@ -22,6 +22,7 @@ NoticeSender::NoticeSender(const config::Config& config, const PointStore& store
       device_ends_(config, store),
       events_(events),
       events_due_(now.instant + kDiscoveryTime),
+      meets_until_(now.instant + kMeetingTime),
       alarms_(events),
       alarms_due_(events_due_) {
   gateway_.gateway = config.name;
@@ -38,11 +39,17 @@ void NoticeSender::StartAnew(Instant now, bool same) {
   events_.StartAnew();
   alarms_.StartAnew();
   alarms_due_ = events_due_ = now + kDiscoveryTime;
+  meets_until_ = now + kMeetingTime;
+}
+
+Instant NoticeSender::EventsDue() const {
+  return paced_.EventsAreRead() ? events_due_ : std::max(events_due_, meets_until_);
 }
 
 bool NoticeSender::Send(Instant now) {
   return SendGateway(now) && SendFrom(ends_, ends_due_, now) &&
-         SendFrom(device_ends_, ends_due_, now) && SendFrom(events_, events_due_, now) &&
+         SendFrom(device_ends_, ends_due_, now) &&
+         (now < EventsDue() || SendFrom(events_, events_due_, now)) &&
          SendFrom(alarms_, alarms_due_, now);
 }
 
@@ -78,7 +85,7 @@ bool NoticeSender::SendFrom(Sender& sender, Instant& due, Instant now) {
 
 Instant NoticeSender::Due() {
   const Instant ends = EndsAreTold() ? Instant::max() : ends_due_;
-  const Instant events = events_.Next() == nullptr ? Instant::max() : events_due_;
+  const Instant events = events_.Next() == nullptr ? Instant::max() : EventsDue();
   const Instant alarms = alarms_.Next() == nullptr ? Instant::max() : alarms_due_;
   return std::min({gateway_due_, ends, events, alarms});
 }

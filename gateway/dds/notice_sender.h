@@ -20,6 +20,9 @@ class NoticeSender {
  public:
   /// Subscribers that are already there find a new gateway within this time.
   static constexpr Duration kDiscoveryTime = 500ms;
+  /// Within this time all of them have. Events wait so long for somebody who reads them: with more
+  /// than the writers keep, the oldest would be gone before the first reader is there.
+  static constexpr Duration kMeetingTime = 15s;
 
   /// All outlive this. `now` is told as the gateway's start. `events`: null: there
   /// are none.
@@ -50,6 +53,7 @@ class NoticeSender {
 
  private:
   bool SendGateway(Instant now);
+  Instant EventsDue() const;
   template <typename Sender>
   bool SendFrom(Sender& sender, Instant& due, Instant now);
   template <typename Sender>
@@ -63,6 +67,7 @@ class NoticeSender {
   Instant ends_due_{};  ///< not before
   EventSender events_;
   Instant events_due_;  ///< not before
+  Instant meets_until_;
   AlarmSender alarms_;
   Instant alarms_due_;             ///< not before
   std::optional<Instant> end_by_;  ///< the end is being told

@@ -41,6 +41,7 @@ class PacedWriter {
     return sent;
   }
 
+  bool EventsAreRead() const { return writer_.subscribers().events > 0; }
   Instant ReadyAt() const { return std::max(held_until_, pacer_.ReadyAt()); }
   /// There is a new receiver.
   void ForgetHold() { held_until_ = {}; }

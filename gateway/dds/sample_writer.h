@@ -62,7 +62,8 @@ class SampleWriter {
   /// The number of the present receiver of samples; a new one knows nothing of what was sent
   /// before. 0: there is none.
   virtual std::uint64_t session() const { return 1; }
-  /// Before the first sample: `changed` is called, from any thread, whenever session() changes.
+  /// Before the first sample: `changed` is called, from any thread, whenever session() changes, and
+  /// when there is somebody who reads the events.
   virtual void OnSession([[maybe_unused]] const std::function<void()>& changed) {}
 
   using TakeRequest = std::function<void(WriteArrival arrival)>;

@@ -48,17 +48,20 @@ std::string HeadSentence(const Json& status) {
                      MillisecondsText(status.at("uptime_ms")), lines.size(), devices, alive);
 }
 
-/// "3 subscribers"; where another topic has more readers than the points: "1 subscriber of points,
-/// 2 of events".
+/// "3 subscribers"; where not all topics have as many readers: "3 subscribers of points, 3 of
+/// devices, none of events, none of alarms".
 std::string Subscribers(const Json& dds) {
   const std::uint64_t points = Number(dds, "subscribers");
   std::string text = Plural(points, "subscriber");
   std::string others;
-  for (const char* topic : {"devices", "events", "alarms"}) {
-    const std::uint64_t readers = Number(PartOf(dds, "readers"), topic);
-    if (readers > points) others += fmt::format(", {} of {}", readers, topic);
+  bool equal = true;
+  for (const auto& [topic, readers] : PartOf(dds, "readers").items()) {
+    if (topic == "points") continue;
+    const std::uint64_t count = readers;
+    equal = equal && count == points;
+    others += fmt::format(", {} of {}", count == 0 ? "none" : std::to_string(count), topic);
   }
-  return others.empty() ? text : text + " of points" + others;
+  return equal ? text : text + " of points" + others;
 }
 
 std::string DdsSentence(const Json& status) {

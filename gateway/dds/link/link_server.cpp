@@ -13,9 +13,13 @@ constexpr Duration kSignOfLife = 1s;
 constexpr Duration kAtMostEvery = 100ms;  // counts that change all the time
 constexpr Duration kAcknowledgeTime = 250ms;
 constexpr Duration kEventRetry = 1s;
+// What a subscriber has acknowledged its program may not have taken yet, and what is not taken when
+// the writers leave is gone.
+constexpr Duration kTakingTime = 100ms;
 constexpr std::size_t kMostEvents = 1000;  // that wait for it
-// There are kEndTime for the ends of all points: 50 a millisecond, and 100 at once.
-constexpr Duration kEndInterval = 20us;
+// As fast as samples go at other times: a subscriber's socket that overflows would need longer than
+// the time that is left to repeat them.
+constexpr Duration kEndInterval = 50us;
 constexpr std::uint32_t kEndBurst = 100;
 
 }  // namespace
@@ -99,13 +103,18 @@ std::optional<Instant> LinkServer::Leave(Instant now) {
     writer_->Write(point_);
     latest_.erase(latest_.begin());
   }
+  if (closes_at_) {
+    if (now < *closes_at_) return closes_at_;
+    writer_.reset();
+    return std::nullopt;
+  }
+  if (std::exchange(acknowledged_, true)) return closes_at_ = now + kTakingTime;
   RetryEvents(events_retry_);
   const bool events_read = writer_->subscribers().events > 0;
   if (writer_->WaitAcknowledged(kAcknowledgeTime) && ended_ && events_read && events_.empty()) {
     answer_ = EncodeBare(LinkKind::left);
   }
-  writer_.reset();
-  return std::nullopt;
+  return now;
 }
 
 template <typename Sample>

@@ -35,7 +35,7 @@ class LinkServer {
   bool ended() const { return ended_; }
   /// Nobody reads the points any more, whether the daemon said so or is gone: the last sample of
   /// each goes out once more, not connected, unless it said that already. Then waits for
-  /// subscribers, at most a quarter of a second, and closes the writers. Returns when to call it
+  /// subscribers, at most 350 ms, and closes the writers. Returns when to call it
   /// again; empty: done.
   std::optional<Instant> Leave(Instant now);
 
@@ -60,6 +60,8 @@ class LinkServer {
   std::unordered_map<std::string, Bytes> latest_;
   Pacer end_pacer_;
   std::optional<Instant> leave_by_;
+  bool acknowledged_ = false;  ///< subscribers have been waited for
+  std::optional<Instant> closes_at_;
   PointSample point_;  ///< kept to save its memory
   DeviceSample device_;
   GatewaySample gateway_;

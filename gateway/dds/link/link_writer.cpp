@@ -114,8 +114,13 @@ void LinkWriter::Detach() {
 }
 
 void LinkWriter::SetSubscribers(const Subscribers& subscribers) {
-  const MutexLock lock(mutex_);
-  subscribers_ = subscribers;
+  bool events_wait = false;
+  {
+    const MutexLock lock(mutex_);
+    events_wait = subscribers_.events == 0 && subscribers.events > 0;
+    subscribers_ = subscribers;
+  }
+  if (events_wait) TellSession();
 }
 
 void LinkWriter::SetLeft() {

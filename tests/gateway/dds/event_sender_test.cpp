@@ -279,6 +279,21 @@ TEST(AlarmsOfASender, AreTheStateOfEach) {
   EXPECT_EQ(run.writer.alarms.back().name, "c");
 }
 
+/// The writers keep the newest 1000 of a device: what is sent before a reader is there may be lost.
+TEST(EventsOfASender, WaitUntilSomebodyReadsThemButNotForLong) {
+  for (const bool comes : {true, false}) {
+    SampleLoad run;
+    run.writer.there = {.points = 1};
+    run.supply.Happen(3000);
+    run.RunFor(10s);
+    EXPECT_EQ(run.writer.events.size(), 0U);
+    EXPECT_GT(run.writer.points.size(), 0U);
+    if (comes) run.writer.there.events = 1;
+    run.RunFor(comes ? 1s : 6s);
+    EXPECT_EQ(run.writer.events.size(), 1000U) << "there was no place yet";
+  }
+}
+
 TEST(EventsOfASender, AreToldBeforeTheEnd) {
   SampleLoad run;
   run.RunFor(1s);

@@ -41,7 +41,7 @@ class RememberingWriter : public SampleWriter {
   std::vector<AlarmSample> alarms;
   std::vector<ReplySample> replies;
   std::vector<Room> reopened;
-  Subscribers there;
+  Subscribers there{.events = 1};
   TakeRequest on_request;
   DatagramCounters counted;
   int asked = 0;            ///< how often anything was given to it

@@ -63,7 +63,12 @@ TEST(DdsJson, Fields) {
 }
 
 TEST(DdsJson, OneLineWhenAllIsWell) {
-  EXPECT_THAT(Shown(Up()), HasSubstr("\nDDS domain 0: 3 subscribers, 1234 samples\n"));
+  EXPECT_THAT(Shown(Up()),
+              HasSubstr("\nDDS domain 0: 3 subscribers of points, none of devices, 1 of "
+                        "events, none of alarms, 1234 samples\n"));
+  LinkState equal = Up();
+  equal.subscribers = {3, 3, 3, 3};
+  EXPECT_THAT(Shown(equal), HasSubstr("\nDDS domain 0: 3 subscribers, 1234 samples\n"));
   EXPECT_THAT(Shown(Up(), "bay-1"), Not(HasSubstr("DDS")));
 }
 
@@ -116,7 +121,7 @@ TEST(DdsJson, WriteRequestsWhereTheyAreTaken) {
 TEST(DdsJson, SamplesThatTheLibraryDidNotTake) {
   LinkState state = Up();
   state.refused = 2;
-  EXPECT_THAT(Shown(state), HasSubstr("3 subscribers, 1234 samples, 2 not taken by the library\n"));
+  EXPECT_THAT(Shown(state), HasSubstr(", 1234 samples, 2 not taken by the library\n"));
 }
 
 TEST(DdsJson, ASentenceWhenItIsNot) {
