@@ -20,8 +20,9 @@ class NoticeSender {
  public:
   /// Subscribers that are already there find a new gateway within this time.
   static constexpr Duration kDiscoveryTime = 500ms;
-  /// Within this time all of them have. Events wait so long for somebody who reads them: with more
-  /// than the writers keep, the oldest would be gone before the first reader is there.
+  /// All subscribers that are running have found a new gateway within this time. Events wait so
+  /// long until somebody reads them. If 3,000 events wait and the writer keeps 1,000, sending them
+  /// at once would lose the oldest 2,000 before the first reader is found.
   static constexpr Duration kMeetingTime = 15s;
 
   /// All outlive this. `now` is told as the gateway's start. `events`: null: there

@@ -1,6 +1,6 @@
-// The points and devices that a reload has taken out, and whose end subscribers have to be told:
-// the last value of each point goes out once more, not connected, and the last counters of each
-// device, disabled. Pure; gateway/dds/notice_sender.h sends.
+// The final samples of points and devices that a reload has removed. Each point is published once
+// more with its last value, not connected; each device with its last counters, disabled. No I/O:
+// gateway/dds/notice_sender.h sends them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -40,20 +40,21 @@ class PointEnds {
   PointSample sample_;  ///< of the first
 };
 
+/// The queue of removed devices.
 class DeviceEnds {
  public:
   /// Both outlive this.
   DeviceEnds(const config::Config& config, const PointStore& store)
       : config_(config), store_(store) {}
 
-  /// Its number in the store; it is gone there.
+  /// `device`: its number in the store, which keeps the counters of removed devices.
   void Add(std::uint32_t device) { gone_.push_back(device); }
   void Clear() { gone_.clear(); }
-  /// A device that is there again, or still, under its name has no end.
+  /// Drops devices whose name is still in use: a reload may have begun their line anew.
   void TakeBack();
 
   bool empty() const { return gone_.empty(); }
-  /// As PointEnds.
+  /// As PointEnds::Next.
   const DeviceSample* Next();
   void OnSent() { gone_.pop_front(); }
 

@@ -36,14 +36,14 @@ class SampleSender {
   SampleSender(const config::Config& config, const PointStore& store, SampleWriter& writer,
                PacedWriter::Log log, Now now, EventSupply* events = nullptr);
 
-  /// The receiver of the samples knows nothing yet: everything is due at `now` again. What was sent
-  /// is forgotten, unless it is the same receiver with other writers.
+  /// A new session has begun, whose writers hold no samples: everything is due at `now`. It also
+  /// forgets which points and devices were sent and which ends are to be sent, unless the session
+  /// has begun by SampleWriter::Reopen.
   void StartAnew(Instant now);
 
-  /// A reload: the configuration has changed, and the store may have other devices. The end of
-  /// points and devices that are gone is due first; then the writers are replaced, so that late
-  /// subscribers do not hear of them. Everything else is due again, also what was added and is not
-  /// sent yet.
+  /// The configuration was reloaded, and the store may have other devices. First come the ends of
+  /// removed points and devices. Then the writers are replaced, so that late subscribers never get
+  /// these. Then everything else is sent again, also what was given to Add and is not sent yet.
   void OnReload(Instant now);
 
   /// Takes over what has changed; also when nothing has. Only while idle, and before each Send
@@ -101,8 +101,8 @@ class SampleSender {
   const PointStore& store_;
   SampleWriter& writer_;
   Room room_;              ///< that the writer has
-  bool reopen_ = false;    ///< the writers are to be replaced
-  bool reopened_ = false;  ///< they are, and its next session has not begun
+  bool reopen_ = false;    ///< SampleWriter::Reopen is to be called
+  bool reopened_ = false;  ///< it was called, and the next session has not begun yet
   PointSlots slots_;
   PublishPlan plan_;
   PacedWriter paced_;

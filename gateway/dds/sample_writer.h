@@ -46,13 +46,14 @@ class SampleWriter {
   virtual Sent Write(const AlarmSample&) { return Sent::refused; }
   /// To a request that OnRequest was told of.
   virtual Sent Write(const ReplySample&) { return Sent::refused; }
-  /// The last call. Behind a link the DDS process tells the end of all points first. Waits until
-  /// all subscribers have everything; false after `most`, and where nobody knows. Behind a link
-  /// true also means that somebody reads the events.
+  /// The last call. Waits at most `most` until all subscribers have acknowledged everything; false
+  /// after that, and if the writer cannot tell. With a DDS process behind a link, that process
+  /// first publishes all points as not connected, which takes longer than `most`, and true also
+  /// means that a subscriber of events is there.
   virtual bool WaitAcknowledged(Duration most) = 0;
-  /// Replaces the writers of samples by new ones with `room`, which know nothing of what was sent
-  /// before: so names that no longer exist are gone for subscribers, and take no room. Begins
-  /// another session(); until then nothing is taken.
+  /// Replaces the writers of samples by empty ones with this room. Removed points and devices are
+  /// gone for subscribers then, and use no room. Write takes nothing until the new session()
+  /// begins.
   virtual Sent Reopen([[maybe_unused]] const Room& room) { return Sent::yes; }
   virtual Subscribers subscribers() const = 0;
   /// What the library was given of what came to its ports.

@@ -59,10 +59,10 @@ struct EndEffects {
     WriteResult result{};
   };
 
-  /// A group in which something was not read.
+  /// The group is to be polled again, because a part of it was not read.
   struct Repeat {
     config::Group group{};
-    bool soon = false;  ///< it was not asked, or its reply may be that to another request
+    bool soon = false;  ///< Schedule::RepeatSoon; the rule is in job_end.cpp
   };
 
   std::optional<Background> background;

@@ -22,6 +22,7 @@ void EndOfPoll(const Job& job, const Job::Poll& poll, const JobEnd& end, EndEffe
     effects.fast_poll = EndEffects::FastPoll{job.wire, answered, poll.last_of_round};
   }
   if (job.judges_member) effects.poll = EndEffects::Poll{job.task.query, answered};
+  // The query was not sent, or its reply may belong to another request.
   const bool soon = !job.judges_member || end.outcome == Outcome::unexpected;
   if (soon || (IsUnread(job, end) && IsSeldom(poll.group))) {
     effects.repeat = EndEffects::Repeat{poll.group, soon};

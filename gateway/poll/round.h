@@ -30,7 +30,7 @@ struct Round {
   std::uint64_t turn = 0;            ///< when it was last served, counted in picks
   bool due_early = false;            ///< due earlier than by its period
   bool repeats_soon = false;         ///< RepeatSoon was called since the round began
-  Duration soon = kSoonest;          ///< after which it is repeated next by RepeatSoon
+  Duration soon = kSoonest;          ///< the wait of the next RepeatSoon
   bool blocked = false;              ///< never due
   std::optional<Instant> planned{};  ///< blocked: when it would be due
   struct Before {
@@ -75,7 +75,8 @@ struct Round {
     due_early = true;
   }
 
-  /// Due after 8 s; if that round ends so too, after 16 s, 32 s …, but not after more than `most`.
+  /// Due early, with back-off: after 8 s, then 16 s, 32 s … at most `most`, as long as each round
+  /// in a row calls this. Further calls in the same round do nothing.
   void RepeatSoon(Instant now, Duration most) {
     if (std::exchange(repeats_soon, true)) return;
     Repeat(now + std::min(soon, most));

@@ -71,8 +71,8 @@ class Schedule {
   void Suspend(std::size_t device);
   /// The group is due again at `at`, because some of it could not be read.
   void Repeat(std::size_t device, config::Group group, Instant at);
-  /// The group is due again in 8 s, because a query of it has got no answer of its own. If that
-  /// goes on, after 16 s, 32 s … `most`.
+  /// The group is due again in 8 s, because a query was not sent, or its reply may belong to
+  /// another request. If the next round fails in the same way, after 16 s, 32 s … at most `most`.
   void RepeatSoon(std::size_t device, config::Group group, Instant now, Duration most);
   /// All groups of the device are due again: what they read may have changed. At once, but if that
   /// comes often, at most twice in kHastenAgain: a client that writes all the time must not fill

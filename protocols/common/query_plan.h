@@ -127,8 +127,9 @@ class QueryPlan {
   /// not been answered since OnReconnect count as a refusal.
   PlanChange OnSilent(std::size_t query, Instant now);
 
-  /// What was refused is asked with its group again, except points of group `again`, which would
-  /// wait longer there. False: nothing was.
+  /// Points that were refused are read in the queries of their own group again. Points of
+  /// config::Group::again stay there, because they are tried sooner. False: no refusal was
+  /// forgotten.
   bool ForgetRefusals();
   /// The device may be another one now: what was refused is asked again, and blocks are whole
   /// again. A block that it was silent to, and has never answered, stays split: silence costs time.

@@ -138,8 +138,9 @@ Answer MeterReplies::TakeStatus(Step& step) {
   return Unread(step, std::move(answer));
 }
 
-/// The meter has answered what goes before the read, or the read itself, with no values: the points
-/// do not wait for the next turn of their group, which may be tomorrow.
+/// Handles a poll that ends with an answer that has no values, to the read or to a step before it
+/// (the opening of the channel is refused). The points are asked again sooner than with the next
+/// turn of their group, which may be tomorrow.
 Answer MeterReplies::Unread(const Step& step, Answer answer) {
   const bool ends = step.task.kind == Task::Kind::poll && answer.then == Then::done;
   if (ends && parts_.reads.OnHeard(step.task.query, step.now)) answer.then = Then::replan;

@@ -13,12 +13,12 @@ constexpr Duration kSignOfLife = 1s;
 constexpr Duration kAtMostEvery = 100ms;  // counts that change all the time
 constexpr Duration kAcknowledgeTime = 250ms;
 constexpr Duration kEventRetry = 1s;
-// What a subscriber has acknowledged its program may not have taken yet, and what is not taken when
-// the writers leave is gone.
+// Time for the programs of subscribers to take samples. Their DDS library acknowledges a sample
+// before the program takes it, and drops samples that are not taken when the writer leaves.
 constexpr Duration kTakingTime = 100ms;
 constexpr std::size_t kMostEvents = 1000;  // that wait for it
-// As fast as samples go at other times: a subscriber's socket that overflows would need longer than
-// the time that is left to repeat them.
+// Leave publishes at the usual pace of samples. A faster burst could overflow the socket of a
+// subscriber, and to send the lost samples again would take longer than Leave waits.
 constexpr Duration kEndInterval = 50us;
 constexpr std::uint32_t kEndBurst = 100;
 

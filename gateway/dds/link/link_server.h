@@ -33,10 +33,10 @@ class LinkServer {
   std::optional<Bytes> NextRequest();
   /// The daemon said that this is the end: Leave is to be called.
   bool ended() const { return ended_; }
-  /// Nobody reads the points any more, whether the daemon said so or is gone: the last sample of
-  /// each goes out once more, not connected, unless it said that already. Then waits for
-  /// subscribers, at most 350 ms, and closes the writers. Returns when to call it
-  /// again; empty: done.
+  /// Ends publishing after the daemon has ended or is gone. Publishes the latest sample of each
+  /// point once more with quality bad_not_connected, unless it has that quality already, for at
+  /// most kEndTime. Then waits at most 350 ms for subscribers and destroys the writers. Returns
+  /// when to call it again; empty: finished.
   std::optional<Instant> Leave(Instant now);
 
  private:
@@ -56,7 +56,8 @@ class LinkServer {
   const MakeWriter make_;
   RequestIntake requests_;  // outlives the writer, whose threads fill it
   std::unique_ptr<SampleWriter> writer_;
-  /// The latest sample of each point that is not "not connected", encoded; by device and point.
+  /// The latest sample of each point, encoded, by device and point. A point whose latest sample has
+  /// the quality bad_not_connected has no entry: Leave need not publish it.
   std::unordered_map<std::string, Bytes> latest_;
   Pacer end_pacer_;
   std::optional<Instant> leave_by_;

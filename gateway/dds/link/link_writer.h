@@ -36,8 +36,8 @@ class LinkWriter : public SampleWriter {
 
   /// What the next process is asked to open.
   LinkOpen open() const;
-  /// Samples go to this socket from now on, which stays open until Detach. Again with the same one:
-  /// the process has replaced its writers.
+  /// Sends samples to `socket` from now on; the caller keeps it open until Detach. A second call
+  /// with the same socket means that the process has replaced its writers.
   void Attach(int socket);
   void Detach();
   void SetSubscribers(const Subscribers& subscribers);
@@ -62,7 +62,9 @@ class LinkWriter : public SampleWriter {
   Subscribers subscribers_ BAUDGATE_GUARDED_BY(mutex_);
   bool ending_ BAUDGATE_GUARDED_BY(mutex_) = false;
   bool left_ BAUDGATE_GUARDED_BY(mutex_) = false;
-  /// Until the process has replaced its writers nothing goes out: they know nothing of it.
+  /// The process was asked to replace its writers and has not answered yet. Nothing is sent
+  /// meanwhile, because the order of events would change: the oldest ones are sent again
+  /// afterwards.
   bool reopening_ BAUDGATE_GUARDED_BY(mutex_) = false;
   std::array<std::uint8_t, kMaxLinkMessage> packet_ BAUDGATE_GUARDED_BY(mutex_){};
   mutable Mutex telling_;

@@ -53,16 +53,19 @@ void Say(const std::string& sentence) {
   std::fprintf(stderr, "baudgate-dds: %s\n", sentence.c_str());
 }
 
-/// Ends this process if its loop hangs, after the gateway has given it up: nobody else would if the
-/// gateway is dead, and subscribers would take the last samples for true.
+/// Feeds the watchdog of this process: SIGALRM ends it if Live is not called again within `most`,
+/// which is later than the gateway would give it up. If the gateway is dead, nobody else would end
+/// a process that hangs, and subscribers would take its last samples for valid.
 void Live(Duration most = LinkKeeper::kGivenUp + 5s) { ::alarm(static_cast<unsigned>(most / 1s)); }
 
-/// Stops the clock of Live, behind what is destroyed before it.
+/// Stops the watchdog of Live in its destructor. It is declared first and so destroyed last: the
+/// watchdog covers the other destructors.
 struct LivesNoMore {
   ~LivesNoMore() { Live(0s); }
 };
 
-/// While it lives, the watchdogs have patience: the library opens without giving signs of life.
+/// Extends both watchdogs while the DDS library opens, which gives no signs of life. The destructor
+/// restores that of systemd; the next call of Live restores the other one.
 class SlowWhile {
  public:
   SlowWhile() : watched_(sd_watchdog_enabled(0, &usual_) > 0) {
