@@ -420,6 +420,17 @@ TEST(AssignBounded, ShowsThatSomethingIsMissing) {
   EXPECT_EQ(text.size(), 16U);
 }
 
+TEST(AssignBounded, WhatIsNoUtf8IsSeenAsSuch) {
+  std::string text;
+  for (const auto& [from, to] :
+       {std::pair("caf\xE9 \xC3\xA9", "caf\uFFFD \u00E9"), std::pair("\xFF\xFE", "\uFFFD\uFFFD"),
+        std::pair("\xC3", "\uFFFD"),
+        std::pair("\xE9\xE9\xE9\xE9\xE9\xE9", "\uFFFD\uFFFD\uFFFD\uFFFD\u2026")}) {
+    AssignBounded(text, from, 16);
+    EXPECT_EQ(text, to);
+  }
+}
+
 TEST(AssignBounded, NeverCutsInsideACharacter) {
   std::string text;
   AssignBounded(text, "0123456789ab\u00B0\u00B0\u00B0", 16);
