@@ -37,7 +37,7 @@ class DdsOutput {
 
   /// No write goes to the sink after this; those under way are answered. Idempotent.
   void StopWrites();
-  /// Tells subscribers that all points are gone; within about a second. Idempotent.
+  /// Tells subscribers that all points are gone; within about two seconds. Idempotent.
   void Stop();
   /// From any thread.
   dds::LinkState state() const;

@@ -21,7 +21,8 @@ struct Room {
   /// Devices that have events, and the gateway; 0: there is no such topic, and none of alarms.
   std::uint32_t events = 0;
 
-  /// Of points and devices. `events` only divides the room for events.
+  /// True if this room is enough for the points and devices of `other`. `events` is not compared:
+  /// it only decides how many events of each device are kept.
   bool Holds(const Room& other) const { return other.points <= points && other.devices <= devices; }
 };
 

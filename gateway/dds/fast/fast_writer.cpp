@@ -101,7 +101,7 @@ class MatchCounter : public fast::DataWriterListener {
     current_ = static_cast<std::uint32_t>(std::max(0, status.current_count));
   }
   std::uint32_t current() const { return current_; }
-  /// The writer is gone, and nobody is told.
+  /// Call it when the writer is deleted, because the library does not report that as unmatched.
   void Clear() { current_ = 0; }
 
  private:

@@ -83,7 +83,7 @@ Status LinkServer::Reopen(const Room& room) {
   return {};
 }
 
-/// Of the sample that was decoded into point_.
+/// Keeps the encoded sample `body`, which Publish has decoded into point_, for Leave.
 void LinkServer::Remember(View body) {
   const std::string name = point_.device + '\0' + point_.point;
   if (point_.quality == Quality(Quality::bad_not_connected).word()) {

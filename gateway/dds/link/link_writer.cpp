@@ -6,8 +6,9 @@
 namespace baudgate::dds {
 namespace {
 
-// The ends of the points, then participant and writers of the process take leave.
-constexpr Duration kGoodbye = kEndTime + 250ms;
+// The process tells the ends of the points, gives subscribers 100 ms to take them, and deletes its
+// participant and writers.
+constexpr Duration kGoodbye = kEndTime + 350ms;
 constexpr Duration kRoomPause = 5ms;  // until a full socket is tried again
 
 }  // namespace

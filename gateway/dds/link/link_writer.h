@@ -34,7 +34,7 @@ class LinkWriter : public SampleWriter {
   void OnSession(const std::function<void()>& changed) override;
   void OnRequest(TakeRequest take) override;
 
-  /// What the next process is asked to open.
+  /// The request to open that the next process gets, with the room of the latest Reopen.
   LinkOpen open() const;
   /// Sends samples to `socket` from now on; the caller keeps it open until Detach. A second call
   /// with the same socket means that the process has replaced its writers.
